@@ -1,0 +1,47 @@
+# Everything lives in .venv; the two commands a stranger needs are `make demo` and `make test`.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PLUGINS := sim_taichi task_semslam eval_omq envs_bear
+EDITABLE := -e . $(foreach plugin,$(PLUGINS),-e plugins/$(plugin))
+SOURCES := benchbot benchbot_api tests benchmarks $(foreach plugin,$(PLUGINS),plugins/$(plugin))
+
+.PHONY: help install install-test demo test lint format bench clean
+
+help:  ## Say what each target does
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
+
+install: $(VENV)/.installed  ## Install BenchBot and its plug-ins into .venv
+
+install-test: $(VENV)/.installed-test  ## Install what the tests, linters and benchmarks need, too
+
+$(VENV)/.installed: pyproject.toml constraints.txt $(wildcard plugins/*/pyproject.toml)
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt $(EDITABLE)
+	touch $@
+
+$(VENV)/.installed-test: $(VENV)/.installed requirements-dev.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -r requirements-dev.txt
+	touch $@
+
+demo: install  ## Drive a robot through a ray-traced room, map it, score the map
+	$(BIN)/python -m examples.demo
+
+test: install-test  ## Run every test
+	$(BIN)/python -m pytest
+
+lint: install-test  ## Check style and types
+	$(BIN)/ruff check $(SOURCES)
+	$(BIN)/ruff format --check $(SOURCES)
+	$(BIN)/mypy
+
+format: install-test  ## Rewrite the sources in the project's style
+	$(BIN)/ruff check --fix $(SOURCES)
+	$(BIN)/ruff format $(SOURCES)
+
+bench: install-test  ## Measure; prints ratios, asserts nothing
+	$(BIN)/python -m benchmarks
+
+clean:  ## Remove what the targets above made
+	rm -rf $(VENV) demo build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,68 @@
+"""The one definition of what can be observed and which actions exist: names, shapes, units, frames.
+
+Names, shapes and units are those of BenchBot v2, so that its solutions run unchanged.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Observation:
+    """A channel that a robot may offer and a task may ask for."""
+
+    name: str
+    value: str
+    description: str
+
+
+@dataclass(frozen=True)
+class Action:
+    """Something a solution may ask the robot to do; `argument` is its one keyword, if it has one."""
+
+    name: str
+    argument: str | None
+    unit: str
+    description: str
+
+
+_INFO = "{frame_id, height, width, matrix_intrinsics: float64 (3, 3), matrix_projection: float64 (3, 4)}"
+
+OBSERVATIONS: dict[str, Observation] = {
+    channel.name: channel
+    for channel in (
+        Observation("image_rgb", "uint8 (H, W, 3)", "colour image, sRGB, channels in the order R, G, B"),
+        Observation("image_rgb_info", _INFO, "pinhole camera model of image_rgb, in pixels"),
+        Observation(
+            "image_depth",
+            "float32 (H, W)",
+            "metres along the optical axis (planar Z, REP-118); NaN is invalid, +inf is too far, -inf too near",
+        ),
+        Observation("image_depth_info", _INFO, "pinhole camera model of image_depth, in pixels"),
+        Observation(
+            "image_segment",
+            "{class_segment_img: uint8 (H, W), instance_segment_img: uint16 (H, W), class_ids: {name: id}}",
+            "perfect segmentation; class 0 is unlabelled; instance = class * 1000 + number within the class",
+        ),
+        Observation("image_segment_info", _INFO, "pinhole camera model of image_segment, in pixels"),
+        Observation(
+            "laser",
+            "{scans: float64 (N, 2), range_min: float, range_max: float}",
+            "a row is [range in metres, angle in radians in [-pi, pi), CCW from the scanner's +x]",
+        ),
+        Observation(
+            "poses",
+            "{frame: {parent_frame, translation_xyz: float64 (3,), rotation_rpy: float64 (3,), "
+            "rotation_xyzw: float64 (4,)}}",
+            "poses of the robot's frames, 'initial_pose' and 'camera' in the map frame, metres and radians",
+        ),
+    )
+}
+
+ACTIONS: dict[str, Action] = {
+    action.name: action
+    for action in (
+        Action("move_next", None, "", "drive to the next pose of the environment's trajectory"),
+        Action("move_distance", "distance", "m", "drive straight ahead; negative drives backwards"),
+        Action("move_angle", "angle", "deg", "turn on the spot; positive is counter-clockwise"),
+    )
+}

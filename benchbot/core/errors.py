@@ -1,0 +1,66 @@
+"""The one error class that people see, and what the exit codes of every command mean."""
+
+from enum import IntEnum, StrEnum
+
+
+class ExitCode(IntEnum):
+    """What a command's exit status says."""
+
+    OK = 0
+    SUBMISSION_FAILED = 1
+    USAGE = 2
+    INTERNAL = 3
+    BELOW_THRESHOLD = 4
+    INTERRUPTED = 130
+
+
+class FailureClass(StrEnum):
+    """Whose fault it is that an episode did not end well; carried through to the score."""
+
+    AGENT = "agent"
+    COLLISION = "collision"
+    TIMEOUT = "timeout"
+    PLATFORM = "platform"
+    INFRASTRUCTURE = "infrastructure"
+
+
+class BenchbotError(Exception):
+    """Something a person can understand and mend: what went wrong, why, and the exact fix.
+
+    `failure` is set when the error ends an episode.
+    """
+
+    def __init__(
+        self,
+        title: str,
+        why: str,
+        fix: str,
+        *,
+        exit_code: ExitCode = ExitCode.USAGE,
+        failure: FailureClass | None = None,
+    ) -> None:
+        super().__init__(title)
+        self.title = title
+        self.why = why
+        self.fix = fix
+        self.exit_code = exit_code
+        self.failure = failure
+
+    def __str__(self) -> str:
+        return f"{self.title}\n{self.why}\n{self.fix}"
+
+    def as_dict(self) -> dict[str, str]:
+        """Return the error as it travels in JSON: `{title, why, fix[, failure]}`."""
+        document = {"title": self.title, "why": self.why, "fix": self.fix}
+        if self.failure is not None:
+            document["failure"] = self.failure.value
+        return document
+
+
+def did_you_mean(wrong: str, known: list[str]) -> str:
+    """Return ` Did you mean 'x'?` for the nearest known name, or an empty string."""
+    from difflib import get_close_matches
+
+    near = get_close_matches(wrong.lower(), [name.lower() for name in known], n=1, cutoff=0.6)
+    originals = {name.lower(): name for name in known}
+    return f" Did you mean '{originals[near[0]]}'?" if near else ""

@@ -1,0 +1,180 @@
+"""The hooks that a plug-in may implement, and the frozen records that they yield.
+
+A plug-in is a module (or object) named by an entry point in the group `benchbot`. It marks its implementations with
+`benchbot.hookimpl`. Keep the module light: import heavy things inside `create` and `evaluate`.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import pluggy
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
+    from pathlib import Path
+
+    from benchbot.core.platform import Platform, PlatformSpec
+    from benchbot.core.recording import Recording
+
+PROJECT = "benchbot"
+hookspec = pluggy.HookspecMarker(PROJECT)
+hookimpl = pluggy.HookimplMarker(PROJECT)
+
+Document = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """What robots and environments of `type: <name>` run on.
+
+    `create` returns a fresh platform; it is called in a child process. `warm`, if given, prepares caches (compiled
+    kernels) in the given folder, so that the first run starts fast; it prints nothing and returns what it did.
+    """
+
+    name: str
+    create: Callable[["PlatformSpec"], "Platform"]
+    warm: "Callable[[Path], str] | None" = None
+
+
+@dataclass(frozen=True)
+class RobotDriver:
+    """Real robots of `type: <name>`; `create` as for a simulator."""
+
+    name: str
+    create: Callable[["PlatformSpec"], "Platform"]
+
+
+class Evaluate(Protocol):
+    """Score one result against the ground truth of each of its scenes."""
+
+    def __call__(self, result: Document, ground_truths: Sequence[Document]) -> dict[str, float]:
+        """Return the scores by name; raise BenchbotError for a result that cannot be scored."""
+
+
+class Combine(Protocol):
+    """Make one summary of the scores of many results."""
+
+    def __call__(self, scores: Sequence[dict[str, float]]) -> dict[str, float]:
+        """Return the summary's scores by name; an empty dict in `scores` stands for a missing result."""
+
+
+@dataclass(frozen=True)
+class Evaluator:
+    """A method of evaluation.
+
+    `headline` names the score that stands for a result; `version` changes whenever the numbers do.
+    """
+
+    name: str
+    version: str
+    headline: str
+    result_formats: frozenset[str]
+    ground_truth_formats: frozenset[str]
+    evaluate: Evaluate
+    combine: Combine
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Executor:
+    """Where the episodes of a batch run."""
+
+    name: str
+    run: Callable[..., None]
+
+
+@dataclass(frozen=True)
+class Recorder:
+    """Told of every reset and step of a session; writes what it likes into the folder that `create` is given."""
+
+    name: str
+    create: Callable[["Path"], "Recording"]
+
+
+@dataclass(frozen=True)
+class Command:
+    """A sub-command of `benchbot`.
+
+    `target` is `module:attribute` of a typer app or a function; it is imported when the command is used.
+    """
+
+    name: str
+    target: str
+    help: str
+
+
+@hookspec
+def benchbot_tasks() -> "Iterable[Traversable | Path]":  # type: ignore[empty-body]
+    """Yield task declarations: YAML files, or folders of them."""
+
+
+@hookspec
+def benchbot_robots() -> "Iterable[Traversable | Path]":  # type: ignore[empty-body]
+    """Yield robot declarations: YAML files, or folders of them."""
+
+
+@hookspec
+def benchbot_environments() -> "Iterable[Traversable | Path]":  # type: ignore[empty-body]
+    """Yield environment declarations: YAML files, or folders of them."""
+
+
+@hookspec
+def benchbot_formats() -> "Iterable[Traversable | Path]":  # type: ignore[empty-body]
+    """Yield declarations of result and ground-truth formats: YAML files, or folders of them."""
+
+
+@hookspec
+def benchbot_ground_truths() -> "Iterable[Traversable | Path]":  # type: ignore[empty-body]
+    """Yield ground truths: JSON files, or folders of them. They are read by evaluation only."""
+
+
+@hookspec
+def benchbot_examples() -> "Iterable[Traversable | Path]":  # type: ignore[empty-body]
+    """Yield declarations of example solutions: YAML files, or folders of them."""
+
+
+@hookspec
+def benchbot_batches() -> "Iterable[Traversable | Path]":  # type: ignore[empty-body]
+    """Yield batch declarations (named lists of environments): YAML files, or folders of them."""
+
+
+@hookspec
+def benchbot_simulators() -> Iterable[Simulator]:  # type: ignore[empty-body]
+    """Yield simulators."""
+
+
+@hookspec
+def benchbot_robot_drivers() -> Iterable[RobotDriver]:  # type: ignore[empty-body]
+    """Yield drivers of real robots."""
+
+
+@hookspec
+def benchbot_evaluators() -> Iterable[Evaluator]:  # type: ignore[empty-body]
+    """Yield methods of evaluation."""
+
+
+@hookspec
+def benchbot_executors() -> Iterable[Executor]:  # type: ignore[empty-body]
+    """Yield executors of batches."""
+
+
+@hookspec
+def benchbot_recorders() -> Iterable[Recorder]:  # type: ignore[empty-body]
+    """Yield recorders of sessions."""
+
+
+@hookspec
+def benchbot_commands() -> Iterable[Command]:  # type: ignore[empty-body]
+    """Yield sub-commands of `benchbot`."""
+
+
+KINDS: Mapping[str, type] = {
+    "simulators": Simulator,
+    "robot_drivers": RobotDriver,
+    "evaluators": Evaluator,
+    "executors": Executor,
+    "recorders": Recorder,
+    "commands": Command,
+}
+"""Hooks that yield records, by the plural that names their pool."""

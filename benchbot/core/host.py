@@ -1,0 +1,65 @@
+"""Where a platform lives: behind this seam it may be in this process or in a child that can crash."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from benchbot.core.geometry import Pose
+from benchbot.core.motion import MotionConfig, Outcome, execute
+from benchbot.core.platform import Platform, Scene
+
+
+@dataclass(frozen=True)
+class Status:
+    """Where the robot is and how it is: true pose in the map frame, seconds since the scene was loaded."""
+
+    pose: Pose
+    clock_s: float
+    collided: bool
+
+
+class Host(Protocol):
+    """Loads scenes, executes whole actions and observes; every method may raise BenchbotError(failure="platform")."""
+
+    def load(self, scene_index: int, seed: int) -> Status:
+        """Put the robot into the clean start state of a scene of the selection."""
+
+    def act(self, action: str, arguments: Mapping[str, Any], goal: Pose | None) -> tuple[Outcome, Status]:
+        """Execute one action to its end; `goal` is the trajectory pose that `move_next` drives to."""
+
+    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+        """Return the asked channels, all of one instant. The arrays are the caller's to keep."""
+
+    def close(self) -> None:
+        """Stop the robot and release everything. Safe to call twice."""
+
+
+class InProcessHost:
+    """A host in the caller's own process: no isolation, no overhead."""
+
+    def __init__(self, platform: Platform, scenes: Sequence[Scene], motion: MotionConfig) -> None:
+        self._platform = platform
+        self._scenes = scenes
+        self._motion = motion
+
+    def load(self, scene_index: int, seed: int) -> Status:
+        """Put the robot into the clean start state of a scene of the selection."""
+        self._platform.load(self._scenes[scene_index], seed)
+        return self.status()
+
+    def act(self, action: str, arguments: Mapping[str, Any], goal: Pose | None) -> tuple[Outcome, Status]:
+        """Execute one action to its end."""
+        outcome = execute(self._platform, action, arguments, goal, self._motion)
+        return outcome, self.status()
+
+    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+        """Return the asked channels, all of one instant."""
+        return self._platform.observe(channels)
+
+    def status(self) -> Status:
+        """Return where the robot is and how it is."""
+        return Status(self._platform.pose(), self._platform.clock(), self._platform.collided)
+
+    def close(self) -> None:
+        """Stop the robot and release everything."""
+        self._platform.close()

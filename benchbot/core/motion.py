@@ -1,0 +1,274 @@
+"""Motion: the three actions, written once on top of the platform, so that simulated and real robots behave alike.
+
+Every action is a sequence of phases. A phase looks at the believed pose once per control tick, says how far away its
+goal is and how to get closer, and ends with the robot at rest.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, NamedTuple, Self
+
+from benchbot.core.errors import BenchbotError
+from benchbot.core.geometry import Pose, wrap_angle_rad
+from benchbot.core.platform import Localisation, Platform
+
+# The pose controller of Siegwart, Nourbakhsh, Scaramuzza, "Introduction to Autonomous Mobile Robots" (2nd ed., §3.6.2),
+# also Corke, "Robotics, Vision and Control" (§4.1.4), with the gains of BenchBot v2. Stable, by its condition, where
+# k_alpha + 5/3 k_beta - 2/pi k_rho > 0 (here 2.06).
+K_RHO, K_ALPHA, K_BETA = 2.0, 10.0, -4.0
+# A goal behind the robot is approached in reverse; a bit more than a right angle, as in v2, prefers driving forwards.
+REVERSE_BEYOND_RAD = 1.05 * math.pi / 2
+# Per metre of way and per square metre: critically damped return to a straight line.
+K_HEADING, K_LATERAL = 4.0, 4.0
+# How much of the declared acceleration is planned with; the rest is a reserve for following the plan.
+PLANNED_SHARE = 0.8
+# A phase does not stop at the rim of its tolerance but goes on while it gets closer, down to this share of it.
+FINE_SHARE = 0.05
+REST_MPS, REST_RADPS, REST_TIMEOUT_S = 1e-3, 1e-3, 5.0
+
+
+class Outcome(StrEnum):
+    """How an action ended."""
+
+    REACHED = "reached"
+    BLOCKED = "blocked"
+    COLLIDED = "collided"
+    TIMEOUT = "timeout"
+
+
+@dataclass(frozen=True)
+class MotionConfig:
+    """Tolerances, limits and time-outs of motion; the defaults are v2's (reference controller constants).
+
+    The accelerations are those that braking is planned with; keep them at or below what the platform can do.
+    """
+
+    localisation: Localisation = "ground_truth"
+    stops_before_contact: bool = False
+    speed_factor: float = 1.0
+    linear_limits_mps: tuple[float, float] = (-0.6, 1.5)
+    angular_limit_radps: float = 1.0
+    linear_acceleration_mps2: float = 1.0
+    angular_acceleration_radps2: float = 2.0
+    position_tolerance_m: float = 0.01
+    angle_tolerance_rad: float = math.radians(1.0)
+    phase_timeout_s: float = 30.0
+
+    @classmethod
+    def from_robot(cls, robot: Mapping[str, Any], localisation: Localisation) -> Self:
+        """Return the configuration that a robot declaration asks for.
+
+        Reads `stops_before_contact`, `speed_factor` and `limits` {linear_mps: [backwards, forwards], angular_radps,
+        linear_acceleration_mps2, angular_acceleration_radps2}; raises BenchbotError when `limits` makes no sense.
+        """
+        limits = robot.get("limits", {})
+        backwards, forwards = _range(limits.get("linear_mps", cls.linear_limits_mps))
+        return cls(
+            localisation=localisation,
+            stops_before_contact=bool(robot.get("stops_before_contact", False)),
+            speed_factor=float(robot.get("speed_factor", 1.0)),
+            linear_limits_mps=(backwards, forwards),
+            angular_limit_radps=_positive(limits, "angular_radps", cls.angular_limit_radps),
+            linear_acceleration_mps2=_positive(limits, "linear_acceleration_mps2", cls.linear_acceleration_mps2),
+            angular_acceleration_radps2=_positive(
+                limits, "angular_acceleration_radps2", cls.angular_acceleration_radps2
+            ),
+        )
+
+
+def execute(
+    platform: Platform, action: str, arguments: Mapping[str, Any], goal: Pose | None, config: MotionConfig
+) -> Outcome:
+    """Execute one action of `benchbot.core.channels.ACTIONS` to its end; the robot is at rest afterwards.
+
+    `arguments` are `distance` (m, negative is backwards) for move_distance and `angle` (degrees, CCW, any number of
+    turns) for move_angle; `goal` is the pose in the map frame for move_next. The robot's place is `platform.pose()`, or
+    `platform.odometry()` when localisation is noisy. REACHED means within `position_tolerance_m` and
+    `angle_tolerance_rad` of the goal by that pose.
+    """
+    for phase in _phases(platform, action, arguments, goal, config):
+        outcome = _run(platform, phase, config)
+        if outcome is not Outcome.REACHED:
+            return outcome
+    return Outcome.REACHED
+
+
+class Steering(NamedTuple):
+    """What a phase wants now: its error in units of its tolerance, and the command that makes it smaller."""
+
+    error: float
+    linear_mps: float
+    angular_radps: float
+
+
+Phase = Callable[[Pose], Steering]
+
+
+def _phases(
+    platform: Platform, action: str, arguments: Mapping[str, Any], goal: Pose | None, config: MotionConfig
+) -> Iterator[Phase]:
+    period_s = platform.control_period_s
+    start = _believed_pose(platform, config)
+    if action == "move_distance":
+        yield _straight(start, float(arguments.get("distance", 0.0)), config, period_s)
+        yield _turn_to(start, _believed_pose(platform, config), config, period_s)
+    elif action == "move_angle":
+        yield _turn(start, math.radians(float(arguments.get("angle", 0.0))), config, period_s)
+    elif action == "move_next" and goal is not None:
+        if _planar_distance_m(start, goal) > config.position_tolerance_m:
+            yield _approach(start, goal, config, period_s)
+        yield _turn_to(goal, _believed_pose(platform, config), config, period_s)
+    else:
+        raise ValueError(f"no such motion: {action!r} with goal {goal}")
+
+
+def _run(platform: Platform, phase: Phase, config: MotionConfig) -> Outcome:
+    period_s = platform.control_period_s
+    started_s = platform.clock()
+    nearest = math.inf
+    while not platform.collided:
+        error, linear_mps, angular_radps = phase(_believed_pose(platform, config))
+        if error <= FINE_SHARE or nearest <= error <= 1.0:
+            _come_to_rest(platform)
+            error = phase(_believed_pose(platform, config)).error
+            if error <= 1.0:
+                return Outcome.COLLIDED if platform.collided else Outcome.REACHED
+            nearest = math.inf
+            continue
+        nearest = error
+        if platform.clock() - started_s >= config.phase_timeout_s:
+            _come_to_rest(platform)
+            return Outcome.COLLIDED if platform.collided else Outcome.TIMEOUT
+        if config.stops_before_contact and platform.contact_ahead(linear_mps, angular_radps, period_s):
+            _come_to_rest(platform)
+            return Outcome.COLLIDED if platform.collided else Outcome.BLOCKED
+        platform.drive(linear_mps, angular_radps, period_s)
+    _come_to_rest(platform)
+    return Outcome.COLLIDED
+
+
+def _come_to_rest(platform: Platform) -> None:
+    started_s = platform.clock()
+    while platform.clock() - started_s < REST_TIMEOUT_S:
+        linear_mps, angular_radps = platform.velocity
+        if abs(linear_mps) < REST_MPS and abs(angular_radps) < REST_RADPS:
+            return
+        platform.drive(0.0, 0.0, platform.control_period_s)
+
+
+def _straight(start: Pose, distance_m: float, config: MotionConfig, period_s: float) -> Phase:
+    """Drive along the x axis of `start`, steering back to it where the believed pose has left it."""
+    to_start = start.inverse()
+
+    def steer(pose: Pose) -> Steering:
+        on_line = to_start @ pose
+        along_m, lateral_m, _ = on_line.translation_xyz
+        remaining_m = distance_m - along_m
+        linear_mps = _linear(remaining_m, config, period_s)
+        angular_radps = -K_HEADING * abs(linear_mps) * on_line.yaw_rad - K_LATERAL * linear_mps * lateral_m
+        limit = config.angular_limit_radps * config.speed_factor
+        return Steering(
+            abs(remaining_m) / config.position_tolerance_m,
+            linear_mps,
+            max(-limit, min(limit, angular_radps)),
+        )
+
+    return steer
+
+
+def _turn(start: Pose, angle_rad: float, config: MotionConfig, period_s: float) -> Phase:
+    """Turn on the spot by an angle, which may be more than a full turn."""
+    turned_rad, last_yaw_rad = 0.0, start.yaw_rad
+
+    def steer(pose: Pose) -> Steering:
+        nonlocal turned_rad, last_yaw_rad
+        turned_rad += wrap_angle_rad(pose.yaw_rad - last_yaw_rad)
+        last_yaw_rad = pose.yaw_rad
+        remaining_rad = angle_rad - turned_rad
+        speed_radps = _braking_speed(abs(remaining_rad), config.angular_acceleration_radps2, period_s)
+        speed_radps = min(speed_radps, config.angular_limit_radps * config.speed_factor)
+        return Steering(abs(remaining_rad) / config.angle_tolerance_rad, 0.0, math.copysign(speed_radps, remaining_rad))
+
+    return steer
+
+
+def _turn_to(goal: Pose, start: Pose, config: MotionConfig, period_s: float) -> Phase:
+    """Turn on the spot, the short way, to the heading of `goal`."""
+    return _turn(start, wrap_angle_rad(goal.yaw_rad - start.yaw_rad), config, period_s)
+
+
+def _approach(start: Pose, goal: Pose, config: MotionConfig, period_s: float) -> Phase:
+    """Drive to a pose on a curve, forwards or in reverse; what is left of the heading is for another phase."""
+    x, y, _ = (start.inverse() @ goal).translation_xyz
+    reverse_rad = math.pi if abs(math.atan2(y, x)) > REVERSE_BEYOND_RAD else 0.0
+
+    def steer(pose: Pose) -> Steering:
+        x, y, _ = (pose.inverse() @ goal).translation_xyz
+        rho_m = math.hypot(x, y)
+        bearing_rad = math.atan2(y, x) + reverse_rad
+        alpha_rad = wrap_angle_rad(bearing_rad)
+        beta_rad = wrap_angle_rad(goal.yaw_rad - pose.yaw_rad - bearing_rad)
+        angular_radps = K_ALPHA * alpha_rad + K_BETA * beta_rad
+        # Both speeds are scaled alike, so that every limit keeps the curvature that the controller asks for.
+        linear_mps = K_RHO * rho_m * (-1.0 if reverse_rad else 1.0)
+        wanted_mps = _linear(math.copysign(rho_m, linear_mps), config, period_s)
+        limit_radps = config.angular_limit_radps * config.speed_factor
+        scale = min(
+            wanted_mps / linear_mps if linear_mps else 0.0,
+            limit_radps / abs(angular_radps) if angular_radps else math.inf,
+        )
+        return Steering(rho_m / config.position_tolerance_m, scale * linear_mps, scale * angular_radps)
+
+    return steer
+
+
+def _linear(remaining_m: float, config: MotionConfig, period_s: float) -> float:
+    """Return the fastest velocity within the limits that still stops at the signed distance `remaining_m`."""
+    backwards_mps, forwards_mps = config.linear_limits_mps
+    speed_mps = _braking_speed(abs(remaining_m), config.linear_acceleration_mps2, period_s)
+    return (
+        min(speed_mps, forwards_mps * config.speed_factor)
+        if remaining_m >= 0
+        else max(-speed_mps, backwards_mps * config.speed_factor)
+    )
+
+
+def _braking_speed(remaining: float, acceleration: float, period_s: float) -> float:
+    """Return the speed v with v t + v² / 2a = remaining: one more tick at v, then braking, ends at the goal."""
+    planned = PLANNED_SHARE * acceleration
+    return planned * (math.sqrt(period_s**2 + 2 * remaining / planned) - period_s)
+
+
+def _believed_pose(platform: Platform, config: MotionConfig) -> Pose:
+    return platform.odometry() if config.localisation == "noisy" else platform.pose()
+
+
+def _planar_distance_m(a: Pose, b: Pose) -> float:
+    return math.dist(a.translation_xyz[:2], b.translation_xyz[:2])
+
+
+def _range(value: Any) -> tuple[float, float]:
+    try:
+        backwards, forwards = (float(bound) for bound in value)
+    except (TypeError, ValueError):
+        backwards = forwards = math.nan
+    if not backwards <= 0 < forwards < math.inf:
+        raise BenchbotError(
+            f"The robot's limits.linear_mps is {value!r}.",
+            "It must be two numbers: the fastest speed backwards (zero or negative) and forwards (positive).",
+            "Write for example: linear_mps: [-0.6, 1.5]",
+        )
+    return backwards, forwards
+
+
+def _positive(limits: Mapping[str, Any], key: str, default: float) -> float:
+    value = limits.get(key, default)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
+        raise BenchbotError(
+            f"The robot's limits.{key} is {value!r}.",
+            "It must be a positive number.",
+            f"Write for example: {key}: {default:g}",
+        )
+    return float(value)

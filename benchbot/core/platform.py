@@ -1,0 +1,90 @@
+"""The one abstraction over simulated and real robots: what a simulator or a driver implements."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, Protocol
+
+from benchbot.core.geometry import Pose
+
+Localisation = Literal["ground_truth", "noisy"]
+
+
+@dataclass(frozen=True)
+class PlatformSpec:
+    """What a simulator's or driver's `create` is given.
+
+    `robot` is the robot's declaration. `localisation` says whether the `poses` channel reports true poses or
+    those of drifting odometry. `options` are the user's settings for the plug-in. `cache_dir` holds what may be
+    computed again.
+    """
+
+    robot: Mapping[str, Any]
+    localisation: Localisation
+    cache_dir: Path
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One environment variant to put the robot into: its declaration and the folder it was read from."""
+
+    environment: Mapping[str, Any]
+    folder: Path
+
+    @property
+    def start_pose(self) -> Pose:
+        """Where the robot's base frame starts, in the map frame."""
+        return Pose.from_wxyz_xyz(self.environment["start_pose"])
+
+    @property
+    def trajectory(self) -> tuple[Pose, ...]:
+        """The poses that `move_next` visits, in the map frame; empty when none are declared."""
+        return tuple(Pose.from_wxyz_xyz(values) for values in self.environment.get("trajectory_poses", ()))
+
+
+class Platform(Protocol):
+    """A robot in a world. Lengths in metres, angles in radians, times in seconds, poses in the map frame.
+
+    A simulator advances its own clock as fast as it can inside `drive`; a driver of a real robot lives in wall time.
+    Everything stochastic draws from the seed of the last `load`: same seed, same machine, same bytes.
+    """
+
+    @property
+    def control_period_s(self) -> float:
+        """How long one control tick of `drive` should be."""
+
+    def load(self, scene: Scene, seed: int) -> None:
+        """Put robot and world into the clean start state of `scene`, clock at zero, nothing collided."""
+
+    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+        """Return the asked channels (see `benchbot.core.channels`), all taken at one instant."""
+
+    def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
+        """Apply one control tick: command a velocity along +x and about +z, held for `duration_s`.
+
+        The platform enforces its own velocity and acceleration limits, and stops at contact.
+        """
+
+    def contact_ahead(self, linear_mps: float, angular_radps: float, horizon_s: float) -> bool:
+        """Say whether holding this command for `horizon_s` and then braking would touch something."""
+
+    def pose(self) -> Pose:
+        """Return the true pose of the robot's base, or the best known one on a real robot."""
+
+    def odometry(self) -> Pose:
+        """Return where dead reckoning believes the base is, starting from the scene's start pose."""
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        """The base's current velocity: linear m/s along +x, angular rad/s about +z."""
+
+    @property
+    def collided(self) -> bool:
+        """Whether the robot has touched something since `load`."""
+
+    def clock(self) -> float:
+        """Return the seconds since `load`: simulated time, or wall time on a real robot. Never jumps back."""
+
+    def close(self) -> None:
+        """Stop the robot and release everything. Safe to call twice."""

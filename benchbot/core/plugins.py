@@ -1,0 +1,176 @@
+"""The plug-in manager: what is installed, loading it, and keeping broken plug-ins from harming the others."""
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.metadata import Distribution, EntryPoint, distributions
+from typing import Any
+
+import pluggy
+
+from benchbot.core import hookspecs
+from benchbot.core.errors import BenchbotError, did_you_mean
+
+GROUP = "benchbot"
+
+
+@dataclass(frozen=True)
+class PluginInfo:
+    """What the metadata of an installed plug-in says; reading it imports nothing."""
+
+    name: str
+    module: str
+    distribution: str
+    version: str
+    entry_point: EntryPoint = field(repr=False, compare=False)
+
+
+@dataclass(frozen=True)
+class BrokenPlugin:
+    """A plug-in that could not be loaded, and why."""
+
+    info: PluginInfo
+    cause: str
+
+
+@dataclass(frozen=True)
+class Provided:
+    """A record or a declaration's source, with the distribution that it came from."""
+
+    value: Any
+    distribution: str
+
+
+def installed() -> list[PluginInfo]:
+    """Return the installed plug-ins, sorted by name, from metadata only.
+
+    `BENCHBOT_PLUGINS=a,b` restricts them to the named distributions (beside benchbot's own), for reproducible runs.
+    """
+    wanted = os.environ.get("BENCHBOT_PLUGINS")
+    names = None if wanted is None else {*filter(None, wanted.split(",")), "benchbot"}
+    found: dict[tuple[str, str], PluginInfo] = {}
+    for distribution in distributions():
+        for entry_point in _entry_points(distribution):
+            info = PluginInfo(
+                entry_point.name,
+                entry_point.value,
+                distribution.metadata["Name"],
+                distribution.version,
+                entry_point,
+            )
+            if names is None or info.distribution in names:
+                # The first on sys.path is the one that Python would import; an older copy behind it is shadowed.
+                found.setdefault((info.distribution, info.name), info)
+    return sorted(found.values(), key=lambda info: (info.name, info.distribution))
+
+
+def _entry_points(distribution: Distribution) -> Iterator[EntryPoint]:
+    # Most distributions declare no entry point for us: a look into the raw text is far cheaper than parsing all.
+    text = distribution.read_text("entry_points.txt")
+    if text and f"[{GROUP}]" in text:
+        yield from (point for point in distribution.entry_points if point.group == GROUP)
+
+
+class Plugins:
+    """The loaded plug-ins: their records by pool and name, and the sources of their declarations."""
+
+    def __init__(self, infos: Sequence[PluginInfo]) -> None:
+        self.broken: list[BrokenPlugin] = []
+        self._infos: dict[str, PluginInfo] = {}
+        self._manager = pluggy.PluginManager(hookspecs.PROJECT)
+        self._manager.add_hookspecs(hookspecs)
+        for info in infos:
+            self._register(info)
+
+    def _register(self, info: PluginInfo) -> None:
+        name = f"{info.distribution}:{info.name}"
+        try:
+            plugin = info.entry_point.load()
+            self._manager.register(plugin, name)
+            self._manager.check_pending()
+        # A third party's import may fail in any way at all; it is reported and must not take the others down.
+        except (Exception, SystemExit) as error:  # noqa: BLE001
+            if self._manager.has_plugin(name):
+                self._manager.unregister(name=name)
+            self._report(info, error)
+        else:
+            self._infos[name] = info
+
+    def sources(self, kind: str) -> list[Provided]:
+        """Return the files and folders that plug-ins declare for a kind (`tasks`, `robots`, …)."""
+        return list(self._call(kind))
+
+    def pool(self, kind: str) -> dict[str, Provided]:
+        """Return the records of a kind (`simulators`, `evaluators`, …) by name.
+
+        Raises BenchbotError when two distributions provide the same name; it names both.
+        """
+        record_type: Any = hookspecs.KINDS[kind]
+        pool: dict[str, Provided] = {}
+        for provided in self._call(kind):
+            record: Any = provided.value
+            if not isinstance(record, record_type):
+                raise BenchbotError(
+                    f"The plug-in '{provided.distribution}' yields something that is not a {record_type.__name__}.",
+                    f"Its hook benchbot_{kind} yielded {record!r}.",
+                    f"Report this to the author of '{provided.distribution}', or uninstall it: "
+                    f"pip uninstall {provided.distribution}",
+                )
+            if record.name in pool:
+                raise conflict(kind, record.name, pool[record.name].distribution, provided.distribution)
+            pool[record.name] = provided
+        return pool
+
+    def record(self, kind: str, name: str) -> Any:
+        """Return one record by name; raises BenchbotError that lists what is installed."""
+        pool = self.pool(kind)
+        if name in pool:
+            return pool[name].value
+        noun = kind.rstrip("s").replace("_", " ")
+        raise BenchbotError(
+            f"'{name}' is not an installed {noun}.",
+            f"Installed: {', '.join(sorted(pool)) or 'none'}.{did_you_mean(name, list(pool))}{self.broken_hint()}",
+            f"Install the plug-in that provides it, for example: pip install benchbot-{name.replace('_', '-')}",
+        )
+
+    def broken_hint(self) -> str:
+        """Return a sentence about plug-ins that failed to load, or an empty string."""
+        if not self.broken:
+            return ""
+        causes = "; ".join(f"{item.info.distribution} ({item.cause})" for item in self.broken)
+        return f" Plug-ins that failed to load: {causes}."
+
+    def _call(self, kind: str) -> Iterator[Provided]:
+        caller = getattr(self._manager.hook, f"benchbot_{kind}")
+        for implementation in caller.get_hookimpls():
+            info = self._infos[implementation.plugin_name]
+            try:
+                values = list(implementation.function())
+            # As at import: one plug-in's mistake is reported, and the others go on.
+            except Exception as error:  # noqa: BLE001
+                self._report(info, error)
+            else:
+                yield from (Provided(value, info.distribution) for value in values)
+
+    def _report(self, info: PluginInfo, error: BaseException) -> None:
+        broken = BrokenPlugin(info, f"{type(error).__name__}: {error}")
+        if broken not in self.broken:
+            self.broken.append(broken)
+
+
+def conflict(kind: str, name: str, first: str, second: str) -> BenchbotError:
+    """Return the error for one name provided twice."""
+    if first == second:
+        why = f"The distribution '{first}' provides it twice."
+        fix = f"Report this to the author of '{first}'."
+    else:
+        why = f"Both '{first}' and '{second}' provide it, and BenchBot never picks one silently."
+        fix = f"Uninstall one of them: pip uninstall {second}   or: pip uninstall {first}"
+    return BenchbotError(f"Two {kind.replace('_', ' ')} are called '{name}'.", why, fix)
+
+
+@cache
+def load() -> Plugins:
+    """Load all installed plug-ins, once per process."""
+    return Plugins(installed())

@@ -1,0 +1,112 @@
+"""Provenance: what a result came from, exactly, so that anybody can tell whether two results are comparable."""
+
+import platform as python_platform
+import subprocess
+from functools import cache
+from hashlib import sha256
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import benchbot
+from benchbot.core import plugins
+from benchbot.core.selection import Selection
+from benchbot.core.session import Session
+
+
+def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, Any]:
+    """Return the provenance of a session's result.
+
+    It holds nothing that differs between two runs with the same seed on the same machine: wall-clock timings are kept
+    apart (see `timings`), so that the same run gives the same bytes.
+    """
+    selection, progress = session.selection, session.progress
+    failure = None
+    if progress.failure is not None:
+        failure = {"class": progress.failure.value, "why": progress.failure_why or ""}
+    return {
+        "benchbot": benchbot.__version__,
+        "plugins": {
+            name: {"version": version(name), "sha256": distribution_hash(name)}
+            for name in sorted(distributions_used(selection))
+        },
+        "selection": {
+            "task": selection.task.name,
+            "robot": selection.robot.name,
+            "environment": selection.environment,
+            "seed": selection.seed,
+        },
+        "solution": solution,
+        "steps": progress.steps,
+        "frames": progress.frames,
+        "simulated_time_s": round(progress.simulated_time_s, 9),
+        "failure": failure,
+        "observation_digest": session.digest.hexdigest(),
+        "machine": {
+            "python": python_platform.python_version(),
+            "system": python_platform.system(),
+            "architecture": python_platform.machine(),
+        },
+    }
+
+
+def timings(session: Session) -> dict[str, float]:
+    """Return what differs from run to run: wall-clock seconds and frames per second."""
+    wall_s = session.progress.wall_time_s
+    return {
+        "wall_time_s": round(wall_s, 3),
+        "frames_per_s": round(session.progress.frames / wall_s, 3) if wall_s > 0 else 0.0,
+        "real_time_factor": round(session.progress.simulated_time_s / wall_s, 3) if wall_s > 0 else 0.0,
+    }
+
+
+def distributions_used(selection: Selection) -> set[str]:
+    """Return the distributions whose code or declarations determine a run's result."""
+    loaded = plugins.load()
+    kind = selection.robot.data["type"]
+    runs_on = {**loaded.pool("simulators"), **loaded.pool("robot_drivers")}[kind].distribution
+    declared = [selection.task, selection.robot, *selection.environments]
+    if selection.results_format is not None:
+        declared.append(selection.results_format)
+    return {"benchbot", runs_on, *(declaration.distribution for declaration in declared)}
+
+
+@cache
+def distribution_hash(distribution: str) -> str:
+    """Return the SHA-256 over the names and bytes of the files of a plug-in's top-level packages."""
+    digest = sha256()
+    modules = {info.module for info in plugins.installed() if info.distribution == distribution}
+    for package in sorted({module.partition(".")[0].partition(":")[0] for module in modules}):
+        spec = find_spec(package)
+        for folder in (spec.submodule_search_locations if spec else None) or ():
+            root = Path(folder)
+            for file in sorted(path for path in root.rglob("*") if path.is_file()):
+                if "__pycache__" not in file.parts:
+                    digest.update(f"{package}/{file.relative_to(root).as_posix()}\0".encode())
+                    digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+def solution_details(command: list[str], folder: Path) -> dict[str, Any]:
+    """Return what ran as the solution: its command and, inside a git work tree, its revision."""
+
+    def git(*arguments: str) -> str | None:
+        try:
+            done = subprocess.run(
+                ["git", "-C", str(folder), *arguments],  # noqa: S607
+                capture_output=True,
+                text=True,
+                timeout=5,
+                check=True,
+            )
+        except (OSError, subprocess.SubprocessError):
+            return None
+        return done.stdout.strip()
+
+    details: dict[str, Any] = {"command": command}
+    revision = git("rev-parse", "HEAD")
+    if revision is not None:
+        details["git_revision"] = revision
+        details["git_dirty"] = git("status", "--porcelain", "--untracked-files=no") != ""
+    return details

@@ -1,0 +1,128 @@
+"""Result documents: created, checked, finished with provenance, written atomically, read with care."""
+
+import json
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from benchbot.core import formats, schema
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.provenance import provenance
+from benchbot.core.selection import Selection
+from benchbot.core.session import Session
+
+VERSION = 1
+
+
+def empty_result(selection: Selection) -> dict[str, Any]:
+    """Return a result with v2's keys, its `results` created by the task's results format (or None without one)."""
+    results = None
+    if selection.results_format is not None:
+        results = formats.call(selection.results_format, "create", [], {})
+    return {
+        "task_details": dict(selection.task.data),
+        "environment_details": [dict(scene.data) for scene in selection.environments],
+        "results": results,
+    }
+
+
+def finish(document: dict[str, Any], session: Session, *, solution: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Return a solution's result, checked and completed: version, true details of task and scenes, provenance.
+
+    What a solution claims about task, environment and provenance is replaced by what really ran. Raises BenchbotError
+    (failure `agent`) when `results` is missing or breaks the task's format.
+    """
+    results_format = session.selection.results_format
+    if "results" not in document:
+        raise BenchbotError(
+            "The result has no key 'results'.",
+            f"It has: {', '.join(sorted(map(str, document))) or 'nothing'}.",
+            "Start from BenchBot.empty_results() and fill in its 'results'.",
+            exit_code=ExitCode.SUBMISSION_FAILED,
+            failure=FailureClass.AGENT,
+        )
+    if results_format is not None:
+        try:
+            formats.validate(results_format, document["results"])
+        except BenchbotError as error:
+            raise BenchbotError(
+                f"The result breaks the format '{results_format.name}'.",
+                f"{error.title} {error.why}",
+                error.fix,
+                exit_code=ExitCode.SUBMISSION_FAILED,
+                failure=FailureClass.AGENT,
+            ) from error
+    return _complete({**document}, session, solution)
+
+
+def failed(session: Session, *, solution: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Return the result document of an episode that failed before there was a valid result."""
+    return _complete({}, session, solution)
+
+
+def _complete(document: dict[str, Any], session: Session, solution: dict[str, Any] | None) -> dict[str, Any]:
+    details = empty_result(session.selection)
+    document["version"] = VERSION
+    document["task_details"] = details["task_details"]
+    document["environment_details"] = details["environment_details"]
+    document["provenance"] = provenance(session, solution)
+    return document
+
+
+def write_json(path: Path, document: dict[str, Any]) -> None:
+    """Write a document atomically: a temporary file beside it, flushed to disk, then renamed over `path`.
+
+    Raises BenchbotError when the disk is full or the folder is not writable; `path` is then as it was.
+    """
+    temporary: str | None = None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            json.dump(document, file, indent=1, sort_keys=True, allow_nan=False)
+            file.write("\n")
+            file.flush()
+            os.fsync(file.fileno())
+        # mkstemp makes private files; a result is as readable as any other file of the user.
+        os.chmod(temporary, 0o666 & ~_umask())  # noqa: PTH101
+        os.replace(temporary, path)  # noqa: PTH105
+        temporary = None
+    except OSError as error:
+        raise BenchbotError(
+            f"Cannot write {path}.",
+            error.strerror or str(error),
+            "Free some disk space or choose another place, then try again.",
+            failure=FailureClass.INFRASTRUCTURE,
+            exit_code=ExitCode.INTERNAL,
+        ) from error
+    except (TypeError, ValueError) as error:
+        raise BenchbotError(
+            f"Cannot write {path}.",
+            f"The document holds something that is not JSON: {error}.",
+            "Use only dicts, lists, strings, finite numbers, booleans and None; convert numpy values first.",
+            failure=FailureClass.AGENT,
+        ) from error
+    finally:
+        if temporary is not None:
+            Path(temporary).unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def read(path: Path) -> dict[str, Any]:
+    """Return a result document, this version's or v2's; raises BenchbotError for one it does not know."""
+    document = schema.read(path)
+    version = document.get("version", VERSION)
+    if version != VERSION:
+        raise BenchbotError(
+            f"{path} is a result of version {version!r}.",
+            f"This BenchBot reads version {VERSION} and results of BenchBot v2.",
+            "Upgrade BenchBot: pip install --upgrade benchbot",
+        )
+    schema.check(document, "result", path)
+    return document

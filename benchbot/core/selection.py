@@ -1,0 +1,201 @@
+"""Selection: is a run of this task on this robot in these scenes possible, and if not, every reason why."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from benchbot.core.catalog import Catalog, Declaration
+from benchbot.core.channels import ACTIONS, OBSERVATIONS
+from benchbot.core.errors import BenchbotError
+from benchbot.core.platform import Localisation
+
+
+@dataclass(frozen=True)
+class Limits:
+    """When an episode is cut off; None is no limit. Times in seconds."""
+
+    steps: int | None = None
+    simulated_time_s: float | None = None
+    wall_time_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Selection:
+    """A possible run: a task on a robot in one scene or more, and the seed of everything stochastic."""
+
+    task: Declaration
+    robot: Declaration
+    environments: tuple[Declaration, ...]
+    results_format: Declaration | None
+    seed: int = 0
+    limits: Limits = Limits()
+
+    @property
+    def environment(self) -> str:
+        """The environment string: `name:variant[:variant…]`."""
+        name = self.environments[0].data["name"]
+        return ":".join([str(name), *(str(scene.data["variant"]) for scene in self.environments)])
+
+    @property
+    def localisation(self) -> Localisation:
+        """Whether the task reports true poses or those of drifting odometry."""
+        return "noisy" if self.task.data.get("localisation") == "noisy" else "ground_truth"
+
+    @property
+    def observations(self) -> tuple[str, ...]:
+        """The channels that the task gives to a solution, in the task's order."""
+        return tuple(self.task.data["observations"])
+
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """The actions that the task allows, in the task's order."""
+        return tuple(self.task.data["actions"])
+
+
+def select(
+    catalog: Catalog,
+    *,
+    task: str,
+    robot: str,
+    environment: str,
+    method: str | None = None,
+    seed: int = 0,
+    limits: Limits | None = None,
+) -> Selection:
+    """Return the selection, or raise one BenchbotError that names every reason why it is impossible.
+
+    `method` is the evaluation method, when scoring was asked for.
+    """
+    errors: list[BenchbotError] = []
+
+    def take(kind: str, name: str) -> Declaration | None:
+        try:
+            return catalog.get(kind, name)
+        except BenchbotError as error:
+            errors.append(error)
+            return None
+
+    task_found, robot_found = take("tasks", task), take("robots", robot)
+    scenes: list[Declaration] = []
+    try:
+        scenes = catalog.environments(environment)
+    except BenchbotError as error:
+        errors.append(error)
+    results_format = None
+    if task_found and "results_format" in task_found.data:
+        results_format = take("formats", task_found.data["results_format"])
+
+    if task_found and robot_found:
+        errors += _capabilities(task_found, robot_found)
+    if robot_found and scenes:
+        errors += _types(robot_found, scenes)
+    if robot_found:
+        errors += _runs(catalog, robot_found)
+    if task_found and scenes:
+        errors += _scenes(task_found, scenes)
+    if method is not None:
+        errors += _scoring(catalog, method, task_found)
+
+    if len(errors) == 1:
+        raise errors[0]
+    if errors or task_found is None or robot_found is None:
+        reasons = "\n".join(f"{number}. {error.title} {error.why}" for number, error in enumerate(errors, 1))
+        fixes = "\n".join(f"{number}. {error.fix}" for number, error in enumerate(errors, 1))
+        raise BenchbotError(
+            f"This run is not possible, for {len(errors)} reasons.",
+            reasons,
+            fixes,
+        )
+    return Selection(
+        task_found, robot_found, tuple(scenes), results_format, seed, _limits(task_found, limits or Limits())
+    )
+
+
+def _capabilities(task: Declaration, robot: Declaration) -> Iterator[BenchbotError]:
+    offered = set(robot.data["connections"])
+    for kind, known in (("actions", ACTIONS), ("observations", OBSERVATIONS)):
+        missing = [name for name in task.data[kind] if name not in offered]
+        if missing:
+            available = sorted(name for name in offered if name in known)
+            yield BenchbotError(
+                f"The robot '{robot.name}' does not offer the {kind} that the task '{task.name}' needs.",
+                f"Missing: {', '.join(missing)}. It offers: {', '.join(available) or 'none'}.",
+                "Choose another robot (benchbot list robots) or another task (benchbot list tasks).",
+            )
+
+
+def _types(robot: Declaration, scenes: list[Declaration]) -> Iterator[BenchbotError]:
+    kind = robot.data["type"]
+    for scene in scenes:
+        if scene.data["type"] != kind:
+            yield BenchbotError(
+                f"The robot '{robot.name}' cannot run in the environment '{scene.name}'.",
+                f"The robot is of type '{kind}', the environment of type '{scene.data['type']}'.",
+                "Choose a robot and an environment of one type; benchbot list robots shows the types.",
+            )
+        if scene.data.get("robots") and robot.name not in scene.data["robots"]:
+            yield BenchbotError(
+                f"The environment '{scene.name}' is not made for the robot '{robot.name}'.",
+                f"It names these robots: {', '.join(scene.data['robots'])}.",
+                f"Choose one of them with --robot, or another environment than '{scene.name}'.",
+            )
+
+
+def _runs(catalog: Catalog, robot: Declaration) -> Iterator[BenchbotError]:
+    kind = robot.data["type"]
+    platforms = {**catalog.plugins.pool("simulators"), **catalog.plugins.pool("robot_drivers")}
+    if kind not in platforms:
+        yield BenchbotError(
+            f"Nothing installed can run robots of type '{kind}'.",
+            f"Installed simulators and drivers: {', '.join(sorted(platforms)) or 'none'}."
+            f"{catalog.plugins.broken_hint()}",
+            f"Install it: pip install benchbot-{kind.replace('_', '-')}",
+        )
+
+
+def _scenes(task: Declaration, scenes: list[Declaration]) -> Iterator[BenchbotError]:
+    count = task.data.get("scene_count", 1)
+    if len(scenes) != count:
+        example = ":".join(["NAME", *("VARIANT" if count == 1 else f"VARIANT_{i}" for i in range(1, count + 1))])
+        yield BenchbotError(
+            f"The task '{task.name}' needs {count} scene{'s' if count > 1 else ''}, not {len(scenes)}.",
+            f"You named: {', '.join(scene.name for scene in scenes)}.",
+            f"Name the scenes like this: --env {example}",
+        )
+    if "move_next" in task.data["actions"]:
+        for scene in scenes:
+            if not scene.data.get("trajectory_poses"):
+                yield BenchbotError(
+                    f"The environment '{scene.name}' has no trajectory.",
+                    f"The task '{task.name}' drives the robot along one with move_next.",
+                    "Choose an active task, or an environment that declares trajectory_poses.",
+                )
+
+
+def _scoring(catalog: Catalog, method: str, task: Declaration | None) -> Iterator[BenchbotError]:
+    try:
+        evaluator = catalog.plugins.record("evaluators", method)
+    except BenchbotError as error:
+        yield error
+        return
+    if task is None:
+        return
+    results_format = task.data.get("results_format")
+    if results_format not in evaluator.result_formats:
+        yield BenchbotError(
+            f"The method '{method}' cannot score results of the task '{task.name}'.",
+            f"The task's results have the format '{results_format}'; "
+            f"the method reads: {', '.join(sorted(evaluator.result_formats))}.",
+            "Choose another method with --evaluate-with, or leave scoring out.",
+        )
+
+
+def _limits(task: Declaration, asked: Limits) -> Limits:
+    """Return the task's own limits, tightened or loosened by what the user asked for."""
+    declared = task.data.get("limits", {})
+    return Limits(
+        steps=asked.steps if asked.steps is not None else declared.get("steps"),
+        simulated_time_s=(
+            asked.simulated_time_s if asked.simulated_time_s is not None else declared.get("simulated_time_s")
+        ),
+        wall_time_s=asked.wall_time_s if asked.wall_time_s is not None else declared.get("wall_time_s"),
+    )

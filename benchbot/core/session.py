@@ -1,0 +1,297 @@
+"""The session: one solution's run through the scenes of a selection, as a state machine."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any, TypeVar
+
+from benchbot.core.channels import ACTIONS
+from benchbot.core.digest import ObservationDigest
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass, did_you_mean
+from benchbot.core.geometry import Pose
+from benchbot.core.host import Host, Status
+from benchbot.core.motion import Outcome
+from benchbot.core.platform import Scene
+from benchbot.core.recording import Recording
+from benchbot.core.selection import Selection
+
+T = TypeVar("T")
+
+
+class State(StrEnum):
+    """Where the current scene stands. `failed` means that the episode cannot go on: see the failure class."""
+
+    CLEAN = "clean"
+    DIRTY = "dirty"
+    COLLIDED = "collided"
+    FINISHED = "finished"
+    FAILED = "failed"
+
+
+class ActionResult(StrEnum):
+    """What a solution is told after each step."""
+
+    SUCCESS = "SUCCESS"
+    FINISHED = "FINISHED"
+    COLLISION = "COLLISION"
+
+
+@dataclass(frozen=True)
+class Step:
+    """What a solution gets back: observations by channel, the result, and what it may do next."""
+
+    observations: dict[str, Any]
+    result: ActionResult
+    actions: tuple[str, ...]
+    state: State
+    scene_number: int
+    outcome: Outcome | None = None
+
+
+@dataclass
+class Progress:
+    """What can be watched of a session from outside while it runs."""
+
+    state: State = State.CLEAN
+    scene_number: int = 0
+    steps: int = 0
+    trajectory_index: int = 0
+    trajectory_length: int = 0
+    last_action: str | None = None
+    pose_xyyaw: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    simulated_time_s: float = 0.0
+    frames: int = 0
+    failure: FailureClass | None = None
+    failure_why: str | None = None
+    started_s: float = field(default_factory=time.monotonic)
+
+    @property
+    def wall_time_s(self) -> float:
+        """Seconds since the session began."""
+        return time.monotonic() - self.started_s
+
+
+class Session:
+    """Runs a selection on a host. Not thread-safe: the caller serialises `reset`, `step` and `next_scene`.
+
+    `start_host` makes the host at the first `reset`, and anew at the `reset` that follows a dead one.
+    """
+
+    def __init__(
+        self, selection: Selection, start_host: Callable[[], Host], recordings: Sequence[Recording] = ()
+    ) -> None:
+        self.selection = selection
+        self.recordings = tuple(recordings)
+        self.progress = Progress()
+        self.digest = ObservationDigest()
+        self.scenes = tuple(Scene(declaration.data, declaration.path.parent) for declaration in selection.environments)
+        self._start_host = start_host
+        self._host: Host | None = None
+        self._trajectory: tuple[Pose, ...] = ()
+        self._simulated_before_s = 0.0
+        self._active_since_s = time.monotonic()
+
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """The actions that may be taken now: none after a collision, the end of the trajectory or a failure."""
+        usable = self.progress.state in (State.CLEAN, State.DIRTY)
+        return self.selection.actions if usable else ()
+
+    @property
+    def result(self) -> ActionResult:
+        """What the current state means to a solution."""
+        if self.progress.state is State.COLLIDED:
+            return ActionResult.COLLISION
+        return ActionResult.FINISHED if self.progress.state is State.FINISHED else ActionResult.SUCCESS
+
+    def reset(self) -> Step:
+        """Start anew in the first scene and observe; also the way back after a collision or a dead platform."""
+        self.progress = Progress()
+        self.digest = ObservationDigest()
+        self._simulated_before_s = 0.0
+        self._active_since_s = time.monotonic()
+        for recording in self.recordings:
+            recording.reset()
+        return self._enter(0)
+
+    def next_scene(self) -> Step | None:
+        """Advance to the next scene and observe, or return None when there is none. Never goes back.
+
+        Raises BenchbotError after a collision.
+        """
+        self._require_started()
+        if self.progress.state is State.COLLIDED:
+            raise BenchbotError(
+                "The next scene is out of reach after a collision.",
+                "A collision ends the whole episode.",
+                "Call reset() to start again in the first scene.",
+                failure=FailureClass.COLLISION,
+            )
+        following = self.progress.scene_number + 1
+        if following >= len(self.scenes):
+            return None
+        self._simulated_before_s = self.progress.simulated_time_s
+        return self._enter(following)
+
+    def step(self, action: str | None, arguments: Mapping[str, Any] | None = None) -> Step:
+        """Take one action to its end and observe; None only observes.
+
+        Raises BenchbotError for an action that is unknown, unavailable now or wrongly used, for a limit that is
+        reached (failure `timeout`) and for a platform that died (failure `platform`).
+        """
+        host = self._require_started()
+        arguments = dict(arguments or {})
+        if action is None:
+            return self._observe(host, None)
+        self._check_action(action, arguments)
+        self._check_limits()
+        goal = None
+        if action == "move_next":
+            goal = self._trajectory[self.progress.trajectory_index]
+        self.progress.last_action = action
+        self.progress.steps += 1
+        outcome, status = self._guarded(lambda: host.act(action, arguments, goal))
+        if action == "move_next":
+            self.progress.trajectory_index += 1
+        self._note(status)
+        if status.collided:
+            self._end(State.COLLIDED, FailureClass.COLLISION, f"The robot hit something during {action}.")
+        elif action == "move_next" and self.progress.trajectory_index >= len(self._trajectory):
+            self.progress.state = State.FINISHED
+        else:
+            self.progress.state = State.DIRTY
+        return self._observe(host, outcome, action, arguments)
+
+    def fail(self, failure: FailureClass, why: str) -> None:
+        """Record that the episode ended badly for a reason outside the robot: the first one stays."""
+        self._end(State.FAILED, failure, why)
+
+    def close(self) -> None:
+        """Stop the robot, release the host and finish the recordings."""
+        self._close_host()
+        for recording in self.recordings:
+            recording.close()
+
+    def _enter(self, scene_index: int) -> Step:
+        host = self._guarded(self._running_host)
+        # Each scene has its own stream of random numbers, so that scene 2 does not depend on what happened in scene 1.
+        status = self._guarded(lambda: host.load(scene_index, self.selection.seed + scene_index))
+        self._trajectory = self.scenes[scene_index].trajectory
+        self.progress.state = State.CLEAN
+        self.progress.scene_number = scene_index
+        self.progress.trajectory_index = 0
+        self.progress.trajectory_length = len(self._trajectory)
+        self._note(status)
+        return self._observe(host, None)
+
+    def _running_host(self) -> Host:
+        if self._host is None:
+            self._host = self._start_host()
+        return self._host
+
+    def _require_started(self) -> Host:
+        if self._host is None or self.progress.state is State.FAILED:
+            raise BenchbotError(
+                "The episode is not running.",
+                self.progress.failure_why or "It has not been started yet.",
+                "Call reset() first.",
+                failure=self.progress.failure,
+            )
+        return self._host
+
+    def _observe(
+        self, host: Host, outcome: Outcome | None, action: str | None = None, arguments: Mapping[str, Any] | None = None
+    ) -> Step:
+        observations = self._guarded(lambda: host.observe(self.selection.observations))
+        self.progress.frames += 1
+        self.digest.update(observations)
+        step = Step(observations, self.result, self.actions, self.progress.state, self.progress.scene_number, outcome)
+        for recording in self.recordings:
+            recording.step(action, arguments or {}, step, self.progress)
+        return step
+
+    def _check_action(self, action: str, arguments: dict[str, Any]) -> None:
+        allowed = self.selection.actions
+        if action not in allowed:
+            raise BenchbotError(
+                f"'{action}' is not an action of the task '{self.selection.task.name}'.",
+                f"Its actions: {', '.join(allowed)}.{did_you_mean(action, list(allowed))}",
+                "Use one of the actions in the action list.",
+                failure=FailureClass.AGENT,
+            )
+        if action not in self.actions:
+            raise BenchbotError(
+                f"Action '{action}' is unavailable due to: {self.result}.",
+                f"The scene is {self.progress.state}, so no action can be taken in it.",
+                "Check the action list or the action result before each step; go on with next_scene() or reset().",
+                failure=FailureClass.AGENT,
+            )
+        if action == "move_next" and not self._trajectory:
+            raise BenchbotError(
+                "There is no trajectory to follow.",
+                f"The scene '{self.selection.environments[self.progress.scene_number].name}' declares none.",
+                "Choose an environment that declares trajectory_poses.",
+            )
+        known = ACTIONS[action].argument
+        wrong = [name for name in arguments if name != known]
+        if wrong:
+            raise BenchbotError(
+                f"'{action}' has no argument '{wrong[0]}'.",
+                f"Its argument: {known or 'none'}.",
+                f"Call it like this: {action}" + (f" with {{'{known}': 1.0}}" if known else " with no argument"),
+                failure=FailureClass.AGENT,
+            )
+        value = arguments.get(known, 0.0) if known else 0.0
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not number or value != value or value in (float("inf"), float("-inf")):
+            raise BenchbotError(
+                f"The {known} of '{action}' is {value!r}.",
+                f"It must be a finite number, in {ACTIONS[action].unit}.",
+                "Pass a number, for example 0.5.",
+                failure=FailureClass.AGENT,
+            )
+
+    def _check_limits(self) -> None:
+        limits = self.selection.limits
+        checks = (
+            (limits.steps, self.progress.steps, "steps"),
+            (limits.simulated_time_s, self.progress.simulated_time_s, "seconds of simulated time"),
+            (limits.wall_time_s, time.monotonic() - self._active_since_s, "seconds of wall time"),
+        )
+        for limit, used, unit in checks:
+            if limit is not None and used >= limit:
+                why = f"The limit of {limit:g} {unit} is used up."
+                self._end(State.FAILED, FailureClass.TIMEOUT, why)
+                raise BenchbotError(
+                    "The episode has reached its limit.",
+                    why,
+                    "Save the results that you have, or run again with a higher limit.",
+                    exit_code=ExitCode.SUBMISSION_FAILED,
+                    failure=FailureClass.TIMEOUT,
+                )
+
+    def _note(self, status: Status) -> None:
+        x, y, _ = status.pose.translation_xyz
+        self.progress.pose_xyyaw = (x, y, status.pose.yaw_rad)
+        self.progress.simulated_time_s = self._simulated_before_s + status.clock_s
+
+    def _end(self, state: State, failure: FailureClass, why: str) -> None:
+        self.progress.state = state
+        if self.progress.failure is None:
+            self.progress.failure = failure
+            self.progress.failure_why = why
+
+    def _guarded(self, call: Callable[[], T]) -> T:
+        try:
+            return call()
+        except BenchbotError as error:
+            if error.failure is FailureClass.PLATFORM:
+                self._end(State.FAILED, FailureClass.PLATFORM, f"{error.title} {error.why}")
+                self._close_host()
+            raise
+
+    def _close_host(self) -> None:
+        if self._host is not None:
+            self._host.close()
+            self._host = None

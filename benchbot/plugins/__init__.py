@@ -1,0 +1,33 @@
+"""What ships in the box, registered through the same hooks as anybody's plug-in."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from benchbot.core.hookspecs import Recorder, hookimpl
+from benchbot.core.recording import Recording
+
+_FOLDER = Path(__file__).parent
+
+
+@hookimpl
+def benchbot_formats() -> Iterator[Path]:
+    """Yield the formats of object maps and of their ground truths."""
+    yield _FOLDER / "formats"
+
+
+@hookimpl
+def benchbot_examples() -> Iterator[Path]:
+    """Yield the first solutions to read and to run."""
+    yield _FOLDER / "examples"
+
+
+@hookimpl
+def benchbot_recorders() -> Iterator[Recorder]:
+    """Yield the recorder of what the camera saw."""
+    yield Recorder("frames", _record_frames)
+
+
+def _record_frames(folder: Path) -> Recording:
+    from benchbot.plugins.recorders.frames import FramesRecording
+
+    return FramesRecording(folder)

@@ -1,0 +1,1 @@
+"""Formats of results and ground truths: object maps, with and without states."""

@@ -1,0 +1,1 @@
+"""Recorders that ship in the box."""

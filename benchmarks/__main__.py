@@ -1,0 +1,33 @@
+"""Run every benchmark, one after the other: `python -m benchmarks [NAME …] [--json FOLDER]`."""
+
+import argparse
+import subprocess
+import sys
+from pathlib import Path
+
+FOLDER = Path(__file__).parent
+
+
+def main() -> int:
+    """Run the named benchmarks, or all; return 1 if one of them failed."""
+    names = sorted(path.stem.removeprefix("bench_") for path in FOLDER.glob("bench_*.py"))
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("names", nargs="*", choices=[[], *names], metavar="NAME", help=f"one of: {', '.join(names)}")
+    parser.add_argument("--json", type=Path, metavar="FOLDER", help="also write NAME.json into this folder")
+    options = parser.parse_args()
+    failed = []
+    for name in options.names or names:
+        print(f"\n{name}\n{'=' * len(name)}", flush=True)
+        command = [sys.executable, "-m", f"benchmarks.bench_{name}"]
+        if options.json:
+            options.json.mkdir(parents=True, exist_ok=True)
+            command += ["--json", str(options.json / f"{name}.json")]
+        if subprocess.run(command, check=False).returncode != 0:
+            failed.append(name)
+    if failed:
+        print(f"\nfailed: {', '.join(failed)}", file=sys.stderr)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

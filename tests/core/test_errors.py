@@ -1,0 +1,29 @@
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass, did_you_mean
+
+
+def test_an_error_says_what_why_and_how_to_mend_it() -> None:
+    error = BenchbotError("It broke.", "A part is missing.", "Put it back.", failure=FailureClass.PLATFORM)
+    assert str(error) == "It broke.\nA part is missing.\nPut it back."
+    assert error.as_dict() == {
+        "title": "It broke.",
+        "why": "A part is missing.",
+        "fix": "Put it back.",
+        "failure": "platform",
+    }
+    assert error.exit_code is ExitCode.USAGE
+
+
+def test_exit_codes_are_a_contract() -> None:
+    assert {code.name: code.value for code in ExitCode} == {
+        "OK": 0,
+        "SUBMISSION_FAILED": 1,
+        "USAGE": 2,
+        "INTERNAL": 3,
+        "BELOW_THRESHOLD": 4,
+        "INTERRUPTED": 130,
+    }
+
+
+def test_a_near_miss_is_guessed_in_its_own_spelling() -> None:
+    assert did_you_mean("cartr", ["Carter", "husky"]) == " Did you mean 'Carter'?"
+    assert did_you_mean("zzz", ["Carter", "husky"]) == ""

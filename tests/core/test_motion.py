@@ -1,0 +1,233 @@
+"""Motion reaches its goal within 1 cm and 1 degree on anything that drives like a unicycle, and stops before harm."""
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from benchbot_sample.simulator import SampleSimulator
+from benchbot_sample.unicycle import Limits, State, substeps
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from benchbot.core import schema
+from benchbot.core.errors import BenchbotError
+from benchbot.core.geometry import Pose, wrap_angle_rad
+from benchbot.core.motion import MotionConfig, Outcome, execute
+from benchbot.core.platform import Platform, PlatformSpec, Scene
+
+SAMPLE = Path(__file__).parent.parent / "sample_plugin" / "benchbot_sample"
+
+PERFECT = Limits((-0.6, 1.5), 1.0)
+SLUGGISH = Limits((-0.6, 1.5), 1.0, linear_acceleration_mps2=1.0, angular_acceleration_radps2=2.0)
+drives = pytest.mark.parametrize("limits", [PERFECT, SLUGGISH], ids=["perfect", "sluggish"])
+
+
+class OpenFloor:
+    """A unicycle with nothing to bump into; its odometry scales every motion by `odometry_scale`."""
+
+    control_period_s = 0.05
+    collided = False
+
+    def __init__(self, limits: Limits, start: State, odometry_scale: float = 1.0) -> None:
+        self.limits = limits
+        self.state = self.believed = start
+        self.odometry_scale = odometry_scale
+        self.commands: list[tuple[float, float]] = []
+
+    def load(self, scene: Scene, seed: int) -> None:
+        raise NotImplementedError
+
+    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+        raise NotImplementedError
+
+    def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
+        self.commands.append((linear_mps, angular_radps))
+        for state in substeps(self.state, linear_mps, angular_radps, duration_s, self.limits):
+            turn_rad = state.yaw_rad - self.state.yaw_rad
+            way_m = math.copysign(math.dist((state.x, state.y), (self.state.x, self.state.y)), state.linear_mps)
+            self.believed = self.believed.moved(way_m * self.odometry_scale, turn_rad * self.odometry_scale, 1.0)
+            self.state = state
+
+    def contact_ahead(self, linear_mps: float, angular_radps: float, horizon_s: float) -> bool:
+        return False
+
+    def pose(self) -> Pose:
+        return Pose.planar(self.state.x, self.state.y, self.state.yaw_rad)
+
+    def odometry(self) -> Pose:
+        return Pose.planar(self.believed.x, self.believed.y, self.believed.yaw_rad)
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        return self.state.linear_mps, self.state.angular_radps
+
+    def clock(self) -> float:
+        return len(self.commands) * self.control_period_s
+
+    def close(self) -> None:
+        pass
+
+
+def arena(environment: str = "arena_1", robot: str = "sample_robot") -> tuple[SampleSimulator, MotionConfig]:
+    """The sample robot at (-2, 0) heading along +x: a wall 5 m ahead and 1 m behind, and its motion as declared."""
+    declaration = schema.read(SAMPLE / "robots" / f"{robot}.yaml")
+    path = SAMPLE / "environments" / f"{environment}.yaml"
+    platform = SampleSimulator(PlatformSpec(declaration, "ground_truth", SAMPLE))
+    platform.load(Scene(schema.read(path), path.parent), seed=0)
+    return platform, MotionConfig.from_robot(declaration, "ground_truth")
+
+
+def assert_stands_at(platform: Platform, goal: Pose, pose: Pose | None = None) -> None:
+    pose = pose or platform.pose()
+    assert math.dist(pose.translation_xyz, goal.translation_xyz) <= 0.01
+    assert abs(math.degrees(wrap_angle_rad(pose.yaw_rad - goal.yaw_rad))) <= 1.0
+    assert platform.velocity == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+angles_rad = st.floats(-math.pi, math.pi)
+metres = st.floats(-3.0, 3.0)
+states = st.builds(State, metres, metres, angles_rad)
+
+
+@drives
+@settings(deadline=None)
+@given(start=states, distance_m=metres)
+def test_move_distance_ends_at_the_goal(limits: Limits, start: State, distance_m: float) -> None:
+    platform = OpenFloor(limits, start)
+    goal = platform.pose() @ Pose((distance_m, 0.0, 0.0))
+    outcome = execute(platform, "move_distance", {"distance": distance_m}, None, MotionConfig())
+    assert outcome is Outcome.REACHED
+    assert_stands_at(platform, goal)
+
+
+@drives
+@settings(deadline=None)
+@given(start=states, angle_deg=st.floats(-1080.0, 1080.0))
+def test_move_angle_turns_by_the_whole_angle_on_the_spot(limits: Limits, start: State, angle_deg: float) -> None:
+    platform = OpenFloor(limits, start)
+    assert execute(platform, "move_angle", {"angle": angle_deg}, None, MotionConfig()) is Outcome.REACHED
+    assert math.degrees(platform.state.yaw_rad - start.yaw_rad) == pytest.approx(angle_deg, abs=1.0)
+    assert (platform.state.x, platform.state.y) == (start.x, start.y)
+    assert platform.velocity == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+@drives
+@settings(deadline=None)
+@given(start=states, goal=st.builds(Pose.planar, metres, metres, angles_rad))
+def test_move_next_ends_at_the_goal(limits: Limits, start: State, goal: Pose) -> None:
+    platform = OpenFloor(limits, start)
+    assert execute(platform, "move_next", {}, goal, MotionConfig()) is Outcome.REACHED
+    assert_stands_at(platform, goal)
+
+
+@settings(deadline=None)
+@given(start=states, distance_m=metres)
+def test_acceleration_limits_cause_no_overshoot(start: State, distance_m: float) -> None:
+    platform = OpenFloor(SLUGGISH, start)
+    execute(platform, "move_distance", {"distance": distance_m}, None, MotionConfig())
+    assert all(math.copysign(1.0, distance_m) * linear_mps >= 0 for linear_mps, _ in platform.commands)
+
+
+def test_a_robot_weaker_than_declared_still_arrives() -> None:
+    platform = OpenFloor(SLUGGISH, State(0.0, 0.0, 0.0))
+    config = MotionConfig(linear_acceleration_mps2=3.0, angular_acceleration_radps2=6.0)
+    assert execute(platform, "move_next", {}, Pose.planar(2.0, 1.0, math.pi / 2), config) is Outcome.REACHED
+    assert math.dist((platform.state.x, platform.state.y), (2.0, 1.0)) <= 0.01
+
+
+def test_nothing_to_do_is_done_at_once() -> None:
+    platform = OpenFloor(PERFECT, State(1.0, 2.0, 0.5))
+    for action in ("move_distance", "move_angle"):
+        assert execute(platform, action, {}, None, MotionConfig()) is Outcome.REACHED
+    assert execute(platform, "move_next", {}, platform.pose(), MotionConfig()) is Outcome.REACHED
+    assert platform.clock() == 0.0
+
+
+def test_a_goal_behind_is_approached_in_reverse() -> None:
+    platform = OpenFloor(PERFECT, State(0.0, 0.0, 0.0))
+    execute(platform, "move_next", {}, Pose.planar(-1.0, 0.1, 0.0), MotionConfig())
+    assert all(linear_mps <= 0.0 for linear_mps, _ in platform.commands)
+
+
+@settings(deadline=None)
+@given(start=states, goal=st.builds(Pose.planar, metres, metres, angles_rad), factor=st.floats(0.3, 1.5))
+def test_commands_keep_the_limits(start: State, goal: Pose, factor: float) -> None:
+    platform = OpenFloor(PERFECT, start)
+    execute(platform, "move_next", {}, goal, MotionConfig(speed_factor=factor))
+    for linear_mps, angular_radps in platform.commands:
+        assert -0.6 * factor - 1e-9 <= linear_mps <= 1.5 * factor + 1e-9
+        assert abs(angular_radps) <= 1.0 * factor + 1e-9
+
+
+def test_noisy_localisation_steers_by_odometry() -> None:
+    platform = OpenFloor(SLUGGISH, State(0.0, 0.0, 0.0), odometry_scale=0.8)
+    execute(platform, "move_distance", {"distance": 1.0}, None, MotionConfig(localisation="noisy"))
+    assert_stands_at(platform, Pose((1.0, 0.0, 0.0)), platform.odometry())
+    assert platform.state.x == pytest.approx(1.25, abs=0.0125)
+
+
+@pytest.mark.parametrize(("action", "argument"), [("move_distance", "distance"), ("move_angle", "angle")])
+def test_a_phase_that_takes_too_long_times_out_at_rest(action: str, argument: str) -> None:
+    platform = OpenFloor(SLUGGISH, State(0.0, 0.0, 0.0))
+    assert execute(platform, action, {argument: 5000.0}, None, MotionConfig()) is Outcome.TIMEOUT
+    assert 30.0 <= platform.clock() <= 32.0
+    assert platform.velocity == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+def test_driving_into_a_wall_collides_at_contact() -> None:
+    platform, config = arena()
+    assert execute(platform, "move_distance", {"distance": 6.0}, None, config) is Outcome.COLLIDED
+    assert platform.collided
+    assert platform.velocity == pytest.approx((0.0, 0.0), abs=1e-9)
+    assert platform.pose().translation_xyz[0] == pytest.approx(3.0 - 0.2, abs=0.001)
+
+
+@pytest.mark.parametrize("distance_m", [6.0, -3.0])
+def test_a_careful_robot_stops_before_the_wall(distance_m: float) -> None:
+    platform, config = arena(robot="sample_careful_robot")
+    assert execute(platform, "move_distance", {"distance": distance_m}, None, config) is Outcome.BLOCKED
+    assert not platform.collided
+    assert platform.velocity == pytest.approx((0.0, 0.0), abs=1e-9)
+    x = platform.pose().translation_xyz[0]
+    gap_m = 3.0 - 0.2 - abs(x)
+    assert 0.0 < gap_m < 0.1
+
+
+def test_a_blocked_robot_can_drive_away_again() -> None:
+    platform, config = arena(robot="sample_careful_robot")
+    execute(platform, "move_distance", {"distance": 6.0}, None, config)
+    assert execute(platform, "move_distance", {"distance": -1.0}, None, config) is Outcome.REACHED
+
+
+def test_a_goal_close_to_a_wall_is_reached_by_a_careful_robot() -> None:
+    platform, config = arena(robot="sample_careful_robot")
+    # Half a centimetre is left between the wall and the robot.
+    assert execute(platform, "move_distance", {"distance": 4.795}, None, config) is Outcome.REACHED
+
+
+def test_a_whole_trajectory_is_driven_in_the_sample_arena() -> None:
+    platform, config = arena(robot="sample_careful_robot")
+    scene = schema.read(SAMPLE / "environments" / "arena_1.yaml")
+    for values in scene["trajectory_poses"]:
+        goal = Pose.from_wxyz_xyz(values)
+        assert execute(platform, "move_next", {}, goal, config) is Outcome.REACHED
+        assert_stands_at(platform, goal)
+
+
+@pytest.mark.parametrize(
+    "limits",
+    [
+        {"linear_mps": [0.6, 1.5]},
+        {"linear_mps": 1.5},
+        {"linear_mps": [-1, 0]},
+        {"angular_radps": 0},
+        {"angular_radps": "fast"},
+        {"linear_acceleration_mps2": -1.0},
+        {"angular_acceleration_radps2": math.nan},
+    ],
+)
+def test_senseless_limits_are_explained(limits: dict[str, Any]) -> None:
+    with pytest.raises(BenchbotError, match=next(iter(limits))):
+        MotionConfig.from_robot({"limits": limits}, "ground_truth")

@@ -1,0 +1,117 @@
+import pytest
+
+from benchbot.core.catalog import Catalog
+from benchbot.core.errors import BenchbotError
+from benchbot.core.plugins import Plugins, installed
+from benchbot.core.selection import Limits, select
+from tests.plugin_factory import PluginFactory
+
+CODE = """\
+from importlib.resources import files
+from benchbot import hookimpl
+from benchbot.core.hookspecs import Evaluator, Simulator
+
+HERE = files(__name__)
+
+@hookimpl
+def benchbot_tasks(): yield HERE / "tasks"
+@hookimpl
+def benchbot_robots(): yield HERE / "robots"
+@hookimpl
+def benchbot_environments(): yield HERE / "environments"
+@hookimpl
+def benchbot_simulators(): yield Simulator("sim_acme", create=None)
+@hookimpl
+def benchbot_evaluators():
+    yield Evaluator("tidiness", "1", "T", frozenset({"tidy_map"}), frozenset(), None, None)
+"""
+FILES = {
+    "tasks/tour.yaml": "name: tour\nactions: [move_next]\nobservations: [poses]\nlimits: {steps: 9}\n",
+    "tasks/compare.yaml": "name: compare\nactions: [move_next]\nobservations: [poses, laser]\nscene_count: 2\n",
+    "robots/cart.yaml": """\
+name: cart
+type: sim_acme
+global_frame: map
+robot_frame: base
+poses: [base]
+connections: {poses: {connection: ros_to_api}, move_next: {connection: api_to_ros}}
+""",
+    "robots/real.yaml": """\
+name: real
+type: acme_driver
+global_frame: map
+robot_frame: base
+poses: [base]
+connections: {poses: {connection: ros_to_api}}
+""",
+    "environments/room.yaml": """\
+name: room
+variant: 1
+type: sim_acme
+start_pose: [1, 0, 0, 0, 0, 0, 0]
+trajectory_poses: [[1, 0, 0, 0, 1, 0, 0]]
+""",
+    "environments/void.yaml": """\
+name: void
+variant: 1
+type: sim_acme
+start_pose: [1, 0, 0, 0, 0, 0, 0]
+robots: [bug]
+""",
+}
+
+
+@pytest.fixture
+def catalog(plugin_factory: PluginFactory) -> Catalog:
+    plugin_factory.make("acme-world", CODE, FILES)
+    return Catalog(Plugins([info for info in installed() if info.distribution == "acme-world"]))
+
+
+def test_a_possible_run_is_selected(catalog: Catalog) -> None:
+    selection = select(catalog, task="tour", robot="cart", environment="room:1", seed=7)
+    assert selection.environment == "room:1"
+    assert selection.actions == ("move_next",)
+    assert selection.localisation == "ground_truth"
+    assert selection.seed == 7
+    assert selection.limits == Limits(steps=9)
+
+
+def test_the_user_overrides_the_limits_of_the_task(catalog: Catalog) -> None:
+    limits = Limits(steps=20, wall_time_s=3)
+    assert select(catalog, task="tour", robot="cart", environment="room:1", limits=limits).limits == limits
+
+
+def test_one_reason_is_an_error_of_its_own(catalog: Catalog) -> None:
+    with pytest.raises(BenchbotError, match="'tuor' is not a known task") as caught:
+        select(catalog, task="tuor", robot="cart", environment="room:1")
+    assert "Did you mean 'tour'?" in caught.value.why
+    assert caught.value.fix == "List them with: benchbot list tasks"
+
+
+def test_every_reason_is_named_at_once(catalog: Catalog) -> None:
+    with pytest.raises(BenchbotError, match="not possible, for 8 reasons") as caught:
+        select(catalog, task="compare", robot="real", environment="void:1", method="omg")
+    for reason in (
+        "does not offer the actions that the task 'compare' needs. Missing: move_next",
+        "does not offer the observations that the task 'compare' needs. Missing: laser",
+        "'real' cannot run in the environment 'void:1'. The robot is of type 'acme_driver'",
+        "'void:1' is not made for the robot 'real'. It names these robots: bug.",
+        "Nothing installed can run robots of type 'acme_driver'. Installed simulators and drivers: sim_acme.",
+        "The task 'compare' needs 2 scenes, not 1.",
+        "'void:1' has no trajectory.",
+        "'omg' is not an installed evaluator.",
+    ):
+        assert reason in caught.value.why
+    assert "pip install benchbot-acme-driver" in caught.value.fix
+    assert "--env NAME:VARIANT_1:VARIANT_2" in caught.value.fix
+
+
+def test_a_method_must_read_the_format_of_the_task(catalog: Catalog) -> None:
+    with pytest.raises(BenchbotError, match="'tidiness' cannot score results of the task 'tour'"):
+        select(catalog, task="tour", robot="cart", environment="room:1", method="tidiness")
+
+
+def test_move_next_needs_a_trajectory(catalog: Catalog) -> None:
+    with pytest.raises(BenchbotError) as caught:
+        select(catalog, task="tour", robot="cart", environment="void:1")
+    assert "The environment 'void:1' has no trajectory." in caught.value.why

@@ -1,0 +1,208 @@
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchbot.core.catalog import Declaration
+from benchbot.core.errors import BenchbotError, FailureClass
+from benchbot.core.geometry import Pose
+from benchbot.core.host import Status
+from benchbot.core.motion import Outcome
+from benchbot.core.selection import Limits, Selection
+from benchbot.core.session import ActionResult, Session, State
+
+
+@dataclass
+class RailHost:
+    """A robot on a rail along x, with a wall at x = 5 and a battery that may die."""
+
+    dies_at_step: int | None = None
+    x: float = 0.0
+    clock_s: float = 0.0
+    steps: int = 0
+    loads: list[tuple[int, int]] = field(default_factory=list)
+    closed: bool = False
+
+    def load(self, scene_index: int, seed: int) -> Status:
+        self.loads.append((scene_index, seed))
+        self.x = self.clock_s = 0.0
+        return self.status()
+
+    def act(self, action: str, arguments: Mapping[str, Any], goal: Pose | None) -> tuple[Outcome, Status]:
+        self.steps += 1
+        if self.steps == self.dies_at_step:
+            raise BenchbotError("The simulator died.", "Battery.", "Reset.", failure=FailureClass.PLATFORM)
+        self.clock_s += 1.0
+        self.x = goal.translation_xyz[0] if goal else self.x + arguments.get("distance", 0.0)
+        return (Outcome.COLLIDED if self.x >= 5 else Outcome.REACHED), self.status()
+
+    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+        return {channel: np.array([self.x]) for channel in channels}
+
+    def status(self) -> Status:
+        return Status(Pose.planar(self.x, 0, 0), self.clock_s, self.x >= 5)
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def declaration(kind: str, name: str, **data: Any) -> Declaration:
+    return Declaration(kind, name, Path("rail.yaml"), "acme", {"name": name, **data})
+
+
+def selection(*actions: str, scenes: int = 1, limits: Limits | None = None) -> Selection:
+    def scene(number: int) -> Declaration:
+        trajectory = [[1, 0, 0, 0, x, 0, 0] for x in (1, 2)]
+        start = [1, 0, 0, 0, 0, 0, 0]
+        name = f"rail:{number}"
+        return declaration("environments", name, variant=number, start_pose=start, trajectory_poses=trajectory)
+
+    return Selection(
+        declaration("tasks", "ride", actions=list(actions), observations=["poses"]),
+        declaration("robots", "wagon"),
+        tuple(scene(number) for number in range(1, scenes + 1)),
+        None,
+        seed=10,
+        limits=limits or Limits(),
+    )
+
+
+def session(*actions: str, host: RailHost | None = None, **kwargs: Any) -> Session:
+    return Session(selection(*actions, **kwargs), lambda: host or RailHost())
+
+
+def test_a_passive_episode_runs_along_the_trajectory_and_finishes() -> None:
+    ride = session("move_next")
+    first = ride.reset()
+    assert (first.state, first.result, first.actions) == (State.CLEAN, ActionResult.SUCCESS, ("move_next",))
+    assert ride.step("move_next").state is State.DIRTY
+    last = ride.step("move_next")
+    assert (last.state, last.result, last.actions) == (State.FINISHED, ActionResult.FINISHED, ())
+    assert last.observations["poses"] == 2
+    assert ride.progress.simulated_time_s == 2
+    with pytest.raises(BenchbotError, match="'move_next' is unavailable due to: FINISHED"):
+        ride.step("move_next")
+
+
+def test_a_collision_ends_the_episode_until_reset() -> None:
+    ride = session("move_distance", scenes=2)
+    ride.reset()
+    crashed = ride.step("move_distance", {"distance": 9})
+    assert (crashed.state, crashed.result, crashed.actions) == (State.COLLIDED, ActionResult.COLLISION, ())
+    assert ride.progress.failure is FailureClass.COLLISION
+    with pytest.raises(BenchbotError, match="out of reach after a collision"):
+        ride.next_scene()
+    assert ride.reset().state is State.CLEAN
+    assert ride.progress.failure is None
+
+
+def test_scenes_advance_and_reset_returns_to_the_first() -> None:
+    host = RailHost()
+    ride = session("move_next", host=host, scenes=2)
+    ride.reset()
+    ride.step("move_next")
+    second = ride.next_scene()
+    assert second is not None
+    assert (second.scene_number, second.state) == (1, State.CLEAN)
+    ride.step("move_next")
+    assert ride.progress.simulated_time_s == 2
+    assert ride.next_scene() is None
+    assert ride.reset().scene_number == 0
+    assert host.loads == [(0, 10), (1, 11), (0, 10)]
+
+
+def test_observing_alone_takes_no_step() -> None:
+    ride = session("move_distance")
+    ride.reset()
+    assert ride.step(None).state is State.CLEAN
+    assert (ride.progress.steps, ride.progress.frames) == (0, 2)
+
+
+@pytest.mark.parametrize(
+    ("action", "arguments", "title"),
+    [
+        ("move_distanse", {}, "is not an action of the task"),
+        ("move_next", {}, "is not an action of the task"),
+        ("move_distance", {"dist": 1}, "has no argument 'dist'"),
+        ("move_distance", {"distance": math.nan}, "is nan"),
+        ("move_distance", {"distance": math.inf}, "is inf"),
+        ("move_distance", {"distance": True}, "is True"),
+        ("move_distance", {"distance": "far"}, "is 'far'"),
+    ],
+)
+def test_a_wrong_action_is_the_agents_error_and_moves_nothing(
+    action: str, arguments: dict[str, Any], title: str
+) -> None:
+    ride = session("move_distance", "move_angle")
+    ride.reset()
+    with pytest.raises(BenchbotError, match=title) as caught:
+        ride.step(action, arguments)
+    assert caught.value.failure is FailureClass.AGENT
+    assert ride.step(None).state is State.CLEAN
+
+
+@pytest.mark.parametrize(
+    ("limits", "unit"), [(Limits(steps=2), "2 steps"), (Limits(simulated_time_s=1.5), "1.5 seconds of simulated time")]
+)
+def test_a_limit_ends_the_episode_as_a_timeout(limits: Limits, unit: str) -> None:
+    ride = session("move_distance", limits=limits)
+    ride.reset()
+    for _ in range(2):
+        ride.step("move_distance", {"distance": 0.1})
+    with pytest.raises(BenchbotError, match="reached its limit") as caught:
+        ride.step("move_distance", {"distance": 0.1})
+    assert unit in caught.value.why
+    assert (ride.progress.failure, ride.progress.state) == (FailureClass.TIMEOUT, State.FAILED)
+
+
+def test_a_dead_platform_fails_the_episode_and_reset_starts_another() -> None:
+    hosts = [RailHost(dies_at_step=2), RailHost()]
+    ride = Session(selection("move_distance"), lambda: hosts.pop(0))
+    dying = hosts[0]
+    ride.reset()
+    ride.step("move_distance", {"distance": 1})
+    with pytest.raises(BenchbotError, match="The simulator died"):
+        ride.step("move_distance", {"distance": 1})
+    assert dying.closed
+    assert (ride.progress.failure, ride.progress.state) == (FailureClass.PLATFORM, State.FAILED)
+    with pytest.raises(BenchbotError, match="not running"):
+        ride.step(None)
+    assert ride.reset().state is State.CLEAN
+
+
+def test_nothing_runs_before_the_first_reset() -> None:
+    with pytest.raises(BenchbotError, match="not running"):
+        session("move_next").step("move_next")
+
+
+def test_the_same_episode_has_the_same_digest_and_another_has_another() -> None:
+    def digest(distance: float) -> str:
+        ride = session("move_distance")
+        ride.reset()
+        ride.step("move_distance", {"distance": distance})
+        return ride.digest.hexdigest()
+
+    assert digest(1.0) == digest(1.0)
+    assert digest(1.0) != digest(1.1)
+
+
+def test_the_first_failure_stays() -> None:
+    ride = session("move_distance")
+    ride.reset()
+    ride.fail(FailureClass.AGENT, "It crashed.")
+    ride.fail(FailureClass.INFRASTRUCTURE, "Later.")
+    assert (ride.progress.failure, ride.progress.failure_why) == (FailureClass.AGENT, "It crashed.")
+
+
+def test_scenes_without_a_trajectory_cannot_be_toured() -> None:
+    task = selection("move_next")
+    scene = task.environments[0]
+    bare = replace(scene, data={**scene.data, "trajectory_poses": []})
+    ride = Session(replace(task, environments=(bare,)), RailHost)
+    ride.reset()
+    with pytest.raises(BenchbotError, match="no trajectory"):
+        ride.step("move_next")

@@ -1,0 +1,37 @@
+"""Real, installed-looking plug-in distributions, made in a folder that a test puts on `sys.path`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class PluginFactory:
+    """Writes a distribution: its metadata, its module, and the files beside it."""
+
+    folder: Path
+
+    def make(self, distribution: str, code: str, files: dict[str, str] | None = None) -> Path:
+        """Make `distribution` with the module's `code` and declaration files; return the module's folder."""
+        module = distribution.replace("-", "_")
+        package = self.folder / module
+        package.mkdir()
+        (package / "__init__.py").write_text(code)
+        for name, text in (files or {}).items():
+            path = package / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
+        info = self.folder / f"{module}-1.2.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 1.2\n")
+        (info / "entry_points.txt").write_text(f"[benchbot]\n{module} = {module}\n")
+        return package
+
+
+DECLARES = """\
+from importlib.resources import files
+from benchbot import hookimpl
+
+@hookimpl
+def benchbot_{kind}():
+    yield files(__name__) / "{kind}"
+"""

@@ -1,0 +1,42 @@
+"""What the sample plug-in offers; light, so that listing it costs nothing."""
+
+from collections.abc import Iterable
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+from benchbot.core.hookspecs import Simulator, hookimpl
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
+
+    from benchbot.core.platform import Platform, PlatformSpec
+
+
+@hookimpl
+def benchbot_robots() -> "Iterable[Traversable]":
+    """Yield `sample_robot`."""
+    yield files("benchbot_sample") / "robots"
+
+
+@hookimpl
+def benchbot_environments() -> "Iterable[Traversable]":
+    """Yield `arena:1`, `arena:2`, and the ones that break on purpose: `faulty:crash`, `faulty:hang`, `faulty:load`."""
+    yield files("benchbot_sample") / "environments"
+
+
+@hookimpl
+def benchbot_tasks() -> "Iterable[Traversable]":
+    """Yield `sample:passive`, `sample:active`, `sample:noisy` and `sample:two_scenes`."""
+    yield files("benchbot_sample") / "tasks"
+
+
+@hookimpl
+def benchbot_simulators() -> Iterable[Simulator]:
+    """Yield `sim_sample`."""
+    yield Simulator("sim_sample", _create)
+
+
+def _create(spec: "PlatformSpec") -> "Platform":
+    from benchbot_sample.simulator import SampleSimulator
+
+    return SampleSimulator(spec)
