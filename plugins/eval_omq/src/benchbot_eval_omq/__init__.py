@@ -1,0 +1,1 @@
+"""Object map quality (OMQ), an evaluation method for BenchBot."""

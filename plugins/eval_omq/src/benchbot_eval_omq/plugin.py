@@ -1,0 +1,34 @@
+"""The plug-in's hooks: one method of evaluation. Its numpy and scipy are imported when something is scored."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from benchbot import hookimpl
+from benchbot.core.hookspecs import Evaluator
+
+
+def _evaluate(result: dict[str, Any], ground_truths: Sequence[dict[str, Any]]) -> dict[str, float]:
+    from benchbot_eval_omq import omq
+
+    return omq.evaluate(result, ground_truths)
+
+
+def _combine(scores: Sequence[dict[str, float]]) -> dict[str, float]:
+    from benchbot_eval_omq import omq
+
+    return omq.combine(scores)
+
+
+@hookimpl
+def benchbot_evaluators() -> Iterator[Evaluator]:
+    """Yield object map quality."""
+    yield Evaluator(
+        name="omq",
+        version="1.0",
+        headline="OMQ",
+        result_formats=frozenset({"object_map", "object_map_with_states"}),
+        ground_truth_formats=frozenset({"object_map_ground_truth"}),
+        evaluate=_evaluate,
+        combine=_combine,
+        description="Object map quality: how well boxes, classes and states of a map agree with the truth.",
+    )

@@ -1,0 +1,37 @@
+import pytest
+
+from benchbot.core import scores
+from benchbot.core.errors import BenchbotError
+
+DOCUMENT = {
+    "version": 1,
+    "method": {"name": "omq", "version": "1.0", "headline": "OMQ"},
+    "task_details": {"name": "semantic_slam:passive:ground_truth"},
+    "environment_details": [],
+    "scores": {"OMQ": 0.5},
+    "rows": [],
+    "coverage": {"expected": 0, "scored": 0, "missing": [], "skipped": []},
+}
+
+
+def test_scores_are_read_as_written(tmp_path):
+    scores.write(tmp_path / "scores.json", DOCUMENT)
+
+    assert scores.read(tmp_path / "scores.json") == DOCUMENT
+
+
+@pytest.mark.parametrize("version", [None, 2, "1"])
+def test_another_version_is_refused(tmp_path, version):
+    import json
+
+    (tmp_path / "scores.json").write_text(json.dumps(DOCUMENT | {"version": version}))
+
+    with pytest.raises(BenchbotError, match="this BenchBot reads version 1"):
+        scores.read(tmp_path / "scores.json")
+
+
+def test_scores_that_are_not_valid_are_not_written(tmp_path):
+    with pytest.raises(BenchbotError, match="unknown key 'score'"):
+        scores.write(tmp_path / "scores.json", DOCUMENT | {"score": 1})
+
+    assert list(tmp_path.iterdir()) == []
