@@ -2,7 +2,7 @@
 
 import argparse
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,25 +24,27 @@ class ActiveAgent(Agent):
 
     def __init__(self, moves: Iterable[Move]) -> None:
         self._moves = iter(moves)
-        self._next = next(self._moves, None)
+        self._move: Move | None = None
 
     def is_done(self, action_result: ActionResult) -> bool:
         """Stop after the last move, or when the robot has hit something."""
-        return self._next is None or action_result is not ActionResult.SUCCESS
+        if action_result is not ActionResult.SUCCESS:
+            return True
+        self._move = next(self._moves, None)
+        return self._move is None
 
-    def pick_action(self, observations: Mapping[str, Any], action_list: list[str]) -> Move:
+    def pick_action(self, observations: dict[str, Any], action_list: Sequence[str]) -> Move:
         """Tell what was observed and make the next move."""
-        move = self._next
-        if move is None:
-            raise RuntimeError("there are no more moves to pick from")
-        self._next = next(self._moves, None)
-        print(f"Observed {', '.join(sorted(observations))}; going on with {move[0]}.", flush=True)
-        return move
+        if self._move is None:
+            raise RuntimeError("is_done() comes before pick_action()")
+        print(f"Observed {', '.join(sorted(observations))}; going on with {self._move[0]}.", flush=True)
+        return self._move
 
-    def save_result(self, filename: str, empty_results: dict[str, Any], results_format_fns: Mapping[str, Any]) -> None:
+    def save_result(
+        self, filename: str, empty_results: dict[str, Any], results_format_fns: Mapping[str, Callable[..., Any]]
+    ) -> None:
         """Write a map without objects."""
-        results = results_format_fns["create"]() if "create" in results_format_fns else {}
-        Path(filename).write_text(json.dumps({**empty_results, "results": results}), encoding="utf-8")
+        Path(filename).write_text(json.dumps(empty_results), encoding="utf-8")
 
 
 def typed_moves() -> Iterator[Move]:

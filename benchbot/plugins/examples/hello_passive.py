@@ -1,7 +1,7 @@
 """The smallest solution of a passive task: follow the trajectory, find nothing."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +15,16 @@ class PassiveAgent(Agent):
         """Stop at the end of the trajectory, or when the robot has hit something."""
         return action_result is not ActionResult.SUCCESS
 
-    def pick_action(self, observations: Mapping[str, Any], action_list: list[str]) -> tuple[str, dict[str, Any]]:
+    def pick_action(self, observations: dict[str, Any], action_list: Sequence[str]) -> tuple[str, dict[str, Any]]:
         """Tell what was observed and drive on."""
         print(f"Observed {', '.join(sorted(observations))}; going on with {action_list[0]}.", flush=True)
         return action_list[0], {}
 
-    def save_result(self, filename: str, empty_results: dict[str, Any], results_format_fns: Mapping[str, Any]) -> None:
+    def save_result(
+        self, filename: str, empty_results: dict[str, Any], results_format_fns: Mapping[str, Callable[..., Any]]
+    ) -> None:
         """Write a map without objects."""
-        results = results_format_fns["create"]() if "create" in results_format_fns else {}
-        Path(filename).write_text(json.dumps({**empty_results, "results": results}), encoding="utf-8")
+        Path(filename).write_text(json.dumps(empty_results), encoding="utf-8")
 
 
 if __name__ == "__main__":

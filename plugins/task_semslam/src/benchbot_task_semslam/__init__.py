@@ -1,0 +1,1 @@
+"""BenchBot tasks: semantic SLAM and scene change detection."""

@@ -1,0 +1,20 @@
+"""The plug-in's hooks: tasks and an example that solves them."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from benchbot import hookimpl
+
+_FOLDER = Path(__file__).parent
+
+
+@hookimpl
+def benchbot_tasks() -> Iterator[Path]:
+    """Yield semantic SLAM and scene change detection, with and without a perfect segmentation sensor."""
+    yield _FOLDER / "tasks"
+
+
+@hookimpl
+def benchbot_examples() -> Iterator[Path]:
+    """Yield a semantic mapper."""
+    yield _FOLDER / "examples"

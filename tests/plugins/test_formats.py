@@ -1,0 +1,178 @@
+"""The formats in the box, called as solutions call them: through their declarations."""
+
+from contextlib import suppress
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from benchbot.core import formats
+from benchbot.core.catalog import Catalog
+from benchbot.core.errors import BenchbotError
+from benchbot.core.plugins import load
+
+FORMATS = ("object_map", "object_map_with_states", "object_map_ground_truth")
+
+
+def call(name, function, *args, **kwargs):
+    return formats.call(Catalog(load()).get("formats", name), function, list(args), kwargs)
+
+
+def a_map(name="object_map", **keys):
+    """A valid map of one object, with `keys` of that object replaced."""
+    instance = call(name, "create", ["chair", "background"])
+    instance["objects"] = [call(name, "create_object", 2) | {"label_probs": [0.9, 0.1]} | keys]
+    return instance
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_what_create_makes_is_valid(name):
+    instance = call(name, "create")
+    if name == "object_map_ground_truth":
+        instance["class_list"] = ["chair"]
+        item = call(name, "create_object") | {"class": "chair"}
+    else:
+        item = call(name, "create_object")
+    call(name, "validate", instance | {"objects": [item]})
+
+
+def test_the_default_classes_are_the_thirty_of_bear_and_the_background():
+    classes = call("object_map", "create")["class_list"]
+
+    assert len(classes) == len(set(classes)) == 31
+    assert (classes[0], classes[-1]) == ("bottle", "background")
+    assert len(call("object_map", "create_object")["label_probs"]) == 31
+
+
+def test_sizes_may_be_chosen():
+    assert call("object_map", "create", class_list=["a", "b"])["class_list"] == ["a", "b"]
+    assert call("object_map", "create_object", num_classes=2)["label_probs"] == [0, 0]
+    assert call("object_map_with_states", "create_object", num_classes=2, num_states=3)["state_probs"] == [0, 0, 0]
+
+
+def test_maps_made_one_after_another_share_nothing():
+    first = call("object_map", "create")
+    first["class_list"].clear()
+
+    assert len(call("object_map", "create")["class_list"]) == 31
+
+
+def test_states_are_added_removed_and_unchanged():
+    assert call("object_map_with_states", "create")["state_list"] == ["added", "removed", "unchanged"]
+
+
+@pytest.mark.parametrize(
+    ("keys", "text"),
+    [
+        ({"label_probs": [0.5] * 3}, "results.objects[0].label_probs: 3 numbers, class_list has 2"),
+        ({"label_probs": [True, 0]}, "results.objects[0].label_probs[0]: must be a number, not true or false"),
+        ({"label_probs": [float("nan"), 0]}, "label_probs[0]: must be from 0 to 1e+09, not NaN"),
+        ({"label_probs": [-0.1, 0]}, "label_probs[0]: must be from 0 to 1e+09, not below 0"),
+        ({"label_probs": "10"}, "label_probs: must be a list, not text"),
+        ({"label_probs": None}, "label_probs: is missing"),
+        ({"extent": [1, -1, 1]}, "results.objects[0].extent[1]: must be from 0 to 1e+06, not below 0"),
+        ({"extent": [1, 1]}, "extent: 2 numbers, must be 3"),
+        ({"centroid": [0, 0, float("inf")]}, "centroid[2]: must be from -1e+06 to 1e+06, not above 1e+06"),
+        ({"centroid": [0, 0, 10**400]}, "centroid[2]: must be from -1e+06 to 1e+06, not above 1e+06"),
+        ({"centroid": ["0", 0, 0]}, "centroid[0]: must be a number, not text"),
+    ],
+)
+@pytest.mark.parametrize("name", ["object_map", "object_map_with_states"])
+def test_a_broken_object_is_told_by_its_place(name, keys, text):
+    with pytest.raises(BenchbotError) as caught:
+        call(name, "validate", a_map(name, **keys))
+
+    assert text in caught.value.why
+
+
+@pytest.mark.parametrize(
+    ("instance", "text"),
+    [
+        (None, "results: must be a mapping, not nothing"),
+        ([], "results: must be a mapping, not a list"),
+        ({"class_list": ["a"]}, "results.objects: is missing"),
+        ({"objects": [], "class_list": []}, "results.class_list: must name at least one"),
+        ({"objects": [], "class_list": ["a", 1]}, "results.class_list[1]: must be a non-empty string"),
+        ({"objects": [], "class_list": ["a", "a"]}, "results.class_list[1]: 'a' is named twice"),
+        ({"objects": {}, "class_list": ["a"]}, "results.objects: must be a list, not a mapping"),
+        ({"objects": [7], "class_list": ["a"]}, "results.objects[0]: must be a mapping, not a number"),
+    ],
+)
+def test_a_broken_map_is_told_by_its_place(instance, text):
+    with pytest.raises(BenchbotError) as caught:
+        call("object_map", "validate", instance)
+
+    assert text in caught.value.why
+
+
+@pytest.mark.parametrize(
+    ("keys", "text"),
+    [
+        ({"state_probs": [1.0]}, "results.objects[0].state_probs: 1 numbers, state_list has 3"),
+        ({"state_probs": None}, "results.objects[0].state_probs: is missing"),
+    ],
+)
+def test_states_are_checked_too(keys, text):
+    with pytest.raises(BenchbotError) as caught:
+        call("object_map_with_states", "validate", a_map("object_map_with_states", **keys))
+
+    assert text in caught.value.why
+
+
+def test_states_in_another_order_are_refused():
+    instance = a_map("object_map_with_states") | {"state_list": ["removed", "added", "unchanged"]}
+
+    with pytest.raises(BenchbotError) as caught:
+        call("object_map_with_states", "validate", instance)
+
+    assert "results.state_list: must be ['added', 'removed', 'unchanged']" in caught.value.why
+
+
+def test_every_problem_is_told_up_to_ten():
+    instance = a_map()
+    instance["objects"] = [{"label_probs": [], "centroid": [], "extent": []}] * 4
+
+    with pytest.raises(BenchbotError) as caught:
+        call("object_map", "validate", instance)
+
+    assert len(caught.value.why.splitlines()) == 11
+
+
+@pytest.mark.parametrize(
+    ("keys", "text"),
+    [
+        ({"class": ""}, "ground_truth.objects[0].class"),
+        ({"isgroup": "no"}, "ground_truth.objects[0].isgroup: must be true or false, not text"),
+        ({"extent": [0, 0, -1]}, "ground_truth.objects[0].extent[2]"),
+    ],
+)
+def test_a_broken_ground_truth_is_told_by_its_place(keys, text):
+    item = call("object_map_ground_truth", "create_object") | {"class": "chair"} | keys
+
+    with pytest.raises(BenchbotError) as caught:
+        call("object_map_ground_truth", "validate", {"objects": [item]})
+
+    assert text in caught.value.why
+
+
+anything = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: (
+        st.lists(inner, max_size=4)
+        | st.dictionaries(
+            st.sampled_from(
+                ["objects", "class_list", "state_list", "synonyms", "class", "label_probs", "centroid", "extent"]
+            ),
+            inner,
+            max_size=5,
+        )
+    ),
+    max_leaves=20,
+)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+@given(instance=anything)
+def test_no_document_whatever_raises_anything_but_the_one_error(name, instance):
+    with suppress(BenchbotError):
+        call(name, "validate", instance)
