@@ -1,0 +1,38 @@
+"""What a solution implements, and what it is told after each action."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from enum import Enum, auto
+from typing import Any
+
+
+class ActionResult(Enum):
+    """How things stand after an action."""
+
+    SUCCESS = auto()
+    """The action was carried out; go on."""
+    FINISHED = auto()
+    """The action was carried out, and the trajectory of this scene is at its end."""
+    COLLISION = auto()
+    """The robot has hit something; no action is possible any more."""
+
+
+class Agent(ABC):
+    """A solution: chooses actions from observations, knows when it is done, and saves its results."""
+
+    @abstractmethod
+    def is_done(self, action_result: ActionResult) -> bool:
+        """Say whether the current scene is done, given the result of the last action."""
+
+    @abstractmethod
+    def pick_action(self, observations: dict[str, Any], action_list: Sequence[str]) -> tuple[str, dict[str, Any]]:
+        """Return the next action and its keyword arguments, for example `("move_distance", {"distance": 0.5})`."""
+
+    @abstractmethod
+    def save_result(
+        self,
+        filename: str,
+        empty_results: dict[str, Any],
+        results_format_fns: Mapping[str, Callable[..., Any]],
+    ) -> None:
+        """Write the results as JSON to `filename`: `empty_results` with its `results` filled in."""

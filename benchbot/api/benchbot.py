@@ -1,0 +1,241 @@
+"""The class that a solution talks to; its surface is that of BenchBot v2."""
+
+import json
+import os
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any, cast
+
+from benchbot.api.agent import ActionResult, Agent
+from benchbot.api.client import Client
+from benchbot.core import resources
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.supervisor.run_state import Connection, find
+
+Observations = dict[str, Any]
+
+
+def result_location() -> str:
+    """Return where a solution writes its result: `$BENCHBOT_RESULT`, or `result.json` in the user's state folder."""
+    return os.environ.get("BENCHBOT_RESULT") or str(resources.state_dir() / "result.json")
+
+
+class BenchBot:
+    """A robot in a task, reached through a running back end: observe, act, save a result.
+
+    `BenchBot(agent).run()` does it all; `reset`, `step` and `next_scene` are for loops of your own. Every method raises
+    BenchbotError, which says what went wrong, why, and what to do.
+    """
+
+    def __init__(
+        self, agent: Agent | None = None, supervisor_address: str | None = None, auto_start: bool = True
+    ) -> None:
+        """Connect to the run of this process, or the newest of this user, or to `supervisor_address`."""
+        self.agent: Agent | None = None
+        self.set_agent(agent)
+        self._address = supervisor_address
+        self._client: Client | None = None
+        self._session: dict[str, Any] = {}
+        self._state: dict[str, Any] = {}
+        self._clean = False
+        self._unseen: Observations | None = None
+        if auto_start:
+            self.start()
+
+    @property
+    def actions(self) -> list[str]:
+        """The actions that may be taken now: none after a collision or at the end of the trajectory."""
+        self._running()
+        return list(self._state["available_actions"])
+
+    @property
+    def observations(self) -> list[str]:
+        """The names of the observations that every step returns."""
+        self._running()
+        return list(self._session["observations"])
+
+    @property
+    def config(self) -> dict[str, Any]:
+        """What is run: `task`, `robot`, `environments` and `results` (the results format)."""
+        self._running()
+        return {
+            "task": self._session["task"],
+            "robot": self._session["robot"],
+            "environments": self._session["environments"],
+            "results": self._session["results_format"] or {},
+        }
+
+    @property
+    def task_details(self) -> dict[str, Any]:
+        """The declaration of the task."""
+        details: dict[str, Any] = self.config["task"]
+        return details
+
+    @property
+    def environment_details(self) -> list[dict[str, Any]]:
+        """What a solution may know of each scene of the environment."""
+        details: list[dict[str, Any]] = self.config["environments"]
+        return details
+
+    @property
+    def result_filename(self) -> str:
+        """Where the result is to be written; its folder exists."""
+        location = result_location()
+        Path(location).parent.mkdir(parents=True, exist_ok=True)
+        return location
+
+    def start(self) -> None:
+        """Connect to the supervisor and begin a new episode in the start of the first scene."""
+        print("Waiting to establish connection to a running supervisor ... ", end="", flush=True)
+        client = Client(self._connection())
+        self._session = client.session()
+        self._client = client
+        print("Connected!", flush=True)
+        self._take(client.reset)
+
+    def set_agent(self, agent: Agent | None) -> None:
+        """Set the agent that `run` runs; raises BenchbotError for something that is not an Agent."""
+        if agent is not None and not isinstance(agent, Agent):
+            raise BenchbotError(
+                f"'{type(agent).__name__}' is not an agent.",
+                "An agent is an object of a class that derives from benchbot.api.Agent.",
+                "Write: class MyAgent(Agent): … and pass an object of it: BenchBot(MyAgent())",
+                failure=FailureClass.AGENT,
+            )
+        self.agent = agent
+
+    def reset(self) -> tuple[Observations, ActionResult]:
+        """Return to the first scene's start, unless the current scene is clean; return observations and result."""
+        client = self._running()
+        if not self._clean:
+            print("Dirty robot state detected. Performing reset ... ", end="", flush=True)
+            self._take(client.reset)
+            print("Complete.", flush=True)
+        elif self._unseen is None:
+            self._take(lambda: client.step(None))
+        return self._give()
+
+    def step(
+        self, action: str | None, arguments: Mapping[str, Any] | None = None, **action_kwargs: Any
+    ) -> tuple[Observations, ActionResult]:
+        """Take an action and observe: `step("move_distance", distance=0.5)`. `step(None)` only observes.
+
+        Returns the observations by name, and the action's result.
+        """
+        client = self._running()
+        kwargs = {**(arguments or {}), **action_kwargs}
+        if action is not None:
+            print(f"Sending action '{action}' with args: {kwargs}", flush=True)
+        self._take(lambda: client.step(action, kwargs))
+        return self._give()
+
+    def next_scene(self) -> bool:
+        """Advance to the next scene; return False when there is none. Raises BenchbotError after a collision."""
+        client = self._running()
+        print("Moving to next scene ... ", end="", flush=True)
+        self._take(client.next_scene)
+        advanced = bool(self._state["advanced"])
+        print("Done." if advanced else "Failed.", flush=True)
+        return advanced
+
+    def empty_results(self) -> dict[str, Any]:
+        """Return a result to fill in: details of task and environment, and `results` as its format creates it."""
+        functions = self.results_functions()
+        return {
+            "task_details": self.task_details,
+            "environment_details": self.environment_details,
+            "results": functions["create"]() if "create" in functions else {},
+        }
+
+    def results_functions(self) -> dict[str, Callable[..., Any]]:
+        """Return the functions of the task's results format by name (`create`, `create_object`, `validate`, …)."""
+        client = self._running()
+        results_format = self._session["results_format"]
+        names = results_format["functions"] if results_format else []
+        return {name: partial(_call_remote, client, name) for name in names}
+
+    def run(self, agent: Agent | None = None) -> None:
+        """Run an agent through every scene, have it save its result, and have that checked and completed."""
+        if agent is not None:
+            self.set_agent(agent)
+        agent = self.agent
+        if agent is None:
+            raise BenchbotError(
+                "There is no agent to run.",
+                "BenchBot was made without one.",
+                "Pass one: BenchBot(agent).run() or BenchBot().run(agent)",
+                failure=FailureClass.AGENT,
+            )
+        observations, result = self.reset()
+        while True:
+            while not agent.is_done(result):
+                action, arguments = agent.pick_action(observations, self.actions)
+                observations, result = self.step(action, arguments)
+            # A collision ends the whole episode; what was seen until then is still worth a result.
+            if result is ActionResult.COLLISION or not self.next_scene():
+                break
+            observations, result = self._give()
+        filename = self.result_filename
+        Path(filename).unlink(missing_ok=True)
+        agent.save_result(filename, self.empty_results(), self.results_functions())
+        self._complete_result(Path(filename))
+
+    def _complete_result(self, path: Path) -> None:
+        from benchbot.core import results
+
+        if not path.exists():
+            raise BenchbotError(
+                "The agent saved no result.",
+                f"There is no file {path} after save_result.",
+                "Write the results to the filename that save_result is given.",
+                exit_code=ExitCode.SUBMISSION_FAILED,
+                failure=FailureClass.AGENT,
+            )
+        why = ""
+        # Not schema.read, which tells JSON from YAML by the suffix: v2's name of the file has none.
+        try:
+            document = json.loads(path.read_text("utf-8"))
+        except ValueError as error:
+            document, why = None, f"{error}."
+        if not isinstance(document, dict):
+            raise BenchbotError(
+                f"The agent's result {path} is not a JSON object.",
+                why or f"It holds a {type(document).__name__}.",
+                "Fill in what save_result is given as empty_results, and write it with json.dump.",
+                exit_code=ExitCode.SUBMISSION_FAILED,
+                failure=FailureClass.AGENT,
+            )
+        answer = self._running().result(document)
+        results.write_json(path, answer["document"])
+
+    def _running(self) -> Client:
+        """Return the client; without auto_start, the first use starts."""
+        if self._client is None:
+            self.start()
+        return cast(Client, self._client)
+
+    def _connection(self) -> Connection:
+        if self._address is None:
+            return find()
+        token = os.environ.get("BENCHBOT_TOKEN")
+        return Connection(self._address, None, token or find().token)
+
+    def _take(self, ask: Callable[[], dict[str, Any]]) -> None:
+        """Keep what the supervisor answers. When it answers with an error, only a reset is sure to help."""
+        self._clean = False
+        answer = ask()
+        self._clean = answer["state"] == "clean"
+        self._state = answer
+        self._unseen = answer.pop("observations", None)
+        if self._unseen is not None:
+            self._unseen["scene_number"] = answer["scene_number"]
+
+    def _give(self) -> tuple[Observations, ActionResult]:
+        """Hand out the observations of the last answer, once."""
+        observations, self._unseen = self._unseen, None
+        return observations or {}, ActionResult[self._state["result"]]
+
+
+def _call_remote(client: Client, name: str, *args: Any, **kwargs: Any) -> Any:
+    return client.results_function(name, args, kwargs)

@@ -1,0 +1,114 @@
+"""The client of the v1 API: one method per route, errors raised as the supervisor said them."""
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+from urllib.parse import quote
+
+from benchbot.api.transport import Transport
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.supervisor import wire
+from benchbot.supervisor.run_state import Connection, find
+
+MSGPACK = "application/msgpack"
+
+
+class Client:
+    """A keep-alive connection to a supervisor; every method raises BenchbotError as the supervisor said it.
+
+    A lost connection is a BenchbotError with failure `infrastructure`. Not thread-safe: one client per thread.
+    """
+
+    def __init__(self, connection: Connection | None = None) -> None:
+        self.connection = connection or find()
+        self._transport = Transport(self.connection.url, self.connection.socket)
+
+    def health(self) -> dict[str, Any]:
+        """Return who answers: name, version, process number. Needs no token."""
+        return self._call("GET", "health")
+
+    def session(self) -> dict[str, Any]:
+        """Return what is run and where it stands: task, environments, robot, state, progress (see docs/wire.md)."""
+        return self._call("GET", "session")
+
+    def reset(self) -> dict[str, Any]:
+        """Start anew in the first scene; return the first observations and the state."""
+        return self._call("POST", "reset")
+
+    def step(self, action: str | None, arguments: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Take one action (None only observes); return observations, result, available actions and state."""
+        return self._call("POST", "step", {"action": action, "arguments": dict(arguments or {})})
+
+    def next_scene(self) -> dict[str, Any]:
+        """Advance to the next scene; `advanced` is false (and there are no observations) when there is none."""
+        return self._call("POST", "next_scene")
+
+    def result(self, document: Mapping[str, Any], solution: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Have a result checked and completed with provenance; return `{document, path, timings}`.
+
+        Sending it again, for example with details of the solution, replaces the one before.
+        """
+        return self._call("POST", "result", {"result": document, "solution": solution})
+
+    def failed(self, failure: FailureClass, why: str, solution: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Record that the episode failed and return its result document as `{document, path, timings}`.
+
+        The first failure of an episode stays: a dead platform is not renamed to a crashed agent.
+        """
+        return self._call("POST", "result", {"failure": {"class": failure, "why": why}, "solution": solution})
+
+    def results_function(self, name: str, args: Sequence[Any] = (), kwargs: Mapping[str, Any] | None = None) -> Any:
+        """Call a function of the task's results format (`create`, `create_object`, `validate`, …)."""
+        body = {"args": list(args), "kwargs": dict(kwargs or {})}
+        return self._call("POST", f"results_functions/{quote(name, safe='')}", body)["value"]
+
+    def stop(self) -> None:
+        """End the run."""
+        self._call("POST", "stop")
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._transport.close()
+
+    def _call(self, method: str, route: str, body: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        headers = {"Accept": MSGPACK, "Authorization": f"Bearer {self.connection.token}"}
+        data = b""
+        if body is not None:
+            headers["Content-Type"] = MSGPACK
+            data = _within_cap(wire.encode(body))
+        status, content_type, content = self._transport.request(method, f"/api/v1/{route}", data, headers)
+        if status >= 300 or content_type != MSGPACK:
+            raise _error(status, bytes(content))
+        answer = wire.decode(content)
+        if not isinstance(answer, dict):
+            raise _error(status, bytes(content))
+        return answer
+
+
+def _within_cap(data: bytes) -> bytes:
+    if len(data) > wire.MAX_BODY_BYTES:
+        raise BenchbotError(
+            "The request is too large.",
+            f"It has {len(data)} bytes, and the supervisor reads at most {wire.MAX_BODY_BYTES}.",
+            "Send less: a result of this size is most likely not what the task asks for.",
+            exit_code=ExitCode.SUBMISSION_FAILED,
+            failure=FailureClass.AGENT,
+        )
+    return data
+
+
+def _error(status: int, content: bytes) -> BenchbotError:
+    """Return the error that an answer tells, or one that says that this was no BenchBot supervisor."""
+    try:
+        said = json.loads(content)
+        title, why, fix = said["title"], said["why"], said["fix"]
+        failure = FailureClass(said["failure"]) if "failure" in said else None
+    except (ValueError, KeyError, TypeError):
+        return BenchbotError(
+            "What answers is not a BenchBot supervisor.",
+            f"It answered with status {status}: {content[:200].decode('utf-8', 'replace')!r}",
+            "Check BENCHBOT_URL, or the argument supervisor_address.",
+        )
+    ours = failure in (FailureClass.PLATFORM, FailureClass.INFRASTRUCTURE) or status >= 500
+    code = ExitCode.INTERNAL if ours else ExitCode.USAGE if failure is None else ExitCode.SUBMISSION_FAILED
+    return BenchbotError(title, why, fix, exit_code=code, failure=failure)

@@ -1,0 +1,226 @@
+"""The HTTP application of a run: the routes of the v1 API (docs/wire.md)."""
+
+import asyncio
+import hmac
+import os
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable
+from typing import Any
+
+import msgspec
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import Response, StreamingResponse
+from starlette.routing import Route
+
+import benchbot
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.supervisor import bodies
+from benchbot.supervisor.refused import RefusedError
+from benchbot.supervisor.run import Run
+
+PROGRESS_PERIOD_S = 0.1
+HEARTBEAT_S = 15.0
+
+Endpoint = Callable[[Request], Awaitable[Response]]
+
+
+class StepRequest(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of a step: no action only observes."""
+
+    action: str | None = None
+    arguments: dict[str, Any] = {}
+
+
+class Failure(msgspec.Struct, forbid_unknown_fields=True, rename={"failure": "class"}):
+    """Why an episode failed, as told by who ran the solution."""
+
+    failure: FailureClass
+    why: str
+
+
+class ResultRequest(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of a result: a document, or none when the episode failed before there was one."""
+
+    result: dict[str, Any] | None = None
+    solution: dict[str, Any] | None = None
+    failure: Failure | None = None
+
+
+class FunctionRequest(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of a call of a results function."""
+
+    args: list[Any] = []
+    kwargs: dict[str, Any] = {}
+
+
+class Nothing(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of a request that has nothing to say."""
+
+
+def create_app(run: Run, token: str) -> Starlette:
+    """Return the application of one run. Every route but `/` and `/api/v1/health` needs the bearer token."""
+
+    async def health(request: Request) -> Response:
+        document = {"name": "benchbot", "version": benchbot.__version__, "api": 1, "pid": os.getpid()}
+        return bodies.respond(request, document)
+
+    async def session(request: Request) -> Response:
+        return bodies.respond(request, run.describe())
+
+    async def reset(request: Request) -> Response:
+        bodies.require_msgpack(request)
+        await bodies.read(request, Nothing)
+        return bodies.respond(request, await run_in_threadpool(run.reset))
+
+    async def step(request: Request) -> Response:
+        bodies.require_msgpack(request)
+        body = await bodies.read(request, StepRequest)
+        return bodies.respond(request, await run_in_threadpool(run.step, body.action, body.arguments))
+
+    async def next_scene(request: Request) -> Response:
+        bodies.require_msgpack(request)
+        await bodies.read(request, Nothing)
+        return bodies.respond(request, await run_in_threadpool(run.next_scene))
+
+    async def result(request: Request) -> Response:
+        body = await bodies.read(request, ResultRequest)
+        if body.result is None and body.failure is None:
+            raise RefusedError(
+                400,
+                "There is neither a result nor a failure to record.",
+                "The body has neither 'result' nor 'failure'.",
+                'Send {"result": {…}}, or {"failure": {"class": "agent", "why": "…"}}.',
+            )
+        failure = None if body.failure is None else (body.failure.failure, body.failure.why)
+        finished = await run_in_threadpool(run.finish, body.result, body.solution, failure)
+        return bodies.respond(request, finished)
+
+    async def results_function(request: Request) -> Response:
+        body = await bodies.read(request, FunctionRequest)
+        name = request.path_params["name"]
+        value = await run_in_threadpool(run.results_function, name, body.args, body.kwargs)
+        return bodies.respond(request, {"value": value})
+
+    async def events(request: Request) -> Response:
+        return StreamingResponse(
+            _event_stream(run), media_type="text/event-stream", headers={"Cache-Control": "no-store"}
+        )
+
+    async def stop(request: Request) -> Response:
+        await bodies.read(request, Nothing)
+        run.stop_asked.set()
+        return bodies.respond(request, {"stopping": True})
+
+    def private(endpoint: Endpoint) -> Endpoint:
+        async def checked(request: Request) -> Response:
+            _check_token(request, token)
+            return await endpoint(request)
+
+        return checked
+
+    return Starlette(
+        routes=[
+            Route("/", health),
+            Route("/api/v1/health", health),
+            Route("/api/v1/session", private(session)),
+            Route("/api/v1/events", private(events)),
+            Route("/api/v1/reset", private(reset), methods=["POST"]),
+            Route("/api/v1/step", private(step), methods=["POST"]),
+            Route("/api/v1/next_scene", private(next_scene), methods=["POST"]),
+            Route("/api/v1/result", private(result), methods=["POST"]),
+            Route("/api/v1/results_functions/{name}", private(results_function), methods=["POST"]),
+            Route("/api/v1/stop", private(stop), methods=["POST"]),
+        ],
+        exception_handlers={
+            BenchbotError: _benchbot_error,
+            HTTPException: _http_error,
+            ClientDisconnect: _client_gone,
+            Exception: _internal_error,
+        },
+    )
+
+
+def _check_token(request: Request, token: str) -> None:
+    given = request.headers.get("authorization", "")
+    # Compared as bytes: compare_digest takes no text beyond ASCII.
+    if not hmac.compare_digest(given.encode("utf-8", "replace"), f"Bearer {token}".encode()):
+        raise RefusedError(
+            401,
+            "The supervisor does not know you.",
+            "The request has no bearer token, or not the one of this run.",
+            "Send the run's token: Authorization: Bearer $BENCHBOT_TOKEN",
+        )
+
+
+async def _event_stream(run: Run) -> AsyncIterator[bytes]:
+    """Yield server-sent events: what happens as it happens, progress when it changed, at most ten times a second."""
+    shown: dict[str, Any] = {}
+    spoken_s = time.monotonic()
+    with run.events.subscribed() as queue:
+        while True:
+            progress = run.public_progress()
+            # Time passes by itself: that alone is no news.
+            news = {key: value for key, value in progress.items() if key != "wall_time_s"}
+            if news != shown:
+                shown, spoken_s = news, time.monotonic()
+                yield _sse("progress", progress)
+            tick_s = time.monotonic() + PROGRESS_PERIOD_S
+            while (left_s := tick_s - time.monotonic()) > 0:
+                try:
+                    event = await asyncio.wait_for(queue.get(), left_s)
+                except TimeoutError:
+                    break
+                spoken_s = time.monotonic()
+                yield _sse(event.kind, event.data)
+                if event.kind == "closed":
+                    return
+            if time.monotonic() - spoken_s > HEARTBEAT_S:
+                spoken_s = time.monotonic()
+                yield b": still here\n\n"
+
+
+def _sse(kind: str, data: dict[str, Any]) -> bytes:
+    # https://html.spec.whatwg.org/multipage/server-sent-events.html
+    return b"event: %s\ndata: %s\n\n" % (kind.encode(), msgspec.json.encode(data))
+
+
+async def _benchbot_error(request: Request, error: Any) -> Response:
+    return bodies.respond_error(error)
+
+
+async def _http_error(request: Request, error: Any) -> Response:
+    path = request.url.path
+    if error.status_code == 405:
+        refused = RefusedError(
+            405,
+            f"{request.method} is not possible on {path}.",
+            "The route exists, with another method.",
+            f"Use: {(error.headers or {}).get('Allow', 'another method')}",
+        )
+    else:
+        refused = RefusedError(
+            error.status_code,
+            f"There is nothing at {path}.",
+            f"{error.detail}.",
+            "The routes are listed in docs/wire.md; they begin with /api/v1/.",
+        )
+    return bodies.respond_error(refused)
+
+
+async def _client_gone(request: Request, error: Exception) -> Response:
+    return Response(status_code=400)
+
+
+async def _internal_error(request: Request, error: Exception) -> Response:
+    return bodies.respond_error(
+        BenchbotError(
+            "The supervisor made a mistake.",
+            "It could not carry out the request; its log says why.",
+            "Report it, with the log in the run's folder.",
+            exit_code=ExitCode.INTERNAL,
+            failure=FailureClass.INFRASTRUCTURE,
+        )
+    )

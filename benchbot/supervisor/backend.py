@@ -1,0 +1,262 @@
+"""Running a back end: in this process until it is told to stop, or as a child process for one submission."""
+
+import logging
+import os
+import secrets
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import IO, Any, Self
+
+import msgspec
+
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.selection import Limits, Selection
+from benchbot.core.session import Progress
+from benchbot.supervisor import channel, server
+from benchbot.supervisor.app import create_app
+from benchbot.supervisor.platform_host import ChildHost, Timeouts
+from benchbot.supervisor.run import Run
+from benchbot.supervisor.run_state import Connection, RunFolder, RunState
+
+DEFAULT_PORT = 10000
+ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+SIGNAL_PERIOD_S = 0.1
+STOP_TIMEOUT_S = 15.0
+QUOTED_CHARACTERS = 2000
+
+
+def serve(
+    selection: Selection,
+    *,
+    host: str = "127.0.0.1",
+    port: int | None = DEFAULT_PORT,
+    unix_socket: Path | None = None,
+    allow_remote: bool = False,
+    options: Mapping[str, Any] | None = None,
+    timeouts: Timeouts | None = None,
+    on_ready: Callable[[RunState], None] | None = None,
+    on_progress: Callable[[Progress], None] | None = None,
+    progress_interval_s: float = 0.5,
+) -> signal.Signals | None:
+    """Serve a run until it is stopped; return the signal that ended it, or None when a client asked for its end.
+
+    Call it in the main thread: it handles SIGINT, SIGTERM and SIGHUP while it runs. `port` 0 is any free port, None is
+    no TCP at all. `on_ready` and `on_progress` are called in the main thread. Leaves no process, socket or state file
+    behind; the run's folder stays when it holds a result, or the log of a platform that failed. Raises BenchbotError
+    when the address is taken or not on loopback (`allow_remote` permits others).
+    """
+    with ExitStack() as stack:
+        received = stack.enter_context(_received_signals())
+        folder = RunFolder()
+        log = folder.path / "platform.log"
+        run = Run(selection, lambda: ChildHost(selection, log, options=options, timeouts=timeouts), folder.result)
+        stack.callback(lambda: folder.close(keep=run.platform_failed or folder.result.exists()))
+        stack.enter_context(_logging_to(folder.path / "supervisor.log"))
+        listeners, connection = _listen(stack, host, port, unix_socket, allow_remote=allow_remote)
+        running = stack.enter_context(server.Server(create_app(run, connection.token), listeners))
+        stack.callback(run.close)
+        state = _state(selection, folder, connection, log)
+        folder.publish(state)
+        if on_ready is not None:
+            on_ready(state)
+        told_s = time.monotonic()
+        while not received and not run.stop_asked.wait(SIGNAL_PERIOD_S):
+            running.check()
+            if on_progress is not None and time.monotonic() - told_s >= progress_interval_s:
+                told_s = time.monotonic()
+                on_progress(run.progress)
+        return received[0] if received else None
+
+
+@contextmanager
+def _received_signals() -> Iterator[list[signal.Signals]]:
+    """Yield a list of the signals received so far. The handler does no more: it may interrupt anything."""
+    received: list[signal.Signals] = []
+
+    def note(number: int, _frame: object) -> None:
+        received.append(signal.Signals(number))
+
+    before = {number: signal.signal(number, note) for number in ENDING_SIGNALS}
+    try:
+        yield received
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def _logging_to(path: Path) -> Iterator[None]:
+    handler = logging.FileHandler(path, encoding="utf-8")
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+    loggers = [logging.getLogger(name) for name in ("benchbot.supervisor", "uvicorn.error")]
+    for logger in loggers:
+        logger.setLevel(logging.INFO)
+        logger.propagate = False
+        logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        for logger in loggers:
+            logger.removeHandler(handler)
+        handler.close()
+
+
+def _listen(
+    stack: ExitStack, host: str, port: int | None, unix_socket: Path | None, *, allow_remote: bool
+) -> tuple[list[socket.socket], Connection]:
+    if port is None and unix_socket is None:
+        raise BenchbotError(
+            "The run has no address.", "It has neither a port nor a unix socket.", "Give it one: --port 0"
+        )
+    listeners, url, path = [], None, None
+    if unix_socket is not None:
+        unix_socket = unix_socket.absolute()
+        listeners.append(stack.enter_context(server.bind_unix(unix_socket)))
+        stack.callback(lambda: unix_socket.unlink(missing_ok=True))
+        path = str(unix_socket)
+    if port is not None:
+        listeners.append(stack.enter_context(server.bind_tcp(host, port, allow_remote=allow_remote)))
+        url = server.url_of(listeners[-1])
+    return listeners, Connection(url, path, secrets.token_urlsafe(32))
+
+
+def _state(selection: Selection, folder: RunFolder, connection: Connection, log: Path) -> RunState:
+    return RunState(
+        connection=connection,
+        pid=os.getpid(),
+        task=selection.task.name,
+        robot=selection.robot.name,
+        environment=selection.environment,
+        seed=selection.seed,
+        folder=str(folder.path),
+        platform_log=str(log),
+        supervisor_log=str(folder.path / "supervisor.log"),
+        result=str(folder.result),
+        started_s=time.time(),
+    )
+
+
+class Backend:
+    """A back end that runs as a child process of this one."""
+
+    def __init__(self, process: "subprocess.Popen[bytes]", log: IO[bytes], state: RunState) -> None:
+        self._process = process
+        self._log = log
+        self.state = state
+
+    def died(self) -> BenchbotError | None:
+        """Return why the back end is no longer alive, or None while it is."""
+        return None if self._process.poll() is None else _dead(self._process, self._log)
+
+    @classmethod
+    @contextmanager
+    def start(
+        cls,
+        *,
+        task: str,
+        robot: str,
+        environment: str,
+        seed: int = 0,
+        limits: Limits | None = None,
+        method: str | None = None,
+        port: int | None = 0,
+        unix_socket: Path | None = None,
+        options: Mapping[str, Any] | None = None,
+        timeouts: Timeouts | None = None,
+        start_timeout_s: float = 60.0,
+    ) -> Iterator[Self]:
+        """Start a back end in a child process, yield it when it answers, and end it on leaving.
+
+        The child ends by itself when this process dies. Raises the child's own BenchbotError when the selection is
+        impossible or the address is taken.
+        """
+        order = Order(
+            task,
+            robot,
+            environment,
+            seed,
+            method,
+            limits or Limits(),
+            port,
+            None if unix_socket is None else str(unix_socket),
+            dict(options or {}),
+            timeouts or Timeouts(),
+        )
+        with tempfile.TemporaryFile() as log:
+            ours, theirs = socket.socketpair()
+            with ours:
+                with theirs:
+                    # A session of its own: Ctrl-C in the terminal is for this process, which ends the child in order.
+                    process = subprocess.Popen(
+                        [sys.executable, "-P", "-m", "benchbot.supervisor"],
+                        stdin=theirs.fileno(),
+                        stdout=log,
+                        stderr=log,
+                        start_new_session=True,
+                    )
+                try:
+                    yield cls(process, log, _hand_over(process, ours, order, log, start_timeout_s))
+                finally:
+                    _end(process)
+
+
+class Order(msgspec.Struct, frozen=True):
+    """What `Backend.start` asks its child to run."""
+
+    task: str
+    robot: str
+    environment: str
+    seed: int
+    method: str | None
+    limits: Limits
+    port: int | None
+    unix_socket: str | None
+    options: dict[str, Any]
+    timeouts: Timeouts
+
+
+def _hand_over(
+    process: "subprocess.Popen[bytes]", child: socket.socket, order: Order, log: IO[bytes], timeout_s: float
+) -> RunState:
+    """Tell the child what to run and return the state that it answers with when it listens."""
+    try:
+        channel.send(child, msgspec.msgpack.encode(order))
+        return channel.decode_reply(channel.receive(child, timeout_s), RunState)
+    except (EOFError, OSError) as error:
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(1.0)
+        raise _dead(process, log) from error
+
+
+def _end(process: "subprocess.Popen[bytes]") -> None:
+    """End the child: politely, then by force; it is always reaped."""
+    process.terminate()
+    try:
+        process.wait(STOP_TIMEOUT_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+def _dead(process: "subprocess.Popen[bytes]", log: IO[bytes]) -> BenchbotError:
+    code = process.poll()
+    how = "does not answer" if code is None else f"ended with exit code {code}"
+    if code is not None and code < 0:
+        how = f"was ended by {signal.Signals(-code).name}"
+    size = log.seek(0, os.SEEK_END)
+    log.seek(max(0, size - QUOTED_CHARACTERS))
+    tail = log.read().decode("utf-8", "replace").strip()
+    return BenchbotError(
+        "The supervisor does not start." if code is None else "The supervisor died.",
+        f"Its process {how}." + (f" Its last words:\n{tail}" if tail else ""),
+        "Run again; if it happens again, report it.",
+        exit_code=ExitCode.INTERNAL,
+        failure=FailureClass.INFRASTRUCTURE,
+    )

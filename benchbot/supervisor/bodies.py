@@ -1,0 +1,101 @@
+"""Bodies of requests and responses: MessagePack or JSON, as the headers ask, within a cap."""
+
+from typing import Any, TypeVar
+
+import msgspec
+from starlette.requests import Request
+from starlette.responses import Response
+
+from benchbot.core.errors import BenchbotError
+from benchbot.supervisor import wire
+from benchbot.supervisor.refused import RefusedError, status_of
+
+MSGPACK = "application/msgpack"
+JSON = "application/json"
+
+T = TypeVar("T")
+
+
+async def read(request: Request, kind: type[T]) -> T:
+    """Return a request's body as `kind`, an empty body as an empty mapping.
+
+    Raises RefusedError 413 for a body over the cap, 415 for another content type, 400 for a body that does not fit.
+    """
+    body = await _limited(request)
+    content_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    if not body:
+        value: Any = {}
+    elif content_type == MSGPACK:
+        value = wire.decode(body)
+    elif content_type == JSON:
+        value = _decode_json(bytes(body))
+    else:
+        raise RefusedError(
+            415,
+            f"Bodies of type '{content_type or 'unknown'}' are not understood.",
+            f"The supervisor reads {MSGPACK} and {JSON}.",
+            f"Send one of these, with its Content-Type header, for example: Content-Type: {JSON}",
+        )
+    try:
+        return msgspec.convert(value, kind)
+    except msgspec.ValidationError as error:
+        raise RefusedError(
+            400, f"The request to {request.url.path} is not right.", f"{error}.", "See docs/wire.md."
+        ) from error
+
+
+def require_msgpack(request: Request) -> None:
+    """Raise RefusedError 406 when the client does not accept what carries arrays, before anything has happened."""
+    if not _accepts(request, MSGPACK):
+        raise RefusedError(
+            406,
+            "Observations hold arrays, which are sent as MessagePack only.",
+            f"The request's Accept header is '{request.headers['accept']}'.",
+            f"Send: Accept: {MSGPACK}",
+        )
+
+
+def respond(request: Request, value: Any) -> Response:
+    """Return a response as the client accepts it: MessagePack unless only JSON is acceptable."""
+    if _accepts(request, MSGPACK):
+        return Response(wire.encode(value), media_type=MSGPACK)
+    return Response(msgspec.json.encode(value), media_type=JSON)
+
+
+def respond_error(error: BenchbotError) -> Response:
+    """Return the response that tells an error; always JSON, so that any tool can show it."""
+    headers = {"WWW-Authenticate": "Bearer"} if status_of(error) == 401 else None
+    return Response(msgspec.json.encode(error.as_dict()), status_of(error), headers, JSON)
+
+
+def _accepts(request: Request, media_type: str) -> bool:
+    accept = request.headers.get("accept", "*/*")
+    accepted = {part.partition(";")[0].strip().lower() for part in accept.split(",")}
+    return not accepted.isdisjoint({media_type, "application/*", "*/*"})
+
+
+async def _limited(request: Request) -> bytearray:
+    too_large = RefusedError(
+        413,
+        "The request's body is too large.",
+        f"The supervisor reads at most {wire.MAX_BODY_BYTES // 2**20} MiB.",
+        "Send less: a result of this size is most likely not what the task asks for.",
+    )
+    declared = request.headers.get("content-length", "0")
+    if declared.isdigit() and int(declared) > wire.MAX_BODY_BYTES:
+        raise too_large
+    body = bytearray()
+    async for chunk in request.stream():
+        body += chunk
+        if len(body) > wire.MAX_BODY_BYTES:
+            raise too_large
+    return body
+
+
+def _decode_json(body: bytes) -> Any:
+    try:
+        return msgspec.json.decode(body)
+    except (msgspec.DecodeError, RecursionError) as error:
+        raise RefusedError(
+            400, "The request's body is not JSON.", f"{error}.", "Mend it, or send another Content-Type."
+        ) from error

@@ -1,0 +1,196 @@
+"""The platform behind a process boundary: a host whose crash, hang or death is survived and told in words."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from types import NoneType
+from typing import Any, TypeVar
+
+import msgspec
+
+from benchbot.core import resources
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.geometry import Pose
+from benchbot.core.host import Status
+from benchbot.core.motion import Outcome
+from benchbot.core.selection import Selection
+from benchbot.supervisor import arena, channel
+
+QUOTED_LINES = 15
+QUOTED_CHARACTERS = 3000
+CLOSE_TIMEOUT_S = 3.0
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Timeouts:
+    """How long the platform may take, in seconds of wall time, before it counts as hung.
+
+    Loading is long because a simulator may compile its kernels at first use.
+    """
+
+    load_s: float = 600.0
+    call_s: float = 120.0
+
+
+class ChildHost:
+    """A `Host` whose platform lives in a child process. One caller at a time; `close` from any thread.
+
+    Every method raises BenchbotError with failure `platform` when the child dies or hangs; it is then gone for good.
+    """
+
+    def __init__(
+        self,
+        selection: Selection,
+        log: Path,
+        *,
+        options: Mapping[str, Any] | None = None,
+        timeouts: Timeouts | None = None,
+    ) -> None:
+        self._log = log
+        self._timeouts = timeouts or Timeouts()
+        self._busy = threading.Lock()
+        self._socket, theirs = socket.socketpair()
+        arena_handle = arena.create()
+        with theirs, log.open("ab") as log_file:
+            self._log_start = log_file.tell()
+            self._process = subprocess.Popen(
+                [
+                    sys.executable,
+                    "-P",  # the solution's folder must not shadow modules
+                    "-m",
+                    "benchbot.supervisor.platform_process",
+                    str(theirs.fileno()),
+                    str(arena_handle),
+                ],
+                stdin=subprocess.DEVNULL,
+                stdout=log_file,
+                stderr=log_file,
+                pass_fds=(theirs.fileno(), arena_handle),
+                start_new_session=True,
+            )
+        self._arena_handle = arena_handle
+        self._arena = arena.ArenaReader(arena_handle)
+        try:
+            self._call(_start_message(selection, options or {}), NoneType, self._timeouts.load_s)
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def pid(self) -> int:
+        """The child's process number."""
+        return self._process.pid
+
+    def load(self, scene_index: int, seed: int) -> Status:
+        """Put the robot into the clean start state of a scene of the selection."""
+        return self._call(channel.Load(scene_index, seed), Status, self._timeouts.load_s)
+
+    def act(self, action: str, arguments: Mapping[str, Any], goal: Pose | None) -> tuple[Outcome, Status]:
+        """Execute one action to its end."""
+        request = channel.Act(action, dict(arguments), goal)
+        return self._call(request, tuple[Outcome, Status], self._timeouts.call_s)
+
+    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+        """Return the asked channels, all of one instant."""
+        return self._call(channel.Observe(list(channels)), dict[str, Any], self._timeouts.call_s)
+
+    def close(self) -> None:
+        """End the child: politely when it is idle, at once when it is busy. Safe to call twice."""
+        if self._process.returncode is None:
+            if self._busy.acquire(blocking=False):
+                try:
+                    channel.send(self._socket, channel.encode_request(channel.Close()))
+                    channel.receive(self._socket, CLOSE_TIMEOUT_S)
+                    self._process.wait(CLOSE_TIMEOUT_S)
+                except (OSError, EOFError, subprocess.TimeoutExpired):
+                    pass
+                finally:
+                    self._busy.release()
+            self._kill()
+        # A call that is still under way reads the end of the stream first, and lets go of both.
+        with self._busy:
+            self._socket.close()
+            if self._arena_handle >= 0:
+                os.close(self._arena_handle)
+                self._arena_handle = -1
+
+    def _call(self, request: channel.Request, kind: type[T], timeout_s: float) -> T:
+        with self._busy:
+            try:
+                channel.send(self._socket, channel.encode_request(request))
+                data = channel.receive(self._socket, timeout_s)
+                return channel.decode_reply(data, kind, self._arena)
+            except TimeoutError as error:
+                self._kill()
+                raise self._hung(request, timeout_s) from error
+            except (EOFError, OSError) as error:
+                raise self._died() from error
+            except (msgspec.MsgspecError, ValueError) as error:
+                self._kill()
+                raise self._garbled(error) from error
+
+    def _kill(self) -> None:
+        """End the child and its process group, and reap it."""
+        if self._process.poll() is None:
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.wait()
+
+    def _died(self) -> BenchbotError:
+        try:
+            code = self._process.wait(CLOSE_TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            self._kill()
+            code = self._process.returncode
+        how = f"ended with exit code {code}"
+        if code < 0:
+            how = f"was ended by {signal.Signals(-code).name}"
+        if code == -signal.SIGKILL:
+            how += " (somebody killed it, or the machine ran out of memory)"
+        return self._error("The simulator died.", f"Its process {how}.")
+
+    def _hung(self, request: channel.Request, timeout_s: float) -> BenchbotError:
+        name = type(request).__name__.lower()
+        return self._error("The simulator hangs.", f"It did not answer to '{name}' for {timeout_s:g} s, and was ended.")
+
+    def _garbled(self, error: Exception) -> BenchbotError:
+        return self._error("The simulator sent something unreadable.", f"{error}. It was ended.")
+
+    def _error(self, title: str, why: str) -> BenchbotError:
+        tail = self._log_tail()
+        return BenchbotError(
+            title,
+            f"{why} Its last words:\n{tail}" if tail else f"{why} It left no last words.",
+            f"reset() starts it anew. Its log: {self._log}",
+            exit_code=ExitCode.INTERNAL,
+            failure=FailureClass.PLATFORM,
+        )
+
+    def _log_tail(self) -> str:
+        with self._log.open("rb") as file:
+            size = file.seek(0, os.SEEK_END)
+            # Lines of an earlier child in the same log are not this one's last words.
+            file.seek(max(self._log_start, size - QUOTED_CHARACTERS))
+            lines = file.read().decode("utf-8", "replace").strip().splitlines()
+        return "\n".join(lines[-QUOTED_LINES:])
+
+
+def _start_message(selection: Selection, options: Mapping[str, Any]) -> channel.Start:
+    return channel.Start(
+        robot=selection.robot.data,
+        scenes=[
+            channel.SceneMessage(scene.data, str(scene.path.parent.absolute())) for scene in selection.environments
+        ],
+        localisation=selection.localisation,
+        cache_dir=str(resources.cache_dir()),
+        options=dict(options),
+    )

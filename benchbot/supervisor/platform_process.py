@@ -1,0 +1,111 @@
+"""The platform's process: creates a simulator or a robot driver and serves a supervisor, until that one is gone.
+
+Started as `python -m benchbot.supervisor.platform_process SOCKET_FD ARENA_FD` by `platform_host`.
+"""
+
+import faulthandler
+import os
+import queue
+import signal
+import socket
+import sys
+import threading
+import time
+import traceback
+from pathlib import Path
+from typing import Any
+
+from benchbot.core import plugins
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.host import InProcessHost
+from benchbot.core.motion import MotionConfig
+from benchbot.core.platform import PlatformSpec, Scene
+from benchbot.supervisor import channel
+from benchbot.supervisor.arena import ArenaWriter
+
+GRACE_S = 0.5
+
+
+def main() -> None:
+    """Serve requests until `Close` or the end of the supervisor."""
+    faulthandler.enable()
+    # Ctrl-C reaches this process through the supervisor only.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    connection = socket.socket(fileno=int(sys.argv[1]))
+    arena = ArenaWriter(int(sys.argv[2]))
+    requests: queue.SimpleQueue[channel.Request | None] = queue.SimpleQueue()
+    threading.Thread(target=_read, args=(connection, requests), daemon=True).start()
+    _serve(connection, requests, arena)
+
+
+def _read(connection: socket.socket, requests: "queue.SimpleQueue[channel.Request | None]") -> None:
+    try:
+        while True:
+            requests.put(channel.decode_request(channel.receive(connection)))
+    except EOFError:
+        requests.put(None)
+    # The supervisor is gone. An idle platform is closed properly; one in the middle of its work is not waited for.
+    time.sleep(GRACE_S)
+    os._exit(ExitCode.INTERRUPTED)
+
+
+def _serve(
+    connection: socket.socket, requests: "queue.SimpleQueue[channel.Request | None]", arena: ArenaWriter
+) -> None:
+    host: InProcessHost | None = None
+    while (request := requests.get()) is not None:
+        try:
+            if isinstance(request, channel.Start):
+                host = _create(request)
+                reply: Any = None
+            else:
+                reply = _answer(host, request)
+            data = channel.encode_reply(reply, arena)
+        except BenchbotError as error:
+            data = channel.encode_reply(channel.Failed.of(error), arena)
+        # A plug-in may fail in any way at all: the supervisor must hear of it, in words.
+        except Exception as error:  # noqa: BLE001
+            traceback.print_exc()
+            data = channel.encode_reply(channel.Failed.of(_failure(error)), arena)
+        channel.send(connection, data)
+        if isinstance(request, channel.Close):
+            return
+    if host is not None:
+        host.close()
+
+
+def _create(request: channel.Start) -> InProcessHost:
+    loaded = plugins.load()
+    kind = request.robot["type"]
+    records = "simulators" if kind in loaded.pool("simulators") else "robot_drivers"
+    spec = PlatformSpec(request.robot, request.localisation, Path(request.cache_dir), request.options)
+    platform = loaded.record(records, kind).create(spec)
+    scenes = [Scene(scene.environment, Path(scene.folder)) for scene in request.scenes]
+    return InProcessHost(platform, scenes, MotionConfig.from_robot(request.robot, request.localisation))
+
+
+def _answer(host: InProcessHost | None, request: channel.Request) -> Any:
+    if host is None:
+        raise RuntimeError("the first request must be Start")
+    if isinstance(request, channel.Load):
+        return host.load(request.scene_index, request.seed)
+    if isinstance(request, channel.Act):
+        return host.act(request.action, request.arguments, request.goal)
+    if isinstance(request, channel.Observe):
+        return host.observe(request.channels)
+    return host.close()
+
+
+def _failure(error: Exception) -> BenchbotError:
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return BenchbotError(
+        "The simulator failed.",
+        f"{type(error).__name__}: {error} (in {last.name}, {Path(last.filename).name}:{last.lineno})",
+        "reset() starts it anew. If it happens again, report it to the author of the simulator with the run's log.",
+        exit_code=ExitCode.INTERNAL,
+        failure=FailureClass.PLATFORM,
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,234 @@
+"""A run: one session, used by one request at a time, watched by many, and its result."""
+
+import logging
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from benchbot.core import formats, results
+from benchbot.core.catalog import Declaration
+from benchbot.core.channels import ACTIONS, OBSERVATIONS
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.host import Host
+from benchbot.core.provenance import timings
+from benchbot.core.selection import Selection
+from benchbot.core.session import Progress, Session, Step
+from benchbot.supervisor.events import Events
+from benchbot.supervisor.refused import RefusedError
+
+PUBLIC_ENVIRONMENT_KEYS = (
+    "name",
+    "variant",
+    "type",
+    "description",
+    "robots",
+    "start_pose",
+    "trajectory_poses",
+    "object_labels",
+)
+"""What a solution may know of an environment. What stands in it, and where, is for the solution to find out."""
+
+RESULT_WAIT_S = 150.0
+
+log = logging.getLogger("benchbot.supervisor")
+
+
+class Run:
+    """A session behind a lock. Methods block: call them in worker threads. `describe` and `progress` never wait."""
+
+    def __init__(self, selection: Selection, start_host: Callable[[], Host], result_path: Path) -> None:
+        self.selection = selection
+        self.events = Events()
+        self.stop_asked = threading.Event()
+        self.result_path = result_path
+        self.platform_failed = False
+        self._session = Session(selection, start_host)
+        self._lock = threading.Lock()
+        self._started = False
+
+    @property
+    def progress(self) -> Progress:
+        """What can be watched of the session by who runs it. It holds the true pose: it is not for solutions."""
+        return self._session.progress
+
+    def public_progress(self) -> dict[str, Any]:
+        """Return the progress as plain data for clients: without the pose where the task hides the true one."""
+        progress = self._session.progress
+        shows_pose = self.selection.localisation == "ground_truth"
+        return {
+            "state": progress.state.value,
+            "scene_number": progress.scene_number,
+            "steps": progress.steps,
+            "trajectory_index": progress.trajectory_index,
+            "trajectory_length": progress.trajectory_length,
+            "last_action": progress.last_action,
+            "pose_xyyaw": list(progress.pose_xyyaw) if shows_pose else None,
+            "simulated_time_s": progress.simulated_time_s,
+            "wall_time_s": progress.wall_time_s,
+            "frames": progress.frames,
+            "failure": None if progress.failure is None else progress.failure.value,
+            "failure_why": progress.failure_why,
+        }
+
+    def reset(self) -> dict[str, Any]:
+        """Start anew in the first scene; raises RefusedError (409) while another request uses the session."""
+        with self._exclusively():
+            step = self._noting_failures(self._session.reset)
+            self._started = True
+            self.events.publish("scene", self.public_progress())
+            return self._step_document(step)
+
+    def step(self, action: str | None, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        """Take one action; raises RefusedError (409) while another request uses the session."""
+        with self._exclusively():
+            step = self._noting_failures(lambda: self._session.step(action, arguments))
+            self.events.publish("step", self.public_progress())
+            return self._step_document(step)
+
+    def next_scene(self) -> dict[str, Any]:
+        """Advance to the next scene; raises RefusedError (409) while another request uses the session."""
+        with self._exclusively():
+            step = self._noting_failures(self._session.next_scene)
+            if step is None:
+                return {"advanced": False, **self._state_document()}
+            self.events.publish("scene", self.public_progress())
+            return {"advanced": True, **self._step_document(step)}
+
+    def finish(
+        self, document: dict[str, Any] | None, solution: dict[str, Any] | None, failure: tuple[FailureClass, str] | None
+    ) -> dict[str, Any]:
+        """Check and complete a result, or record a failed episode when there is no document; write it; return it.
+
+        Waits for an action that is still under way.
+        """
+        with self._exclusively(RESULT_WAIT_S):
+            if failure is not None:
+                self._session.fail(*failure)
+            if document is None:
+                finished = results.failed(self._session, solution=solution)
+            else:
+                finished = results.finish(document, self._session, solution=solution)
+            results.write_json(self.result_path, finished)
+            self.events.publish("result", {"path": str(self.result_path)})
+            return {"document": finished, "path": str(self.result_path), "timings": timings(self._session)}
+
+    def results_function(self, name: str, args: list[Any], kwargs: dict[str, Any]) -> Any:
+        """Call a function of the task's results format."""
+        if self.selection.results_format is None:
+            raise RefusedError(
+                404,
+                f"There is no results function '{name}'.",
+                f"The task '{self.selection.task.name}' has no results format.",
+                "Put whatever JSON you like under the key 'results'.",
+            )
+        return formats.call(self.selection.results_format, name, args, kwargs)
+
+    def describe(self) -> dict[str, Any]:
+        """Return what is run and where it stands, without ground truth (docs/wire.md, GET /api/v1/session)."""
+        selection = self.selection
+        return {
+            "task": selection.task.data,
+            "environments": [public_environment(scene) for scene in selection.environments],
+            "robot": selection.robot.data,
+            "results_format": _format_document(selection.results_format),
+            "selection": {
+                "task": selection.task.name,
+                "robot": selection.robot.name,
+                "environment": selection.environment,
+                "seed": selection.seed,
+                "limits": {
+                    "steps": selection.limits.steps,
+                    "simulated_time_s": selection.limits.simulated_time_s,
+                    "wall_time_s": selection.limits.wall_time_s,
+                },
+            },
+            "observations": {name: OBSERVATIONS[name].value for name in selection.observations},
+            "actions": {
+                name: {"argument": ACTIONS[name].argument, "unit": ACTIONS[name].unit} for name in selection.actions
+            },
+            "scene_count": len(self._session.scenes),
+            "started": self._started,
+            **self._state_document(),
+            "progress": self.public_progress(),
+        }
+
+    def close(self) -> None:
+        """Stop the robot and end the platform, even in the middle of an action."""
+        self.stop_asked.set()
+        self._session.close()
+        self.events.publish("closed", self.public_progress())
+
+    @contextmanager
+    def _exclusively(self, wait_s: float = 0.0) -> Iterator[None]:
+        if not self._lock.acquire(timeout=wait_s):
+            raise RefusedError(
+                409,
+                "The robot is busy.",
+                "Another request is using the session, and there is one robot.",
+                "Wait for the answer to the request before, then send this one again.",
+            )
+        try:
+            if self.stop_asked.is_set():
+                raise ended()
+            yield
+        finally:
+            self._lock.release()
+
+    def _noting_failures(self, call: "Callable[[], Step | None]") -> Any:
+        try:
+            return call()
+        except BenchbotError as error:
+            if self.stop_asked.is_set():
+                raise ended() from error
+            if error.failure is FailureClass.PLATFORM:
+                self.platform_failed = True
+                log.warning("%s", error)
+            if self.progress.failure is not None:
+                self.events.publish("failure", self.public_progress())
+            raise
+
+    def _step_document(self, step: Step) -> dict[str, Any]:
+        return {
+            "observations": step.observations,
+            "outcome": step.outcome,
+            **self._state_document(),
+        }
+
+    def _state_document(self) -> dict[str, Any]:
+        progress = self.progress
+        return {
+            "result": self._session.result,
+            "available_actions": list(self._session.actions),
+            "state": progress.state,
+            "scene_number": progress.scene_number,
+            "steps": progress.steps,
+            "simulated_time_s": progress.simulated_time_s,
+        }
+
+
+def public_environment(scene: Declaration) -> dict[str, Any]:
+    """Return what a solution may know of an environment."""
+    return {key: scene.data[key] for key in PUBLIC_ENVIRONMENT_KEYS if key in scene.data}
+
+
+def ended() -> BenchbotError:
+    """Return the error of a request that arrives when the run is over."""
+    return BenchbotError(
+        "The run has ended.",
+        "The supervisor is shutting down.",
+        "Start another run: benchbot run …",
+        exit_code=ExitCode.INTERNAL,
+        failure=FailureClass.INFRASTRUCTURE,
+    )
+
+
+def _format_document(declaration: Declaration | None) -> dict[str, Any] | None:
+    if declaration is None:
+        return None
+    return {
+        "name": declaration.name,
+        "description": declaration.data.get("description", ""),
+        "functions": sorted(declaration.data.get("functions", {})),
+    }

@@ -1,0 +1,164 @@
+"""The state files of running supervisors: how clients find a run on this machine, and how dead runs are cleaned up."""
+
+import fcntl
+import json
+import os
+import secrets
+import shutil
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Self
+
+from benchbot.core import resources
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+
+KEPT_FOLDERS = 20
+STATE_FILE = "run.json"
+
+
+@dataclass(frozen=True)
+class Connection:
+    """How to reach a supervisor: a URL on loopback and/or a unix socket, and the run's bearer token."""
+
+    url: str | None
+    socket: str | None
+    token: str
+
+    def environment(self) -> dict[str, str]:
+        """Return the variables that hand this connection to a solution's process."""
+        variables = {"BENCHBOT_URL": self.url, "BENCHBOT_SOCKET": self.socket, "BENCHBOT_TOKEN": self.token}
+        return {name: value for name, value in variables.items() if value}
+
+
+@dataclass(frozen=True)
+class RunState:
+    """What the state file of a run says. Paths are absolute; `started_s` is seconds since the epoch."""
+
+    connection: Connection
+    pid: int
+    task: str
+    robot: str
+    environment: str
+    seed: int
+    folder: str
+    platform_log: str
+    supervisor_log: str
+    result: str
+    started_s: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the state as the JSON document that is written."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, document: dict[str, Any]) -> Self:
+        """Return the state that a JSON document holds; raises TypeError or KeyError when it is not one."""
+        return cls(**{**document, "connection": Connection(**document["connection"])})
+
+
+class RunFolder:
+    """The private folder (0700) of a run, locked for as long as its process lives.
+
+    The lock, not the process number, says whether a run is alive: the kernel drops it however the process ends.
+    """
+
+    def __init__(self) -> None:
+        clean()
+        stamp = time.strftime("%Y%m%d-%H%M%S")
+        self.path = runs_dir() / f"{stamp}-{secrets.token_hex(4)}"
+        self.path.mkdir(mode=0o700)
+        self._lock = os.open(self.path, os.O_RDONLY)
+        fcntl.flock(self._lock, fcntl.LOCK_EX)
+
+    @property
+    def result(self) -> Path:
+        """Where the run's result document is written."""
+        return self.path / "result.json"
+
+    def publish(self, state: RunState) -> None:
+        """Write the state file (0600) atomically: from now on clients find the run."""
+        temporary = self.path / f".{STATE_FILE}"
+        handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            json.dump(state.as_dict(), file, indent=1)
+        temporary.replace(self.path / STATE_FILE)
+
+    def close(self, *, keep: bool) -> None:
+        """Remove the state file, and the whole folder unless its logs or result are worth keeping."""
+        (self.path / STATE_FILE).unlink(missing_ok=True)
+        if not keep:
+            shutil.rmtree(self.path, ignore_errors=True)
+        os.close(self._lock)
+
+
+def runs_dir() -> Path:
+    """Return the folder of all runs of this user."""
+    folder = resources.state_dir() / "runs"
+    folder.mkdir(mode=0o700, exist_ok=True)
+    return folder
+
+
+def live() -> list[RunState]:
+    """Return the runs of this user that are alive, newest first."""
+    states = []
+    for folder in _folders():
+        if _alive(folder):
+            # A state file that vanishes or is half a document belongs to a run that is just ending.
+            with suppress(OSError, ValueError, TypeError, KeyError):
+                states.append(RunState.from_dict(json.loads((folder / STATE_FILE).read_text("utf-8"))))
+    return sorted(states, key=lambda state: state.started_s, reverse=True)
+
+
+def find() -> Connection:
+    """Return how to reach the run that this process belongs to, or else the newest live one of this user.
+
+    `BENCHBOT_URL`, `BENCHBOT_SOCKET` and `BENCHBOT_TOKEN` come first. Raises BenchbotError when no run is there.
+    """
+    url, socket = os.environ.get("BENCHBOT_URL"), os.environ.get("BENCHBOT_SOCKET")
+    if url or socket:
+        return Connection(url or None, socket or None, os.environ.get("BENCHBOT_TOKEN", ""))
+    states = live()
+    if not states:
+        raise BenchbotError(
+            "No BenchBot run is there to connect to.",
+            "Neither BENCHBOT_URL nor BENCHBOT_SOCKET is set, and no run of this user is alive.",
+            "Start one in another terminal: benchbot run --task TASK --robot ROBOT --env ENVIRONMENT",
+            exit_code=ExitCode.USAGE,
+            failure=FailureClass.INFRASTRUCTURE,
+        )
+    return states[0].connection
+
+
+def clean() -> None:
+    """Remove the state files and sockets of dead runs, and all but the newest folders of finished ones."""
+    dead = [folder for folder in _folders() if not _alive(folder)]
+    for folder in dead:
+        with suppress(OSError, ValueError, TypeError, KeyError):
+            state = RunState.from_dict(json.loads((folder / STATE_FILE).read_text("utf-8")))
+            if state.connection.socket:
+                Path(state.connection.socket).unlink(missing_ok=True)
+        with suppress(OSError):
+            (folder / STATE_FILE).unlink(missing_ok=True)
+    for folder in sorted(dead, key=lambda folder: folder.name)[:-KEPT_FOLDERS]:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _folders() -> Iterator[Path]:
+    yield from (path for path in runs_dir().iterdir() if path.is_dir())
+
+
+def _alive(folder: Path) -> bool:
+    try:
+        handle = os.open(folder, os.O_RDONLY)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    finally:
+        os.close(handle)
+    return False

@@ -1,0 +1,25 @@
+import subprocess
+import sys
+
+HEAVY = {"httpx", "starlette", "uvicorn", "jsonschema", "cv2", "yaml", "pluggy", "scipy", "rich", "taichi", "anyio"}
+
+
+def imported_by(statement: str) -> set[str]:
+    code = f"import sys; {statement}; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return {name.partition(".")[0] for name in done.stdout.split()}
+
+
+def test_a_solution_imports_no_server() -> None:
+    assert not imported_by("import benchbot.api") & HEAVY
+
+
+def test_solutions_of_v2_find_what_they_import() -> None:
+    import benchbot_api
+    import benchbot_api.agent
+    import benchbot_api.benchbot
+    from benchbot import api
+
+    assert benchbot_api.BenchBot is benchbot_api.benchbot.BenchBot is api.BenchBot
+    assert benchbot_api.Agent is benchbot_api.agent.Agent is api.Agent
+    assert benchbot_api.ActionResult is benchbot_api.agent.ActionResult is api.ActionResult

@@ -1,0 +1,92 @@
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+
+import pytest
+
+from benchbot.api.client import Client
+from benchbot.core.errors import BenchbotError, FailureClass
+from benchbot.supervisor import wire
+from benchbot.supervisor.run_state import Connection
+
+Answering = Callable[[bytes], Client]
+
+HEAD = b"HTTP/1.1 200 OK\r\nContent-Type: application/msgpack\r\n"
+
+
+@pytest.fixture
+def answering() -> Iterator[Answering]:
+    """Makes a client of a server that answers to any request with the given bytes and hangs up."""
+    with ExitStack() as stack:
+
+        def make(answer: bytes) -> Client:
+            listener = stack.enter_context(socket.create_server(("127.0.0.1", 0)))
+
+            def serve() -> None:
+                connection, _ = listener.accept()
+                with connection:
+                    connection.recv(65536)
+                    connection.sendall(answer)
+
+            thread = threading.Thread(target=serve)
+            thread.start()
+            stack.callback(thread.join)
+            return Client(Connection(f"http://127.0.0.1:{listener.getsockname()[1]}", None, "token"))
+
+        yield make
+
+
+def test_an_answer_without_a_length_is_read_to_its_end(answering: Answering) -> None:
+    assert answering(HEAD + b"\r\n" + wire.encode({"steps": 3})).session() == {"steps": 3}
+
+
+def test_an_answer_in_chunks_is_put_together(answering: Answering) -> None:
+    body = wire.encode({"steps": 3})
+    chunks = b"".join(b"1\r\n%c\r\n" % byte for byte in body) + b"0\r\n\r\n"
+    assert answering(HEAD + b"Transfer-Encoding: chunked\r\n\r\n" + chunks).session() == {"steps": 3}
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        b"",
+        b"SSH-2.0-OpenSSH_9.6\r\n",
+        HEAD + b"Content-Length: 100\r\n\r\nonly this",
+        HEAD + b"Transfer-Encoding: chunked\r\n\r\nff\r\nonly this",
+    ],
+)
+def test_an_answer_that_breaks_off_means_that_the_supervisor_is_gone(answering: Answering, answer: bytes) -> None:
+    with pytest.raises(BenchbotError, match="supervisor is gone") as caught:
+        answering(answer).session()
+    assert caught.value.failure is FailureClass.INFRASTRUCTURE
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        b"HTTP/1.1 200 OK\r\nContent-Type: text/html\r\nContent-Length: 4\r\n\r\n<ht>",
+        b"HTTP/1.1 502 Bad Gateway\r\nContent-Type: text/html\r\nContent-Length: 0\r\n\r\n",
+        b"HTTP/1.1 400 Bad\r\nContent-Type: application/json\r\nContent-Length: 2\r\n\r\n[]",
+        b'HTTP/1.1 400 Bad\r\nContent-Type: application/json\r\nContent-Length: 13\r\n\r\n{"title": "a"}',
+        HEAD + b"Content-Length: 1\r\n\r\n\x03",
+    ],
+)
+def test_something_else_that_answers_is_told(answering: Answering, answer: bytes) -> None:
+    with pytest.raises(BenchbotError, match="not a BenchBot supervisor"):
+        answering(answer).session()
+
+
+def test_a_request_over_the_cap_is_not_sent() -> None:
+    client = Client(Connection("http://127.0.0.1:1", None, "token"))
+    with pytest.raises(BenchbotError, match="too large") as caught:
+        client.result({"results": b"\0" * (wire.MAX_BODY_BYTES + 1)})
+    assert caught.value.failure is FailureClass.AGENT
+
+
+def test_nobody_at_the_address_is_told() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
+    with pytest.raises(BenchbotError, match="supervisor is gone") as caught:
+        Client(Connection(f"http://127.0.0.1:{port}", None, "token")).health()
+    assert str(port) in caught.value.why

@@ -1,0 +1,60 @@
+"""What the tests of the supervisor and of its clients share."""
+
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import httpx
+
+from benchbot.core import plugins
+from benchbot.core.catalog import Catalog
+from benchbot.core.selection import Limits, Selection, select
+from benchbot.supervisor.platform_host import ChildHost
+from benchbot.supervisor.run import Run
+
+TOKEN = "the-token-of-this-run"
+
+
+def sample_selection(
+    task: str = "sample:passive",
+    environment: str = "arena:1",
+    robot: str = "sample_robot",
+    seed: int = 0,
+    limits: Limits | None = None,
+) -> Selection:
+    return select(Catalog(plugins.load()), task=task, robot=robot, environment=environment, seed=seed, limits=limits)
+
+
+@dataclass(frozen=True)
+class Served:
+    """A run behind a real server, and the platform processes that it has had."""
+
+    run: Run
+    url: str
+    hosts: list[ChildHost]
+
+    def http(self, token: str = TOKEN) -> httpx.Client:
+        headers = {"Authorization": f"Bearer {token}", "Accept": "application/msgpack, application/json"}
+        return httpx.Client(base_url=self.url, timeout=60, headers=headers)
+
+
+def alive(pid: int) -> bool:
+    """Say whether a process runs; a zombie, which only waits for its parent, does not."""
+    try:
+        os.kill(pid, 0)
+        state = Path(f"/proc/{pid}/stat").read_text("utf-8").rpartition(")")[2].split()[0]
+    except (ProcessLookupError, FileNotFoundError):
+        return False
+    return state != "Z"
+
+
+def eventually(condition: Callable[[], bool], patience_s: float = 20.0) -> bool:
+    """Say whether a condition comes true, looking again and again."""
+    deadline_s = time.monotonic() + patience_s
+    while not condition():
+        if time.monotonic() > deadline_s:
+            return False
+        time.sleep(0.02)
+    return True

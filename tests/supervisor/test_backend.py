@@ -1,0 +1,182 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchbot.api.client import Client
+from benchbot.core import resources
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.selection import Limits
+from benchbot.supervisor import run_state, server
+from benchbot.supervisor.backend import Backend
+from tests.supervisor.harness import alive, eventually
+
+SERVE = """
+import json, os, sys
+from pathlib import Path
+from benchbot.supervisor.backend import serve
+from tests.supervisor.harness import sample_selection
+
+def ready(state):
+    print(json.dumps(state.as_dict()), flush=True)
+
+socket = Path(sys.argv[1]) if len(sys.argv) > 1 else None
+ended_by = serve(sample_selection(), port=0, unix_socket=socket, on_ready=ready)
+print(None if ended_by is None else ended_by.name)
+"""
+
+
+@pytest.fixture
+def short_folder() -> Iterator[Path]:
+    """A folder whose path is short enough for unix sockets."""
+    import tempfile
+
+    with tempfile.TemporaryDirectory(prefix="bb-") as folder:
+        yield Path(folder)
+
+
+def start_serving(*arguments: str) -> tuple["subprocess.Popen[str]", dict[str, Any]]:
+    command = [sys.executable, "-c", SERVE, *arguments]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    return process, json.loads(process.stdout.readline())
+
+
+def child_of(state: dict[str, Any]) -> int:
+    """Return the process number of a supervisor's platform."""
+    children = Path(f"/proc/{state['pid']}/task").glob("*/children")
+    return int(" ".join(path.read_text("utf-8") for path in children).split()[0])
+
+
+def client_of(state: dict[str, Any]) -> Client:
+    return Client(run_state.Connection(**state["connection"]))
+
+
+def files_of(folder: Path) -> list[str]:
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_leaves_nothing_behind(number: signal.Signals, short_folder: Path) -> None:
+    socket = short_folder / "socket"
+    process, state = start_serving(str(socket))
+    client = client_of(state)
+    client.reset()
+    child = child_of(state)
+    assert alive(child)
+    process.send_signal(number)
+    said, _ = process.communicate(timeout=30)
+    assert said.strip() == number.name
+    assert process.returncode == 0
+    assert not alive(child)
+    assert not socket.exists()
+    assert files_of(resources.state_dir()) == []
+    with pytest.raises(BenchbotError, match="gone"):
+        client.step("move_next")
+
+
+def test_a_client_can_end_a_run() -> None:
+    process, state = start_serving()
+    client_of(state).stop()
+    said, _ = process.communicate(timeout=30)
+    assert said.strip() == "None"
+    assert files_of(resources.state_dir()) == []
+
+
+def test_a_killed_supervisor_takes_its_platform_along() -> None:
+    process, state = start_serving()
+    client = client_of(state)
+    client.reset()
+    child = child_of(state)
+    process.kill()
+    process.communicate()
+    assert eventually(lambda: not alive(child))
+    with pytest.raises(BenchbotError, match="supervisor is gone") as caught:
+        client.step("move_next")
+    assert caught.value.failure is FailureClass.INFRASTRUCTURE
+    assert caught.value.exit_code is ExitCode.INTERNAL
+    assert run_state.live() == []
+
+
+def test_a_result_stays_when_the_run_has_ended() -> None:
+    process, state = start_serving()
+    client = client_of(state)
+    client.reset()
+    client.failed(FailureClass.AGENT, "It did not want to.")
+    client.stop()
+    process.communicate(timeout=30)
+    document = json.loads(Path(state["result"]).read_text("utf-8"))
+    assert document["provenance"]["failure"] == {"class": "agent", "why": "It did not want to."}
+
+
+def test_both_addresses_lead_to_the_same_run(short_folder: Path) -> None:
+    process, state = start_serving(str(short_folder / "socket"))
+    connection = run_state.Connection(**state["connection"])
+    over_tcp = Client(run_state.Connection(connection.url, None, connection.token))
+    over_unix = Client(run_state.Connection(None, connection.socket, connection.token))
+    over_tcp.reset()
+    assert over_unix.step("move_next")["steps"] == 1
+    assert over_tcp.session()["steps"] == 1
+    over_tcp.stop()
+    process.communicate(timeout=30)
+
+
+def sample_backend(**changes: Any) -> Any:
+    return Backend.start(**{"task": "sample:passive", "robot": "sample_robot", "environment": "arena:1", **changes})
+
+
+def test_a_back_end_is_there_while_it_is_needed() -> None:
+    with sample_backend(seed=4, limits=Limits(steps=2)) as backend:
+        client = Client(backend.state.connection)
+        assert client.health()["pid"] == backend.state.pid
+        selection = client.session()["selection"]
+        assert (selection["seed"], selection["limits"]["steps"]) == (4, 2)
+        assert backend.died() is None
+        assert run_state.live() == [backend.state]
+    assert not alive(backend.state.pid)
+    assert files_of(resources.state_dir()) == []
+
+
+def test_an_impossible_selection_is_told_as_it_is() -> None:
+    with pytest.raises(BenchbotError, match="not a known task") as caught, sample_backend(task="sample:pasive"):
+        pass
+    assert "sample:passive" in caught.value.why
+    assert caught.value.exit_code is ExitCode.USAGE
+
+
+def test_a_taken_port_is_told() -> None:
+    with server.bind_tcp("127.0.0.1", 0) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(BenchbotError, match=f"Cannot listen on 127.0.0.1:{port}"), sample_backend(port=port):
+            pass
+    assert files_of(resources.state_dir()) == []
+
+
+def test_a_back_end_that_dies_is_told() -> None:
+    with sample_backend() as backend:
+        os.kill(backend.state.pid, signal.SIGKILL)
+        assert eventually(lambda: backend.died() is not None)
+        error = backend.died()
+    assert "SIGKILL" in error.why
+    assert error.failure is FailureClass.INFRASTRUCTURE
+
+
+def test_a_back_end_ends_with_the_process_that_started_it() -> None:
+    code = (
+        "import os, signal\n"
+        "from benchbot.supervisor.backend import Backend\n"
+        "start = Backend.start(task='sample:passive', robot='sample_robot', environment='arena:1')\n"
+        "with start as backend:\n"
+        "    print(backend.state.pid, flush=True)\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    pid = int(done.stdout)
+    assert eventually(lambda: not alive(pid))
+    assert files_of(resources.state_dir()) == []

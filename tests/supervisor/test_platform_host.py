@@ -1,0 +1,167 @@
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.geometry import Pose
+from benchbot.core.host import Host, InProcessHost
+from benchbot.core.motion import MotionConfig, Outcome
+from benchbot.core.platform import PlatformSpec, Scene
+from benchbot.core.plugins import load
+from benchbot.core.selection import Selection
+from benchbot.supervisor.platform_host import ChildHost, Timeouts
+from tests.supervisor.harness import alive, eventually, sample_selection
+
+StartHost = Callable[..., ChildHost]
+
+
+@pytest.fixture
+def start_host(tmp_path: Path) -> Iterator[StartHost]:
+    hosts: list[ChildHost] = []
+
+    def start(selection: Selection | None = None, timeouts: Timeouts | None = None) -> ChildHost:
+        log = tmp_path / "platform.log"
+        hosts.append(ChildHost(selection or sample_selection(), log, timeouts=timeouts))
+        return hosts[-1]
+
+    yield start
+    for host in hosts:
+        host.close()
+
+
+def in_process(selection: Selection, cache_dir: Path) -> InProcessHost:
+    create = load().record("simulators", "sim_sample").create
+    platform = create(PlatformSpec(selection.robot.data, selection.localisation, cache_dir))
+    scenes = [Scene(scene.data, scene.path.parent) for scene in selection.environments]
+    return InProcessHost(platform, scenes, MotionConfig.from_robot(selection.robot.data, selection.localisation))
+
+
+def drive(host: Host, selection: Selection) -> list[object]:
+    """Load, drive a little and look: everything that a host says."""
+    said: list[object] = [host.load(0, 7)]
+    said.append(host.act("move_distance", {"distance": 0.5}, None))
+    said.append(host.act("move_next", {}, Pose.planar(-1.0, 0.2, 0.3)))
+    said.append(host.observe(selection.observations))
+    return said
+
+
+def test_a_child_says_what_the_platform_says_in_this_process(start_host: StartHost, tmp_path: Path) -> None:
+    selection = sample_selection()
+    far, near = start_host(selection), in_process(selection, tmp_path)
+    for there, here in zip(drive(far, selection), drive(near, selection), strict=True):
+        np.testing.assert_equal(there, here)
+
+
+def test_arrays_keep_their_type_and_shape(start_host: StartHost) -> None:
+    host = start_host()
+    host.load(0, 0)
+    seen = host.observe(["image_rgb", "image_depth", "image_segment", "laser"])
+    assert seen["image_rgb"].dtype == np.uint8
+    assert seen["image_rgb"].shape == (32, 48, 3)
+    assert seen["image_depth"].dtype == np.float32
+    assert seen["image_segment"]["instance_segment_img"].dtype == np.uint16
+    assert seen["laser"]["scans"].dtype == np.float64
+
+
+def test_close_ends_the_child(start_host: StartHost) -> None:
+    host = start_host()
+    host.close()
+    host.close()
+    assert not alive(host.pid)
+
+
+def test_a_child_that_dies_is_told_with_its_last_words(start_host: StartHost) -> None:
+    host = start_host(sample_selection(environment="faulty:crash"))
+    host.load(0, 0)
+    for _ in range(2):
+        host.observe(["laser"])
+    with pytest.raises(BenchbotError, match="The simulator died") as caught:
+        host.observe(["laser"])
+    assert caught.value.failure is FailureClass.PLATFORM
+    assert caught.value.exit_code is ExitCode.INTERNAL
+    assert "SIGABRT" in caught.value.why
+    assert "simulator.py" in caught.value.why
+    assert "platform.log" in caught.value.fix
+
+
+def test_a_child_that_is_killed_is_told(start_host: StartHost) -> None:
+    host = start_host()
+    host.load(0, 0)
+    os.kill(host.pid, signal.SIGKILL)
+    with pytest.raises(BenchbotError, match="The simulator died") as caught:
+        host.act("move_distance", {"distance": 1.0}, None)
+    assert "SIGKILL" in caught.value.why
+
+
+def test_a_child_that_hangs_is_ended(start_host: StartHost) -> None:
+    host = start_host(sample_selection(environment="faulty:hang"), Timeouts(call_s=0.5))
+    host.load(0, 0)
+    for _ in range(2):
+        host.observe(["laser"])
+    with pytest.raises(BenchbotError, match="hangs") as caught:
+        host.observe(["laser"])
+    assert caught.value.failure is FailureClass.PLATFORM
+    assert "0.5 s" in caught.value.why
+    assert not alive(host.pid)
+
+
+def test_an_error_of_the_platform_arrives_as_it_was(start_host: StartHost) -> None:
+    host = start_host(sample_selection(environment="faulty:load"))
+    with pytest.raises(BenchbotError, match="The sample world does not load") as caught:
+        host.load(0, 0)
+    assert caught.value.failure is FailureClass.PLATFORM
+    assert caught.value.fix == "Choose another environment."
+
+
+def test_a_mistake_in_the_platform_is_told_in_words(start_host: StartHost, tmp_path: Path) -> None:
+    host = start_host()
+    host.load(0, 0)
+    with pytest.raises(BenchbotError, match="The simulator failed") as caught:
+        host.observe(["no such channel"])
+    assert "KeyError: 'no such channel'" in caught.value.why
+    assert caught.value.failure is FailureClass.PLATFORM
+    assert "Traceback" in (tmp_path / "platform.log").read_text("utf-8")
+
+
+def test_closing_from_another_thread_ends_a_call_under_way(start_host: StartHost) -> None:
+    host = start_host(sample_selection(environment="faulty:hang"))
+    host.load(0, 0)
+    seen: list[object] = []
+    errors: list[BenchbotError] = []
+
+    def observe_forever() -> None:
+        try:
+            while True:
+                seen.append(host.observe(["laser"]))
+        except BenchbotError as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=observe_forever)
+    thread.start()
+    assert eventually(lambda: len(seen) == 2)
+    host.close()
+    thread.join(10.0)
+    assert not thread.is_alive()
+    assert not alive(host.pid)
+    assert errors[0].failure is FailureClass.PLATFORM
+
+
+def test_the_solutions_folder_cannot_replace_modules_of_the_child(
+    start_host: StartHost, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "yaml.py").write_text("raise SystemExit('wrong module')")
+    monkeypatch.chdir(tmp_path)
+    assert start_host().load(0, 0).clock_s == 0.0
+
+
+def test_motion_ends_in_the_child_as_it_does_here(start_host: StartHost) -> None:
+    host = start_host()
+    host.load(0, 0)
+    outcome, status = host.act("move_distance", {"distance": 50.0}, None)
+    assert outcome is Outcome.COLLIDED
+    assert status.collided

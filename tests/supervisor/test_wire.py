@@ -1,0 +1,126 @@
+import struct
+from contextlib import suppress
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays_of
+from numpy.typing import NDArray
+
+from benchbot.core.errors import BenchbotError
+from benchbot.supervisor import wire
+
+numbers = arrays_of.boolean_dtypes() | arrays_of.integer_dtypes() | arrays_of.unsigned_integer_dtypes()
+dtypes = numbers | arrays_of.floating_dtypes(sizes=(16, 32, 64))
+arrays = arrays_of.arrays(dtypes, arrays_of.array_shapes(min_dims=0, max_dims=8, min_side=0, max_side=3))
+plain = st.none() | st.booleans() | st.integers(-(2**63), 2**64 - 1) | st.floats(allow_nan=False) | st.text()
+values = st.recursive(
+    plain | st.binary(), lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner), max_leaves=20
+)
+
+
+@settings(deadline=None)
+@given(values)
+def test_plain_values_arrive_as_they_were(value: Any) -> None:
+    assert wire.decode(wire.encode(value)) == value
+
+
+@settings(deadline=None)
+@given(arrays)
+def test_arrays_arrive_as_they_were(array: NDArray[np.generic]) -> None:
+    arrived = wire.decode(bytearray(wire.encode({"a": array, "b": [array]})))
+    for copy in (arrived["a"], arrived["b"][0]):
+        assert copy.dtype == array.dtype.newbyteorder("<")
+        assert copy.shape == array.shape
+        assert copy.tobytes() == array.astype(copy.dtype).tobytes()
+        assert copy.flags.writeable
+        assert copy.flags.aligned
+
+
+@settings(deadline=None)
+@given(st.binary(max_size=200))
+def test_random_bytes_are_understood_or_refused(data: bytes) -> None:
+    with suppress(BenchbotError):
+        wire.decode(data)
+
+
+@settings(deadline=None)
+@given(st.binary(max_size=60))
+def test_random_array_headers_are_understood_or_refused(data: bytes) -> None:
+    message = msgspec.msgpack.encode([msgspec.msgpack.Ext(wire.ARRAY_CODE, data)])
+    with suppress(BenchbotError):
+        (array,) = wire.decode(message)
+        assert isinstance(array, np.ndarray)
+
+
+@settings(deadline=None)
+@given(arrays, st.data())
+def test_a_damaged_message_is_understood_or_refused(array: NDArray[np.generic], data: st.DataObject) -> None:
+    message = bytearray(wire.encode({"image": array, "name": "x"}))
+    position = data.draw(st.integers(0, len(message) - 1))
+    message[position] = data.draw(st.integers(0, 255))
+    cut = data.draw(st.integers(0, len(message)))
+    for damaged in (message, message[:cut]):
+        with suppress(BenchbotError):
+            wire.decode(damaged)
+
+
+def extension(dtype: str, shape: list[int], data: bytes) -> bytes:
+    header = msgspec.msgpack.encode([dtype, shape])
+    return msgspec.msgpack.encode(msgspec.msgpack.Ext(1, bytes([len(header)]) + header + data))
+
+
+def test_the_layout_of_an_array_is_the_documented_one() -> None:
+    array = np.array([[1, 2, 3]], dtype="<u2")
+    header = b"\x92\xa3<u2\x92\x01\x03"
+    data = bytes([len(header)]) + header + struct.pack("<3H", 1, 2, 3)
+    assert wire.encode(array) == b"\xc7" + bytes([len(data)]) + b"\x01" + data
+
+
+@pytest.mark.parametrize(
+    ("message", "why"),
+    [
+        (extension("|O", [1], b"\0" * 8), "arrays of |O are not supported"),
+        (extension("<c16", [1], b"\0" * 16), "arrays of <c16"),
+        (extension("<f4,<f4", [1], b"\0" * 8), "arrays of <f4,<f4"),
+        (extension("<f4", [1] * 9, b"\0" * 4), "shape"),
+        (extension("<f4", [-1], b""), "shape"),
+        (extension("<f4", [2], b"\0" * 4), "4 bytes instead of 8"),
+        (extension("<f4", [1], b"\0" * 8), "8 bytes instead of 4"),
+        (extension("|u1", [2**14, 2**15], b""), "larger than"),
+        (extension("|u1", [2**62, 0], b""), "larger than"),
+        (msgspec.msgpack.encode(msgspec.msgpack.Ext(1, b"")), "within its header"),
+        (msgspec.msgpack.encode(msgspec.msgpack.Ext(9, b"x")), "extension type 9"),
+        (b"\xdd\xff\xff\xff\xff", "truncated"),
+        (b"\x91" * 100_000, "recursion"),
+        (b"\x01\x02", "trailing"),
+    ],
+)
+def test_what_is_not_within_the_caps_is_refused(message: bytes, why: str) -> None:
+    with pytest.raises(BenchbotError) as caught:
+        wire.decode(message)
+    assert why in caught.value.why
+
+
+@pytest.mark.parametrize(
+    "value",
+    [np.array(["text"]), np.array([object()]), np.zeros(1, complex), np.zeros((1,) * 9), object(), 2**70],
+)
+def test_what_the_wire_cannot_carry_is_told(value: Any) -> None:
+    with pytest.raises(BenchbotError, match="cannot be sent"):
+        wire.encode({"value": value})
+
+
+def test_arrays_in_a_bytearray_are_not_copied() -> None:
+    image = np.arange(48, dtype=np.uint8).reshape(4, 4, 3)
+    message = bytearray(wire.encode(image))
+    arrived = wire.decode(message)
+    message[-1] = 255
+    assert arrived[-1, -1, -1] == 255
+
+
+def test_numpy_scalars_travel_as_numbers() -> None:
+    assert wire.decode(wire.encode([np.float32(0.5), np.int64(3), np.bool_(True)])) == [0.5, 3, True]
