@@ -125,27 +125,31 @@ def _phases(
 
 
 def _run(platform: Platform, phase: Phase, config: MotionConfig) -> Outcome:
+    deadline_s = platform.clock() + config.phase_timeout_s
+    while True:
+        outcome = _pursue(platform, phase, config, deadline_s)
+        _come_to_rest(platform)
+        if platform.collided:
+            return Outcome.COLLIDED
+        # Where the robot brakes worse than planned, it may have left the goal again.
+        if outcome is not Outcome.REACHED or phase(_believed_pose(platform, config)).error <= 1.0:
+            return outcome
+
+
+def _pursue(platform: Platform, phase: Phase, config: MotionConfig, deadline_s: float) -> Outcome:
+    """Steer as the phase says, for as long as that helps; the robot may still move afterwards."""
     period_s = platform.control_period_s
-    started_s = platform.clock()
-    nearest = math.inf
+    last_error = math.inf
     while not platform.collided:
         error, linear_mps, angular_radps = phase(_believed_pose(platform, config))
-        if error <= FINE_SHARE or nearest <= error <= 1.0:
-            _come_to_rest(platform)
-            error = phase(_believed_pose(platform, config)).error
-            if error <= 1.0:
-                return Outcome.COLLIDED if platform.collided else Outcome.REACHED
-            nearest = math.inf
-            continue
-        nearest = error
-        if platform.clock() - started_s >= config.phase_timeout_s:
-            _come_to_rest(platform)
-            return Outcome.COLLIDED if platform.collided else Outcome.TIMEOUT
+        if error <= FINE_SHARE or last_error <= error <= 1.0:
+            return Outcome.REACHED
+        last_error = error
+        if platform.clock() >= deadline_s:
+            return Outcome.TIMEOUT
         if config.stops_before_contact and platform.contact_ahead(linear_mps, angular_radps, period_s):
-            _come_to_rest(platform)
-            return Outcome.COLLIDED if platform.collided else Outcome.BLOCKED
+            return Outcome.BLOCKED
         platform.drive(linear_mps, angular_radps, period_s)
-    _come_to_rest(platform)
     return Outcome.COLLIDED
 
 

@@ -65,6 +65,9 @@ def read(path: Path) -> dict[str, Any]:
         raise BenchbotError(
             f"{path}:{error.lineno}: not valid JSON.", error.msg, "Mend the file at that line."
         ) from error
+    except ValueError as error:
+        # Python refuses integers of more than 4300 digits (sys.set_int_max_str_digits).
+        raise BenchbotError(f"{path}: not a usable document.", str(error), "Use numbers of a sensible size.") from error
     except RecursionError as error:
         raise BenchbotError(
             f"{path}: nested too deeply.",

@@ -73,6 +73,7 @@ def test_all_problems_are_reported_at_once_in_the_order_of_lines(tmp_path: Path)
         ("- a\n- b\n", "a.yaml", "expected a mapping"),
         ("", "a.yaml", "expected a mapping"),
         ("[" * 100_000, "a.json", "nested too deeply"),
+        ('{"a": ' + "9" * 5000 + "}", "a.json", "not a usable document"),
         ("!!python/object/apply:os.system ['true']", "a.yaml", "not valid YAML"),
     ],
 )

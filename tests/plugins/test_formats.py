@@ -3,7 +3,7 @@
 from contextlib import suppress
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchbot.core import formats
@@ -172,6 +172,7 @@ anything = st.recursive(
 
 
 @pytest.mark.parametrize("name", FORMATS)
+@settings(deadline=None)
 @given(instance=anything)
 def test_no_document_whatever_raises_anything_but_the_one_error(name, instance):
     with suppress(BenchbotError):

@@ -1,0 +1,101 @@
+"""Collecting what is to be scored: results read, filtered by task and environment, and checked."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from benchbot.core import formats
+from benchbot.core.catalog import Catalog
+from benchbot.core.errors import BenchbotError
+from benchbot.evaluation import inputs
+from benchbot.evaluation.coverage import Coverage
+from benchbot.evaluation.inputs import Submission, Unreadable
+
+
+def collect(
+    paths: Sequence[Path],
+    catalog: Catalog,
+    required_task: str | None,
+    required_envs: Sequence[str] | None,
+    coverage: Coverage,
+) -> list[Submission]:
+    """Return the submissions that count, all of one task, those of failed episodes included.
+
+    Notes the others in `coverage`. Raises BenchbotError for an unknown required task or environment, for results of
+    several tasks, and when none counts.
+    """
+    if required_task is not None:
+        catalog.get("tasks", required_task)
+    for environment in required_envs or ():
+        catalog.environments(environment)
+    wanted: list[Submission] = []
+    for item in inputs.read(paths):
+        if isinstance(item, Unreadable):
+            coverage.unreadable(item.source, item.error, counts=required_envs is None)
+        elif required_task is not None and item.task != required_task:
+            coverage.skip(item.source, f"It is of the task '{item.task}'.")
+        elif required_envs is not None and item.environment not in required_envs:
+            coverage.skip(item.source, f"It is of the environment '{item.environment}'.")
+        else:
+            wanted.append(item)
+    if not wanted:
+        raise _nothing(coverage)
+    _require_one_task(wanted)
+    return wanted
+
+
+def has_valid_results(submission: Submission, catalog: Catalog, coverage: Coverage) -> bool:
+    """Say whether a submission can be scored: it has results, and they keep to their format. Notes why not."""
+    if submission.failure is not None and submission.document.get("results") is None:
+        coverage.failed(submission)
+        return False
+    try:
+        _validate(submission, catalog)
+    except BenchbotError as error:
+        coverage.broken(submission, error)
+        return False
+    return True
+
+
+def _validate(submission: Submission, catalog: Catalog) -> None:
+    if "results" not in submission.document:
+        raise BenchbotError(
+            f"{submission.source} has no results.",
+            "The key 'results' is missing.",
+            "Save results that were begun with BenchBot.empty_results().",
+        )
+    names = {str(scene["name"]) for scene in submission.document["environment_details"]}
+    if len(names) > 1:
+        raise BenchbotError(
+            f"{submission.source} cannot be scored.",
+            f"Its scenes are of different environments: {', '.join(sorted(names))}.",
+            "Run the task in variants of one environment.",
+        )
+    if submission.results_format is None:
+        raise BenchbotError(
+            f"{submission.source} cannot be scored.",
+            f"Its task '{submission.task}' has no results_format.",
+            "Run a task that has one: benchbot list tasks",
+        )
+    formats.validate(catalog.get("formats", submission.results_format), submission.document["results"])
+
+
+def _require_one_task(submissions: Sequence[Submission]) -> None:
+    first = submissions[0]
+    for other in submissions:
+        if (other.task, other.results_format) != (first.task, first.results_format):
+            raise BenchbotError(
+                "The results are of different tasks.",
+                f"{first.source} is of '{first.task}', {other.source} of '{other.task}'.",
+                f"Score one task at a time, for example with --required-task {first.task}",
+            )
+
+
+def _nothing(coverage: Coverage) -> BenchbotError:
+    if len(coverage.errors) == 1 == len(coverage.missing) + len(coverage.skipped):
+        return coverage.errors[0]
+    reasons = [f"{item['source']}: {item['reason']}" for item in [*coverage.missing, *coverage.skipped]]
+    return BenchbotError(
+        "There is nothing to score.",
+        "\n".join(reasons) or "No result was given.",
+        "Give at least one result file of the right task and environment.",
+    )

@@ -1,0 +1,61 @@
+"""Ground truths by environment: those that plug-ins declare, or files that were named."""
+
+import json
+from collections.abc import Collection, Sequence
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from benchbot.core import schema
+from benchbot.core.catalog import Catalog
+from benchbot.core.errors import BenchbotError, did_you_mean
+
+Document = dict[str, Any]
+
+
+class GroundTruths:
+    """The ground truths to score against, by `name:variant` and format."""
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self._documents: dict[tuple[str, str], Document] = {}
+        origins: dict[tuple[str, str], Path] = {}
+        for path in paths:
+            document = schema.read(path)
+            schema.check(document, "ground_truth", path)
+            key = (environment_of(document["environment"]), str(document["format"]["name"]))
+            if key in origins:
+                raise BenchbotError(
+                    f"There are two ground truths of the environment '{key[0]}'.",
+                    f"{origins[key]} and {path} both have the format '{key[1]}'.",
+                    "Keep one of them, or name the one to use with --ground-truth.",
+                )
+            origins[key] = path
+            self._documents[key] = document
+
+    @classmethod
+    def of(cls, catalog: Catalog, paths: Sequence[Path] | None) -> "GroundTruths":
+        """Return those in `paths` when given, else those that plug-ins declare."""
+        return cls(catalog.ground_truth_files if paths is None else paths)
+
+    def find(self, environment: str, formats: Collection[str]) -> Document:
+        """Return the truth of `name:variant` in one of `formats`; raises BenchbotError that names what there is."""
+        for name in sorted(formats):
+            if (environment, name) in self._documents:
+                return self._documents[environment, name]
+        known = sorted({environment for environment, name in self._documents if name in formats})
+        raise BenchbotError(
+            f"There is no ground truth of the environment '{environment}'.",
+            f"There is one of: {', '.join(known) or 'none'}.{did_you_mean(environment, known)}",
+            "Install the plug-in that provides it, or name its file with --ground-truth.",
+        )
+
+
+def environment_of(details: Document) -> str:
+    """Return `name:variant` of an environment's declaration."""
+    return f"{details['name']}:{details['variant']}"
+
+
+def digest(ground_truth: Document) -> str:
+    """Return the SHA-256 of a ground truth's canonical JSON: keys sorted, no spaces."""
+    text = json.dumps(ground_truth, sort_keys=True, separators=(",", ":"))
+    return sha256(text.encode()).hexdigest()
