@@ -31,7 +31,7 @@ OBSERVATIONS: dict[str, Observation] = {
     channel.name: channel
     for channel in (
         Observation("image_rgb", "uint8 (H, W, 3)", "colour image, sRGB, channels in the order R, G, B"),
-        Observation("image_rgb_info", _INFO, "pinhole camera model of image_rgb, in pixels"),
+        Observation("image_rgb_info", _INFO, "pinhole camera model of image_rgb, in pixels; pixel centres at integers, as in ROS and OpenCV"),
         Observation(
             "image_depth",
             "float32 (H, W)",
@@ -53,7 +53,8 @@ OBSERVATIONS: dict[str, Observation] = {
             "poses",
             "{frame: {parent_frame, translation_xyz: float64 (3,), rotation_rpy: float64 (3,), "
             "rotation_xyzw: float64 (4,)}}",
-            "poses of the robot's frames, 'initial_pose' and 'camera' in the map frame, metres and radians",
+            "poses of the robot's frames, of 'initial_pose' and of 'camera' (the optical frame, z forwards, that depth "
+            "projects back from) in the map frame, metres and radians",
         ),
     )
 }

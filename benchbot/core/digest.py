@@ -1,17 +1,17 @@
 """A digest of everything that a solution was shown, so that two runs can be proven identical."""
 
 from collections.abc import Mapping
-from hashlib import blake2b
+from hashlib import sha256
 from typing import Any
 
 import numpy as np
 
 
 class ObservationDigest:
-    """A running BLAKE2b digest of observations: names, shapes, dtypes and bytes, in sorted order of names."""
+    """A running SHA-256 digest of observations: names, shapes, dtypes and bytes, in sorted order of names."""
 
     def __init__(self) -> None:
-        self._hash = blake2b(digest_size=32)
+        self._hash = sha256()
 
     def update(self, observations: Mapping[str, Any]) -> None:
         """Add what a solution was shown at one step."""

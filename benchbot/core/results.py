@@ -7,12 +7,24 @@ from pathlib import Path
 from typing import Any
 
 from benchbot.core import formats, schema
+from benchbot.core.catalog import Declaration
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.provenance import provenance
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
 
 VERSION = 1
+PUBLIC_ENVIRONMENT_KEYS = (
+    "name",
+    "variant",
+    "type",
+    "description",
+    "robots",
+    "start_pose",
+    "trajectory_poses",
+    "object_labels",
+)
+"""What a solution, and a result, may say of an environment: not what stands in it, nor where that is on disk."""
 
 
 def empty_result(selection: Selection) -> dict[str, Any]:
@@ -22,9 +34,14 @@ def empty_result(selection: Selection) -> dict[str, Any]:
         results = formats.call(selection.results_format, "create", [], {})
     return {
         "task_details": dict(selection.task.data),
-        "environment_details": [dict(scene.data) for scene in selection.environments],
+        "environment_details": [public_environment(scene) for scene in selection.environments],
         "results": results,
     }
+
+
+def public_environment(scene: Declaration) -> dict[str, Any]:
+    """Return what a solution may know of an environment."""
+    return {key: scene.data[key] for key in PUBLIC_ENVIRONMENT_KEYS if key in scene.data}
 
 
 def finish(document: dict[str, Any], session: Session, *, solution: dict[str, Any] | None = None) -> dict[str, Any]:

@@ -52,6 +52,7 @@ def _run(parent: socket.socket, order: Order) -> None:
         unix_socket=None if order.unix_socket is None else Path(order.unix_socket),
         options=order.options,
         timeouts=order.timeouts,
+        record={name: Path(folder) for name, folder in order.record.items()},
         on_ready=lambda state: channel.send(parent, channel.encode_reply(state)),
     )
 

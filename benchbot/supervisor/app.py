@@ -215,7 +215,7 @@ async def _client_gone(request: Request, error: Exception) -> Response:
 
 
 async def _internal_error(request: Request, error: Exception) -> Response:
-    return bodies.respond_error(
+    response = bodies.respond_error(
         BenchbotError(
             "The supervisor made a mistake.",
             "It could not carry out the request; its log says why.",
@@ -224,3 +224,6 @@ async def _internal_error(request: Request, error: Exception) -> Response:
             failure=FailureClass.INFRASTRUCTURE,
         )
     )
+    # The server hangs up after an exception: a client that is told so does not send its next request into the void.
+    response.headers["Connection"] = "close"
+    return response

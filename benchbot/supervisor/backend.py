@@ -16,11 +16,13 @@ from typing import IO, Any, Self
 
 import msgspec
 
+from benchbot.core import plugins, recording
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.selection import Limits, Selection
 from benchbot.core.session import Progress
 from benchbot.supervisor import channel, server
 from benchbot.supervisor.app import create_app
+from benchbot.supervisor.children import how_it_ended, last_words
 from benchbot.supervisor.platform_host import ChildHost, Timeouts
 from benchbot.supervisor.run import Run
 from benchbot.supervisor.run_state import Connection, RunFolder, RunState
@@ -29,7 +31,6 @@ DEFAULT_PORT = 10000
 ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 SIGNAL_PERIOD_S = 0.1
 STOP_TIMEOUT_S = 15.0
-QUOTED_CHARACTERS = 2000
 
 
 def serve(
@@ -41,6 +42,7 @@ def serve(
     allow_remote: bool = False,
     options: Mapping[str, Any] | None = None,
     timeouts: Timeouts | None = None,
+    record: Mapping[str, Path] | None = None,
     on_ready: Callable[[RunState], None] | None = None,
     on_progress: Callable[[Progress], None] | None = None,
     progress_interval_s: float = 0.5,
@@ -48,15 +50,22 @@ def serve(
     """Serve a run until it is stopped; return the signal that ended it, or None when a client asked for its end.
 
     Call it in the main thread: it handles SIGINT, SIGTERM and SIGHUP while it runs. `port` 0 is any free port, None is
-    no TCP at all. `on_ready` and `on_progress` are called in the main thread. Leaves no process, socket or state file
-    behind; the run's folder stays when it holds a result, or the log of a platform that failed. Raises BenchbotError
-    when the address is taken or not on loopback (`allow_remote` permits others).
+    no TCP at all. `record` names recorders and the folders that they write into. `on_ready` and `on_progress` are
+    called in the main thread. Leaves no process, socket or state file behind; the run's folder stays when it holds a
+    result, or the log of a platform that failed. Raises BenchbotError when the address is taken or not on loopback
+    (`allow_remote` permits others).
     """
     with ExitStack() as stack:
         received = stack.enter_context(_received_signals())
         folder = RunFolder()
         log = folder.path / "platform.log"
-        run = Run(selection, lambda: ChildHost(selection, log, options=options, timeouts=timeouts), folder.result)
+        recordings = recording.start(plugins.load(), record or {})
+        run = Run(
+            selection,
+            lambda: ChildHost(selection, log, options=options, timeouts=timeouts),
+            folder.result,
+            recordings,
+        )
         stack.callback(lambda: folder.close(keep=run.platform_failed or folder.result.exists()))
         stack.enter_context(_logging_to(folder.path / "supervisor.log"))
         listeners, connection = _listen(stack, host, port, unix_socket, allow_remote=allow_remote)
@@ -170,6 +179,7 @@ class Backend:
         unix_socket: Path | None = None,
         options: Mapping[str, Any] | None = None,
         timeouts: Timeouts | None = None,
+        record: Mapping[str, Path] | None = None,
         start_timeout_s: float = 60.0,
     ) -> Iterator[Self]:
         """Start a back end in a child process, yield it when it answers, and end it on leaving.
@@ -188,6 +198,7 @@ class Backend:
             None if unix_socket is None else str(unix_socket),
             dict(options or {}),
             timeouts or Timeouts(),
+            {name: str(path.absolute()) for name, path in (record or {}).items()},
         )
         with tempfile.TemporaryFile() as log:
             ours, theirs = socket.socketpair()
@@ -220,6 +231,7 @@ class Order(msgspec.Struct, frozen=True):
     unix_socket: str | None
     options: dict[str, Any]
     timeouts: Timeouts
+    record: dict[str, str]
 
 
 def _hand_over(
@@ -247,15 +259,9 @@ def _end(process: "subprocess.Popen[bytes]") -> None:
 
 def _dead(process: "subprocess.Popen[bytes]", log: IO[bytes]) -> BenchbotError:
     code = process.poll()
-    how = "does not answer" if code is None else f"ended with exit code {code}"
-    if code is not None and code < 0:
-        how = f"was ended by {signal.Signals(-code).name}"
-    size = log.seek(0, os.SEEK_END)
-    log.seek(max(0, size - QUOTED_CHARACTERS))
-    tail = log.read().decode("utf-8", "replace").strip()
     return BenchbotError(
         "The supervisor does not start." if code is None else "The supervisor died.",
-        f"Its process {how}." + (f" Its last words:\n{tail}" if tail else ""),
+        f"Its process {'does not answer' if code is None else how_it_ended(code)}. {last_words(log)}",
         "Run again; if it happens again, report it.",
         exit_code=ExitCode.INTERNAL,
         failure=FailureClass.INFRASTRUCTURE,

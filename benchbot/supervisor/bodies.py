@@ -47,25 +47,32 @@ async def read(request: Request, kind: type[T]) -> T:
 def require_msgpack(request: Request) -> None:
     """Raise RefusedError 406 when the client does not accept what carries arrays, before anything has happened."""
     if not _accepts(request, MSGPACK):
-        raise RefusedError(
-            406,
-            "Observations hold arrays, which are sent as MessagePack only.",
-            f"The request's Accept header is '{request.headers['accept']}'.",
-            f"Send: Accept: {MSGPACK}",
-        )
+        raise _not_json(request)
 
 
 def respond(request: Request, value: Any) -> Response:
     """Return a response as the client accepts it: MessagePack unless only JSON is acceptable."""
     if _accepts(request, MSGPACK):
         return Response(wire.encode(value), media_type=MSGPACK)
-    return Response(msgspec.json.encode(value), media_type=JSON)
+    try:
+        return Response(msgspec.json.encode(value), media_type=JSON)
+    except TypeError as error:
+        raise _not_json(request) from error
 
 
 def respond_error(error: BenchbotError) -> Response:
     """Return the response that tells an error; always JSON, so that any tool can show it."""
     headers = {"WWW-Authenticate": "Bearer"} if status_of(error) == 401 else None
     return Response(msgspec.json.encode(error.as_dict()), status_of(error), headers, JSON)
+
+
+def _not_json(request: Request) -> RefusedError:
+    return RefusedError(
+        406,
+        "The answer holds arrays, which are sent as MessagePack only.",
+        f"The request's Accept header is '{request.headers['accept']}'.",
+        f"Send: Accept: {MSGPACK}",
+    )
 
 
 def _accepts(request: Request, media_type: str) -> bool:

@@ -22,9 +22,8 @@ from benchbot.core.host import Status
 from benchbot.core.motion import Outcome
 from benchbot.core.selection import Selection
 from benchbot.supervisor import arena, channel
+from benchbot.supervisor.children import how_it_ended, last_words
 
-QUOTED_LINES = 15
-QUOTED_CHARACTERS = 3000
 CLOSE_TIMEOUT_S = 3.0
 
 T = TypeVar("T")
@@ -59,8 +58,10 @@ class ChildHost:
         self._timeouts = timeouts or Timeouts()
         self._busy = threading.Lock()
         self._socket, theirs = socket.socketpair()
-        arena_handle = arena.create()
-        with theirs, log.open("ab") as log_file:
+        self._arena_handle = arena.create()
+        lifeline, self._lifeline = os.pipe()
+        handles = (theirs.fileno(), self._arena_handle, lifeline)
+        with theirs, os.fdopen(lifeline), log.open("ab") as log_file:
             self._log_start = log_file.tell()
             self._process = subprocess.Popen(
                 [
@@ -68,22 +69,16 @@ class ChildHost:
                     "-P",  # the solution's folder must not shadow modules
                     "-m",
                     "benchbot.supervisor.platform_process",
-                    str(theirs.fileno()),
-                    str(arena_handle),
+                    *map(str, handles),
                 ],
                 stdin=subprocess.DEVNULL,
                 stdout=log_file,
                 stderr=log_file,
-                pass_fds=(theirs.fileno(), arena_handle),
+                pass_fds=handles,
                 start_new_session=True,
             )
-        self._arena_handle = arena_handle
-        self._arena = arena.ArenaReader(arena_handle)
-        try:
-            self._call(_start_message(selection, options or {}), NoneType, self._timeouts.load_s)
-        except BaseException:
-            self.close()
-            raise
+        self._arena = arena.ArenaReader(self._arena_handle)
+        self._start: channel.Start | None = _start_message(selection, options or {})
 
     @property
     def pid(self) -> int:
@@ -92,6 +87,10 @@ class ChildHost:
 
     def load(self, scene_index: int, seed: int) -> Status:
         """Put the robot into the clean start state of a scene of the selection."""
+        # Not in the constructor: `close` can interrupt it only when there is a host to close.
+        if self._start is not None:
+            self._call(self._start, NoneType, self._timeouts.load_s)
+            self._start = None
         return self._call(channel.Load(scene_index, seed), Status, self._timeouts.load_s)
 
     def act(self, action: str, arguments: Mapping[str, Any], goal: Pose | None) -> tuple[Outcome, Status]:
@@ -120,6 +119,7 @@ class ChildHost:
         with self._busy:
             self._socket.close()
             if self._arena_handle >= 0:
+                os.close(self._lifeline)
                 os.close(self._arena_handle)
                 self._arena_handle = -1
 
@@ -151,12 +151,7 @@ class ChildHost:
         except subprocess.TimeoutExpired:
             self._kill()
             code = self._process.returncode
-        how = f"ended with exit code {code}"
-        if code < 0:
-            how = f"was ended by {signal.Signals(-code).name}"
-        if code == -signal.SIGKILL:
-            how += " (somebody killed it, or the machine ran out of memory)"
-        return self._error("The simulator died.", f"Its process {how}.")
+        return self._error("The simulator died.", f"Its process {how_it_ended(code)}.")
 
     def _hung(self, request: channel.Request, timeout_s: float) -> BenchbotError:
         name = type(request).__name__.lower()
@@ -166,22 +161,16 @@ class ChildHost:
         return self._error("The simulator sent something unreadable.", f"{error}. It was ended.")
 
     def _error(self, title: str, why: str) -> BenchbotError:
-        tail = self._log_tail()
+        # Lines of an earlier child in the same log are not this one's last words.
+        with self._log.open("rb") as log:
+            said = last_words(log, self._log_start)
         return BenchbotError(
             title,
-            f"{why} Its last words:\n{tail}" if tail else f"{why} It left no last words.",
+            f"{why} {said}",
             f"reset() starts it anew. Its log: {self._log}",
             exit_code=ExitCode.INTERNAL,
             failure=FailureClass.PLATFORM,
         )
-
-    def _log_tail(self) -> str:
-        with self._log.open("rb") as file:
-            size = file.seek(0, os.SEEK_END)
-            # Lines of an earlier child in the same log are not this one's last words.
-            file.seek(max(self._log_start, size - QUOTED_CHARACTERS))
-            lines = file.read().decode("utf-8", "replace").strip().splitlines()
-        return "\n".join(lines[-QUOTED_LINES:])
 
 
 def _start_message(selection: Selection, options: Mapping[str, Any]) -> channel.Start:

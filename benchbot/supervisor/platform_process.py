@@ -1,9 +1,14 @@
 """The platform's process: creates a simulator or a robot driver and serves a supervisor, until that one is gone.
 
-Started as `python -m benchbot.supervisor.platform_process SOCKET_FD ARENA_FD` by `platform_host`.
+Started as `python -m benchbot.supervisor.platform_process SOCKET_FD ARENA_FD LIFELINE_FD` by `platform_host`.
+
+It never outlives the supervisor. When that is gone, an idle platform is closed in order; one that is busy ends at once:
+the kernel sends SIGIO when the lifeline (a pipe whose other end only the supervisor holds) breaks. No thread of this
+process could do that: a simulator may hold Python's lock for as long as it compiles or renders.
 """
 
 import faulthandler
+import fcntl
 import os
 import queue
 import signal
@@ -33,9 +38,16 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     connection = socket.socket(fileno=int(sys.argv[1]))
     arena = ArenaWriter(int(sys.argv[2]))
+    _watch(int(sys.argv[3]))
     requests: queue.SimpleQueue[channel.Request | None] = queue.SimpleQueue()
     threading.Thread(target=_read, args=(connection, requests), daemon=True).start()
     _serve(connection, requests, arena)
+
+
+def _watch(lifeline: int) -> None:
+    signal.signal(signal.SIGIO, signal.SIG_IGN)
+    fcntl.fcntl(lifeline, fcntl.F_SETOWN, os.getpid())
+    fcntl.fcntl(lifeline, fcntl.F_SETFL, fcntl.fcntl(lifeline, fcntl.F_GETFL) | os.O_ASYNC)
 
 
 def _read(connection: socket.socket, requests: "queue.SimpleQueue[channel.Request | None]") -> None:
@@ -44,7 +56,7 @@ def _read(connection: socket.socket, requests: "queue.SimpleQueue[channel.Reques
             requests.put(channel.decode_request(channel.receive(connection)))
     except EOFError:
         requests.put(None)
-    # The supervisor is gone. An idle platform is closed properly; one in the middle of its work is not waited for.
+    # The supervisor is gone: closing is given its time, no more.
     time.sleep(GRACE_S)
     os._exit(ExitCode.INTERRUPTED)
 
@@ -54,6 +66,7 @@ def _serve(
 ) -> None:
     host: InProcessHost | None = None
     while (request := requests.get()) is not None:
+        signal.signal(signal.SIGIO, signal.SIG_DFL)
         try:
             if isinstance(request, channel.Start):
                 host = _create(request)
@@ -67,6 +80,7 @@ def _serve(
         except Exception as error:  # noqa: BLE001
             traceback.print_exc()
             data = channel.encode_reply(channel.Failed.of(_failure(error)), arena)
+        signal.signal(signal.SIGIO, signal.SIG_IGN)
         channel.send(connection, data)
         if isinstance(request, channel.Close):
             return
@@ -86,7 +100,7 @@ def _create(request: channel.Start) -> InProcessHost:
 
 def _answer(host: InProcessHost | None, request: channel.Request) -> Any:
     if host is None:
-        raise RuntimeError("the first request must be Start")
+        return None  # closed before it was started
     if isinstance(request, channel.Load):
         return host.load(request.scene_index, request.seed)
     if isinstance(request, channel.Act):

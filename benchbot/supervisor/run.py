@@ -2,7 +2,7 @@
 
 import logging
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -13,24 +13,13 @@ from benchbot.core.channels import ACTIONS, OBSERVATIONS
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.host import Host
 from benchbot.core.provenance import timings
+from benchbot.core.recording import Recording
 from benchbot.core.selection import Selection
 from benchbot.core.session import Progress, Session, Step
 from benchbot.supervisor.events import Events
 from benchbot.supervisor.refused import RefusedError
 
-PUBLIC_ENVIRONMENT_KEYS = (
-    "name",
-    "variant",
-    "type",
-    "description",
-    "robots",
-    "start_pose",
-    "trajectory_poses",
-    "object_labels",
-)
-"""What a solution may know of an environment. What stands in it, and where, is for the solution to find out."""
-
-RESULT_WAIT_S = 150.0
+ACTION_WAIT_S = 150.0
 
 log = logging.getLogger("benchbot.supervisor")
 
@@ -38,13 +27,19 @@ log = logging.getLogger("benchbot.supervisor")
 class Run:
     """A session behind a lock. Methods block: call them in worker threads. `describe` and `progress` never wait."""
 
-    def __init__(self, selection: Selection, start_host: Callable[[], Host], result_path: Path) -> None:
+    def __init__(
+        self,
+        selection: Selection,
+        start_host: Callable[[], Host],
+        result_path: Path,
+        recordings: Sequence[Recording] = (),
+    ) -> None:
         self.selection = selection
         self.events = Events()
         self.stop_asked = threading.Event()
         self.result_path = result_path
         self.platform_failed = False
-        self._session = Session(selection, start_host)
+        self._session = Session(selection, start_host, recordings)
         self._lock = threading.Lock()
         self._started = False
 
@@ -73,18 +68,18 @@ class Run:
         }
 
     def reset(self) -> dict[str, Any]:
-        """Start anew in the first scene; raises RefusedError (409) while another request uses the session."""
-        with self._exclusively():
+        """Start anew in the first scene. Waits for an action that a solution, maybe a dead one, has left under way."""
+        with self._exclusively(ACTION_WAIT_S):
             step = self._noting_failures(self._session.reset)
             self._started = True
-            self.events.publish("scene", self.public_progress())
+            self._tell("scene")
             return self._step_document(step)
 
     def step(self, action: str | None, arguments: Mapping[str, Any]) -> dict[str, Any]:
         """Take one action; raises RefusedError (409) while another request uses the session."""
         with self._exclusively():
             step = self._noting_failures(lambda: self._session.step(action, arguments))
-            self.events.publish("step", self.public_progress())
+            self._tell("step")
             return self._step_document(step)
 
     def next_scene(self) -> dict[str, Any]:
@@ -93,7 +88,7 @@ class Run:
             step = self._noting_failures(self._session.next_scene)
             if step is None:
                 return {"advanced": False, **self._state_document()}
-            self.events.publish("scene", self.public_progress())
+            self._tell("scene")
             return {"advanced": True, **self._step_document(step)}
 
     def finish(
@@ -103,7 +98,7 @@ class Run:
 
         Waits for an action that is still under way.
         """
-        with self._exclusively(RESULT_WAIT_S):
+        with self._exclusively(ACTION_WAIT_S):
             if failure is not None:
                 self._session.fail(*failure)
             if document is None:
@@ -111,6 +106,7 @@ class Run:
             else:
                 finished = results.finish(document, self._session, solution=solution)
             results.write_json(self.result_path, finished)
+            log.info("result written to %s", self.result_path)
             self.events.publish("result", {"path": str(self.result_path)})
             return {"document": finished, "path": str(self.result_path), "timings": timings(self._session)}
 
@@ -130,7 +126,7 @@ class Run:
         selection = self.selection
         return {
             "task": selection.task.data,
-            "environments": [public_environment(scene) for scene in selection.environments],
+            "environments": [results.public_environment(scene) for scene in selection.environments],
             "robot": selection.robot.data,
             "results_format": _format_document(selection.results_format),
             "selection": {
@@ -158,7 +154,7 @@ class Run:
         """Stop the robot and end the platform, even in the middle of an action."""
         self.stop_asked.set()
         self._session.close()
-        self.events.publish("closed", self.public_progress())
+        self._tell("closed")
 
     @contextmanager
     def _exclusively(self, wait_s: float = 0.0) -> Iterator[None]:
@@ -184,10 +180,17 @@ class Run:
                 raise ended() from error
             if error.failure is FailureClass.PLATFORM:
                 self.platform_failed = True
-                log.warning("%s", error)
+            log.warning("%s", error)
             if self.progress.failure is not None:
-                self.events.publish("failure", self.public_progress())
+                self._tell("failure")
             raise
+
+    def _tell(self, kind: str) -> None:
+        """Tell those who watch, and the log, what has happened; neither learns a pose that the task hides."""
+        progress = self.public_progress()
+        shown = ("scene_number", "steps", "last_action", "state", "simulated_time_s", "failure")
+        log.info("%s: %s", kind, ", ".join(f"{key} {progress[key]}" for key in shown))
+        self.events.publish(kind, progress)
 
     def _step_document(self, step: Step) -> dict[str, Any]:
         return {
@@ -206,11 +209,6 @@ class Run:
             "steps": progress.steps,
             "simulated_time_s": progress.simulated_time_s,
         }
-
-
-def public_environment(scene: Declaration) -> dict[str, Any]:
-    """Return what a solution may know of an environment."""
-    return {key: scene.data[key] for key in PUBLIC_ENVIRONMENT_KEYS if key in scene.data}
 
 
 def ended() -> BenchbotError:

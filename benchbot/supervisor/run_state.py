@@ -66,12 +66,15 @@ class RunFolder:
     """
 
     def __init__(self) -> None:
-        clean()
         stamp = time.strftime("%Y%m%d-%H%M%S")
-        self.path = runs_dir() / f"{stamp}-{secrets.token_hex(4)}"
-        self.path.mkdir(mode=0o700)
-        self._lock = os.open(self.path, os.O_RDONLY)
-        fcntl.flock(self._lock, fcntl.LOCK_EX)
+        try:
+            clean()
+            self.path = runs_dir() / f"{stamp}-{secrets.token_hex(4)}"
+            self.path.mkdir(mode=0o700)
+            self._lock = os.open(self.path, os.O_RDONLY)
+            fcntl.flock(self._lock, fcntl.LOCK_EX)
+        except OSError as error:
+            raise _cannot_write(error) from error
 
     @property
     def result(self) -> Path:
@@ -81,10 +84,13 @@ class RunFolder:
     def publish(self, state: RunState) -> None:
         """Write the state file (0600) atomically: from now on clients find the run."""
         temporary = self.path / f".{STATE_FILE}"
-        handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            json.dump(state.as_dict(), file, indent=1)
-        temporary.replace(self.path / STATE_FILE)
+        try:
+            handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+            with os.fdopen(handle, "w", encoding="utf-8") as file:
+                json.dump(state.as_dict(), file, indent=1)
+            temporary.replace(self.path / STATE_FILE)
+        except OSError as error:
+            raise _cannot_write(error) from error
 
     def close(self, *, keep: bool) -> None:
         """Remove the state file, and the whole folder unless its logs or result are worth keeping."""
@@ -146,6 +152,16 @@ def clean() -> None:
         shutil.rmtree(folder, ignore_errors=True)
 
 
+def _cannot_write(error: OSError) -> BenchbotError:
+    return BenchbotError(
+        "The run cannot write its files.",
+        f"{error.filename or 'The state folder'}: {error.strerror or error}.",
+        "Free some disk space, or name a folder that is yours to write: export BENCHBOT_STATE_DIR=…",
+        exit_code=ExitCode.INTERNAL,
+        failure=FailureClass.INFRASTRUCTURE,
+    )
+
+
 def _folders() -> Iterator[Path]:
     yield from (path for path in runs_dir().iterdir() if path.is_dir())
 
@@ -156,7 +172,7 @@ def _alive(folder: Path) -> bool:
     except OSError:
         return False
     try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except BlockingIOError:
         return True
     finally:

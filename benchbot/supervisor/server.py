@@ -9,7 +9,7 @@ import stat
 import threading
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import uvicorn
 from starlette.applications import Starlette
@@ -19,6 +19,7 @@ from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 # A solution may think for hours between two steps: its connection stays open.
 KEEP_ALIVE_S = 24 * 3600
 SHUTDOWN_S = 3
+SEND_BUFFER_BYTES = 4 * 2**20
 
 
 def bind_tcp(host: str, port: int, *, allow_remote: bool = False) -> socket.socket:
@@ -53,7 +54,7 @@ def bind_unix(path: Path) -> socket.socket:
 
     Raises BenchbotError when something else is there, or somebody still listens.
     """
-    listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    listener = _RoomyListener(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         _remove_dead(path)
@@ -138,6 +139,15 @@ class _Uvicorn(uvicorn.Server):
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets)
         self._ready.set()
+
+
+class _RoomyListener(socket.socket):
+    """A listener whose connections hold a whole observation; Linux lets the buffers of TCP grow, but not of others."""
+
+    def accept(self) -> tuple[socket.socket, Any]:
+        connection, address = super().accept()
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER_BYTES)
+        return connection, address
 
 
 def _is_loopback(host: str) -> bool:

@@ -50,6 +50,12 @@ def alive(pid: int) -> bool:
     return state != "Z"
 
 
+def children_of(pid: int) -> list[int]:
+    """Return the process numbers of a process's children."""
+    listed = Path(f"/proc/{pid}/task").glob("*/children")
+    return [int(number) for path in listed for number in path.read_text("utf-8").split()]
+
+
 def eventually(condition: Callable[[], bool], patience_s: float = 20.0) -> bool:
     """Say whether a condition comes true, looking again and again."""
     deadline_s = time.monotonic() + patience_s

@@ -12,9 +12,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from benchbot.core.host import Host
 from benchbot.core.selection import Limits
-from benchbot.supervisor import wire
+from benchbot.supervisor import server, wire
+from benchbot.supervisor.app import create_app
 from benchbot.supervisor.platform_host import Timeouts
+from benchbot.supervisor.run import Run
 from tests.supervisor.harness import TOKEN, Served, alive, eventually, sample_selection
 
 Serve = Callable[..., Served]
@@ -287,7 +290,7 @@ def test_any_body_at_all_gets_an_answer(serve: Serve) -> None:
 
 
 def test_there_is_one_robot_and_one_request_at_a_time(serve: Serve) -> None:
-    served = serve(sample_selection(environment="faulty:hang"), Timeouts(call_s=3.0))
+    served = serve(sample_selection(environment="faulty:hang"))
     answers: list[tuple[int, Any]] = []
     with served.http() as http, served.http() as other:
         post(http, "reset")
@@ -308,10 +311,21 @@ def test_there_is_one_robot_and_one_request_at_a_time(serve: Serve) -> None:
         assert eventually(is_busy)
         assert "busy" in refused[-1]["title"]
         assert read(other.get("/api/v1/session"))[0] == 200
+        os.kill(served.hosts[0].pid, signal.SIGKILL)
         thread.join()
-    status, error = answers[0]
-    assert (status, error["failure"]) == (503, "platform")
-    assert "hangs" in error["title"]
+    assert answers[0][0] == 503
+
+
+def test_a_platform_that_hangs_is_told_and_replaced(serve: Serve) -> None:
+    served = serve(sample_selection(environment="faulty:hang"), Timeouts(call_s=2.0))
+    with served.http() as http:
+        post(http, "reset")
+        post(http, "step", {})
+        status, error = post(http, "step", {})
+        assert (status, error["failure"]) == (503, "platform")
+        assert "hangs" in error["title"]
+        assert not alive(served.hosts[0].pid)
+        assert post(http, "reset")[0] == 200
 
 
 def test_a_killed_platform_is_told_and_replaced(serve: Serve) -> None:
@@ -348,6 +362,22 @@ def test_a_world_that_does_not_load_is_told(serve: Serve) -> None:
     with serve(sample_selection(environment="faulty:load")).http() as http:
         status, error = post(http, "reset")
     assert (status, error["failure"]) == (503, "platform")
+
+
+def test_a_mistake_of_the_supervisor_is_told_without_its_inner_life(tmp_path: Path) -> None:
+    def broken() -> Host:
+        raise ZeroDivisionError("inner life")
+
+    run = Run(sample_selection(), broken, tmp_path / "result.json")
+    with server.bind_tcp("127.0.0.1", 0) as listener:
+        url = server.url_of(listener)
+        with server.Server(create_app(run, TOKEN), [listener]), Served(run, url, []).http() as http:
+            response = http.post("/api/v1/reset")
+            assert http.get("/api/v1/health").status_code == 200
+    assert response.status_code == 500
+    assert response.json()["failure"] == "infrastructure"
+    assert "inner life" not in response.text
+    assert "Traceback" not in response.text
 
 
 def test_stop_is_answered_before_the_end(serve: Serve) -> None:

@@ -15,7 +15,7 @@ from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.selection import Limits
 from benchbot.supervisor import run_state, server
 from benchbot.supervisor.backend import Backend
-from tests.supervisor.harness import alive, eventually
+from tests.supervisor.harness import alive, children_of, eventually
 
 SERVE = """
 import json, os, sys
@@ -48,12 +48,6 @@ def start_serving(*arguments: str) -> tuple["subprocess.Popen[str]", dict[str, A
     return process, json.loads(process.stdout.readline())
 
 
-def child_of(state: dict[str, Any]) -> int:
-    """Return the process number of a supervisor's platform."""
-    children = Path(f"/proc/{state['pid']}/task").glob("*/children")
-    return int(" ".join(path.read_text("utf-8") for path in children).split()[0])
-
-
 def client_of(state: dict[str, Any]) -> Client:
     return Client(run_state.Connection(**state["connection"]))
 
@@ -68,7 +62,7 @@ def test_a_signal_leaves_nothing_behind(number: signal.Signals, short_folder: Pa
     process, state = start_serving(str(socket))
     client = client_of(state)
     client.reset()
-    child = child_of(state)
+    (child,) = children_of(state["pid"])
     assert alive(child)
     process.send_signal(number)
     said, _ = process.communicate(timeout=30)
@@ -93,7 +87,7 @@ def test_a_killed_supervisor_takes_its_platform_along() -> None:
     process, state = start_serving()
     client = client_of(state)
     client.reset()
-    child = child_of(state)
+    (child,) = children_of(state["pid"])
     process.kill()
     process.communicate()
     assert eventually(lambda: not alive(child))

@@ -1,7 +1,10 @@
 import os
 import signal
-import threading
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +18,7 @@ from benchbot.core.platform import PlatformSpec, Scene
 from benchbot.core.plugins import load
 from benchbot.core.selection import Selection
 from benchbot.supervisor.platform_host import ChildHost, Timeouts
-from tests.supervisor.harness import alive, eventually, sample_selection
+from tests.supervisor.harness import alive, children_of, eventually, sample_selection
 
 StartHost = Callable[..., ChildHost]
 
@@ -99,14 +102,14 @@ def test_a_child_that_is_killed_is_told(start_host: StartHost) -> None:
 
 
 def test_a_child_that_hangs_is_ended(start_host: StartHost) -> None:
-    host = start_host(sample_selection(environment="faulty:hang"), Timeouts(call_s=0.5))
+    host = start_host(sample_selection(environment="faulty:hang"), Timeouts(call_s=2.0))
     host.load(0, 0)
     for _ in range(2):
         host.observe(["laser"])
     with pytest.raises(BenchbotError, match="hangs") as caught:
         host.observe(["laser"])
     assert caught.value.failure is FailureClass.PLATFORM
-    assert "0.5 s" in caught.value.why
+    assert "2 s" in caught.value.why
     assert not alive(host.pid)
 
 
@@ -131,24 +134,16 @@ def test_a_mistake_in_the_platform_is_told_in_words(start_host: StartHost, tmp_p
 def test_closing_from_another_thread_ends_a_call_under_way(start_host: StartHost) -> None:
     host = start_host(sample_selection(environment="faulty:hang"))
     host.load(0, 0)
-    seen: list[object] = []
-    errors: list[BenchbotError] = []
-
-    def observe_forever() -> None:
-        try:
-            while True:
-                seen.append(host.observe(["laser"]))
-        except BenchbotError as error:
-            errors.append(error)
-
-    thread = threading.Thread(target=observe_forever)
-    thread.start()
-    assert eventually(lambda: len(seen) == 2)
-    host.close()
-    thread.join(10.0)
-    assert not thread.is_alive()
+    for _ in range(2):
+        host.observe(["laser"])
+    with ThreadPoolExecutor() as executor:
+        looking = executor.submit(host.observe, ["laser"])
+        assert eventually(looking.running)
+        host.close()
+        error = looking.exception()
+    assert isinstance(error, BenchbotError)
+    assert error.failure is FailureClass.PLATFORM
     assert not alive(host.pid)
-    assert errors[0].failure is FailureClass.PLATFORM
 
 
 def test_the_solutions_folder_cannot_replace_modules_of_the_child(
@@ -157,6 +152,72 @@ def test_the_solutions_folder_cannot_replace_modules_of_the_child(
     (tmp_path / "yaml.py").write_text("raise SystemExit('wrong module')")
     monkeypatch.chdir(tmp_path)
     assert start_host().load(0, 0).clock_s == 0.0
+
+
+STUBBORN = """
+import ctypes
+from benchbot.core.hookspecs import Simulator, hookimpl
+
+def create(spec):
+    print("busy", flush=True)
+    ctypes.PyDLL(None).sleep(600)  # holds Python's lock, as a simulator that compiles does
+
+@hookimpl
+def benchbot_simulators():
+    yield Simulator("sim_stubborn", create)
+"""
+
+
+@pytest.fixture
+def stubborn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Selection:
+    """A selection whose simulator never comes up, and does not let go of Python's lock meanwhile."""
+    metadata = tmp_path / "stubborn-1.0.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: stubborn\nVersion: 1.0\n")
+    (metadata / "entry_points.txt").write_text("[benchbot]\nstubborn = stubborn\n")
+    (tmp_path / "stubborn.py").write_text(STUBBORN)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ["PYTHONPATH"]]))
+    selection = sample_selection()
+    return replace(selection, robot=replace(selection.robot, data={**selection.robot.data, "type": "sim_stubborn"}))
+
+
+def is_busy(log: Path) -> bool:
+    return log.exists() and "busy" in log.read_text("utf-8")
+
+
+SUPERVISOR = """
+import sys
+from dataclasses import replace
+from pathlib import Path
+from benchbot.supervisor.platform_host import ChildHost
+from tests.supervisor.harness import sample_selection
+
+selection = sample_selection()
+robot = replace(selection.robot, data={**selection.robot.data, "type": "sim_stubborn"})
+ChildHost(replace(selection, robot=robot), Path(sys.argv[1])).load(0, 0)
+"""
+
+
+@pytest.mark.usefixtures("stubborn")
+def test_a_child_that_holds_pythons_lock_ends_with_the_supervisor_too(tmp_path: Path) -> None:
+    log = tmp_path / "platform.log"
+    supervisor = subprocess.Popen([sys.executable, "-c", SUPERVISOR, str(log)])
+    assert eventually(lambda: is_busy(log))
+    (child,) = children_of(supervisor.pid)
+    supervisor.kill()
+    supervisor.wait()
+    assert eventually(lambda: not alive(child))
+
+
+def test_a_child_that_does_not_come_up_can_be_ended(stubborn: Selection, start_host: StartHost, tmp_path: Path) -> None:
+    host = start_host(stubborn)
+    with ThreadPoolExecutor() as executor:
+        loading = executor.submit(host.load, 0, 0)
+        assert eventually(lambda: is_busy(tmp_path / "platform.log"))
+        host.close()
+        error = loading.exception()
+    assert isinstance(error, BenchbotError)
+    assert not alive(host.pid)
 
 
 def test_motion_ends_in_the_child_as_it_does_here(start_host: StartHost) -> None:

@@ -119,6 +119,14 @@ def test_old_folders_do_not_pile_up() -> None:
     assert len(list((resources.state_dir() / "runs").iterdir())) == run_state.KEPT_FOLDERS
 
 
+def test_a_state_folder_that_cannot_be_written_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "runs").write_text("in the way")
+    monkeypatch.setenv("BENCHBOT_STATE_DIR", str(tmp_path))
+    with pytest.raises(BenchbotError, match="cannot write") as caught:
+        RunFolder()
+    assert "BENCHBOT_STATE_DIR" in caught.value.fix
+
+
 def test_the_environment_comes_first(monkeypatch: pytest.MonkeyPatch) -> None:
     folder = RunFolder()
     folder.publish(state_of(folder))

@@ -77,7 +77,7 @@ def test_the_layout_of_an_array_is_the_documented_one() -> None:
     array = np.array([[1, 2, 3]], dtype="<u2")
     header = b"\x92\xa3<u2\x92\x01\x03"
     data = bytes([len(header)]) + header + struct.pack("<3H", 1, 2, 3)
-    assert wire.encode(array) == b"\xc7" + bytes([len(data)]) + b"\x01" + data
+    assert wire.encode(array) == b"\xc9" + struct.pack(">I", len(data)) + b"\x01" + data
 
 
 @pytest.mark.parametrize(

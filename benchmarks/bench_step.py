@@ -1,0 +1,208 @@
+"""The overhead of one step: a colour, depth and segmentation observation of 640x480 from a simulator that does nothing.
+
+The floor is the same number of bytes over a bare socket, measured in turn with the rest. The rows build up: what the
+platform's process costs, and what the supervisor adds over TCP or a unix socket, until the client has its arrays.
+"""
+
+import argparse
+import json
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchbot.api.client import Client
+from benchbot.core.catalog import Declaration
+from benchbot.core.geometry import Pose
+from benchbot.core.hookspecs import Simulator, hookimpl
+from benchbot.core.platform import PlatformSpec, Scene
+from benchbot.core.selection import Selection
+from benchbot.supervisor.backend import serve
+from benchbot.supervisor.platform_host import ChildHost
+from benchbot.supervisor.run_state import Connection, RunState
+
+WIDTH, HEIGHT = 640, 480
+CHANNELS = ["image_rgb", "image_depth", "image_segment"]
+FLOOR = "bare socket"
+
+
+class StillSimulator:
+    """Stands still and shows the same picture, for free."""
+
+    control_period_s = 0.05
+    velocity = (0.0, 0.0)
+    collided = False
+
+    def __init__(self, spec: PlatformSpec) -> None:
+        random = np.random.default_rng(0)
+        shape = (HEIGHT, WIDTH)
+        self._observations = {
+            "image_rgb": random.integers(0, 255, (*shape, 3), dtype=np.uint8),
+            "image_depth": random.random(shape, dtype=np.float32),
+            "image_segment": {
+                "class_segment_img": random.integers(0, 30, shape, dtype=np.uint8),
+                "instance_segment_img": random.integers(0, 30_000, shape, dtype=np.uint16),
+                "class_ids": {f"class {number}": number for number in range(30)},
+            },
+        }
+
+    def load(self, scene: Scene, seed: int) -> None:
+        """Do nothing."""
+
+    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+        return self._observations
+
+    def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
+        """Do nothing."""
+
+    def contact_ahead(self, linear_mps: float, angular_radps: float, horizon_s: float) -> bool:
+        return False
+
+    def pose(self) -> Pose:
+        return Pose()
+
+    odometry = pose
+
+    def clock(self) -> float:
+        return 0.0
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+@hookimpl
+def benchbot_simulators() -> Iterable[Simulator]:
+    yield Simulator("sim_still", StillSimulator)
+
+
+def selection() -> Selection:
+    def declared(kind: str, **data: Any) -> Declaration:
+        return Declaration(kind, "still", Path("still.yaml"), "benchbot-still", {"name": "still", **data})
+
+    return Selection(
+        declared("tasks", actions=["move_distance"], observations=CHANNELS),
+        declared("robots", type="sim_still", connections={}),
+        (declared("environments", variant=1, type="sim_still", start_pose=[1, 0, 0, 0, 0, 0, 0]),),
+        None,
+    )
+
+
+def install(folder: Path) -> None:
+    """Make the simulator of this file a plug-in of every process that starts from here."""
+    metadata = folder / "benchbot_still-1.0.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: benchbot-still\nVersion: 1.0\n")
+    (metadata / "entry_points.txt").write_text("[benchbot]\nstill = benchmarks.bench_step\n")
+    root = str(Path(__file__).parent.parent)
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(folder), root, os.environ.get("PYTHONPATH")]))
+    os.environ["BENCHBOT_STATE_DIR"] = str(folder / "state")
+    sys.path.insert(0, str(folder))
+
+
+def payload_bytes() -> int:
+    return WIDTH * HEIGHT * (3 + 4 + 1 + 2)
+
+
+def serve_for_parent(folder: Path) -> None:
+    """Serve the run, and the bare socket that is the floor; tell both addresses on stdout."""
+    floor = socket.create_server(("127.0.0.1", 0))
+
+    def answer() -> None:
+        connection, _ = floor.accept()
+        blob = bytes(payload_bytes())
+        while connection.recv(1):
+            connection.sendall(blob)
+
+    threading.Thread(target=answer, daemon=True).start()
+
+    def tell(state: RunState) -> None:
+        print(json.dumps({"state": state.as_dict(), "floor": floor.getsockname()[1]}), flush=True)
+
+    serve(selection(), port=0, unix_socket=folder / "socket", on_ready=tell)
+
+
+def measure(calls: dict[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:
+    """Return the milliseconds of each call, all of them in turn in every round."""
+    taken_ms: dict[str, list[float]] = {name: [] for name in calls}
+    for number in range(rounds + 5):
+        for name, call in calls.items():
+            start_s = time.perf_counter()
+            call()
+            if number >= 5:
+                taken_ms[name].append((time.perf_counter() - start_s) * 1e3)
+    return taken_ms
+
+
+def run(folder: Path, rounds: int) -> dict[str, list[float]]:
+    command = [sys.executable, "-m", "benchmarks.bench_step", "--serve", str(folder)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        told = json.loads(process.stdout.readline())
+        connection = Connection(**told["state"]["connection"])
+        over_tcp = Client(Connection(connection.url, None, connection.token))
+        over_unix = Client(Connection(None, connection.socket, connection.token))
+        over_tcp.reset()
+        host = ChildHost(selection(), folder / "platform.log")
+        host.load(0, 0)
+        bare = socket.create_connection(("127.0.0.1", told["floor"]))
+        buffer = bytearray(payload_bytes())
+
+        def transfer() -> None:
+            bare.sendall(b"x")
+            view = memoryview(buffer)
+            while view:
+                view = view[bare.recv_into(view) :]
+
+        calls: dict[str, Callable[[], object]] = {
+            FLOOR: transfer,
+            "platform process": lambda: host.observe(CHANNELS),
+            "step over TCP": lambda: over_tcp.step(None),
+            "step over a unix socket": lambda: over_unix.step(None),
+        }
+        try:
+            return measure(calls, rounds)
+        finally:
+            host.close()
+            bare.close()
+            over_tcp.stop()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=200)
+    parser.add_argument("--json", type=Path, metavar="FILE", help="also write the numbers there")
+    parser.add_argument("--serve", type=Path, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.serve:
+        serve_for_parent(options.serve)
+        return
+    with tempfile.TemporaryDirectory(prefix="bb-") as folder:
+        install(Path(folder))
+        taken_ms = run(Path(folder), options.rounds)
+    rows = [
+        {
+            "what": name,
+            "median_ms": float(np.median(values)),
+            "p99_ms": float(np.percentile(values, 99)),
+            "ratio_to_floor": float(np.median(np.array(values) / np.array(taken_ms[FLOOR]))),
+        }
+        for name, values in taken_ms.items()
+    ]
+    print(f"step(None), {WIDTH}x{HEIGHT} colour + depth + segmentation, {payload_bytes() / 1e6:.1f} MB")
+    print(f"{'':<26}{'median ms':>10}{'p99 ms':>10}{'ratio':>10}")
+    for row in rows:
+        print(f"{row['what']:<26}{row['median_ms']:>10.2f}{row['p99_ms']:>10.2f}{row['ratio_to_floor']:>9.1f}x")
+    if options.json:
+        options.json.write_text(json.dumps({"bytes": payload_bytes(), "rows": rows}, indent=1))
+
+
+if __name__ == "__main__":
+    main()
