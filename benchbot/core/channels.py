@@ -31,7 +31,7 @@ OBSERVATIONS: dict[str, Observation] = {
     channel.name: channel
     for channel in (
         Observation("image_rgb", "uint8 (H, W, 3)", "colour image, sRGB, channels in the order R, G, B"),
-        Observation("image_rgb_info", _INFO, "pinhole camera model of image_rgb, in pixels; pixel centres at integers, as in ROS and OpenCV"),
+        Observation("image_rgb_info", _INFO, "pinhole camera model, in pixels, centres at integers (as ROS, OpenCV)"),
         Observation(
             "image_depth",
             "float32 (H, W)",

@@ -33,7 +33,7 @@ T = TypeVar("T")
 class Timeouts:
     """How long the platform may take, in seconds of wall time, before it counts as hung.
 
-    Loading is long because a simulator may compile its kernels at first use.
+    Loading a scene is long, and so is the first look at it: a simulator may compile its kernels and work out the light.
     """
 
     load_s: float = 600.0
@@ -79,6 +79,7 @@ class ChildHost:
             )
         self._arena = arena.ArenaReader(self._arena_handle)
         self._start: channel.Start | None = _start_message(selection, options or {})
+        self._looked = False
 
     @property
     def pid(self) -> int:
@@ -91,6 +92,7 @@ class ChildHost:
         if self._start is not None:
             self._call(self._start, NoneType, self._timeouts.load_s)
             self._start = None
+        self._looked = False
         return self._call(channel.Load(scene_index, seed), Status, self._timeouts.load_s)
 
     def act(self, action: str, arguments: Mapping[str, Any], goal: Pose | None) -> tuple[Outcome, Status]:
@@ -100,7 +102,10 @@ class ChildHost:
 
     def observe(self, channels: Iterable[str]) -> dict[str, Any]:
         """Return the asked channels, all of one instant."""
-        return self._call(channel.Observe(list(channels)), dict[str, Any], self._timeouts.call_s)
+        timeout_s = self._timeouts.call_s if self._looked else self._timeouts.load_s
+        observations = self._call(channel.Observe(list(channels)), dict[str, Any], timeout_s)
+        self._looked = True
+        return observations
 
     def close(self) -> None:
         """End the child: politely when it is idle, at once when it is busy. Safe to call twice."""
