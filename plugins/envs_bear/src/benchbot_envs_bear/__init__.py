@@ -1,0 +1,1 @@
+"""BEAR environments for BenchBot: furnished rooms to map."""

@@ -1,0 +1,33 @@
+"""`python -m benchbot_envs_bear.generate miniroom:1 [--folder DIR]`: write an environment's files."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import benchbot_envs_bear
+
+
+def main() -> int:
+    """Generate the named environments, by default into the package itself."""
+    try:
+        from benchbot_envs_bear.generate.assemble import environments, generate
+    except ModuleNotFoundError as error:
+        sys.stderr.write(
+            f"Environments cannot be generated here: the library {error.name} is not installed.\n"
+            'Install what generating needs: pip install "benchbot-envs-bear[generate]"\n'
+        )
+        return 2
+    parser = argparse.ArgumentParser(prog="python -m benchbot_envs_bear.generate", description=main.__doc__)
+    parser.add_argument("environment", nargs="+", choices=environments(), metavar="NAME:VARIANT")
+    parser.add_argument("--folder", type=Path, default=Path(benchbot_envs_bear.__file__).parent)
+    arguments = parser.parse_args()
+    for environment in arguments.environment:
+        name, variant = environment.split(":")
+        sys.stderr.write(generate(name, variant, arguments.folder) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,41 @@
+"""What the distribution offers to BenchBot, and how light it is to ask."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import yaml
+
+from benchbot_envs_bear import plugin
+
+
+def test_environments_and_ground_truths_are_yielded_as_folders():
+    (environments,) = plugin.benchbot_environments()
+    (ground_truths,) = plugin.benchbot_ground_truths()
+    declared = {path.name.removesuffix(".yaml") for path in environments.iterdir()}
+    assert declared == {path.name.removesuffix(".json") for path in ground_truths.iterdir()}
+    assert "miniroom_1" in declared
+
+
+def test_each_declaration_points_to_its_scene():
+    (environments,) = plugin.benchbot_environments()
+    for path in environments.iterdir():
+        declaration = yaml.safe_load(path.read_text(encoding="utf-8"))
+        assert (Path(str(environments)) / declaration["map_path"]).is_file()
+
+
+def test_the_declaration_names_the_thirty_classes(environment, published):
+    assert environment["object_labels"] == published["class_list"][:-1]
+    assert len(environment["object_labels"]) == 30
+
+
+def test_heading_and_place_of_every_pose_are_the_published_ones(environment, published):
+    for pose, given in zip(environment["trajectory_poses"], published["trajectory_poses_wxyz_xyz"], strict=True):
+        assert pose[4:6] == given[4:6]
+        assert abs(pose[0] * given[0] + pose[3] * given[3]) > 0.9999
+
+
+def test_importing_the_plugin_stays_light():
+    code = "import sys, benchbot_envs_bear.plugin; print({'numpy', 'PIL', 'pygltflib', 'scipy'} & set(sys.modules))"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "set()"

@@ -1,0 +1,61 @@
+"""Generating the environment again yields what is committed."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from benchbot_envs_bear.generate.assemble import generate
+
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("miniroom generation")]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("environments")
+    subprocess.run(
+        [sys.executable, "-m", "benchbot_envs_bear.generate", "miniroom:1", "--folder", str(path)], check=True
+    )
+    return path
+
+
+def test_geometry_equals_the_committed_scene(folder, nodes, read_nodes):
+    again = read_nodes(folder / "scenes" / "miniroom_1.glb")
+    assert list(again) == list(nodes)
+    for name, node in again.items():
+        np.testing.assert_allclose(node.vertices, nodes[name].vertices, atol=1e-5, err_msg=name)
+        np.testing.assert_array_equal(node.triangles, nodes[name].triangles, err_msg=name)
+        assert node.tag == nodes[name].tag
+
+
+def test_declaration_and_ground_truth_equal_the_committed_ones(folder, environment, truth):
+    declared = yaml.safe_load((folder / "environments" / "miniroom_1.yaml").read_text(encoding="utf-8"))
+    generated = json.loads((folder / "ground_truths" / "miniroom_1.json").read_text(encoding="utf-8"))
+    assert declared == environment
+    assert generated["environment"] == truth["environment"] == environment
+    for new, old in zip(generated["ground_truth"]["objects"], truth["ground_truth"]["objects"], strict=True):
+        assert {**new, "centroid": None, "extent": None} == {**old, "centroid": None, "extent": None}
+        np.testing.assert_allclose(new["centroid"] + new["extent"], old["centroid"] + old["extent"], atol=1e-5)
+
+
+def test_another_process_writes_the_same_bytes(folder, tmp_path):
+    generate("miniroom", "1", tmp_path)
+    for kind, name in (
+        ("scenes", "miniroom_1.glb"),
+        ("environments", "miniroom_1.yaml"),
+        ("ground_truths", "miniroom_1.json"),
+    ):
+        assert (tmp_path / kind / name).read_bytes() == (folder / kind / name).read_bytes()
+
+
+def test_an_unknown_environment_is_refused_with_what_there_is():
+    result = subprocess.run(
+        [sys.executable, "-m", "benchbot_envs_bear.generate", "castle:1"], capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 2
+    assert "miniroom:1" in result.stderr
+    assert "Traceback" not in result.stderr
