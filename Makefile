@@ -25,7 +25,9 @@ $(VENV)/.installed-test: $(VENV)/.installed requirements-dev.txt
 	touch $@
 
 demo: install  ## Drive a robot through a ray-traced room, map it, score the map
-	$(BIN)/python -m examples.demo
+	$(BIN)/benchbot submit --task semantic_slam:passive:ground_truth:segmentation --robot carter --env miniroom:1 \
+		--example segmentation_mapper --record frames=demo/frames --results-location demo/result.json --evaluate-with omq
+	$(BIN)/benchbot picture demo/result.json --frames demo/frames --output-location demo/picture.png
 
 test: install-test  ## Run every test
 	$(BIN)/python -m pytest

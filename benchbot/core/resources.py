@@ -5,6 +5,8 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from benchbot.core.errors import BenchbotError
+
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
@@ -29,7 +31,14 @@ def _user_folder(variable: str, name: str) -> Path:
         import platformdirs
 
         folder = getattr(platformdirs, name)("benchbot", appauthor=False)
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except OSError as error:
+        raise BenchbotError(
+            f"The folder {folder} cannot be used.",
+            error.strerror or str(error),
+            f"Make it writable for you, or name another one in the environment variable {variable}.",
+        ) from error
     return folder
 
 

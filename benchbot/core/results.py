@@ -93,6 +93,13 @@ def write_json(path: Path, document: dict[str, Any]) -> None:
     Raises BenchbotError when the disk is full or the folder is not writable; `path` is then as it was.
     """
     temporary: str | None = None
+    if path.exists() and not path.is_file():
+        raise BenchbotError(
+            f"Cannot write {path}.",
+            "It is a folder or a device, and would be replaced by a file.",
+            "Name a file.",
+            failure=FailureClass.INFRASTRUCTURE,
+        )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")

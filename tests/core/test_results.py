@@ -127,6 +127,12 @@ def test_a_place_that_cannot_be_written_is_named() -> None:
     assert caught.value.failure is FailureClass.INFRASTRUCTURE
 
 
+def test_a_device_is_not_replaced_by_a_file() -> None:
+    with pytest.raises(BenchbotError, match="Cannot write /dev/null") as caught:
+        results.write_json(Path("/dev/null"), {})
+    assert "device" in caught.value.why
+
+
 def test_a_result_of_an_unknown_version_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "result.json"
     path.write_text('{"version": 2}')

@@ -1,0 +1,146 @@
+"""The `benchbot` command: its table of sub-commands, each imported only when it is called, and how errors are shown."""
+
+import gc
+import pkgutil
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, NoReturn
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+from benchbot import __version__
+from benchbot.cli import report
+from benchbot.cli.options import QUICK
+from benchbot.core.errors import BenchbotError, ExitCode
+
+COMMANDS: dict[str, tuple[str, str]] = {
+    "run": ("benchbot.cli.run:run", "Start a robot in an environment, ready for a solution."),
+    "submit": ("benchbot.cli.submit:submit", "Run a solution, against a running robot or with one of its own."),
+    "eval": ("benchbot.cli.evaluate:evaluate", "Score result files."),
+    "picture": ("benchbot.cli.picture:picture", "Draw a result beside the truth, with its score."),
+    "list": ("benchbot.cli.list:app", "List tasks, robots, environments and everything else that is installed."),
+    "show": ("benchbot.cli.show:app", "Print one declaration and where it is."),
+    "check": ("benchbot.cli.check:check", "Say what is wrong with declarations and documents, line by line."),
+    "doctor": ("benchbot.cli.doctor:doctor", "Find what is broken on this machine, and how to mend it."),
+    "stop": ("benchbot.cli.stop:stop", "End the back end that benchbot run started."),
+    "schema": ("benchbot.cli.schema:schema", "Print the JSON Schema of a declaration or document."),
+    "plugins": ("benchbot.cli.plugins:app", "Say which plug-ins are installed."),
+}
+"""Sub-commands: name to (`module:attribute`, help line)."""
+
+EPILOGUE = """\
+Plug-ins may add commands: benchbot list commands.
+
+\b
+Exit codes:
+  0    ok
+  1    the submission failed
+  2    wrong usage, or an impossible selection
+  3    internal error: BenchBot, the simulator or the machine failed
+  4    scored below a --require threshold
+  130  interrupted
+"""
+
+
+class Stub(TyperCommand):
+    """A command of which only name and help line are known until it is called."""
+
+    def __init__(self, name: str, target: str, help_line: str) -> None:
+        super().__init__(name, help=help_line, short_help=help_line, rich_markup_mode=None)
+        self.target = target
+
+    def load(self) -> Any:
+        """Import and return the command itself: a typer app, or a function that becomes one."""
+        found = pkgutil.resolve_name(self.target)
+        if isinstance(found, typer.Typer):
+            app = found
+        else:
+            app = typer.Typer(add_completion=False, rich_markup_mode=None)
+            app.command(self.name)(found)
+        command = typer.main.get_command(app)
+        command.name = self.name
+        return command
+
+
+class LazyGroup(TyperGroup):
+    """A group of stubs. Commands of plug-ins join it when a name is called that BenchBot itself does not have."""
+
+    def __init__(self, **attributes: Any) -> None:
+        super().__init__(**attributes)
+        for name, (target, help_line) in COMMANDS.items():
+            self.add_command(Stub(name, target, help_line))
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
+        """Return the called command's name, the command itself and its arguments."""
+        if args[0] not in self.commands:
+            self._add_commands_of_plugins()
+        name, command, rest = super().resolve_command(ctx, args)
+        return name, command.load() if isinstance(command, Stub) else command, rest
+
+    def _add_commands_of_plugins(self) -> None:
+        from benchbot.core import plugins
+
+        for name, provided in plugins.load().pool("commands").items():
+            if name in COMMANDS:
+                raise plugins.conflict("commands", name, "benchbot", provided.distribution)
+            self.add_command(Stub(name, provided.value.target, provided.value.help))
+
+
+@dataclass
+class Settings:
+    """What was asked for before the sub-command's name."""
+
+    verbose: bool = False
+
+
+app = typer.Typer(
+    cls=LazyGroup,
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    context_settings=QUICK,
+    epilog=EPILOGUE,
+)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        report.data(f"benchbot {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def benchbot(
+    context: typer.Context,
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Show tracebacks of errors.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Is my robotics algorithm any good? Observe, act and get a score, in simulation and on real robots."""
+    context.obj.verbose = verbose
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Run the command line and exit; every error ends as a panel on stderr and an exit code."""
+    settings = Settings()
+    # Few objects die young while a command line starts: looking for them less often makes `benchbot list` faster.
+    gc.set_threshold(50_000, 20, 20)
+    try:
+        typer.main.get_command(app).main(args=arguments, prog_name="benchbot", obj=settings)
+    except BenchbotError as error:
+        report.error(error, verbose=settings.verbose)
+        sys.exit(error.exit_code)
+    # The last line of defence: whatever a command did not foresee is our mistake, never the user's.
+    except Exception as error:  # noqa: BLE001
+        report.internal_error(error, verbose=settings.verbose)
+        sys.exit(ExitCode.INTERNAL)
+    finally:
+        # Python searches for garbage once more at its end; what a dying process holds need not be searched.
+        gc.freeze()
+    sys.exit(ExitCode.OK)
+
+
+if __name__ == "__main__":
+    main()

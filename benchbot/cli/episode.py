@@ -1,0 +1,176 @@
+"""One episode: a solution is run against a back end and watched, and how it ended becomes a result document."""
+
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from benchbot.api.client import Client
+from benchbot.cli.solution import Solution, describe_exit
+from benchbot.cli.status import StatusLine, progress_text
+from benchbot.core import results, schema
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.provenance import solution_details
+from benchbot.core.session import Session
+from benchbot.supervisor.run_state import Connection
+
+WATCH_PERIOD_S = 0.25
+EXIT_CODES = {
+    FailureClass.PLATFORM: ExitCode.INTERNAL,
+    FailureClass.INFRASTRUCTURE: ExitCode.INTERNAL,
+}
+"""What `benchbot submit` exits with, by the class of failure; the others mean that the submission failed."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """What to run: a command in a folder, with variables of its own, for at most `timeout_s` seconds."""
+
+    command: list[str]
+    folder: Path
+    variables: Mapping[str, str] = field(default_factory=dict)
+    timeout_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Episode:
+    """How an episode ended: its result document, where the back end keeps it (if it does), and what went wrong."""
+
+    document: dict[str, Any]
+    path: Path | None
+    problem: BenchbotError | None
+
+
+def run(order: Order, connection: Connection, died: Callable[[], BenchbotError | None]) -> Episode:
+    """Run a solution to its end; `died` tells why the back end is gone, if it knows.
+
+    Whatever happens there is a result document, and no process is left. Raises BenchbotError when the solution cannot
+    even be started.
+    """
+    client = Client(connection)
+    session = client.session()
+    solution = solution_details(order.command, order.folder)
+    with tempfile.TemporaryDirectory(prefix="benchbot-") as folder:
+        result_path = Path(folder) / "result.json"
+        problem = _watch(order, client, connection, result_path, session)
+        if problem is None:
+            try:
+                answer = client.result(_saved(result_path), solution)
+            except BenchbotError as error:
+                problem = error
+            else:
+                return Episode(answer["document"], Path(answer["path"]), None)
+    problem = _with_cause(problem, client, died)
+    failure = problem.failure or FailureClass.AGENT
+    problem.failure = failure
+    problem.exit_code = EXIT_CODES.get(failure, ExitCode.SUBMISSION_FAILED)
+    why = f"{problem.title} {problem.why}"
+    try:
+        answer = client.failed(failure, why, solution)
+    except BenchbotError:
+        return Episode(_failed_without_supervisor(session, failure, why, solution), None, problem)
+    path = Path(answer["path"])
+    if failure is FailureClass.PLATFORM:
+        problem.fix = f"Run it again; if it fails again, report it with its log: {path.with_name('platform.log')}"
+    return Episode(answer["document"], path, problem)
+
+
+def _watch(
+    order: Order, client: Client, connection: Connection, result_path: Path, session: Mapping[str, Any]
+) -> BenchbotError | None:
+    """Run the solution to its end; return what went wrong, or None when it ended well."""
+    variables = {**connection.environment(), "BENCHBOT_RESULT": str(result_path), **order.variables}
+    deadline_s = None if order.timeout_s is None else time.monotonic() + order.timeout_s
+    with StatusLine() as status, Solution(order.command, order.folder, variables, status.write) as solution:
+        while (ended := solution.wait(WATCH_PERIOD_S)) is None:
+            try:
+                progress = client.session()["progress"]
+            except BenchbotError as error:
+                return error
+            status.show(progress_text(progress, session["scene_count"]), (progress["state"], progress["frames"]))
+            if deadline_s is not None and time.monotonic() > deadline_s:
+                return BenchbotError(
+                    "The solution did not end in time.",
+                    f"It was still running after {order.timeout_s:g} seconds, and was ended.",
+                    "Give it more with --timeout SECONDS, or look for what it waits for.",
+                    failure=FailureClass.TIMEOUT,
+                )
+    if ended == 0:
+        return None
+    return BenchbotError(
+        "The solution failed.",
+        "\n".join(filter(None, [describe_exit(ended), solution.last_words])),
+        "Mend the solution; its output above says more.",
+        failure=FailureClass.AGENT,
+    )
+
+
+def _saved(path: Path) -> dict[str, Any]:
+    if not path.exists():
+        raise BenchbotError(
+            "The solution saved no result.",
+            "It ended well, but wrote nothing where BENCHBOT_RESULT says.",
+            "Save one: in Agent.save_result, or in a loop of your own, to BenchBot.result_filename.",
+            failure=FailureClass.AGENT,
+        )
+    try:
+        return schema.read(path)
+    except BenchbotError as error:
+        raise BenchbotError(
+            "The solution's result cannot be read.",
+            f"{error.title.replace(str(path), 'result')} {error.why}",
+            "Write it with json.dump, as one JSON object.",
+            failure=FailureClass.AGENT,
+        ) from error
+
+
+def _with_cause(problem: BenchbotError, client: Client, died: Callable[[], BenchbotError | None]) -> BenchbotError:
+    """Return the problem behind a problem: a solution cannot end well when what it talks to is gone."""
+    death = died()
+    if death is not None:
+        death.failure = FailureClass.INFRASTRUCTURE
+        return death
+    try:
+        progress = client.session()["progress"]
+    except BenchbotError as gone:
+        return gone
+    if progress["failure"] == FailureClass.PLATFORM:
+        return BenchbotError(
+            "The simulator or robot failed, so the episode could not be finished.",
+            progress["failure_why"],
+            "Run it again.",
+            failure=FailureClass.PLATFORM,
+        )
+    if progress["failure"] == FailureClass.TIMEOUT and problem.failure is FailureClass.AGENT:
+        problem.failure = FailureClass.TIMEOUT
+    return problem
+
+
+def _failed_without_supervisor(
+    session: Mapping[str, Any], failure: FailureClass, why: str, solution: dict[str, Any]
+) -> dict[str, Any]:
+    """Return the result document of a failed episode when the supervisor, which usually makes it, is gone."""
+    from benchbot.core.catalog import Catalog
+    from benchbot.core.plugins import load
+    from benchbot.core.selection import select
+
+    chosen = session["selection"]
+    selection = select(
+        Catalog(load()),
+        task=chosen["task"],
+        robot=chosen["robot"],
+        environment=chosen["environment"],
+        seed=chosen["seed"],
+    )
+    episode = Session(selection, _no_host)
+    episode.fail(failure, why)
+    document = results.failed(episode, solution=solution)
+    # What the solution was shown is known to the supervisor alone.
+    document["provenance"]["observation_digest"] = ""
+    return document
+
+
+def _no_host() -> Any:
+    raise AssertionError("a failed episode starts no host")

@@ -1,0 +1,104 @@
+"""`benchbot eval`: results against ground truths."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from benchbot.cli import report, requirement
+from benchbot.cli.options import Json, Requirements, listing, showing
+from benchbot.core.errors import BenchbotError, ExitCode
+
+if TYPE_CHECKING:
+    from benchbot.core.catalog import Catalog
+
+
+def evaluate(
+    results: Annotated[list[Path], typer.Argument(metavar="RESULT", help="Result files, and ZIP archives of them.")],
+    method: Annotated[
+        str | None,
+        typer.Option("--method", "-m", metavar="METHOD", help="How to score. [default: the one that fits the results]"),
+    ] = None,
+    ground_truth: Annotated[
+        list[Path] | None,
+        typer.Option("--ground-truth", metavar="GT.json", help="A ground truth to use instead of the installed ones."),
+    ] = None,
+    output: Annotated[
+        Path, typer.Option("--output-location", "-o", metavar="PATH", help="Write the scores here.")
+    ] = Path("scores.json"),
+    required_task: Annotated[
+        str | None, typer.Option("--required-task", metavar="TASK", help="Leave out results of other tasks.")
+    ] = None,
+    required_envs: Annotated[
+        str | None,
+        typer.Option("--required-envs", metavar="ENV,ENV", help="These environments count; a missing one scores zero."),
+    ] = None,
+    required_envs_batch: Annotated[
+        str | None, typer.Option("--required-envs-batch", metavar="BATCH", help="The same, as a batch names them.")
+    ] = None,
+    validate_only: Annotated[
+        bool, typer.Option("--validate-only", "-V", help="Check the results, score nothing.")
+    ] = False,
+    require: Requirements = None,
+    as_json: Json = False,
+    list_methods: Annotated[bool, listing("methods", "--list-methods")] = False,
+    show_method: Annotated[str | None, showing("methods", "--show-method")] = None,
+    list_batches: Annotated[bool, listing("batches", "--list-batches")] = False,
+    show_batch: Annotated[str | None, showing("batches", "--show-batch")] = None,
+) -> None:
+    """Score results against the ground truth of their environments, and write a scores document.
+
+    The headline score goes to stdout, the table to stderr.
+    """
+    from benchbot.cli import scoring
+    from benchbot.core import scores
+    from benchbot.core.catalog import Catalog
+    from benchbot.core.plugins import load
+    from benchbot.evaluation import evaluate_files, validate_files
+
+    requirements = requirement.parse(require)
+    catalog = Catalog(load())
+    environments = _required(catalog, required_envs, required_envs_batch)
+    if required_task is not None:
+        catalog.get("tasks", required_task)
+    if validate_only:
+        coverage = validate_files(results, catalog=catalog, required_task=required_task, required_envs=environments)
+        report.note("\n".join(scoring.coverage(coverage, "valid")))
+        if as_json:
+            report.data_json(coverage)
+        if coverage["missing"]:
+            raise typer.Exit(ExitCode.SUBMISSION_FAILED)
+        return
+    report.check_output(output)
+    document = evaluate_files(
+        results,
+        method=method,
+        ground_truth_paths=ground_truth,
+        required_task=required_task,
+        required_envs=environments,
+        catalog=catalog,
+    )
+    scores.write(output, document)
+    report.note(scoring.table(document))
+    report.note(f"Scores: {output}")
+    report.data_json(document) if as_json else report.data(scoring.headline(document))
+    requirement.check(requirements, document["scores"])
+
+
+def _required(catalog: "Catalog", names: str | None, batch: str | None) -> list[str] | None:
+    """Return the environments that count, each known to exist, or None when all do."""
+    if names is not None and batch is not None:
+        raise BenchbotError(
+            "The required environments are named twice.",
+            "--required-envs and --required-envs-batch exclude each other.",
+            "Leave one of them out.",
+        )
+    if batch is not None:
+        environments: list[str] = catalog.get("batches", batch).data["environments"]
+    elif names is not None:
+        environments = [name.strip() for name in names.split(",") if name.strip()]
+    else:
+        return None
+    for environment in environments:
+        catalog.environments(environment)
+    return environments

@@ -1,0 +1,135 @@
+"""`benchbot run`: a robot in an environment, ready for a solution."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from benchbot.cli import report
+from benchbot.cli.options import Record, listing, recordings, showing
+from benchbot.core.errors import ExitCode
+
+if TYPE_CHECKING:
+    from benchbot.core.selection import Limits, Selection
+    from benchbot.core.session import Progress
+    from benchbot.supervisor.run_state import RunState
+
+Task = Annotated[str, typer.Option("--task", "-t", metavar="TASK", help="What the solution is asked to do.")]
+Robot = Annotated[str, typer.Option("--robot", "-r", metavar="ROBOT", help="The robot that does it.")]
+Environment = Annotated[
+    str,
+    typer.Option(
+        "--env", "-e", "--environment", metavar="NAME:VARIANT", help="Where; a task with scenes: NAME:VARIANT:VARIANT."
+    ),
+]
+Seed = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Everything stochastic draws from it.")]
+MaxSteps = Annotated[int | None, typer.Option("--max-steps", metavar="N", min=1, help="End it after N actions.")]
+MaxSimulatedTime = Annotated[
+    float | None,
+    typer.Option("--max-simulated-time", metavar="SECONDS", min=0, help="End it after so much simulated time."),
+]
+MaxWallTime = Annotated[
+    float | None, typer.Option("--max-wall-time", metavar="SECONDS", min=0, help="End it after so much real time.")
+]
+
+
+def run(
+    task: Task,
+    robot: Robot,
+    environment: Environment,
+    seed: Seed = 0,
+    port: Annotated[
+        int | None,
+        typer.Option(
+            metavar="PORT",
+            min=0,
+            max=65535,
+            help="Listen on this port of 127.0.0.1; 0 is any free one. [default: 10000, none with --unix-socket]",
+        ),
+    ] = None,
+    unix_socket: Annotated[
+        Path | None, typer.Option(metavar="PATH", help="Listen on a unix socket that only you can use.")
+    ] = None,
+    max_steps: MaxSteps = None,
+    max_simulated_time: MaxSimulatedTime = None,
+    max_wall_time: MaxWallTime = None,
+    record: Record = None,
+    force_updateless: Annotated[
+        bool, typer.Option("--force-updateless", "-f", hidden=True, help="BenchBot v2's; nothing is updated here.")
+    ] = False,
+    list_tasks: Annotated[bool, listing("tasks", "--list-tasks")] = False,
+    list_robots: Annotated[bool, listing("robots", "--list-robots")] = False,
+    list_envs: Annotated[bool, listing("environments", "--list-envs", "--list-environments")] = False,
+    list_formats: Annotated[bool, listing("formats", "--list-formats")] = False,
+    show_task: Annotated[str | None, showing("tasks", "--show-task")] = None,
+    show_robot: Annotated[str | None, showing("robots", "--show-robot")] = None,
+    show_env: Annotated[str | None, showing("environments", "--show-env", "--show-environment")] = None,
+    show_format: Annotated[str | None, showing("formats", "--show-format")] = None,
+) -> None:
+    """Start a robot in an environment, ready for a solution; Ctrl-C ends it (exit code 130), so does benchbot stop."""
+    from benchbot.cli.status import StatusLine, progress_text
+    from benchbot.core.catalog import Catalog
+    from benchbot.core.plugins import load
+    from benchbot.core.selection import Limits, select
+    from benchbot.supervisor.backend import DEFAULT_PORT, serve
+
+    limits = Limits(max_steps, max_simulated_time, max_wall_time)
+    recorded = recordings(record)
+    selection = select(Catalog(load()), task=task, robot=robot, environment=environment, seed=seed, limits=limits)
+    report.note(summary(selection))
+    if port is None and unix_socket is None:
+        port = DEFAULT_PORT
+
+    with StatusLine() as status:
+
+        def show(progress: "Progress") -> None:
+            document = {**asdict(progress), "wall_time_s": progress.wall_time_s}
+            status.show(progress_text(document, len(selection.environments)), (progress.state, progress.frames))
+
+        ended_by = serve(
+            selection, port=port, unix_socket=unix_socket, record=recorded, on_ready=_announce, on_progress=show
+        )
+    report.note("The back end has ended.")
+    if ended_by is not None:
+        raise typer.Exit(ExitCode.INTERRUPTED)
+
+
+def summary(selection: "Selection") -> str:
+    """Return what is about to run, for people."""
+    rows = [
+        ("Task", selection.task.name),
+        ("Robot", f"{selection.robot.name} ({selection.robot.data['type']})"),
+        ("Environment", selection.environment),
+        *((f"  scene {number}", _scene(scene.data)) for number, scene in enumerate(selection.environments, 1)),
+        ("Results", "any JSON" if selection.results_format is None else selection.results_format.name),
+        ("Seed", str(selection.seed)),
+        ("Limits", _limits(selection.limits)),
+    ]
+    return "\n".join(f"{label:<13}{value}" for label, value in rows)
+
+
+def _scene(environment: dict[str, object]) -> str:
+    from benchbot.core.platform import Scene
+
+    start = Scene(environment, Path()).start_pose
+    x, y, _ = start.translation_xyz
+    poses = len(Scene(environment, Path()).trajectory)
+    trajectory = f", trajectory of {poses} poses" if poses else ""
+    return f"{environment['name']}:{environment['variant']}, starts at ({x:.2f}, {y:.2f}) m{trajectory}"
+
+
+def _limits(limits: "Limits") -> str:
+    asked = (
+        (limits.steps, "steps"),
+        (limits.simulated_time_s, "s of simulated time"),
+        (limits.wall_time_s, "s of wall time"),
+    )
+    return ", ".join(f"{limit:g} {unit}" for limit, unit in asked if limit is not None) or "none"
+
+
+def _announce(state: "RunState") -> None:
+    where = " and ".join(filter(None, (state.connection.url, state.connection.socket)))
+    report.note(f"{'Listening':<13}{where}")
+    report.note(f"{'Logs':<13}{state.folder}")
+    report.note("\nReady. In another terminal: benchbot submit --native python my_solution.py   (Ctrl-C ends the run)")

@@ -1,0 +1,284 @@
+"""`benchbot submit`: a solution, run against a back end, its result checked, kept and scored."""
+
+import os
+import shlex
+import shutil
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from benchbot.cli import report, requirement
+from benchbot.cli.options import Json, Record, Requirements, listing, recordings, showing
+from benchbot.cli.run import MaxSimulatedTime, MaxSteps, MaxWallTime
+from benchbot.core.errors import BenchbotError, ExitCode
+
+if TYPE_CHECKING:
+    from benchbot.cli.episode import Episode, Order
+    from benchbot.core.catalog import Catalog
+    from benchbot.core.selection import Limits
+    from benchbot.supervisor.run_state import Connection
+
+
+def submit(
+    words: Annotated[
+        list[str] | None, typer.Argument(metavar="WORDS", help="More words of the command; options go after --.")
+    ] = None,
+    native: Annotated[
+        str | None, typer.Option("--native", "-n", metavar="COMMAND", help="Run this command on this machine.")
+    ] = None,
+    example: Annotated[
+        str | None, typer.Option("--example", "-E", metavar="NAME", help="Run an example solution.")
+    ] = None,
+    args: Annotated[
+        str | None, typer.Option("--args", "-a", metavar="WORDS", help="Words to append to the command, in quotes.")
+    ] = None,
+    results_location: Annotated[
+        Path | None, typer.Option("--results-location", "-r", metavar="PATH", help="Write the result here.")
+    ] = None,
+    evaluate_with: Annotated[
+        str | None, typer.Option("--evaluate-with", "-e", metavar="METHOD", help="Score the result with this method.")
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output-location", "-o", metavar="PATH", help="Write the scores here, not beside the result."),
+    ] = None,
+    require: Requirements = None,
+    timeout: Annotated[
+        float | None, typer.Option(metavar="SECONDS", min=0, help="End a solution that runs longer than this.")
+    ] = None,
+    task: Annotated[
+        str | None, typer.Option("--task", "-t", metavar="TASK", help="Start a back end for this submission: the task,")
+    ] = None,
+    robot: Annotated[str | None, typer.Option("--robot", metavar="ROBOT", help="the robot,")] = None,
+    environment: Annotated[
+        str | None, typer.Option("--env", "--environment", metavar="NAME:VARIANT", help="and the environment.")
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option("--seed", metavar="N", min=0, help="Everything stochastic draws from it. [default: 0]")
+    ] = None,
+    max_steps: MaxSteps = None,
+    max_simulated_time: MaxSimulatedTime = None,
+    max_wall_time: MaxWallTime = None,
+    record: Record = None,
+    as_json: Json = False,
+    list_examples: Annotated[bool, listing("examples", "--list-examples")] = False,
+    show_example: Annotated[str | None, showing("examples", "--show-example")] = None,
+) -> None:
+    """Run a solution and keep its result: against the running back end, or with one of its own.
+
+    \b
+    Two terminals:  benchbot run --task T --robot R --env E
+                    benchbot submit --native python my_solution.py
+    One command:    benchbot submit --task T --robot R --env E --example hello_passive
+
+    The solution finds the robot through BENCHBOT_URL, BENCHBOT_SOCKET and BENCHBOT_TOKEN, and saves its result to
+    BENCHBOT_RESULT. The result's path goes to stdout, or the score when one was asked for.
+    """
+    from benchbot.cli import episode
+    from benchbot.core.catalog import Catalog
+    from benchbot.core.plugins import load
+    from benchbot.core.selection import Limits
+
+    requirements = requirement.parse(require)
+    catalog = Catalog(load())
+    if evaluate_with is not None:
+        catalog.plugins.record("evaluators", evaluate_with)
+    elif requirements or output:
+        raise BenchbotError(
+            "There will be no score.",
+            "--require and --output-location are about scores, and no method was named.",
+            "Name one: --evaluate-with omq",
+        )
+    for path in (results_location, output):
+        report.check_output(path)
+    order = _order(catalog, native, example, [*(words or ()), *_words("--args", args)], timeout)
+    limits = Limits(max_steps, max_simulated_time, max_wall_time)
+    chosen = _chosen(task, robot, environment)
+    recorded = recordings(record)
+    if chosen is None and (seed is not None or recorded or limits != Limits()):
+        raise BenchbotError(
+            "The back end that is running has its own seed, limits and recordings.",
+            "--seed, --max-… and --record choose those of a back end that submit starts itself.",
+            "Give them to benchbot run, or give --task, --robot and --env as well.",
+        )
+    with ExitStack() as stack:
+        stack.enter_context(_interruptible())
+        connection, died = _back_end(stack, catalog, chosen, seed or 0, limits, evaluate_with, recorded)
+        ended = episode.run(order, connection, died)
+    kept = _kept(ended, results_location)
+    if ended.problem is not None or kept is None or evaluate_with is None:
+        if as_json:
+            report.data_json(_summary(ended, kept))
+        elif ended.problem is None:
+            report.data(str(kept))
+    else:
+        _score(catalog, ended, kept, evaluate_with, output, requirements, as_json)
+    if ended.problem is not None:
+        raise ended.problem
+
+
+def _kept(ended: "Episode", location: Path | None) -> Path | None:
+    """Write the result where it was asked for; return where it is now, and say so."""
+    from benchbot.core import results
+
+    path = ended.path
+    if location is not None:
+        path = location / "result.json" if location.is_dir() else location
+        try:
+            results.write_json(path, ended.document)
+        except BenchbotError as error:
+            if ended.path is not None:
+                error.fix += f" The result itself is safe: {ended.path}"
+            raise
+    if path is not None:
+        report.note(f"Result: {path}")
+    failure = ended.document["provenance"]["failure"]
+    if failure is not None and ended.problem is None:
+        report.note(f"The episode ended early ({failure['class']}): {failure['why']}")
+    return path
+
+
+def _score(
+    catalog: "Catalog",
+    ended: "Episode",
+    result: Path,
+    method: str,
+    output: Path | None,
+    requirements: list[requirement.Requirement],
+    as_json: bool,
+) -> None:
+    from benchbot.cli import scoring
+    from benchbot.core import scores
+    from benchbot.evaluation import evaluate_files
+
+    document = evaluate_files([result], method=method, catalog=catalog)
+    path = output or result.parent / "scores.json"
+    scores.write(path, document)
+    report.note(scoring.table(document))
+    report.note(f"Scores: {path}")
+    if as_json:
+        report.data_json({**_summary(ended, result), "scores_path": str(path), "scores": document["scores"]})
+    else:
+        report.data(scoring.headline(document))
+    requirement.check(requirements, document["scores"])
+
+
+def _summary(ended: "Episode", result: Path | None) -> dict[str, Any]:
+    return {
+        "result_path": None if result is None else str(result),
+        "provenance": ended.document["provenance"],
+        "error": None if ended.problem is None else ended.problem.as_dict(),
+    }
+
+
+def _order(
+    catalog: "Catalog", native: str | None, example: str | None, words: list[str], timeout_s: float | None
+) -> "Order":
+    """Return what to run; raises BenchbotError unless exactly one mode was chosen and its command exists."""
+    from benchbot.cli.episode import Order
+    from benchbot.cli.solution import cannot_start, python_first
+
+    if (native is None) == (example is None):
+        what = "Neither --native nor --example was" if native is None else "Both --native and --example were"
+        raise BenchbotError(
+            "It is not clear what to submit.",
+            f"{what} given.",
+            "Give one: --native python my_solution.py, or --example NAME (benchbot list examples).",
+        )
+    if native is not None:
+        order = Order([*_words("--native", native), *words], Path.cwd(), timeout_s=timeout_s)
+    else:
+        found = catalog.get("examples", example or "")
+        command = [*_words("native_command", found.data["native_command"]), *words]
+        order = Order(command, found.path.parent, python_first(), timeout_s)
+    if not order.command:
+        raise cannot_start(["(nothing)"], "there is no command")
+    path = order.variables.get("PATH", os.environ.get("PATH"))
+    if os.sep not in order.command[0] and shutil.which(order.command[0], path=path) is None:
+        raise cannot_start(order.command, "there is no such program on PATH")
+    return order
+
+
+def _words(origin: str, text: str | None) -> list[str]:
+    """Return the words of a command, split as a shell would; raises BenchbotError for a quote that stays open."""
+    try:
+        return shlex.split(text or "")
+    except ValueError as error:
+        raise BenchbotError(
+            f"The words of {origin} cannot be told apart.", f"{text!r}: {error}.", "Close the quote, or escape it."
+        ) from error
+
+
+def _chosen(task: str | None, robot: str | None, environment: str | None) -> tuple[str, str, str] | None:
+    """Return the selection of the back end to start, or None when a running one is to be used."""
+    missing = [flag for flag, value in (("--task", task), ("--robot", robot), ("--env", environment)) if value is None]
+    if task is not None and robot is not None and environment is not None:
+        return task, robot, environment
+    if len(missing) < 3:
+        raise BenchbotError(
+            "The selection is not complete.",
+            f"{' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing.",
+            "Give --task, --robot and --env to start a back end, or none of them to use the running one.",
+        )
+    return None
+
+
+def _back_end(
+    stack: ExitStack,
+    catalog: "Catalog",
+    chosen: tuple[str, str, str] | None,
+    seed: int,
+    limits: "Limits",
+    method: str | None,
+    recorded: dict[str, Path],
+) -> tuple["Connection", Callable[[], BenchbotError | None]]:
+    """Return how to reach the back end (one of our own ends with `stack`), and what tells why it died."""
+    from benchbot.cli.run import summary
+    from benchbot.core.selection import select
+    from benchbot.supervisor.backend import Backend
+    from benchbot.supervisor.run_state import find
+
+    if chosen is None:
+        return find(), lambda: None
+    task, robot, environment = chosen
+    selection = select(
+        catalog, task=task, robot=robot, environment=environment, method=method, seed=seed, limits=limits
+    )
+    report.note(summary(selection))
+    backend = stack.enter_context(
+        Backend.start(
+            task=task,
+            robot=robot,
+            environment=environment,
+            seed=seed,
+            limits=limits,
+            method=method,
+            record=recorded,
+        )
+    )
+    return backend.state.connection, backend.died
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Let SIGINT, SIGTERM and SIGHUP end the submission in order; while it ends, further ones change nothing."""
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+    def interrupt(_number: int, _frame: object) -> None:
+        for number in numbers:
+            signal.signal(number, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    before = {number: signal.signal(number, interrupt) for number in numbers}
+    try:
+        yield
+    except KeyboardInterrupt:
+        report.note("Interrupted: the solution and its back end have been ended.")
+        raise typer.Exit(ExitCode.INTERRUPTED) from None
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,123 @@
+import json
+import socket
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import CommandLine
+
+DECLARES_TASKS = """\
+from importlib.resources import files
+from benchbot import hookimpl
+
+@hookimpl
+def benchbot_tasks():
+    yield files(__name__) / "tasks"
+"""
+
+SIMULATOR = """\
+from benchbot import hookimpl
+from benchbot.core.hookspecs import Simulator
+
+def warm(cache_dir):
+    {warm}
+
+@hookimpl
+def benchbot_simulators():
+    yield Simulator("sim_slow", lambda spec: None, warm)
+"""
+
+
+def findings(cli: CommandLine, *words: str) -> dict[str, dict[str, str]]:
+    return {finding["subject"]: finding for finding in json.loads(cli("doctor", "--json", *words).stdout)}
+
+
+def test_a_sound_installation_is_called_sound(cli: CommandLine) -> None:
+    done = cli("doctor")
+
+    assert done.returncode == 0
+    assert "ok       plug-in sample: benchbot-sample 1.0" in done.stdout
+    assert "ok       names: no two plug-ins use the same one" in done.stdout
+
+
+def test_a_plugin_that_does_not_load_is_told_with_cause_and_fix(
+    cli: CommandLine, make_plugin: Callable[..., Path]
+) -> None:
+    make_plugin("broken", "import no_such_module")
+
+    done = cli("doctor")
+
+    assert done.returncode == 2
+    assert "broken   plug-in broken: broken 1.2 cannot be loaded: ModuleNotFoundError: No module named" in done.stdout
+    assert "Fix: pip install --force-reinstall broken" in done.stdout
+    assert "1 broken." in done.stderr
+
+
+def test_a_name_that_is_given_twice_is_told_with_both_givers(
+    cli: CommandLine, make_plugin: Callable[..., Path]
+) -> None:
+    make_plugin(
+        "twin",
+        DECLARES_TASKS,
+        {"tasks/a.yaml": 'name: "sample:active"\nactions: [move_next]\nobservations: [laser]\n'},
+    )
+
+    finding = findings(cli)["tasks"]
+
+    assert finding["level"] == "broken"
+    assert "Both 'benchbot-sample' and 'twin' provide it" in finding["detail"]
+
+
+def test_a_declaration_that_is_not_valid_is_told_with_file_and_line(
+    cli: CommandLine, make_plugin: Callable[..., Path]
+) -> None:
+    package = make_plugin(
+        "sloppy", DECLARES_TASKS, {"tasks/a.yaml": "name: a\nactions: [fly]\nobservations: [laser]\n"}
+    )
+
+    finding = findings(cli)["task"]
+
+    assert finding["level"] == "broken"
+    assert finding["detail"].startswith(f"{package}/tasks/a.yaml:2: 'fly' is not allowed here.")
+    assert finding["fix"].startswith("Mend it, then run: benchbot check ")
+
+
+@pytest.mark.parametrize(
+    ("warm", "level", "detail"),
+    [
+        ("return 'compiled 12 kernels'", "ok", "compiled 12 kernels"),
+        ("raise OSError('no such driver')", "broken", "it cannot start: OSError: no such driver"),
+    ],
+)
+def test_warming_starts_every_simulator(
+    warm: str, level: str, detail: str, cli: CommandLine, make_plugin: Callable[..., Path]
+) -> None:
+    make_plugin("slow", SIMULATOR.format(warm=warm))
+
+    cold = findings(cli)["simulator sim_slow"]
+    warmed = findings(cli, "--warm")["simulator sim_slow"]
+
+    assert cold["level"] == "ok"
+    assert (warmed["level"], warmed["detail"]) == (level, detail)
+
+
+def test_a_port_that_somebody_else_uses_is_a_warning_with_a_way_out(cli: CommandLine) -> None:
+    with socket.socket() as other:
+        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        with suppress(OSError):  # then it is in use already
+            other.bind(("127.0.0.1", 10000))
+            other.listen()
+        finding = findings(cli)["port 10000"]
+
+    assert finding["level"] == "warning"
+    assert "--port 0" in finding["fix"]
+
+
+def test_a_state_folder_that_cannot_be_written_is_broken(cli: CommandLine) -> None:
+    done = cli("doctor", BENCHBOT_STATE_DIR="/proc/no_such_folder")
+
+    assert done.returncode == 2
+    assert "broken   state folder: /proc/no_such_folder: No such file or directory" in done.stdout
+    assert "Fix: Make it writable, or name another folder in BENCHBOT_STATE_DIR." in done.stdout

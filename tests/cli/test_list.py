@@ -1,0 +1,55 @@
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import CommandLine, Here
+
+
+def test_tasks_are_a_line_each_with_what_they_allow(here: Here) -> None:
+    done = here("list", "tasks")
+
+    assert done.stderr == ""
+    assert [line.split() for line in done.stdout.splitlines()] == [
+        ["sample:active", "move_distance,move_angle", "ground_truth", "1", "object_map", "benchbot-sample"],
+        ["sample:noisy", "move_distance,move_angle", "noisy", "1", "object_map", "benchbot-sample"],
+        ["sample:passive", "move_next", "ground_truth", "1", "object_map", "benchbot-sample"],
+        ["sample:two_scenes", "move_next", "ground_truth", "2", "object_map", "benchbot-sample"],
+    ]
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        ("tasks", "sample:passive"),
+        ("robots", "sample_robot"),
+        ("environments", "arena:1"),
+        ("formats", "object_map"),
+        ("examples", "hello_passive"),
+        ("methods", "omq"),
+        ("simulators", "sim_sample"),
+        ("plugins", "sample"),
+    ],
+)
+def test_every_kind_is_listed_for_people_and_for_programs(kind: str, name: str, here: Here) -> None:
+    lines = here("list", kind).stdout.splitlines()
+    rows = json.loads(here("list", kind, "--json").stdout)
+
+    assert name in [line.split()[0] for line in lines]
+    assert [line.split()[0] for line in lines] == [row["name"] for row in rows]
+    assert all(row["distribution"] for row in rows)
+
+
+def test_an_empty_list_is_an_empty_json_list(here: Here) -> None:
+    assert here("list", "batches", "--json").stdout == "[]\n"
+    assert here("list", "batches").stdout == ""
+
+
+def test_a_broken_plugin_does_not_hide_the_others(cli: CommandLine, make_plugin: Callable[..., Path]) -> None:
+    make_plugin("broken", "import no_such_module")
+
+    done = cli("list", "tasks")
+
+    assert "sample:passive" in done.stdout
+    assert "broken (ModuleNotFoundError: No module named 'no_such_module')" in done.stderr

@@ -1,0 +1,51 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests.cli.conftest import CommandLine, Here
+
+RUN = ("--task", "sample:passive", "--robot", "sample_robot", "--env", "arena:1")
+
+
+def test_a_result_is_drawn_with_the_frames_that_were_recorded(
+    results: CommandLine,
+    here: Here,
+) -> None:
+    done = results("submit", *RUN, "--example", "hello_passive", "--record", "frames=seen", "-r", "result.json")
+    assert done.returncode == 0, done.stderr
+    assert len(list((results.folder / "seen").glob("*.jpg"))) > 2
+
+    truth = ("--ground-truth", "truth.json")
+    done = here("picture", "result.json", *truth, "--frames", "seen", "-o", "out/with.png")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "out/with.png\n"
+    assert here("picture", "result.json", *truth, "-o", "without.png").returncode == 0
+    pictures = [np.asarray(Image.open(results.folder / name)) for name in ("out/with.png", "without.png")]
+    assert pictures[0].shape == pictures[1].shape
+    assert (pictures[0] != pictures[1]).any()
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (["missing.json"], "Cannot read missing.json"),
+        (["broken.json"], "results.objects[0].label_probs: is missing"),
+        (["perfect.json"], "no ground truth of the environment 'arena:1'"),
+        (["perfect.json", "--ground-truth", "truth.json", "--frames", "."], "There are no frames in ."),
+        (["perfect.json", "--ground-truth", "truth.json", "-o", "picture.odd"], "Cannot write picture.odd"),
+    ],
+)
+def test_what_cannot_be_drawn_is_told(results: CommandLine, here: Here, words: list[str], why: str) -> None:
+    done = here("picture", *words)
+    assert done.returncode in (1, 2)
+    assert why in done.stderr
+    assert not Path(results.folder / "picture.png").exists()
+
+
+def test_a_recording_needs_a_folder_and_a_known_recorder(here: Here) -> None:
+    done = here("submit", *RUN, "--native", "true", "--record", "frames")
+    assert (done.returncode, "--record frames names no folder" in done.stderr) == (2, True)
+    done = here("submit", *RUN, "--native", "true", "--record", "framse=seen")
+    assert (done.returncode, "'framse' is not an installed recorder" in done.stderr) == (2, True)

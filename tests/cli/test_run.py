@@ -1,0 +1,105 @@
+import os
+import signal
+import socket
+
+import pytest
+
+from tests.cli.conftest import CommandLine, Here, wait_for
+
+SELECTION = ["--task", "sample:passive", "--robot", "sample_robot", "--env", "arena:1"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_run_says_what_it_is_and_where_and_ends_cleanly(number: signal.Signals, cli: CommandLine) -> None:
+    process = cli.start("run", *SELECTION, "--seed", "3", "--max-steps", "10", "--port", "0")
+    assert process.stderr is not None
+    summary = [process.stderr.readline().split(maxsplit=1) for _ in range(7)]
+    where = wait_for(process, "Listening")
+    wait_for(process, "Ready.")
+
+    os.killpg(process.pid, number)
+    stdout, stderr = process.communicate(timeout=60)
+
+    assert ["Task", "sample:passive\n"] in summary
+    assert ["Robot", "sample_robot (sim_sample)\n"] in summary
+    assert ["Seed", "3\n"] in summary
+    assert ["Limits", "10 steps\n"] in summary
+    assert "http://127.0.0.1:" in where
+    assert process.returncode == 130
+    assert stdout == ""
+    assert "The back end has ended." in stderr
+    assert cli.nothing_is_left()
+
+
+def test_a_run_on_a_unix_socket_listens_nowhere_else(cli: CommandLine) -> None:
+    process = cli.start("run", *SELECTION, "--unix-socket", str(cli.home / "s"))
+
+    where = wait_for(process, "Listening")
+
+    assert where.split() == ["Listening", str(cli.home / "s")]
+    wait_for(process, "Ready.")
+    assert cli("stop").returncode == 0
+    assert process.wait(30) == 0
+    assert cli.nothing_is_left()
+
+
+def test_a_port_in_use_is_named_with_the_way_around(cli: CommandLine) -> None:
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        done = cli("run", *SELECTION, "--port", str(port))
+
+    assert done.returncode == 2
+    assert f"Error: Cannot listen on 127.0.0.1:{port}." in done.stderr
+    assert "--port 0" in done.stderr
+    assert cli.nothing_is_left()
+
+
+def test_an_impossible_selection_is_told_with_every_reason(here: Here) -> None:
+    done = here("run", "-t", "sample:two_scenes", "-r", "carter", "-e", "arena:9", "--port", "0")
+
+    assert done.returncode == 2
+    assert "Error: This run is not possible, for 2 reasons." in done.stderr
+    assert "1. 'carter' is not a known robot." in done.stderr
+    assert "2. 'arena:9' is not a known environment." in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["run"], "Missing option '--task'"),
+        (["run", *SELECTION, "--port", "99999"], "--port"),
+        (["run", *SELECTION, "--max-steps", "0"], "--max-steps"),
+        (["run", *SELECTION, "--seed", "-1"], "--seed"),
+        (["run", *SELECTION, "--max-wall-time", "soon"], "--max-wall-time"),
+        (["run", *SELECTION, "--prot", "0"], "--prot"),
+    ],
+)
+def test_wrong_usage_is_told_by_the_name_of_the_option(words: list[str], message: str, here: Here) -> None:
+    done = here(*words)
+
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_there_is_nothing_to_stop(here: Here) -> None:
+    done = here("stop")
+
+    assert done.returncode == 2
+    assert "No BenchBot run is there" in done.stderr
+
+
+def test_the_listings_of_v2_keep_their_spelling(here: Here) -> None:
+    assert "sample:passive" in here("run", "--list-tasks").stdout
+    assert "sample_robot" in here("run", "--list-robots").stdout
+    assert "arena:1" in here("run", "--list-envs").stdout
+    assert "object_map" in here("run", "--list-formats").stdout
+    assert "stops_before_contact" in here("run", "--show-robot", "sample_careful_robot").stdout
+    assert "trajectory_poses" in here("run", "--show-environment", "arena:1").stdout
+    assert "hello_passive" in here("submit", "--list-examples").stdout
+    assert "native_command" in here("submit", "--show-example", "hello_passive").stdout
+    assert "omq" in here("eval", "--list-methods").stdout
+    assert "OMQ" in here("eval", "--show-method", "omq").stdout

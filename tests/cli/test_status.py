@@ -1,0 +1,70 @@
+import os
+import pty
+import sys
+from typing import Any
+
+import pytest
+
+from benchbot.cli.status import StatusLine, progress_text
+
+PROGRESS: dict[str, Any] = {
+    "state": "dirty",
+    "scene_number": 0,
+    "steps": 12,
+    "trajectory_index": 12,
+    "trajectory_length": 48,
+    "last_action": "move_next",
+    "pose_xyyaw": [1.25, -0.5, 1.5707963],
+    "simulated_time_s": 33.25,
+    "wall_time_s": 4.0,
+    "frames": 13,
+    "failure": None,
+    "failure_why": None,
+}
+
+
+def test_progress_is_one_line() -> None:
+    assert progress_text(PROGRESS, 2) == (
+        "dirty · scene 1/2 · step 12 · pose 12/48 · at (1.25, -0.50) m 90° · 33.2 s simulated · 4.0 s · 3.2 frames/s"
+    )
+
+
+def test_a_hidden_pose_and_an_unused_trajectory_are_left_out_and_a_failure_is_told() -> None:
+    progress = {**PROGRESS, "pose_xyyaw": None, "trajectory_index": 0, "failure": "collision"}
+
+    text = progress_text(progress, 1)
+
+    assert " m " not in text
+    assert "pose" not in text
+    assert text.endswith("failure: collision")
+
+
+def test_without_a_terminal_only_news_is_printed_and_output_passes_untouched(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    with StatusLine() as status:
+        status.show("one", news=1)
+        status.show("one, later", news=1)
+        status.write(b"half a line")
+        status.write(b" and the rest\n")
+
+    assert capfd.readouterr().err == "one\nhalf a line and the rest\n"
+
+
+def test_on_a_terminal_the_status_stays_below_the_output(monkeypatch: pytest.MonkeyPatch) -> None:
+    ours, theirs = pty.openpty()
+    with os.fdopen(theirs, "w") as terminal:
+        monkeypatch.setattr(sys, "stderr", terminal)
+        with StatusLine() as status:
+            status.show("busy", news=1)
+            status.write(b"Hello\r\n")
+            status.write(b"Which way? ")
+            status.show("still busy", news=2)
+            status.write(b"left\r\n")
+        seen = os.read(ours, 4096).decode()
+    os.close(ours)
+
+    shown, erased = "\x1b[2m{}\x1b[0m".format, "\r\x1b[K"
+    assert seen == (
+        f"{shown('busy')}{erased}Hello\r\r\n{shown('busy')}{erased}Which way? left\r\r\n{shown('still busy')}{erased}"
+    )

@@ -1,0 +1,381 @@
+import json
+import os
+import resource
+import signal
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from benchbot.core import schema
+from tests.cli.conftest import CommandLine, Here, wait_for
+from tests.cli.solutions import CRASHING, HANGING, PASSIVE, RECKLESS, WORDS, WRITES, WRITES_LATE
+
+SELECTION = ["--task", "sample:passive", "--robot", "sample_robot", "--env", "arena:1"]
+
+
+def read(path: Path) -> dict[str, Any]:
+    document = json.loads(path.read_text())
+    schema.check(document, "result", path)
+    assert isinstance(document, dict)
+    return document
+
+
+def process_of(cli: CommandLine, module: str) -> int:
+    """Return the number of the back end's process that runs a module."""
+    for entry in Path("/proc").iterdir():
+        with suppress(OSError):
+            words = (entry / "cmdline").read_bytes().split(b"\0")
+            if module.encode() in words and str(cli.home).encode() in (entry / "environ").read_bytes():
+                return int(entry.name)
+    raise AssertionError(f"{module} does not run")
+
+
+def kill(cli: CommandLine, module: str) -> None:
+    """Kill a process of the back end, as the kernel does when memory runs out."""
+    os.kill(process_of(cli, module), signal.SIGKILL)
+
+
+def write_no_more(process: int) -> None:
+    """Let a process's files not grow any more, as on a full disk."""
+    resource.prlimit(process, resource.RLIMIT_FSIZE, (100, 100))
+
+
+def test_one_command_runs_everything_and_leaves_a_result_and_nothing_else(cli: CommandLine) -> None:
+    done = cli("submit", "--native", cli.script("solution.py", PASSIVE), *SELECTION, "--seed", "7", "-r", "result.json")
+
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "result.json\n"
+    provenance = read(cli.folder / "result.json")["provenance"]
+    assert provenance["failure"] is None
+    assert provenance["steps"] == 3
+    assert provenance["selection"]["seed"] == 7
+    assert provenance["solution"]["command"][-1].endswith("solution.py")
+    assert cli.nothing_is_left()
+    assert [path.name for path in cli.folder.iterdir() if path.name.startswith(".")] == []
+
+
+def test_the_words_of_the_command_are_collected_and_never_seen_by_a_shell(cli: CommandLine) -> None:
+    script = cli.script("words.py", WORDS).split()[1]
+
+    done = cli("submit", "-n", sys.executable, script, "$HOME;", "--args", "'two words' last", *SELECTION, "--json")
+
+    assert done.returncode == 0, done.stderr
+    assert 'words: ["$HOME;", "two words", "last"]' in done.stderr
+    assert json.loads(done.stdout)["provenance"]["solution"]["command"][1:] == [script, "$HOME;", "two words", "last"]
+
+
+def test_an_example_runs_by_its_name(cli: CommandLine) -> None:
+    done = cli("submit", "--example", "hello_passive", *SELECTION)
+
+    assert done.returncode == 0, done.stderr
+    assert read(Path(done.stdout.strip()))["results"]["objects"] == []
+
+
+def test_two_terminals_and_the_same_seed_give_the_same_bytes(cli: CommandLine) -> None:
+    solution = cli.script("solution.py", PASSIVE)
+    back_end = cli.start("run", "-t", "sample:passive", "-r", "sample_robot", "-e", "arena:1", "--port", "0")
+    wait_for(back_end, "Ready.")
+
+    first = cli("submit", "--native", solution, "-r", "first.json")
+    second = cli("submit", "--native", solution, "-r", "second.json")
+    stopped = cli("stop")
+
+    assert (first.returncode, second.returncode, stopped.returncode) == (0, 0, 0), first.stderr + second.stderr
+    assert (cli.folder / "first.json").read_bytes() == (cli.folder / "second.json").read_bytes()
+    assert back_end.wait(30) == 0
+    assert cli.nothing_is_left()
+
+
+def test_without_a_back_end_the_way_to_one_is_told(here: Here) -> None:
+    done = here("submit", "--native", "true")
+
+    assert done.returncode == 2
+    assert "benchbot run --task TASK --robot ROBOT --env ENVIRONMENT" in done.stderr
+
+
+def test_a_solution_that_crashes_fails_with_its_last_words_and_a_result_that_says_so(cli: CommandLine) -> None:
+    done = cli("submit", "--native", cli.script("solution.py", CRASHING), *SELECTION, "-r", "result.json")
+
+    assert done.returncode == 1
+    assert done.stdout == ""
+    assert "Error: The solution failed." in done.stderr
+    assert "It ended with exit status 1." in done.stderr
+    document = read(cli.folder / "result.json")
+    assert "results" not in document
+    assert document["provenance"]["failure"]["class"] == "agent"
+    assert "RuntimeError: no idea what a chair is" in document["provenance"]["failure"]["why"]
+    assert document["provenance"]["steps"] == 1
+    assert cli.nothing_is_left()
+
+
+def test_a_solution_that_hangs_is_ended_with_all_its_children(cli: CommandLine) -> None:
+    done = cli("submit", "--native", cli.script("solution.py", HANGING), *SELECTION, "--timeout", "0.5", "-r", "r.json")
+
+    assert done.returncode == 1
+    assert "Error: The solution did not end in time." in done.stderr
+    assert "still running after 0.5 seconds" in done.stderr
+    assert read(cli.folder / "r.json")["provenance"]["failure"]["class"] == "timeout"
+    assert cli.nothing_is_left()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_submission_leaves_nothing_behind(number: signal.Signals, cli: CommandLine) -> None:
+    process = cli.start("submit", "--native", cli.script("solution.py", HANGING), *SELECTION, "-r", "result.json")
+    wait_for(process, "hanging")
+
+    os.killpg(process.pid, number)
+    stdout, stderr = process.communicate(timeout=60)
+
+    assert process.returncode == 130
+    assert stdout == ""
+    assert "Interrupted" in stderr
+    assert "Traceback" not in stderr
+    assert not (cli.folder / "result.json").exists()
+    assert cli.nothing_is_left()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (None, "The solution saved no result."),
+        ("{", "The solution's result cannot be read."),
+        ("[1]", "The solution's result cannot be read."),
+        ('{"objects": []}', "The result has no key 'results'."),
+        ('{"results": {"class_list": ["cup"], "objects": [{"label_probs": [1, 0]}]}}', "objects[0]"),
+    ],
+)
+def test_a_result_that_is_missing_or_broken_fails_the_submission(
+    text: str | None, message: str, cli: CommandLine
+) -> None:
+    solution = "true" if text is None else cli.script("solution.py", WRITES.format(text=text))
+
+    done = cli("submit", "--native", solution, *SELECTION, "-r", "result.json")
+
+    assert done.returncode == 1
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+    document = read(cli.folder / "result.json")
+    assert "results" not in document
+    assert document["provenance"]["failure"]["class"] == "agent"
+
+
+def test_a_simulator_that_is_killed_is_the_platforms_fault(cli: CommandLine) -> None:
+    process = cli.start("submit", "--native", f"{cli.script('s.py', PASSIVE)} 1", *SELECTION, "-r", "result.json")
+    wait_for(process, "Sending action")
+
+    kill(cli, "benchbot.supervisor.platform_process")
+    _, stderr = process.communicate(timeout=60)
+
+    assert process.returncode == 3
+    assert "Error: The simulator or robot failed" in stderr
+    assert "SIGKILL" in stderr
+    assert "platform.log" in stderr
+    assert read(cli.folder / "result.json")["provenance"]["failure"]["class"] == "platform"
+    assert cli.nothing_is_left()
+
+
+def test_a_supervisor_that_is_killed_is_the_infrastructures_fault(cli: CommandLine) -> None:
+    process = cli.start("submit", "--native", f"{cli.script('s.py', PASSIVE)} 60", *SELECTION, "-r", "result.json")
+    wait_for(process, "Connected!")
+
+    kill(cli, "benchbot.supervisor")
+    _, stderr = process.communicate(timeout=60)
+
+    assert process.returncode == 3
+    assert "Error: The supervisor died." in stderr
+    assert "SIGKILL" in stderr
+    assert read(cli.folder / "result.json")["provenance"]["failure"]["class"] == "infrastructure"
+    assert cli.no_process_is_left()
+
+
+def test_a_run_that_is_killed_in_the_other_terminal_is_noticed(cli: CommandLine) -> None:
+    back_end = cli.start("run", *SELECTION, "--port", "0")
+    wait_for(back_end, "Ready.")
+    process = cli.start("submit", "--native", f"{cli.script('s.py', PASSIVE)} 60", "-r", "result.json")
+    wait_for(process, "Connected!")
+
+    back_end.kill()
+    _, stderr = process.communicate(timeout=60)
+
+    assert process.returncode == 3
+    assert "Error: The BenchBot supervisor is gone." in stderr
+    assert read(cli.folder / "result.json")["provenance"]["failure"]["class"] == "infrastructure"
+    back_end.wait()
+    assert cli.no_process_is_left()
+    assert cli("submit", "--native", "true").returncode == 2
+
+
+def test_a_collision_with_a_valid_result_is_a_result(cli: CommandLine) -> None:
+    selection = ["--task", "sample:active", *SELECTION[2:]]
+
+    done = cli("submit", "--native", cli.script("s.py", RECKLESS), *selection, "-r", "result.json")
+
+    assert done.returncode == 0, done.stderr
+    assert "The episode ended early (collision): The robot hit something" in done.stderr
+    assert read(cli.folder / "result.json")["provenance"]["failure"]["class"] == "collision"
+
+
+def test_a_limit_that_is_reached_is_a_timeout(cli: CommandLine) -> None:
+    solution = cli.script("solution.py", PASSIVE)
+
+    done = cli("submit", "--native", solution, *SELECTION, "--max-steps", "2", "-r", "result.json")
+
+    assert done.returncode == 1
+    assert "limit of 2 steps" in done.stderr
+    assert read(cli.folder / "result.json")["provenance"]["failure"]["class"] == "timeout"
+
+
+def test_a_full_disk_is_said_and_leaves_no_half_written_file(cli: CommandLine) -> None:
+    process = cli.start("submit", "--native", f"{cli.script('s.py', PASSIVE)} 0.5", *SELECTION, "-r", "result.json")
+    wait_for(process, "Connected!")
+    write_no_more(process.pid)
+
+    _, stderr = process.communicate(timeout=60)
+
+    assert process.returncode == 3
+    assert "Error: Cannot write result.json." in stderr
+    assert "File too large" in stderr
+    assert read(Path(stderr.strip().rpartition("The result itself is safe: ")[2]))["results"]["objects"] == []
+    assert sorted(path.name for path in cli.folder.iterdir()) == ["s.py"]
+    assert cli.nothing_is_left()
+
+
+def test_a_full_disk_behind_the_supervisor_is_the_infrastructures_fault(cli: CommandLine) -> None:
+    process = cli.start("submit", "--native", f"{cli.script('s.py', WRITES_LATE)}", *SELECTION, "-r", "result.json")
+    wait_for(process, "thinking")
+    write_no_more(process_of(cli, "benchbot.supervisor"))
+
+    _, stderr = process.communicate(timeout=60)
+
+    assert process.returncode == 3
+    assert "File too large" in stderr
+    document = read(cli.folder / "result.json")
+    assert document["provenance"]["failure"]["class"] == "infrastructure"
+    assert list(cli.home.rglob("*result.json*")) == []
+    assert cli.nothing_is_left()
+
+
+def test_a_result_that_cannot_be_kept_where_it_was_asked_for_is_safe_elsewhere(cli: CommandLine) -> None:
+    done = cli("submit", "--example", "hello_passive", *SELECTION, "-r", "/proc/nowhere/result.json")
+
+    assert done.returncode == 3
+    assert "Error: Cannot write /proc/nowhere/result.json." in done.stderr
+    safe = done.stderr.strip().rpartition("The result itself is safe: ")[2]
+    assert read(Path(safe))["results"]["objects"] == []
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([], "Neither --native nor --example was given."),
+        (["--native", "true", "--example", "hello_passive"], "Both --native and --example were given."),
+        (["--example", "hello_pasive"], "Did you mean 'hello_passive'?"),
+        (["--native", "no_such_program"], "no_such_program: there is no such program on PATH."),
+        (["--native", " "], "there is no command"),
+        (["--native", "'open"], "No closing quotation"),
+        (["--native", "true", "--task", "sample:passive"], "--robot and --env are missing."),
+        (["--native", "true", "-e", "omg"], "'omg' is not an installed evaluator."),
+        (["--native", "true", "--require", "OMQ>=0.4"], "There will be no score."),
+        (["--native", "true", "-e", "omq", "--require", "OMQ"], "'OMQ' is not a requirement."),
+        (["--native", "true", "--seed", "0"], "has its own seed, limits and recordings"),
+        (["--native", "true", "-r", "/dev/null"], "/dev/null is not a file."),
+        (["--native", "true", *SELECTION[:-1], "arena:1:2"], "The task 'sample:passive' needs 1 scene, not 2."),
+    ],
+)
+def test_a_wrong_command_is_refused_before_anything_starts(
+    words: list[str], message: str, cli: CommandLine, here: Here
+) -> None:
+    done = here("submit", *words)
+
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (cli.home / "state" / "runs").exists() or list((cli.home / "state" / "runs").iterdir()) == []
+
+
+@pytest.fixture
+def with_ground_truth(cli: CommandLine, make_plugin: Callable[..., Path]) -> CommandLine:
+    """A command line whose arena:1 has a ground truth: one bottle."""
+    sample = Path(__file__).parents[1] / "sample_plugin" / "benchbot_sample"
+    bottle = {"class": "bottle", "ID_name": "b", "centroid": [0, 0, 0.5], "extent": [1, 1, 1], "isgroup": False}
+    ground_truth = {
+        "environment": yaml.safe_load((sample / "environments" / "arena_1.yaml").read_text()),
+        "format": {"name": "object_map_ground_truth", "functions": {"create": "json:loads"}},
+        "ground_truth": {"objects": [bottle], "class_list": ["bottle", "background"], "synonyms": {}},
+    }
+    code = (
+        "from importlib.resources import files\nfrom benchbot import hookimpl\n\n@hookimpl\n"
+        "def benchbot_ground_truths():\n    yield files(__name__) / 'truths'\n"
+    )
+    make_plugin("truths", code, {"truths/arena_1.json": json.dumps(ground_truth)})
+    return cli
+
+
+def perfect(cli: CommandLine) -> str:
+    bottle = {"label_probs": [1, 0], "centroid": [0, 0, 0.5], "extent": [1, 1, 1]}
+    text = json.dumps({"results": {"class_list": ["bottle", "background"], "objects": [bottle]}})
+    return cli.script("solution.py", WRITES.format(text=text))
+
+
+def test_the_score_comes_right_after_the_submission(with_ground_truth: CommandLine) -> None:
+    cli = with_ground_truth
+
+    done = cli(
+        "submit", "--native", perfect(cli), *SELECTION, "-r", "result.json", "-e", "omq", "--require", "OMQ>=0.9"
+    )
+
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "OMQ 1.0000\n"
+    assert json.loads((cli.folder / "scores.json").read_text())["scores"]["OMQ"] == pytest.approx(1.0)
+
+
+def test_a_score_below_the_threshold_exits_with_4_and_is_kept(with_ground_truth: CommandLine) -> None:
+    cli = with_ground_truth
+
+    done = cli(
+        "submit",
+        "--example",
+        "hello_passive",
+        *SELECTION,
+        "-r",
+        "kept/",
+        "-e",
+        "omq",
+        "-o",
+        "s.json",
+        "--require",
+        "OMQ>=0.4",
+    )
+
+    assert done.returncode == 4
+    assert done.stdout == "OMQ 0.0000\n"
+    assert "OMQ >= 0.4 is required; the score is 0." in done.stderr
+    assert (cli.folder / "s.json").exists()
+
+
+def test_everything_is_told_as_json(with_ground_truth: CommandLine) -> None:
+    done = with_ground_truth("submit", "--native", perfect(with_ground_truth), *SELECTION, "-e", "omq", "--json")
+
+    summary = json.loads(done.stdout)
+    assert summary["scores"]["OMQ"] == pytest.approx(1.0)
+    assert summary["error"] is None
+    assert Path(summary["result_path"]).exists()
+    assert Path(summary["scores_path"]).exists()
+
+
+def test_a_solution_is_not_told_where_the_truth_is(with_ground_truth: CommandLine) -> None:
+    cli = with_ground_truth
+    listing = "os.listdir(os.path.dirname(os.environ['BENCHBOT_RESULT']))"
+    code = f"import os, sys; print(os.environ, sys.argv, {listing})"
+
+    done = cli("submit", "--native", cli.script("solution.py", code), *SELECTION)
+
+    assert "BENCHBOT_TOKEN" in done.stderr
+    assert "ground_truth" not in done.stderr
+    assert "arena_1.json" not in done.stderr

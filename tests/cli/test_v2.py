@@ -1,0 +1,43 @@
+import subprocess
+import sys
+
+import pytest
+
+from benchbot import __version__
+from tests.cli.conftest import CommandLine
+
+
+def old(cli: CommandLine, function: str, *words: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        [sys.executable, "-c", f"from benchbot.cli import v2; v2.{function}()", *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=cli.folder,
+        env=cli.variables,
+    )
+
+
+@pytest.mark.parametrize(
+    ("function", "words", "text"),
+    [
+        ("run", ["--list-tasks"], "sample:passive"),
+        ("run", ["--show-task", "sample:passive"], "actions: [move_next]"),
+        ("submit", ["--list-examples"], "hello_passive"),
+        ("evaluate", ["--list-methods"], "omq"),
+        ("evaluate", ["--version"], __version__),
+        ("run", ["-v"], __version__),
+    ],
+)
+def test_the_commands_of_v2_work(function: str, words: list[str], text: str, cli: CommandLine) -> None:
+    done = old(cli, function, *words)
+
+    assert done.returncode == 0, done.stderr
+    assert text in done.stdout
+
+
+def test_killing_the_controller_is_stopping_the_run(cli: CommandLine) -> None:
+    done = old(cli, "run", "--kill-controller")
+
+    assert done.returncode == 2
+    assert "No BenchBot run is there" in done.stderr
