@@ -87,5 +87,5 @@ def _frames(folder: Path | None, pose_count: int) -> dict[int, Any]:
         )
     # In an active task, frames beyond the declared poses were taken from places that the result does not know.
     usable = min(len(paths), pose_count)
-    shown = [usable * (2 * i + 1) // (2 * SHOWN_FRAMES) for i in range(SHOWN_FRAMES)]
+    shown = [usable * i // SHOWN_FRAMES for i in range(SHOWN_FRAMES)]
     return {index: np.asarray(Image.open(paths[index])) for index in dict.fromkeys(shown)}
