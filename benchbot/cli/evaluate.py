@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from benchbot.cli import report, requirement
-from benchbot.cli.options import Json, Requirements, listing, showing
+from benchbot.cli.asides import listing, showing
+from benchbot.cli.options import Json, Requirements
 from benchbot.core.errors import BenchbotError, ExitCode
 
 if TYPE_CHECKING:

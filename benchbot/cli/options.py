@@ -1,6 +1,5 @@
 """Options that several commands share, and how a command is made so that it starts fast."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -47,38 +46,3 @@ def group(help_line: str) -> typer.Typer:
         rich_markup_mode=None,
         context_settings=QUICK,
     )
-
-
-def listing(kind: str, *flags: str) -> Any:
-    """Return v2's option that lists a kind and ends, such as `--list-tasks`."""
-    return typer.Option(*flags, callback=_ending(_list, kind), is_eager=True, help=f"List the {kind} and exit.")
-
-
-def showing(kind: str, *flags: str) -> Any:
-    """Return v2's option that shows one thing of a kind and ends, such as `--show-task NAME`."""
-    what = f"Print one of the {kind} and exit."
-    return typer.Option(*flags, metavar="NAME", callback=_ending(_show, kind), is_eager=True, help=what)
-
-
-def _ending(action: Callable[[str, Any], None], kind: str) -> Callable[[Any], None]:
-    def callback(value: Any) -> None:
-        if value:
-            action(kind, value)
-            raise typer.Exit
-
-    return callback
-
-
-def _list(kind: str, _wanted: bool) -> None:
-    from benchbot.cli import list as lists
-
-    lists.methods() if kind == "methods" else lists.declared(kind)
-
-
-def _show(kind: str, name: str) -> None:
-    from benchbot.cli import show
-
-    if kind == "methods":
-        show.record("evaluators", name)
-    else:
-        show.declaration(kind, name)

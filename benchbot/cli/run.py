@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from benchbot.cli import report
-from benchbot.cli.options import Record, listing, recordings, showing
+from benchbot.cli.asides import listing, showing
+from benchbot.cli.options import Record, recordings
 from benchbot.core.errors import ExitCode
 
 if TYPE_CHECKING:
+    from benchbot.core.progress import Progress
     from benchbot.core.selection import Limits, Selection
-    from benchbot.core.session import Progress
     from benchbot.supervisor.run_state import RunState
 
 Task = Annotated[str, typer.Option("--task", "-t", metavar="TASK", help="What the solution is asked to do.")]

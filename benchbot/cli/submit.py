@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from benchbot.cli import report, requirement
-from benchbot.cli.options import Json, Record, Requirements, listing, recordings, showing
+from benchbot.cli.asides import listing, showing
+from benchbot.cli.options import Json, Record, Requirements, recordings
 from benchbot.cli.run import MaxSimulatedTime, MaxSteps, MaxWallTime
 from benchbot.core.errors import BenchbotError, ExitCode
 

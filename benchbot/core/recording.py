@@ -1,13 +1,10 @@
 """Recording: what a recorder is told of a session while it runs."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from benchbot.core.plugins import Plugins
-
 if TYPE_CHECKING:
-    from benchbot.core.session import Progress, Step
+    from benchbot.core.progress import Progress, Step
 
 
 class Recording(Protocol):
@@ -21,12 +18,3 @@ class Recording(Protocol):
 
     def close(self) -> None:
         """Finish the recording. Safe to call twice."""
-
-
-def start(plugins: Plugins, wanted: Mapping[str, Path]) -> list[Recording]:
-    """Start the wanted recordings: recorder name to the folder that it writes into.
-
-    Raises BenchbotError for an unknown recorder, before any has been started.
-    """
-    recorders = [(plugins.record("recorders", name), folder) for name, folder in wanted.items()]
-    return [recorder.create(folder) for recorder, folder in recorders]

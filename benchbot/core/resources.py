@@ -36,7 +36,7 @@ def _user_folder(variable: str, name: str) -> Path:
     except OSError as error:
         raise BenchbotError(
             f"The folder {folder} cannot be used.",
-            error.strerror or str(error),
+            f"{error.filename}: {error.strerror}",
             f"Make it writable for you, or name another one in the environment variable {variable}.",
         ) from error
     return folder

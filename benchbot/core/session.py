@@ -2,8 +2,6 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from enum import StrEnum
 from typing import Any, TypeVar
 
 from benchbot.core.channels import ACTIONS
@@ -13,63 +11,11 @@ from benchbot.core.geometry import Pose
 from benchbot.core.host import Host, Status
 from benchbot.core.motion import Outcome
 from benchbot.core.platform import Scene
+from benchbot.core.progress import ActionResult, Progress, State, Step
 from benchbot.core.recording import Recording
 from benchbot.core.selection import Selection
 
 T = TypeVar("T")
-
-
-class State(StrEnum):
-    """Where the current scene stands. `failed` means that the episode cannot go on: see the failure class."""
-
-    CLEAN = "clean"
-    DIRTY = "dirty"
-    COLLIDED = "collided"
-    FINISHED = "finished"
-    FAILED = "failed"
-
-
-class ActionResult(StrEnum):
-    """What a solution is told after each step."""
-
-    SUCCESS = "SUCCESS"
-    FINISHED = "FINISHED"
-    COLLISION = "COLLISION"
-
-
-@dataclass(frozen=True)
-class Step:
-    """What a solution gets back: observations by channel, the result, and what it may do next."""
-
-    observations: dict[str, Any]
-    result: ActionResult
-    actions: tuple[str, ...]
-    state: State
-    scene_number: int
-    outcome: Outcome | None = None
-
-
-@dataclass
-class Progress:
-    """What can be watched of a session from outside while it runs."""
-
-    state: State = State.CLEAN
-    scene_number: int = 0
-    steps: int = 0
-    trajectory_index: int = 0
-    trajectory_length: int = 0
-    last_action: str | None = None
-    pose_xyyaw: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    simulated_time_s: float = 0.0
-    frames: int = 0
-    failure: FailureClass | None = None
-    failure_why: str | None = None
-    started_s: float = field(default_factory=time.monotonic)
-
-    @property
-    def wall_time_s(self) -> float:
-        """Seconds since the session began."""
-        return time.monotonic() - self.started_s
 
 
 class Session:

@@ -16,10 +16,11 @@ from typing import IO, Any, Self
 
 import msgspec
 
-from benchbot.core import plugins, recording
+from benchbot.core import plugins
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.progress import Progress
+from benchbot.core.recording import Recording
 from benchbot.core.selection import Limits, Selection
-from benchbot.core.session import Progress
 from benchbot.supervisor import channel, server
 from benchbot.supervisor.app import create_app
 from benchbot.supervisor.children import how_it_ended, last_words
@@ -59,7 +60,7 @@ def serve(
         received = stack.enter_context(_received_signals())
         folder = RunFolder()
         log = folder.path / "platform.log"
-        recordings = recording.start(plugins.load(), record or {})
+        recordings = _start_recordings(record or {})
         run = Run(
             selection,
             lambda: ChildHost(selection, log, options=options, timeouts=timeouts),
@@ -134,6 +135,11 @@ def _listen(
         listeners.append(stack.enter_context(server.bind_tcp(host, port, allow_remote=allow_remote)))
         url = server.url_of(listeners[-1])
     return listeners, Connection(url, path, secrets.token_urlsafe(32))
+
+
+def _start_recordings(record: Mapping[str, Path]) -> list[Recording]:
+    recorders = [(plugins.load().record("recorders", name), folder) for name, folder in record.items()]
+    return [recorder.create(folder) for recorder, folder in recorders]
 
 
 def _state(selection: Selection, folder: RunFolder, connection: Connection, log: Path) -> RunState:

@@ -12,10 +12,11 @@ from benchbot.core.catalog import Declaration
 from benchbot.core.channels import ACTIONS, OBSERVATIONS
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.host import Host
+from benchbot.core.progress import Progress, Step
 from benchbot.core.provenance import timings
 from benchbot.core.recording import Recording
 from benchbot.core.selection import Selection
-from benchbot.core.session import Progress, Session, Step
+from benchbot.core.session import Session
 from benchbot.supervisor.events import Events
 from benchbot.supervisor.refused import RefusedError
 

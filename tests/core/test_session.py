@@ -12,8 +12,9 @@ from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.core.geometry import Pose
 from benchbot.core.host import Status
 from benchbot.core.motion import Outcome
+from benchbot.core.progress import ActionResult, State
 from benchbot.core.selection import Limits, Selection
-from benchbot.core.session import ActionResult, Session, State
+from benchbot.core.session import Session
 
 
 @dataclass

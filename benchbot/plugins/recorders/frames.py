@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from benchbot.core.session import Progress, Step
+    from benchbot.core.progress import Progress, Step
 
 QUALITY = 92
 
