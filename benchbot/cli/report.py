@@ -1,7 +1,6 @@
 """What commands print: data on stdout, everything else on stderr; errors as title, why and fix."""
 
 import errno
-import json
 import os
 import sys
 from collections.abc import Iterable, Sequence
@@ -31,6 +30,8 @@ def data(text: str) -> None:
 
 def data_json(document: Any) -> None:
     """Print a document as JSON on stdout."""
+    import json
+
     data(json.dumps(document, indent=2, ensure_ascii=False))
 
 

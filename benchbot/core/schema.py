@@ -1,6 +1,5 @@
 """Reading declarations and documents: YAML or JSON, checked against JSON Schema, errors with file and line."""
 
-import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
@@ -46,6 +45,8 @@ class Problem:
 @cache
 def schema(kind: str) -> dict[str, Any]:
     """Return the JSON Schema (2020-12) of a declaration kind or document."""
+    import json
+
     document: dict[str, Any] = json.loads((_SCHEMAS / f"{kind}.json").read_text("utf-8"))
     return document
 
@@ -61,11 +62,7 @@ def read(path: Path) -> dict[str, Any]:
             "Check that the path is right and that you may read the file.",
         ) from error
     try:
-        document = json.loads(text) if path.suffix == ".json" else yaml.load(text, _Loader)  # noqa: S506
-    except json.JSONDecodeError as error:
-        raise BenchbotError(
-            f"{path}:{error.lineno}: not valid JSON.", error.msg, "Mend the file at that line."
-        ) from error
+        document = _parse_json(text, path) if path.suffix == ".json" else yaml.load(text, _Loader)  # noqa: S506
     except ValueError as error:
         # Python refuses integers of more than 4300 digits (sys.set_int_max_str_digits).
         raise BenchbotError(f"{path}: not a usable document.", str(error), "Use numbers of a sensible size.") from error
@@ -87,6 +84,16 @@ def read(path: Path) -> dict[str, Any]:
             "Start with a line such as 'name: my_name'.",
         )
     return document
+
+
+def _parse_json(text: str, path: Path) -> Any:
+    import json
+
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError as error:
+        title = f"{path}:{error.lineno}: not valid JSON."
+        raise BenchbotError(title, error.msg, "Mend the file at that line.") from error
 
 
 def problems(document: Any, kind: str, path: Path) -> list[Problem]:

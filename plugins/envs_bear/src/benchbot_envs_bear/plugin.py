@@ -1,19 +1,20 @@
 """What this distribution offers to BenchBot."""
 
 from collections.abc import Iterator
-from importlib.resources import files
-from importlib.resources.abc import Traversable
+from pathlib import Path
 
 from benchbot import hookimpl
 
+_FOLDER = Path(__file__).parent
+
 
 @hookimpl
-def benchbot_environments() -> Iterator[Traversable]:
+def benchbot_environments() -> Iterator[Path]:
     """Yield the folder of the environments' declarations."""
-    yield files("benchbot_envs_bear") / "environments"
+    yield _FOLDER / "environments"
 
 
 @hookimpl
-def benchbot_ground_truths() -> Iterator[Traversable]:
+def benchbot_ground_truths() -> Iterator[Path]:
     """Yield the folder of the environments' ground truths."""
-    yield files("benchbot_envs_bear") / "ground_truths"
+    yield _FOLDER / "ground_truths"

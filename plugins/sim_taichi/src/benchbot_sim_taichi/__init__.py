@@ -1,0 +1,1 @@
+"""A ray-traced robot simulator for BenchBot, on CPU and GPU."""

@@ -1,0 +1,74 @@
+"""The one place that imports Taichi, and the one place that starts it (its runtime is global to the process)."""
+
+import contextlib
+import importlib
+import io
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import platformdirs
+
+from benchbot.core.errors import BenchbotError
+
+os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+
+ti: Any = importlib.import_module(os.environ.get("BENCHBOT_TAICHI", "taichi"))
+
+ARCHS = ("cpu", "cuda")
+_started: str | None = None
+
+
+def default_cache_dir() -> Path:
+    """Where compiled kernels, trees and irradiance are kept between runs."""
+    return platformdirs.user_cache_path("benchbot") / "sim_taichi"
+
+
+def start(arch: str, cache_dir: Path) -> None:
+    """Start the runtime once per process; a second start with another `arch` raises `BenchbotError`."""
+    global _started
+    if arch not in ARCHS:
+        raise BenchbotError(
+            f"There is no compute device called {arch!r}",
+            "The ray tracer runs on one of: " + ", ".join(ARCHS) + ".",
+            "Choose one of those.",
+        )
+    if _started == arch:
+        return
+    if _started is not None:
+        raise BenchbotError(
+            f"The ray tracer cannot run on {arch!r} here",
+            f"This process already runs it on {_started!r}, and the runtime is one per process.",
+            f"Use {_started!r}, or start another process.",
+        )
+    kernels = cache_dir / "kernels"
+    kernels.mkdir(parents=True, exist_ok=True)
+    with contextlib.redirect_stdout(io.StringIO()):  # it prints a banner whatever the log level
+        ti.init(
+            arch=getattr(ti, arch),
+            offline_cache=True,
+            offline_cache_file_path=str(kernels),
+            log_level=ti.ERROR,
+            enable_fallback=False,
+        )
+    _started = arch
+
+
+def upload(array: npt.NDArray[Any]) -> Any:
+    """An array that kernels can read again and again: the array itself on a CPU, a copy in device memory elsewhere."""
+    contiguous = np.ascontiguousarray(array)
+    if _started == "cpu":
+        return contiguous
+    device = ti.ndarray(dtype=getattr(ti, _SHORT_NAMES[contiguous.dtype.name]), shape=contiguous.shape)
+    device.from_numpy(contiguous)
+    return device
+
+
+_SHORT_NAMES = {"float32": "f32", "int32": "i32", "uint8": "u8", "uint32": "u32"}
+
+
+def download(array: Any) -> npt.NDArray[Any]:
+    """The host's view of an array that `upload` returned."""
+    return array if isinstance(array, np.ndarray) else np.asarray(array.to_numpy())

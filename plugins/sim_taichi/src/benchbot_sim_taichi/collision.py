@@ -1,0 +1,149 @@
+"""What a robot's footprint can bump into: the scene's triangles between two heights, seen from above."""
+
+import math
+from collections.abc import Callable, Iterable
+
+import numpy as np
+import numpy.typing as npt
+
+from benchbot_sim_taichi.dynamics import State
+from benchbot_sim_taichi.scene import SceneGeometry
+
+Floats = npt.NDArray[np.float64]
+
+# Cells of three grids, each pruning what the one before it has left.
+CELL_SIZES_M = (0.8, 0.2, 0.05)
+CONTACT_TOLERANCE_M = 1e-6
+
+
+class ObstacleMap:
+    """Exact planar distances to everything of a scene that lies between two heights.
+
+    The triangles are clipped to `z_min_m` ≤ z ≤ `z_max_m` and projected to the floor, which leaves convex polygons.
+    Their edges are what a robot meets first. For each cell of a uniform grid the edges that can be nearest to a point
+    in it are gathered when it is first entered, so that a query looks at few.
+    """
+
+    def __init__(self, scene: SceneGeometry, z_min_m: float, z_max_m: float) -> None:
+        corners = scene.vertices[scene.triangles].astype(np.float64)
+        self._polygons = project_slab(corners, z_min_m, z_max_m)
+        self._edges = _edges(self._polygons)
+        self._cells: dict[tuple[int, int, int], Floats] = {}
+
+    def distance_m(self, x: float, y: float) -> float:
+        """Return the distance from a point of the map frame to the nearest edge, +inf without any."""
+        return float(distances_m(x, y, self._nearest_edges(x, y, len(CELL_SIZES_M))).min(initial=np.inf))
+
+    def covers(self, x: float, y: float) -> bool:
+        """Say whether a surface of an obstacle lies above or below a point of the map frame."""
+        edge = np.roll(self._polygons, -1, 1) - self._polygons
+        offset = np.array([x, y]) - self._polygons
+        side = edge[..., 0] * offset[..., 1] - edge[..., 1] * offset[..., 0]
+        # The sides sum to twice the area: a polygon seen edge-on has none, and nothing is inside it.
+        inside = ((side >= 0).all(1) | (side <= 0).all(1)) & (np.abs(side.sum(1)) > 1e-12)
+        return bool(inside.any())
+
+    def _nearest_edges(self, x: float, y: float, level: int) -> Floats:
+        """Return the edges that can be the nearest of all to a point in the cell of (x, y); level 0 has one cell."""
+        if level == 0:
+            return self._edges
+        size_m = CELL_SIZES_M[level - 1]
+        column, row = math.floor(x / size_m), math.floor(y / size_m)
+        key = (level, column, row)
+        if key not in self._cells:
+            edges = self._nearest_edges(x, y, level - 1)
+            distance_m = distances_m((column + 0.5) * size_m, (row + 0.5) * size_m, edges)
+            # By the triangle inequality: no point of the cell is farther than this from its centre.
+            radius_m = size_m * math.sqrt(0.5)
+            near = distance_m <= distance_m.min(initial=np.inf) + 2 * radius_m
+            self._cells[key] = np.ascontiguousarray(edges[:, near])
+        return self._cells[key]
+
+
+def _edges(polygons: Floats) -> Floats:
+    """Return the distinct edges of polygons (P, N, 2) as rows x, y, x and y along the edge, 1 / length²: (5, E)."""
+    ends = np.stack([polygons, np.roll(polygons, -1, 1)], 2).reshape(-1, 2, 2)
+    # An edge that is no longer than a nanometre adds nothing to its neighbours.
+    ends = ends[np.abs(ends[:, 1] - ends[:, 0]).max(1) > 1e-9]
+    # Neighbouring triangles share an edge, in opposite directions.
+    backwards = (ends[:, 0, 0] > ends[:, 1, 0]) | ((ends[:, 0, 0] == ends[:, 1, 0]) & (ends[:, 0, 1] > ends[:, 1, 1]))
+    ends[backwards] = ends[backwards, ::-1]
+    keys = ends.reshape(-1, 4).T
+    keys = keys[:, np.lexsort(keys)]
+    new = np.ones(keys.shape[1], bool)
+    new[1:] = (keys[:, 1:] != keys[:, :-1]).any(0)
+    x, y, other_x, other_y = keys[:, new]
+    along_x, along_y = other_x - x, other_y - y
+    return np.stack([x, y, along_x, along_y, 1.0 / (along_x**2 + along_y**2)])
+
+
+def distances_m(x: float, y: float, edges: Floats) -> Floats:
+    """Return the distance (E,) from a point to edges as `_edges` lays them out."""
+    start_x, start_y, along_x, along_y, inverse_length2 = edges
+    offset_x, offset_y = x - start_x, y - start_y
+    fraction = (offset_x * along_x + offset_y * along_y) * inverse_length2
+    np.clip(fraction, 0.0, 1.0, out=fraction)
+    offset_x -= fraction * along_x
+    offset_y -= fraction * along_y
+    distance: Floats = np.sqrt(offset_x * offset_x + offset_y * offset_y)
+    return distance
+
+
+def project_slab(triangles: Floats, z_min_m: float, z_max_m: float) -> Floats:
+    """Clip triangles (T, 3, 3) to a range of heights and drop z: convex polygons (P, 5, 2), the last corner repeated.
+
+    Clipping after Sutherland and Hodgman, "Reentrant polygon clipping" (1974).
+    """
+    finite = np.isfinite(triangles).all((1, 2))
+    heights = triangles[..., 2]
+    with np.errstate(invalid="ignore"):
+        reaches = (heights.max(1, initial=-np.inf) >= z_min_m) & (heights.min(1, initial=np.inf) <= z_max_m)
+    polygons = triangles[finite & reaches]
+    polygons = _clip(polygons, polygons[..., 2] - z_min_m)
+    polygons = _clip(polygons, z_max_m - polygons[..., 2])
+    return np.ascontiguousarray(polygons[..., :2])
+
+
+def _clip(polygons: Floats, inside_by: Floats) -> Floats:
+    """Keep the part of convex polygons (P, N, 3) where the linear `inside_by` (P, N) is ≥ 0: (P', N + 1, 3)."""
+    following, following_by = np.roll(polygons, -1, 1), np.roll(inside_by, -1, 1)
+    kept = inside_by >= 0
+    crosses = kept != (following_by >= 0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        fraction = np.where(crosses, inside_by / (inside_by - following_by), 0.0)[..., None]
+    crossings = polygons + fraction * (following - polygons)
+    count, corners, _ = polygons.shape
+    # Each corner gives itself if it is inside, then the crossing on the edge that leaves it if there is one.
+    outline = np.stack([polygons, crossings], 2).reshape(count, 2 * corners, 3)
+    valid = np.stack([kept, crosses], 2).reshape(count, 2 * corners)
+    order = np.argsort(~valid, axis=1, kind="stable")
+    size = valid.sum(1)
+    # A plane cuts at most one corner off a convex polygon and leaves two: one corner more. Repeat the last to fill up.
+    columns = np.minimum(np.arange(corners + 1), np.maximum(size, 1)[:, None] - 1)
+    chosen = np.take_along_axis(order, columns, 1)[size > 0]
+    clipped: Floats = np.take_along_axis(outline[size > 0], chosen[..., None], 1)
+    return clipped
+
+
+def travel(state: State, way: Iterable[State], clearance_m: Callable[[State], float]) -> tuple[State, bool]:
+    """Follow a way up to contact: return the last free state, and whether there was contact.
+
+    `clearance_m` is the distance between footprint and obstacles, negative in contact; it is only asked where the way
+    since the last answer is longer than that answer (conservative advancement).
+    """
+    free_m = clearance_m(state)
+    for following in way:
+        free_m -= math.hypot(following.x - state.x, following.y - state.y)
+        if free_m <= 0:
+            free_m = clearance_m(following)
+            if free_m < 0:
+                return _up_to_contact(state, following, clearance_m), True
+        state = following
+    return state, False
+
+
+def _up_to_contact(free: State, touching: State, clearance_m: Callable[[State], float]) -> State:
+    while math.hypot(touching.x - free.x, touching.y - free.y) > CONTACT_TOLERANCE_M:
+        middle = State((free.x + touching.x) / 2, (free.y + touching.y) / 2, (free.yaw_rad + touching.yaw_rad) / 2)
+        free, touching = (free, middle) if clearance_m(middle) < 0 else (middle, touching)
+    return State(free.x, free.y, free.yaw_rad)

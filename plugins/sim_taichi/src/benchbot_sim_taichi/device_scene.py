@@ -1,0 +1,95 @@
+"""Brings a scene to where kernels can read it: builds or loads its tree, packs its tables, finds its windows."""
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from benchbot_sim_taichi import _ti, bvh, disk_cache, lights, tables, textures
+from benchbot_sim_taichi.lighting import Lighting
+from benchbot_sim_taichi.scene import SceneGeometry
+
+TREE_VERSION = 1
+PORTAL_RAYS = 16
+PORTAL_MIN_OPEN_SHARE = 0.25
+FAR_M = 1e4
+
+
+def upload(scene: SceneGeometry, lighting: Lighting, cache_dir: Path) -> tables.DeviceScene:
+    """Everything about a scene that does not change from frame to frame."""
+    groups = tables.group_triangles(scene)
+    tree = _tree(scene, groups, cache_dir)
+    device_tree = (_ti.upload(tree.nodes), _ti.upload(tree.leaves))
+    texels = textures.pack(scene.images, tables.color_images(scene.materials))
+    table = lights.light_table(scene, _portals(scene, groups, device_tree))
+    return tables.DeviceScene(
+        tree=device_tree,
+        sheer_root=tree.roots[1] if len(groups.sheer) else -1,
+        surfaces=(
+            _ti.upload(tables.triangle_records(scene)),
+            _ti.upload(tables.material_records(scene.materials)),
+            _ti.upload(texels.texels),
+            _ti.upload(texels.table),
+        ),
+        lights=(
+            _ti.upload(lights.environment_record(lighting)),
+            _ti.upload(table.records),
+            table.portals,
+            table.lamps,
+        ),
+    )
+
+
+def _tree(scene: SceneGeometry, groups: tables.TriangleGroups, cache_dir: Path) -> bvh.Bvh:
+    path = cache_dir / f"tree-{TREE_VERSION}-{scene.content_hash[:32]}.npz"
+    stored = disk_cache.load(path)
+    if stored is not None and stored.keys() == {"nodes", "leaves", "roots"}:
+        return bvh.Bvh(stored["nodes"], stored["leaves"], tuple(int(root) for root in stored["roots"]))
+    tree = bvh.build(scene.vertices, scene.triangles, (groups.solid, groups.sheer))
+    disk_cache.store(path, {"nodes": tree.nodes, "leaves": tree.leaves, "roots": np.array(tree.roots)})
+    return tree
+
+
+def _portals(
+    scene: SceneGeometry, groups: tables.TriangleGroups, tree: tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]
+) -> npt.NDArray[np.int32]:
+    """Glass triangles through which the sky is seen: rays leave the scene on one side of them and not on the other."""
+    from benchbot_sim_taichi.kernels import primary
+
+    is_glass = np.array([m.is_glass for m in scene.materials], bool)
+    glass = groups.sheer[is_glass[scene.triangle_material[groups.sheer]]]
+    if len(glass) == 0:
+        return np.zeros(0, np.int32)
+    corner = scene.vertices[scene.triangles[glass]].astype(np.float64)
+    oriented_area = 0.5 * np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    area = np.linalg.norm(oriented_area, axis=1)
+    is_sheet = lights.is_sheet(scene, glass, oriented_area)
+    large = area > lights.PORTAL_MIN_AREA_M2
+    if not large.any():
+        return np.zeros(0, np.int32)
+    glass, is_sheet = glass[large], is_sheet[large]
+    center = corner[large].mean(axis=1)
+    normal = oriented_area[large] / area[large, None]
+    spread = np.random.default_rng(0).normal(size=(PORTAL_RAYS, 3))
+    spread /= np.linalg.norm(spread, axis=1, keepdims=True)
+    open_share = []
+    for side in (normal, -normal):
+        direction = spread[None] + 1.05 * side[:, None]
+        direction /= np.linalg.norm(direction, axis=2, keepdims=True)
+        origin = center[:, None] + 0.02 * side[:, None] + np.zeros_like(direction)
+        distances = np.empty(origin.size // 3, np.float32)
+        primary.cast_rays(
+            *tree,
+            -1,
+            origin.astype(np.float32).ravel(),
+            direction.astype(np.float32).ravel(),
+            FAR_M,
+            distances,
+            len(distances),
+        )
+        open_share.append((distances.reshape(len(glass), PORTAL_RAYS) >= FAR_M).mean(axis=1))
+    ahead, behind = open_share
+    through = (behind > PORTAL_MIN_OPEN_SHARE) & (ahead < 0.5)
+    through |= is_sheet & (ahead > PORTAL_MIN_OPEN_SHARE) & (behind < 0.5)
+    panes: npt.NDArray[np.int32] = glass[through].astype(np.int32)
+    return panes

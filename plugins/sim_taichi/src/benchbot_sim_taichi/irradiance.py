@@ -1,0 +1,124 @@
+"""Light that surfaces exchange, worked out once per scene and lighting and kept on disk.
+
+Each cell of `surface_cells` sends cosine-distributed rays once and remembers which cells they met; bounces then only
+follow those links, as in a Monte Carlo radiosity solution (Cohen and Wallace, "Radiosity and realistic image
+synthesis", 1993).
+"""
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from benchbot_sim_taichi import _ti, disk_cache, surface_cells
+from benchbot_sim_taichi.kernels import cells as kernels
+from benchbot_sim_taichi.lighting import Lighting
+from benchbot_sim_taichi.scene import FloatArray, IntArray, SceneGeometry
+from benchbot_sim_taichi.tables import DeviceScene
+
+VERSION = 6
+RAYS_PER_CELL = 256
+POINTS_PER_CELL = 32
+BOUNCES = 24
+INDOORS_MAX_OPENNESS = 0.3
+INDOORS_MIN_SHARE = 0.1
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear sRGB (ITU-R BT.709)
+SMOOTHING_STEPS = (1, 2)
+LINKS_AT_ONCE = 2**25
+
+
+@dataclass(frozen=True)
+class Irradiance:
+    """Cells as `kernels.cells` reads them, and the grid that finds them."""
+
+    grid: IntArray
+    cells: FloatArray
+    layout: FloatArray
+
+    def mean_light(self) -> tuple[float, npt.NDArray[np.float64]]:
+        """Median luminance that leaves surfaces, and mean irradiance (3,); indoors alone where there is an indoors."""
+        values = self.cells.reshape(-1, surface_cells.CELL_STRIDE).astype(np.float64)
+        exposed = values[values[:, 23] > 0.5]
+        values = exposed if len(exposed) else values
+        indoors = values[:, 21] < INDOORS_MAX_OPENNESS
+        if indoors.mean() > INDOORS_MIN_SHARE:
+            values = values[indoors]
+        luminance = values[:, 15:18] @ LUMINANCE
+        lit = luminance[luminance > 0.02 * luminance.mean()]  # leaves out the insides of furniture
+        mean = float(np.median(lit)) if len(lit) else 0.0
+        return mean, values[:, 6:9].mean(axis=0)
+
+
+def load_or_solve(
+    scene: SceneGeometry, lighting: Lighting, device: DeviceScene, cache_dir: Path, seed: int
+) -> Irradiance:
+    """Irradiance of a scene, from `cache_dir` when it was worked out before."""
+    key = hashlib.sha256(repr((VERSION, scene.content_hash, lighting.sun, lighting.sky, seed)).encode()).hexdigest()
+    path = cache_dir / f"irradiance-{key[:32]}.npz"
+    stored = disk_cache.load(path)
+    if stored is not None and stored.keys() == {"grid", "cells", "layout"}:
+        return Irradiance(stored["grid"], stored["cells"], stored["layout"])
+    solved = solve(scene, device, seed)
+    disk_cache.store(path, {"grid": solved.grid, "cells": solved.cells, "layout": solved.layout})
+    return solved
+
+
+def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
+    """Find the cells, light them, link them, and let light bounce until it has settled."""
+    found = surface_cells.find(scene)
+    count = found.count
+    values = np.zeros(max(count, 1) * surface_cells.CELL_STRIDE, np.float32)
+    if count == 0:
+        return Irradiance(found.grid, values, found.layout)
+    cells, grid, layout = _ti.upload(values), _ti.upload(found.grid), _ti.upload(found.layout)
+    samples, first = _ti.upload(found.samples), _ti.upload(found.first)
+    vertices = _ti.upload(scene.vertices[scene.triangles].ravel())
+    direct = _ti.upload(np.zeros(count * 3, np.float32))
+    kernels.light_cells(
+        *device.tree,
+        *device.surfaces,
+        *device.lights,
+        vertices,
+        samples,
+        first,
+        direct,
+        cells,
+        count,
+        POINTS_PER_CELL,
+        seed,
+    )
+    rays = min(RAYS_PER_CELL, max(LINKS_AT_ONCE // count, 16))
+    links = _ti.upload(np.zeros(count * rays, np.int32))
+    sky = _ti.upload(np.zeros(count * 4, np.float32))
+    kernels.link_cells(
+        *device.tree,
+        device.sheer_root,
+        device.surfaces[0],
+        device.surfaces[1],
+        device.lights[0],
+        device.lights[2],
+        vertices,
+        samples,
+        first,
+        grid,
+        cells,
+        layout,
+        links,
+        sky,
+        count,
+        rays,
+        seed,
+    )
+    before, after = _ti.upload(np.zeros(count * 3, np.float32)), _ti.upload(np.zeros(count * 3, np.float32))
+    for _ in range(BOUNCES + 1):
+        kernels.bounce_cells(links, sky, direct, cells, before, after, count, rays)
+        before, after = after, before
+    indirect, smoothed = _ti.upload(np.zeros(count * 6, np.float32)), _ti.upload(np.zeros(count * 6, np.float32))
+    kernels.split_cells(cells, direct, before, indirect, count)
+    for step in SMOOTHING_STEPS:
+        kernels.smooth_cells(grid, cells, layout, indirect, smoothed, _ti.upload(found.keys), count, step)
+        indirect, smoothed = smoothed, indirect
+    kernels.finish_cells(cells, direct, indirect, count)
+    return Irradiance(found.grid, _ti.download(cells), found.layout)

@@ -1,0 +1,1 @@
+"""Code that runs in parallel for every pixel, ray or cell (Taichi)."""

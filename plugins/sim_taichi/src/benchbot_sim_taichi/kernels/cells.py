@@ -1,0 +1,394 @@
+# mypy: ignore-errors
+"""Irradiance stored in world-space cells: lookup, and the passes that fill it once per environment.
+
+A cell is 24 values: mean position, mean normal, irradiance (all light), mean radiance from beyond `NEAR_M`,
+irradiance that arrives straight from windows and lamps, radiance that leaves it, albedo, openness to the sky, whether
+the sun is seen, share of rays that did not start inside a solid.
+"""
+
+from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.kernels.light import sample_light, sky_radiance
+from benchbot_sim_taichi.kernels.sampling import cone_direction, cosine_direction, hash_u32, sobol_2d
+from benchbot_sim_taichi.kernels.surface import load3, surface_at
+from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
+from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
+from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
+
+NEAR_M = 0.5
+OFFSET_M = 5e-4
+LINK_NONE = -1
+LINK_NEAR = 1 << 30
+INV_PI = 0.31830988618379067
+
+
+@ti.func
+def cell_weight(cells: ti.template(), cell, point, normal, inv_size):
+    """How far a stored cell speaks for a surface element: same plane, same orientation, not buried in a solid."""
+    base = cell * CELL_STRIDE
+    stored = load3(cells, base + 3)
+    alignment = ti.max(stored.dot(normal), 0.0)
+    off_plane = ti.abs((point - load3(cells, base)).dot(normal)) * inv_size
+    alignment *= alignment * cells[base + 23]
+    return alignment * alignment / (1.0 + 40.0 * off_plane * off_plane)
+
+
+@ti.func
+def nearest_cell(grid: ti.template(), cells: ti.template(), layout: ti.template(), point, normal):
+    """Cell that speaks best for a surface element, -1 when there is none around."""
+    inv_size = layout[3]
+    nx, ny, nz = ti.cast(layout[4], ti.i32), ti.cast(layout[5], ti.i32), ti.cast(layout[6], ti.i32)
+    local = (point - load3(layout, 0)) * inv_size
+    best = -1
+    # Nearly always the cell that the point lies in knows its orientation.
+    ix, iy, iz = (
+        ti.cast(ti.floor(local.x), ti.i32),
+        ti.cast(ti.floor(local.y), ti.i32),
+        ti.cast(ti.floor(local.z), ti.i32),
+    )
+    if 0 <= ix < nx and 0 <= iy < ny and 0 <= iz < nz:
+        side = 0
+        if ti.abs(normal.x) >= ti.max(ti.abs(normal.y), ti.abs(normal.z)):
+            side = ti.select(normal.x < 0.0, 1, 0)
+        elif ti.abs(normal.y) >= ti.abs(normal.z):
+            side = ti.select(normal.y < 0.0, 3, 2)
+        else:
+            side = ti.select(normal.z < 0.0, 5, 4)
+        best = grid[((ix * ny + iy) * nz + iz) * 6 + side]
+    if best < 0:
+        corner = ti.floor(local - 0.5)
+        best_weight = 0.0
+        for k in range(24):
+            axis = k % 3
+            x = ti.cast(corner.x, ti.i32) + ((k // 3) & 1)
+            y = ti.cast(corner.y, ti.i32) + ((k // 6) & 1)
+            z = ti.cast(corner.z, ti.i32) + k // 12
+            component = ti.select(axis == 0, normal.x, ti.select(axis == 1, normal.y, normal.z))
+            if 0 <= x < nx and 0 <= y < ny and 0 <= z < nz and component * component > 0.02:
+                cell = grid[((x * ny + y) * nz + z) * 6 + 2 * axis + ti.select(component < 0.0, 1, 0)]
+                if cell >= 0:
+                    away = (load3(cells, cell * CELL_STRIDE) - point).norm() * inv_size
+                    weight = (cell_weight(cells, cell, point, normal, inv_size) + 1e-4) / (0.1 + away)
+                    if weight > best_weight:
+                        best_weight = weight
+                        best = cell
+    return best
+
+
+@ti.dataclass
+class CellLight:
+    """Interpolated cell values, see the module; `sun`: whether any of the cells sees it (or none is there to ask)."""
+
+    total: vec3
+    far: vec3
+    direct: vec3
+    sun: ti.f32
+
+
+@ti.func
+def interpolate_cells(grid: ti.template(), cells: ti.template(), layout: ti.template(), point, normal):
+    """Smooth blend of the cells around a surface element; zero where there is none."""
+    inv_size = layout[3]
+    nx, ny, nz = ti.cast(layout[4], ti.i32), ti.cast(layout[5], ti.i32), ti.cast(layout[6], ti.i32)
+    local = (point - load3(layout, 0)) * inv_size
+    corner = ti.floor(local - 0.5)
+    fraction = local - 0.5 - corner
+    light = CellLight(total=vec3(0.0), far=vec3(0.0), direct=vec3(0.0), sun=0.0)
+    weight_sum = 0.0
+    for axis in range(3):
+        component = ti.select(axis == 0, normal.x, ti.select(axis == 1, normal.y, normal.z))
+        if component * component > 0.02:
+            side = 2 * axis + ti.select(component < 0.0, 1, 0)
+            for k in range(8):
+                dx, dy, dz = k & 1, (k >> 1) & 1, k >> 2
+                x, y, z = ti.cast(corner.x, ti.i32) + dx, ti.cast(corner.y, ti.i32) + dy, ti.cast(corner.z, ti.i32) + dz
+                if 0 <= x < nx and 0 <= y < ny and 0 <= z < nz:
+                    cell = grid[((x * ny + y) * nz + z) * 6 + side]
+                    if cell >= 0:
+                        wx = ti.select(dx == 1, fraction.x, 1.0 - fraction.x)
+                        wy = ti.select(dy == 1, fraction.y, 1.0 - fraction.y)
+                        wz = ti.select(dz == 1, fraction.z, 1.0 - fraction.z)
+                        weight = (wx * wy * wz + 1e-4) * (
+                            component * component * cell_weight(cells, cell, point, normal, inv_size) + 1e-6
+                        )
+                        base = cell * CELL_STRIDE
+                        light.total += load3(cells, base + 6) * weight
+                        light.far += load3(cells, base + 9) * weight
+                        light.direct += load3(cells, base + 12) * weight
+                        light.sun = ti.max(light.sun, cells[base + 22])
+                        weight_sum += weight
+    scale = ti.select(weight_sum > 0.0, 1.0 / ti.max(weight_sum, 1e-20), 0.0)
+    if weight_sum <= 0.0:
+        light.sun = 1.0
+    light.total *= scale
+    light.far *= scale
+    light.direct *= scale
+    return light
+
+
+@ti.func
+def sample_point(triangles: ti.template(), vertices: ti.template(), samples: ti.template(), sample):
+    """Position of a surface sample."""
+    base = sample * SAMPLE_STRIDE
+    triangle = ti.cast(samples[base], ti.i32)
+    u, v = samples[base + 1], samples[base + 2]
+    corner = triangle * 9
+    return load3(vertices, corner) * (1.0 - u - v) + load3(vertices, corner + 3) * u + load3(vertices, corner + 6) * v
+
+
+@ti.kernel
+def light_cells(
+    nodes: floats,
+    leaves: floats,
+    triangles: floats,
+    materials: floats,
+    texels: ints,
+    images: ints,
+    env: floats,
+    lights: floats,
+    portals: ti.i32,
+    lamps: ti.i32,
+    vertices: floats,
+    samples: floats,
+    first: ints,
+    direct: floats,
+    cells: floats,
+    count: ti.i32,
+    points_per_cell: ti.i32,
+    seed: ti.i32,
+):
+    """Mean position, normal, albedo and direct light of each cell; `direct` takes the sun's part."""
+    for cell in range(count):
+        begin = first[cell]
+        size = first[cell + 1] - begin
+        mean_position = vec3(0.0)
+        mean_normal = vec3(0.0)
+        albedo = vec3(0.0)
+        sun = vec3(0.0)
+        sees_sun = False
+        straight = vec3(0.0)
+        scramble = hash_u32(cell ^ seed)
+        for k in range(points_per_cell):
+            sample = begin + k % size
+            base = sample * SAMPLE_STRIDE
+            triangle = ti.cast(samples[base], ti.i32)
+            side = samples[base + 3]
+            face = load3(triangles, triangle * TRIANGLE_STRIDE + 15) * side
+            surface = surface_at(
+                triangles, materials, texels, images, triangle, samples[base + 1], samples[base + 2], -face, 0.01
+            )
+            position = sample_point(triangles, vertices, samples, sample) + face * OFFSET_M
+            mean_position += position
+            mean_normal += surface.normal
+            albedo += surface.diffuse * (vec3(1.0) - surface.specular) + surface.specular
+            xi = sobol_2d(k, scramble)
+            for kind in range(3):
+                direction = cone_direction(load3(env, 0), env[15], xi)
+                value = load3(env, 3)
+                reach = FAR
+                wanted = kind == 0
+                if kind > 0:
+                    first_light = ti.select(kind == 1, 0, portals)
+                    light_count = ti.select(kind == 1, portals, lamps)
+                    wanted = light_count > 0
+                    if wanted:
+                        light = sample_light(lights, env, first_light, light_count, position, xi)
+                        direction = light.direction
+                        value = light.value
+                        reach = ti.select(kind == 1, FAR, light.distance)
+                cosine = surface.normal.dot(direction)
+                if wanted and cosine > 0.0 and face.dot(direction) > 0.0 and value.max() > 0.0:
+                    hit = trace(nodes, leaves, 0, position, direction, reach, True)
+                    if hit.triangle < 0:
+                        if kind == 0:
+                            sun += value * cosine
+                            sees_sun = True
+                        else:
+                            straight += value * cosine
+        scale = 1.0 / ti.cast(points_per_cell, ti.f32)
+        mean_normal = mean_normal.normalized(1e-9)
+        for i in ti.static(range(3)):
+            cells[cell * CELL_STRIDE + i] = mean_position[i] * scale
+            cells[cell * CELL_STRIDE + 3 + i] = mean_normal[i]
+            cells[cell * CELL_STRIDE + 12 + i] = straight[i] * scale
+            cells[cell * CELL_STRIDE + 18 + i] = ti.min(albedo[i] * scale, 0.95)
+            direct[cell * 3 + i] = sun[i] * scale
+        cells[cell * CELL_STRIDE + 22] = ti.cast(sees_sun, ti.f32)
+
+
+@ti.kernel
+def link_cells(
+    nodes: floats,
+    leaves: floats,
+    sheer_root: ti.i32,
+    triangles: floats,
+    materials: floats,
+    env: floats,
+    portals: ti.i32,
+    vertices: floats,
+    samples: floats,
+    first: ints,
+    grid: ints,
+    cells: floats,
+    layout: floats,
+    links: ints,
+    sky: floats,
+    count: ti.i32,
+    rays: ti.i32,
+    seed: ti.i32,
+):
+    """Which cell each of a cell's rays meets.
+
+    `sky` (4 per cell): radiance sum of rays that escape, and number of valid rays; a cell's value 21 becomes the
+    share of them that escape.
+    """
+    for cell in range(count):
+        begin = first[cell]
+        size = first[cell + 1] - begin
+        scramble = hash_u32(cell * 2 + 1 ^ seed)
+        sum_sky = vec3(0.0)
+        escaped = 0.0
+        valid = 0.0
+        for r in range(rays):
+            sample = begin + r % size
+            base = sample * SAMPLE_STRIDE
+            triangle = ti.cast(samples[base], ti.i32)
+            u, v = samples[base + 1], samples[base + 2]
+            row = triangle * TRIANGLE_STRIDE
+            face = load3(triangles, row + 15) * samples[base + 3]
+            normal = (
+                load3(triangles, row) * (1.0 - u - v) + load3(triangles, row + 3) * u + load3(triangles, row + 6) * v
+            )
+            normal = (normal * samples[base + 3]).normalized(1e-9)
+            if normal.dot(face) < 0.1:
+                normal = face
+            position = sample_point(triangles, vertices, samples, sample) + face * OFFSET_M
+            direction = cosine_direction(normal, sobol_2d(r, scramble))
+            link = LINK_NONE
+            counted = 1.0
+            if face.dot(direction) > 0.0:
+                root = 0
+                while root >= 0:
+                    hit = trace(nodes, leaves, root, position, direction, FAR, False)
+                    following = -1
+                    if root == 0:
+                        if hit.triangle >= 0:
+                            at = hit.triangle * TRIANGLE_STRIDE
+                            met = load3(triangles, at + 15)
+                            two_sided = materials[ti.cast(triangles[at + 18], ti.i32) * MATERIAL_STRIDE + 14] > 0.5
+                            if met.dot(direction) > 0.0 and not two_sided:
+                                counted = 0.0
+                            else:
+                                met = ti.select(met.dot(direction) > 0.0, -met, met)
+                                link = nearest_cell(grid, cells, layout, position + direction * hit.t, met)
+                                if link >= 0 and hit.t < NEAR_M:
+                                    link |= LINK_NEAR
+                        else:
+                            following = sheer_root
+                    # Sky that is seen through a pane counts as direct light.
+                    if (root == 0 and following < 0 and hit.triangle < 0) or (
+                        root != 0 and (hit.triangle < 0 or portals == 0)
+                    ):
+                        sum_sky += sky_radiance(env, direction)
+                        escaped += 1.0
+                    root = following
+            else:
+                counted = 0.0
+            valid += counted
+            links[cell * rays + r] = ti.select(counted > 0.0, link, LINK_NONE)
+        for c in ti.static(range(3)):
+            sky[cell * 4 + c] = sum_sky[c]
+        sky[cell * 4 + 3] = valid
+        cells[cell * CELL_STRIDE + 21] = escaped / ti.max(valid, 1.0)
+        cells[cell * CELL_STRIDE + 23] = valid / ti.cast(rays, ti.f32)
+
+
+@ti.kernel
+def bounce_cells(
+    links: ints, sky: floats, direct: floats, cells: floats, before: floats, after: floats, count: ti.i32, rays: ti.i32
+):
+    """One more bounce: irradiance `after` from irradiance `before` (3 per cell each)."""
+    for cell in range(count):
+        total = vec3(0.0)
+        far = vec3(0.0)
+        near = 0.0
+        for r in range(rays):
+            link = links[cell * rays + r]
+            if link >= 0:
+                other = link & (LINK_NEAR - 1)
+                radiance = load3(before, other * 3) * load3(cells, other * CELL_STRIDE + 18) * INV_PI
+                total += radiance
+                if link & LINK_NEAR:
+                    near += 1.0
+                else:
+                    far += radiance
+        escaped = load3(sky, cell * 4)
+        valid = sky[cell * 4 + 3]
+        inv = ti.select(valid > 0.0, 1.0 / ti.max(valid, 1.0), 0.0)
+        inv_far = ti.select(valid - near > 0.5, 1.0 / ti.max(valid - near, 1.0), 0.0)
+        for c in ti.static(range(3)):
+            straight = direct[cell * 3 + c] + cells[cell * CELL_STRIDE + 12 + c]
+            after[cell * 3 + c] = straight + (total[c] + escaped[c]) * inv / INV_PI
+            cells[cell * CELL_STRIDE + 9 + c] = (far[c] + escaped[c]) * inv_far
+
+
+@ti.kernel
+def smooth_cells(
+    grid: ints,
+    cells: floats,
+    layout: floats,
+    source: floats,
+    target: floats,
+    keys: ints,
+    count: ti.i32,
+    step: ti.i32,
+):
+    """Average 6 values per cell over coplanar neighbours, `step` cells apart (à-trous: Dammertz et al., 2010)."""
+    nx, ny, nz = ti.cast(layout[4], ti.i32), ti.cast(layout[5], ti.i32), ti.cast(layout[6], ti.i32)
+    for cell in range(count):
+        key = keys[cell]
+        side = key % 6
+        z0 = key // 6 % nz
+        y0 = key // 6 // nz % ny
+        x0 = key // 6 // nz // ny
+        base = cell * CELL_STRIDE
+        position = load3(cells, base)
+        normal = load3(cells, base + 3)
+        total = ti.Vector([0.0] * 6)
+        weight_sum = 0.0
+        for k in range(125):
+            dx, dy, dz = k % 5 - 2, k // 5 % 5 - 2, k // 25 - 2
+            x, y, z = x0 + dx * step, y0 + dy * step, z0 + dz * step
+            if 0 <= x < nx and 0 <= y < ny and 0 <= z < nz:
+                other = grid[((x * ny + y) * nz + z) * 6 + side]
+                if other >= 0:
+                    spread = ti.exp(-0.35 * ti.cast(dx * dx + dy * dy + dz * dz, ti.f32))
+                    weight = spread * cell_weight(cells, other, position, normal, layout[3])
+                    for c in ti.static(range(6)):
+                        total[c] += source[other * 6 + c] * weight
+                    weight_sum += weight
+        for c in ti.static(range(6)):
+            target[cell * 6 + c] = ti.select(
+                weight_sum > 1e-6, total[c] / ti.max(weight_sum, 1e-6), source[cell * 6 + c]
+            )
+
+
+@ti.kernel
+def split_cells(cells: floats, direct: floats, irradiance: floats, target: floats, count: ti.i32):
+    """The part of a cell's light that came by way of other surfaces: irradiance, and radiance from afar."""
+    for cell in range(count):
+        for c in ti.static(range(3)):
+            straight = direct[cell * 3 + c] + cells[cell * CELL_STRIDE + 12 + c]
+            target[cell * 6 + c] = irradiance[cell * 3 + c] - straight
+            target[cell * 6 + 3 + c] = cells[cell * CELL_STRIDE + 9 + c]
+
+
+@ti.kernel
+def finish_cells(cells: floats, direct: floats, indirect: floats, count: ti.i32):
+    """Store the final irradiance and the radiance that leaves."""
+    for cell in range(count):
+        for c in ti.static(range(3)):
+            straight = direct[cell * 3 + c] + cells[cell * CELL_STRIDE + 12 + c]
+            value = straight + ti.max(indirect[cell * 6 + c], 0.0)
+            cells[cell * CELL_STRIDE + 6 + c] = value
+            cells[cell * CELL_STRIDE + 9 + c] = indirect[cell * 6 + 3 + c]
+            cells[cell * CELL_STRIDE + 15 + c] = value * cells[cell * CELL_STRIDE + 18 + c] * INV_PI

@@ -1,0 +1,149 @@
+# mypy: ignore-errors
+"""Camera rays, laser rays, and the first surface that they meet.
+
+A pixel's record (`PIXEL_STRIDE` values): depth of the opaque surface (FAR none), shading normal, face normal, diffuse
+and specular reflectance, roughness, depth of a pane before it (FAR none), the pane's normal, opaque instance,
+emission. Its guide (`GUIDE_STRIDE` values): normal without normal map and depth again; what filters need, kept close
+together.
+"""
+
+from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.kernels.surface import Surface, load3, surface_at
+from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
+from benchbot_sim_taichi.tables import TRIANGLE_STRIDE
+
+PIXEL_STRIDE = 24
+GUIDE_STRIDE = 4
+MAX_LAYERS = 12
+
+
+@ti.func
+def camera_ray(camera: ti.template(), x, y):
+    """Direction through a point of the image plane with unit depth: distances along it are planar depth (REP-118)."""
+    cx = (x - camera[14]) / camera[12]
+    cy = (y - camera[15]) / camera[13]
+    return vec3(
+        camera[0] * cx + camera[1] * cy + camera[2],
+        camera[3] * cx + camera[4] * cy + camera[5],
+        camera[6] * cx + camera[7] * cy + camera[8],
+    )
+
+
+@ti.func
+def camera_origin(camera: ti.template()):
+    """Centre of projection."""
+    return load3(camera, 9)
+
+
+@ti.kernel
+def see(
+    nodes: floats,
+    leaves: floats,
+    sheer_root: ti.i32,
+    triangles: floats,
+    materials: floats,
+    texels: ints,
+    images: ints,
+    camera: floats,
+    pixels: floats,
+    guide: floats,
+    depth: floats,
+    instance: ints,
+    width: ti.i32,
+    height: ti.i32,
+    with_surface: ti.i32,
+):
+    """Depth and instance of every pixel, and its record when `with_surface`."""
+    for pixel in range(width * height):
+        x = pixel % width
+        y = pixel // width
+        origin = camera_origin(camera)
+        ray = camera_ray(camera, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
+        length = ray.norm()
+        direction = ray / length
+        base = pixel * PIXEL_STRIDE
+        solid_t = FAR
+        sheer_t = FAR
+        near_t = FAR
+        near_instance = 0
+        root = 0
+        start = 0.0
+        layers = 0
+        # First the opaque surface, then the panes and cut-outs before it, front to back.
+        while root >= 0:
+            hit = trace(nodes, leaves, root, origin + ray * start, ray, solid_t - start, False)
+            is_sheer = root != 0
+            root = ti.select(is_sheer, ti.select(hit.triangle >= 0 and layers < MAX_LAYERS, root, -1), sheer_root)
+            layers += 1
+            if hit.triangle >= 0:
+                t = start + hit.t
+                surface = Surface(instance=ti.cast(triangles[hit.triangle * TRIANGLE_STRIDE + 19], ti.i32))
+                if with_surface == 1 or is_sheer:
+                    surface = surface_at(
+                        triangles,
+                        materials,
+                        texels,
+                        images,
+                        hit.triangle,
+                        hit.u,
+                        hit.v,
+                        direction,
+                        t / camera[12],
+                    )
+                if surface.is_cut == 0 and t < near_t:
+                    near_t = t
+                    near_instance = surface.instance
+                if surface.is_glass == 1:
+                    if sheer_t == FAR and with_surface == 1:
+                        sheer_t = t
+                        for i in ti.static(range(3)):
+                            pixels[base + 15 + i] = surface.normal[i]
+                    root = -1
+                elif surface.is_cut == 0:
+                    if is_sheer:
+                        root = -1
+                    solid_t = t
+                    if with_surface == 1:
+                        for i in ti.static(range(3)):
+                            pixels[base + 1 + i] = surface.normal[i]
+                            pixels[base + 4 + i] = surface.face[i]
+                            pixels[base + 7 + i] = surface.diffuse[i]
+                            pixels[base + 10 + i] = surface.specular[i]
+                            pixels[base + 20 + i] = surface.emission[i]
+                            guide[pixel * GUIDE_STRIDE + i] = surface.smooth[i]
+                        pixels[base + 13] = surface.roughness
+                        pixels[base + 19] = ti.cast(surface.instance, ti.f32)
+                else:
+                    start = t * 1.00001 + 1e-5
+        if with_surface == 1:
+            pixels[base] = solid_t
+            guide[pixel * GUIDE_STRIDE + 3] = solid_t
+            pixels[base + 14] = sheer_t
+            if solid_t == FAR:
+                pixels[base + 19] = 0.0
+        depth[pixel] = near_t
+        instance[pixel] = near_instance
+
+
+@ti.kernel
+def cast_rays(
+    nodes: floats,
+    leaves: floats,
+    sheer_root: ti.i32,
+    origins: floats,
+    directions: floats,
+    reach: ti.f32,
+    distances: floats,
+    count: ti.i32,
+):
+    """Distance to the first surface of any kind; directions are unit."""
+    for i in range(count):
+        origin = load3(origins, i * 3)
+        direction = load3(directions, i * 3)
+        nearest = FAR
+        root = 0
+        while root >= 0:
+            hit = trace(nodes, leaves, root, origin, direction, ti.min(reach, nearest), False)
+            nearest = ti.min(nearest, hit.t)
+            root = ti.select(root == 0, sheer_root, -1)
+        distances[i] = nearest

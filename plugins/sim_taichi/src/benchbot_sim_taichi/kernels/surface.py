@@ -1,0 +1,158 @@
+# mypy: ignore-errors
+"""What lies at a hit: normals, texture, reflectance."""
+
+from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.kernels.traversal import vec3
+from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
+from benchbot_sim_taichi.textures import IMAGE_STRIDE
+
+
+@ti.dataclass
+class Surface:
+    """A hit; all normals face the viewer: `normal` with the normal map, `smooth` without, `face` the triangle's."""
+
+    normal: vec3
+    smooth: vec3
+    face: vec3
+    diffuse: vec3
+    specular: vec3
+    emission: vec3
+    roughness: ti.f32
+    is_glass: ti.i32
+    is_cut: ti.i32
+    instance: ti.i32
+
+
+@ti.func
+def load3(array: ti.template(), at):
+    """Three consecutive values."""
+    return vec3(array[at], array[at + 1], array[at + 2])
+
+
+@ti.func
+def texel(texels: ti.template(), at):
+    """Unpack ten-bit red, green, blue and two-bit alpha."""
+    bits = ti.cast(texels[at], ti.u32)
+    return ti.Vector(
+        [
+            ti.cast(bits & 1023, ti.f32) / 1023.0,
+            ti.cast((bits >> 10) & 1023, ti.f32) / 1023.0,
+            ti.cast((bits >> 20) & 1023, ti.f32) / 1023.0,
+            ti.cast(bits >> 30, ti.f32) / 3.0,
+        ]
+    )
+
+
+@ti.func
+def sample_image(texels: ti.template(), images: ti.template(), image, u, v, footprint_uv):
+    """Trilinear, repeating; `footprint_uv` is the width of a pixel in uv. Values as stored (colour: square roots)."""
+    start = images[image * IMAGE_STRIDE]
+    width = images[image * IMAGE_STRIDE + 1]
+    height = images[image * IMAGE_STRIDE + 2]
+    levels = images[image * IMAGE_STRIDE + 3]
+    widest = ti.cast(ti.max(width, height), ti.f32)
+    lod = ti.math.clamp(ti.log(ti.max(footprint_uv * widest, 1e-6)) * 1.44269504, 0.0, ti.cast(levels - 1, ti.f32))
+    level = ti.cast(lod, ti.i32)
+    for _ in range(level):
+        start += width * height
+        width = ti.max((width + 1) >> 1, 1)
+        height = ti.max((height + 1) >> 1, 1)
+    total = ti.Vector([0.0, 0.0, 0.0, 0.0])
+    blend = lod - ti.cast(level, ti.f32)
+    repeats = ti.select(blend > 0.02, 2, 1)
+    weight = ti.select(blend > 0.02, 1.0 - blend, 1.0)
+    for _ in range(repeats):
+        x = (u - ti.floor(u)) * ti.cast(width, ti.f32) - 0.5
+        y = (v - ti.floor(v)) * ti.cast(height, ti.f32) - 0.5
+        x_floor = ti.floor(x)
+        y_floor = ti.floor(y)
+        fx = x - x_floor
+        fy = y - y_floor
+        x0 = (ti.cast(x_floor, ti.i32) + width) % width
+        y0 = (ti.cast(y_floor, ti.i32) + height) % height
+        x1 = (x0 + 1) % width
+        y1 = (y0 + 1) % height
+        row0 = start + y0 * width
+        row1 = start + y1 * width
+        top = texel(texels, row0 + x0) * (1.0 - fx) + texel(texels, row0 + x1) * fx
+        bottom = texel(texels, row1 + x0) * (1.0 - fx) + texel(texels, row1 + x1) * fx
+        total += (top * (1.0 - fy) + bottom * fy) * weight
+        start += width * height
+        width = ti.max((width + 1) >> 1, 1)
+        height = ti.max((height + 1) >> 1, 1)
+        weight = blend
+    return total
+
+
+@ti.func
+def surface_at(
+    triangles: ti.template(),
+    materials: ti.template(),
+    texels: ti.template(),
+    images: ti.template(),
+    triangle,
+    u,
+    v,
+    direction,
+    footprint_m,
+):
+    """Interpolate and texture a hit seen along unit `direction`; `footprint_m` is the width of the ray there."""
+    base = triangle * TRIANGLE_STRIDE
+    w = 1.0 - u - v
+    face = load3(triangles, base + 15)
+    normal = load3(triangles, base) * w + load3(triangles, base + 3) * u + load3(triangles, base + 6) * v
+    length = normal.norm()
+    normal = ti.select(length > 1e-6, normal / ti.max(length, 1e-6), face)
+    if face.dot(direction) > 0.0:
+        face = -face
+    if normal.dot(face) < 0.0:
+        normal = -normal
+    smooth = normal
+
+    row = ti.cast(triangles[base + 18], ti.i32) * MATERIAL_STRIDE
+    color = load3(materials, row)
+    roughness = materials[row + 7]
+    metallic = materials[row + 6]
+    alpha = 1.0
+    color_image = ti.cast(materials[row + 8], ti.i32)
+    rough_image = ti.cast(materials[row + 9], ti.i32)
+    normal_image = ti.cast(materials[row + 10], ti.i32)
+    if color_image >= 0 or rough_image >= 0 or normal_image >= 0:
+        tu = triangles[base + 9] * w + triangles[base + 11] * u + triangles[base + 13] * v
+        tv = triangles[base + 10] * w + triangles[base + 12] * u + triangles[base + 14] * v
+        density = triangles[base + 20]
+        footprint = footprint_m * ti.abs(density) / ti.sqrt(ti.max(-face.dot(direction), 0.1))
+        for k in range(3):  # one call site: the sampler is large, and every call is compiled anew
+            image = ti.select(k == 0, color_image, ti.select(k == 1, rough_image, normal_image))
+            if image >= 0:
+                value = sample_image(texels, images, image, tu, tv, footprint)
+                if k == 0:
+                    color *= vec3(value.x * value.x, value.y * value.y, value.z * value.z)
+                    alpha = value.w
+                elif k == 1:
+                    roughness *= value.y
+                    metallic *= value.z
+                else:
+                    scale = materials[row + 11]
+                    tangent = load3(triangles, base + 21)
+                    tangent = (tangent - normal * normal.dot(tangent)).normalized(1e-9)
+                    bitangent = normal.cross(tangent) * ti.select(density < 0.0, -1.0, 1.0)
+                    bent = (
+                        tangent * ((value.x * 2.0 - 1.0) * scale)
+                        + bitangent * ((value.y * 2.0 - 1.0) * scale)
+                        + normal * ti.max(value.z * 2.0 - 1.0, 0.1)
+                    ).normalized(1e-9)
+                    normal = ti.select(bent.dot(direction) < -0.02, bent, normal)
+    cutoff = materials[row + 13]
+    return Surface(
+        normal=normal,
+        smooth=smooth,
+        face=face,
+        diffuse=color * (1.0 - metallic),
+        specular=vec3(0.04) * (1.0 - metallic) + color * metallic,
+        emission=load3(materials, row + 3),
+        roughness=ti.math.clamp(roughness, 0.03, 1.0),
+        is_glass=ti.cast(materials[row + 12] > 0.5, ti.i32),
+        is_cut=ti.cast(alpha < cutoff, ti.i32),
+        instance=ti.cast(triangles[base + 19], ti.i32),
+    )

@@ -1,0 +1,164 @@
+# mypy: ignore-errors
+"""Rays against the tree of `benchbot_sim_taichi.bvh`.
+
+Triangle test: Möller and Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
+
+The compiler packs the eight boxes and four triangles of a step into vector instructions only when their results are
+stored into small local vectors that are also indexed at run time; that is what `t_near` and `t_hit` are for.
+"""
+
+from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.bvh import EMPTY_CHILD, LEAF_STRIDE, NODE_STRIDE, STACK_SIZE
+
+FAR = 1e30
+EMPTY = int(EMPTY_CHILD)
+
+floats = ti.types.ndarray(dtype=ti.f32, ndim=1)
+ints = ti.types.ndarray(dtype=ti.i32, ndim=1)
+vec3 = ti.types.vector(3, ti.f32)
+
+
+@ti.dataclass
+class Hit:
+    """Nearest intersection: distance (FAR when none), triangle id (-1 when none), barycentric u and v."""
+
+    t: ti.f32
+    triangle: ti.i32
+    u: ti.f32
+    v: ti.f32
+
+
+@ti.func
+def safe_inverse(x):
+    """1 / x that stays finite for x near 0."""
+    tiny = ti.select(x < 0.0, -1e-12, 1e-12)
+    return 1.0 / ti.select(ti.abs(x) < 1e-12, tiny, x)
+
+
+@ti.func
+def trace(
+    nodes: ti.template(),
+    leaves: ti.template(),
+    root: ti.i32,
+    origin: vec3,
+    direction: vec3,
+    t_max: ti.f32,
+    any_hit: ti.template(),
+):
+    """Nearest hit in (0, t_max), or just the first found when `any_hit`."""
+    hit = Hit(t=t_max, triangle=-1, u=0.0, v=0.0)
+    inv_x, inv_y, inv_z = safe_inverse(direction.x), safe_inverse(direction.y), safe_inverse(direction.z)
+    near_x = ti.select(inv_x >= 0.0, 0, 24)
+    near_y = ti.select(inv_y >= 0.0, 8, 32)
+    near_z = ti.select(inv_z >= 0.0, 16, 40)
+    far_x, far_y, far_z = 24 - near_x, 40 - near_y, 56 - near_z
+    ox, oy, oz = origin.x * inv_x, origin.y * inv_y, origin.z * inv_z
+
+    stack_node = ti.Vector([0] * STACK_SIZE, dt=ti.i32)
+    stack_t = ti.Vector([0.0] * STACK_SIZE, dt=ti.f32)
+    t_near = ti.Vector([0.0] * 8, dt=ti.f32)
+    t_far = ti.Vector([0.0] * 8, dt=ti.f32)
+    t_hit = ti.Vector([0.0] * 4, dt=ti.f32)
+    hit_u = ti.Vector([0.0] * 4, dt=ti.f32)
+    hit_v = ti.Vector([0.0] * 4, dt=ti.f32)
+    depth = 0
+    current = root
+    # A ray with a NaN must not enter: it would hit every box.
+    length2 = direction.dot(direction) + 0.0 * origin.dot(origin)
+    running = (length2 > 1e-20) & (length2 < 1e20)
+    while running:
+        if current >= 0:
+            base = current * NODE_STRIDE
+            for i in ti.static(range(8)):
+                tx0 = nodes[base + near_x + i] * inv_x - ox
+                ty0 = nodes[base + near_y + i] * inv_y - oy
+                tz0 = nodes[base + near_z + i] * inv_z - oz
+                tx1 = nodes[base + far_x + i] * inv_x - ox
+                ty1 = nodes[base + far_y + i] * inv_y - oy
+                tz1 = nodes[base + far_z + i] * inv_z - oz
+                a = ti.select(tx0 > ty0, tx0, ty0)
+                b = ti.select(tz0 > 0.0, tz0, 0.0)
+                c = ti.select(tx1 < ty1, tx1, ty1)
+                d = ti.select(tz1 < hit.t, tz1, hit.t)
+                t_near[i] = ti.select(a > b, a, b)
+                t_far[i] = ti.select(c < d, c, d) * 1.0000004
+            mask = 0
+            for i in ti.static(range(8)):
+                mask |= ti.cast(t_near[i] <= t_far[i], ti.i32) << (30 - i)
+            nearest_t = FAR
+            nearest = EMPTY
+            while mask != 0:
+                i = ti.math.clz(mask) - 1
+                mask ^= 1 << (30 - i)
+                child = ti.bit_cast(nodes[base + 48 + i], ti.i32)
+                t = t_near[i]
+                if ti.static(any_hit):  # any order will do
+                    if nearest != EMPTY and depth < STACK_SIZE:
+                        stack_node[depth] = nearest
+                        depth += 1
+                    nearest = child
+                elif t < nearest_t:
+                    if nearest != EMPTY and depth < STACK_SIZE:
+                        stack_node[depth] = nearest
+                        stack_t[depth] = nearest_t
+                        depth += 1
+                    nearest = child
+                    nearest_t = t
+                elif depth < STACK_SIZE:
+                    stack_node[depth] = child
+                    stack_t[depth] = t
+                    depth += 1
+            current = nearest
+        elif current != EMPTY:
+            base = (~current) * LEAF_STRIDE
+            for i in ti.static(range(4)):
+                v0x, v0y, v0z = leaves[base + i], leaves[base + 4 + i], leaves[base + 8 + i]
+                e1x, e1y, e1z = leaves[base + 12 + i], leaves[base + 16 + i], leaves[base + 20 + i]
+                e2x, e2y, e2z = leaves[base + 24 + i], leaves[base + 28 + i], leaves[base + 32 + i]
+                px = direction.y * e2z - direction.z * e2y
+                py = direction.z * e2x - direction.x * e2z
+                pz = direction.x * e2y - direction.y * e2x
+                det = e1x * px + e1y * py + e1z * pz
+                inv_det = 1.0 / det
+                sx, sy, sz = origin.x - v0x, origin.y - v0y, origin.z - v0z
+                qx = sy * e1z - sz * e1y
+                qy = sz * e1x - sx * e1z
+                qz = sx * e1y - sy * e1x
+                u = (sx * px + sy * py + sz * pz) * inv_det
+                v = (direction.x * qx + direction.y * qy + direction.z * qz) * inv_det
+                t = (e2x * qx + e2y * qy + e2z * qz) * inv_det
+                w = 1.0 - u - v
+                least = ti.select(u < v, u, v)
+                least = ti.select(w < least, w, least)
+                inside = ti.select(det == 0.0, -1.0, least)
+                t_hit[i] = ti.select(inside >= 0.0, t, -1.0)
+                hit_u[i] = u
+                hit_v[i] = v
+            best = -1
+            for i in ti.static(range(4)):
+                if t_hit[i] > 0.0 and t_hit[i] < hit.t:
+                    hit.t = t_hit[i]
+                    best = i
+            if best >= 0:
+                hit.u = hit_u[best]
+                hit.v = hit_v[best]
+                hit.triangle = ti.bit_cast(leaves[base + 36 + best], ti.i32)
+                if ti.static(any_hit):
+                    depth = 0
+            current = EMPTY
+        if current == EMPTY:
+            running = False
+            if ti.static(any_hit):
+                if depth > 0:
+                    depth -= 1
+                    current = stack_node[depth]
+                    running = True
+            else:
+                while depth > 0 and not running:
+                    depth -= 1
+                    if stack_t[depth] < hit.t:
+                        current = stack_node[depth]
+                        running = True
+    if hit.triangle < 0:
+        hit.t = FAR
+    return hit

@@ -1,0 +1,40 @@
+"""Dead reckoning that drifts: the believed pose of a robot whose wheels are measured with errors."""
+
+import math
+
+import numpy as np
+
+from benchbot_sim_taichi.dynamics import State, along_arc
+
+
+class Odometry:
+    """Integrates the true motion with multiplicative noise, from the seed of the episode.
+
+    Each tick's way is scaled by 1 + N(0, linear_noise), its turn by 1 + N(0, angular_noise). This is the model of
+    BenchBot v2 without its bias (v2 draws from N(σ, σ), which lengthens every motion by σ). There is no noise at
+    rest.
+    """
+
+    def __init__(self, start: State, linear_noise: float, angular_noise: float, seed: int) -> None:
+        self._pose = (start.x, start.y, start.yaw_rad)
+        self._noise = (linear_noise, angular_noise)
+        self._random = np.random.default_rng(seed)
+
+    @property
+    def pose(self) -> tuple[float, float, float]:
+        """The believed (x, y, yaw) in the map frame."""
+        return self._pose
+
+    def follow(self, before: State, after: State) -> None:
+        """Believe in the motion from one true state to the next."""
+        turn_rad = after.yaw_rad - before.yaw_rad
+        heading_rad = before.yaw_rad + turn_rad / 2
+        way_m = (after.x - before.x) * math.cos(heading_rad) + (after.y - before.y) * math.sin(heading_rad)
+        if not way_m and not turn_rad:
+            return
+        linear, angular = self._random.standard_normal(2).tolist()
+        self._pose = along_arc(
+            self._pose,
+            way_m * (1.0 + self._noise[0] * linear),
+            turn_rad * (1.0 + self._noise[1] * angular),
+        )

@@ -1,0 +1,101 @@
+"""What a scene is once it is in memory: triangles in the map frame, materials, images and object instances."""
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float32]
+IntArray = npt.NDArray[np.int32]
+ImageArray = npt.NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Instance:
+    """One object of the scene; `index` (≥ 1) is its id in instance images, 0 is "nothing hit"."""
+
+    index: int
+    name: str
+    class_name: str | None
+    is_group: bool = False
+
+
+@dataclass(frozen=True)
+class Material:
+    """A glTF 2.0 metallic-roughness material; colours linear sRGB, images as indices into `SceneGeometry.images`."""
+
+    name: str = ""
+    base_color: tuple[float, float, float] = (0.8, 0.8, 0.8)
+    base_color_image: int | None = None
+    metallic: float = 0.0
+    roughness: float = 1.0
+    metallic_roughness_image: int | None = None
+    normal_image: int | None = None
+    normal_scale: float = 1.0
+    emission: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    transmission: float = 0.0
+    alpha_cutoff: float | None = None
+    double_sided: bool = False
+
+    @property
+    def is_glass(self) -> bool:
+        """Whether light passes straight through (KHR_materials_transmission)."""
+        return self.transmission > 0.5
+
+    @property
+    def is_emissive(self) -> bool:
+        """Whether its triangles are area lights."""
+        return max(self.emission) > 0.0
+
+
+@dataclass(frozen=True)
+class SceneGeometry:
+    """Triangles of a scene in the map frame (REP-103/105: metres, z up).
+
+    `vertices` (V, 3), `normals` (V, 3) unit and `uvs` (V, 2) are float32; `triangles` (T, 3), `triangle_instance`
+    (T,) (an `Instance.index`) and `triangle_material` (T,) are int32; `images` are (H, W, 4) uint8, row 0 at v = 0.
+    """
+
+    vertices: FloatArray
+    triangles: IntArray
+    triangle_instance: IntArray
+    triangle_material: IntArray
+    normals: FloatArray
+    uvs: FloatArray
+    materials: tuple[Material, ...]
+    instances: tuple[Instance, ...]
+    images: tuple[ImageArray, ...] = field(default=())
+
+    @cached_property
+    def content_hash(self) -> str:
+        """SHA-256 of everything that can change a picture, in hex."""
+        digest = hashlib.sha256()
+        for array in (*self._arrays(), *self.images):
+            digest.update(f"{array.shape}{array.dtype}".encode())
+            digest.update(np.ascontiguousarray(array).tobytes())
+        digest.update(repr((self.materials, self.instances)).encode())
+        return digest.hexdigest()
+
+    def _arrays(self) -> Iterable[npt.NDArray[np.generic]]:
+        return (
+            self.vertices,
+            self.triangles,
+            self.triangle_instance,
+            self.triangle_material,
+            self.normals,
+            self.uvs,
+        )
+
+
+def load_scene(path: Path) -> SceneGeometry:
+    """Read a GLB file (glTF 2.0 binary, y up) into the map frame (z up).
+
+    Raises `BenchbotError` when the file is missing, is not a GLB, or holds no triangle.
+    """
+    from benchbot_sim_taichi import gltf
+
+    return gltf.read(Path(path))

@@ -1,0 +1,174 @@
+"""What a simulated robot senses: its declaration's camera, laser and frames, and how their channels are worked out."""
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from benchbot.core.errors import BenchbotError
+from benchbot.core.geometry import Pose
+from benchbot_sim_taichi.renderer import Frame, Intrinsics, Renderer
+from benchbot_sim_taichi.scene import Instance
+
+INSTANCES_PER_CLASS = 1000
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera in an optical frame (x right, y down, z forward; REP-103).
+
+    `fx`, `fy`, `cx`, `cy` are in pixels, with pixel centres at integers, as ROS (sensor_msgs/CameraInfo) and OpenCV
+    have it: the ray of pixel (u, v) is ((u - cx) / fx, (v - cy) / fy, 1).
+    """
+
+    frame: str
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    range_m: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        if not (self.width > 0 and self.height > 0 and self.fx > 0 and self.fy > 0):
+            raise ValueError(f"{self} sees nothing")
+
+    @classmethod
+    def from_mapping(cls, values: Mapping[str, Any]) -> Self:
+        """Read a robot's `camera` mapping; raises KeyError, TypeError or ValueError when it is not one."""
+        return cls(
+            frame=str(values["frame"]),
+            width=int(values["width"]),
+            height=int(values["height"]),
+            fx=float(values["fx"]),
+            fy=float(values["fy"]),
+            cx=float(values["cx"]),
+            cy=float(values["cy"]),
+            range_m=_range(values["range_m"]),
+        )
+
+    def info(self) -> dict[str, Any]:
+        """Return the camera's model, as the channels `*_info` have it."""
+        matrix = np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+        return {
+            "frame_id": self.frame,
+            "height": self.height,
+            "width": self.width,
+            "matrix_intrinsics": matrix,
+            "matrix_projection": np.hstack([matrix, np.zeros((3, 1))]),
+        }
+
+    def expose(self, renderer: Renderer, camera_pose: Pose, *, rgb: bool) -> Frame:
+        """Take one picture from a pose of the optical frame in the map frame."""
+        # The renderer puts the centre of the first pixel at one half.
+        intrinsics = Intrinsics(self.width, self.height, self.fx, self.fy, self.cx + 0.5, self.cy + 0.5)
+        return renderer.render(camera_pose.matrix(), intrinsics, rgb=rgb)
+
+    def depth(self, frame: Frame) -> npt.NDArray[np.float32]:
+        """Return planar depth (H, W) in metres: +inf is beyond the camera's range, -inf before it (REP-117)."""
+        nearest_m, farthest_m = self.range_m
+        depth_m = np.where(frame.depth_m > farthest_m, np.float32(np.inf), frame.depth_m)
+        return np.where(depth_m < nearest_m, np.float32(-np.inf), depth_m)
+
+
+@dataclass(frozen=True)
+class Laser:
+    """A planar scanner: `beams` rays over the full turn, counter-clockwise from -pi, in the plane of its frame."""
+
+    frame: str
+    beams: int
+    range_m: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        if not self.beams > 0:
+            raise ValueError(f"{self} has no beams")
+
+    @classmethod
+    def from_mapping(cls, values: Mapping[str, Any]) -> Self:
+        """Read a robot's `laser` mapping; raises KeyError, TypeError or ValueError when it is not one."""
+        return cls(str(values["frame"]), int(values["beams"]), _range(values["range_m"]))
+
+    def scan(self, renderer: Renderer, laser_pose: Pose) -> dict[str, Any]:
+        """Return one scan from a pose in the map frame; +inf is beyond the range, -inf before it (REP-117)."""
+        nearest_m, farthest_m = self.range_m
+        angles_rad = np.linspace(-np.pi, np.pi, self.beams, endpoint=False)
+        along = np.stack([np.cos(angles_rad), np.sin(angles_rad), np.zeros(self.beams)], 1)
+        matrix = laser_pose.matrix()
+        origins = np.broadcast_to(matrix[:3, 3], along.shape)
+        ranges_m = renderer.cast(origins, along @ matrix[:3, :3].T, farthest_m).astype(np.float64)
+        ranges_m[ranges_m < nearest_m] = -np.inf
+        return {"scans": np.stack([ranges_m, angles_rad], 1), "range_min": nearest_m, "range_max": farthest_m}
+
+
+@dataclass(frozen=True)
+class Labels:
+    """How the scene's objects are numbered in segmentation: tables by `Instance.index`, 0 is nothing."""
+
+    classes: npt.NDArray[np.uint8]
+    instances: npt.NDArray[np.uint16]
+    class_ids: dict[str, int]
+
+    @classmethod
+    def of(cls, instances: Sequence[Instance], object_labels: Sequence[str]) -> Self:
+        """Number the objects: class = place in `object_labels` + 1, instance = class * 1000 + number within the class.
+
+        An object whose class is not among the labels stays 0. Raises BenchbotError when the numbers do not fit.
+        """
+        ids = {name: number for number, name in enumerate(object_labels, 1)}
+        size = max((instance.index for instance in instances), default=0) + 1
+        classes, numbers = np.zeros(size, np.uint8), np.zeros(size, np.uint16)
+        counts: Counter[str] = Counter()
+        for instance in sorted(instances, key=lambda instance: instance.index):
+            name = instance.class_name
+            if name is None or name not in ids:
+                continue
+            counts[name] += 1
+            number = ids[name] * INSTANCES_PER_CLASS + counts[name]
+            if counts[name] >= INSTANCES_PER_CLASS or number > np.iinfo(np.uint16).max:
+                raise BenchbotError(
+                    f"There are too many objects or classes to number '{name}' ({number}).",
+                    "An instance is numbered class * 1000 + number in 16 bits: 64 classes of 999 objects each.",
+                    "Shorten the environment's object_labels, or split it into several environments.",
+                )
+            classes[instance.index], numbers[instance.index] = ids[name], number
+        return cls(classes, numbers, {name: ids[name] for name in object_labels if counts[name]})
+
+    def segment(self, frame: Frame) -> dict[str, Any]:
+        """Return the segmentation of one picture."""
+        return {
+            "class_segment_img": self.classes[frame.instance],
+            "instance_segment_img": self.instances[frame.instance],
+            "class_ids": dict(self.class_ids),
+        }
+
+
+def mount(values: Mapping[str, Any]) -> Pose:
+    """Return the pose of a frame in the robot's frame from `{xyz: metres, rpy_deg: static roll, pitch, yaw}`."""
+    x, y, z = (float(value) for value in values["xyz"])
+    roll, pitch, yaw = (math.radians(float(value)) / 2 for value in values.get("rpy_deg", (0.0, 0.0, 0.0)))
+    about_x = Pose(rotation_xyzw=(math.sin(roll), 0.0, 0.0, math.cos(roll)))
+    about_y = Pose(rotation_xyzw=(0.0, math.sin(pitch), 0.0, math.cos(pitch)))
+    about_z = Pose((x, y, z), (0.0, 0.0, math.sin(yaw), math.cos(yaw)))
+    return about_z @ about_y @ about_x
+
+
+def pose_record(pose: Pose, parent_frame: str) -> dict[str, Any]:
+    """Return a pose as the channel `poses` has it: metres, radians, all float64."""
+    return {
+        "parent_frame": parent_frame,
+        "translation_xyz": np.array(pose.translation_xyz, np.float64),
+        "rotation_rpy": np.array(pose.rpy_rad, np.float64),
+        "rotation_xyzw": np.array(pose.rotation_xyzw, np.float64),
+    }
+
+
+def _range(values: Sequence[float]) -> tuple[float, float]:
+    nearest_m, farthest_m = (float(value) for value in values)
+    if not 0 <= nearest_m < farthest_m:
+        raise ValueError(f"the range [{nearest_m}, {farthest_m}] is empty")
+    return nearest_m, farthest_m

@@ -1,0 +1,171 @@
+"""The simulator: a differential-drive robot in a ray-traced scene, as one platform."""
+
+from collections.abc import Callable, Iterable
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from benchbot.core.channels import OBSERVATIONS
+from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.core.geometry import Pose
+from benchbot.core.motion import MotionConfig
+from benchbot.core.platform import PlatformSpec, Scene
+from benchbot_sim_taichi import dynamics
+from benchbot_sim_taichi.collision import ObstacleMap, travel
+from benchbot_sim_taichi.dynamics import State
+from benchbot_sim_taichi.lighting import Lighting
+from benchbot_sim_taichi.odometry import Odometry
+from benchbot_sim_taichi.renderer import Frame, Renderer
+from benchbot_sim_taichi.robot import Footprint, Robot
+from benchbot_sim_taichi.scene import SceneGeometry, load_scene
+from benchbot_sim_taichi.sensors import Labels, pose_record
+
+CONTROL_PERIOD_S = 0.05
+PICTURES = ("image_rgb", "image_depth", "image_segment")
+
+
+class RayTracedSimulator:
+    """Implements `benchbot.core.platform.Platform` in simulated time.
+
+    The option `arch` chooses where rays are traced: cpu (default), cuda, …. Pictures have no noise of their own: the
+    same pose in the same scene gives the same bytes, whatever the seed; the seed is that of odometry.
+    """
+
+    def __init__(self, spec: PlatformSpec) -> None:
+        self._spec = spec
+        self._robot = Robot.from_declaration(spec.robot, MotionConfig.from_robot(spec.robot, spec.localisation))
+        self._worlds: dict[tuple[Path, str], _World] = {}
+
+    @property
+    def control_period_s(self) -> float:
+        """20 Hz, as in v2."""
+        return CONTROL_PERIOD_S
+
+    def load(self, scene: Scene, seed: int) -> None:
+        """Put the robot at the start pose of the scene; raises BenchbotError when it does not fit there.
+
+        A scene that was loaded before is used again, so that a reset is quick.
+        """
+        key = (scene.folder, repr(scene.environment))
+        if key not in self._worlds:
+            self._worlds[key] = _World(scene, self._spec, self._robot.footprint)
+        self._world = self._worlds[key]
+        self._start_pose = scene.start_pose
+        x, y, self._base_z_m = self._start_pose.translation_xyz
+        self._state = State(x, y, self._start_pose.yaw_rad)
+        self._odometry = Odometry(self._state, self._robot.noise.linear, self._robot.noise.angular, seed)
+        self._clock_s = 0.0
+        self._collided = False
+        if self._world.obstacles.covers(x, y) or self._clearance_m(self._state) < 0:
+            raise BenchbotError(
+                f"The robot '{self._robot.name}' does not fit at the start of this scene.",
+                f"At ({x:g}, {y:g}) its footprint of radius {self._robot.footprint.radius_m:g} m overlaps an obstacle.",
+                "Move the environment's start_pose, or choose a smaller robot.",
+            )
+
+    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+        """Return the asked channels; pictures share one exposure, and what nobody asks for is not worked out."""
+        wanted = tuple(channels)
+        unknown = [name for name in wanted if name not in OBSERVATIONS]
+        if unknown:
+            raise BenchbotError(
+                f"There is no observation '{unknown[0]}'.",
+                f"Known: {', '.join(OBSERVATIONS)}.{did_you_mean(unknown[0], list(OBSERVATIONS))}",
+                "Name one of these in the task.",
+            )
+        frame = self._expose(wanted)
+        return {name: self._channel(name, frame) for name in wanted}
+
+    def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
+        """Apply one control tick; at contact the robot stands still, `collided`, for the rest of it."""
+        before = self._state
+        way = dynamics.drive(before, linear_mps, angular_radps, duration_s, self._robot.limits)
+        self._state, contact = travel(before, way, self._clearance_m)
+        self._collided |= contact
+        self._clock_s += duration_s
+        self._odometry.follow(before, self._state)
+
+    def contact_ahead(self, linear_mps: float, angular_radps: float, horizon_s: float) -> bool:
+        """Say whether holding this command and then braking would touch something."""
+        if self._clearance_m(self._state) > self._robot.limits.reach_m(self._state, linear_mps, horizon_s):
+            return False
+        way = dynamics.drive_and_brake(self._state, linear_mps, angular_radps, horizon_s, self._robot.limits)
+        return travel(self._state, way, self._clearance_m)[1]
+
+    def pose(self) -> Pose:
+        """Return the true pose of the base; it keeps the height of the start pose."""
+        return Pose.planar(self._state.x, self._state.y, self._state.yaw_rad, self._base_z_m)
+
+    def odometry(self) -> Pose:
+        """Return where dead reckoning believes the base is."""
+        return Pose.planar(*self._odometry.pose, self._base_z_m)
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        """Linear m/s along +x and angular rad/s about +z."""
+        return (self._state.linear_mps, self._state.angular_radps)
+
+    @property
+    def collided(self) -> bool:
+        """Whether the robot has touched something since `load`."""
+        return self._collided
+
+    def clock(self) -> float:
+        """Return simulated seconds since `load`."""
+        return self._clock_s
+
+    def close(self) -> None:
+        """Let go of all scenes."""
+        self._worlds.clear()
+
+    def _clearance_m(self, state: State) -> float:
+        return self._world.obstacles.distance_m(state.x, state.y) - self._robot.footprint.radius_m
+
+    def _expose(self, wanted: tuple[str, ...]) -> Frame | None:
+        if not any(name in PICTURES for name in wanted):
+            return None
+        camera = self._robot.camera
+        camera_pose = self.pose() @ self._robot.mounts[camera.frame]
+        return camera.expose(self._world.renderer, camera_pose, rgb="image_rgb" in wanted)
+
+    def _channel(self, name: str, frame: Frame | None) -> Any:
+        if name == "laser":
+            laser = self._robot.laser
+            return laser.scan(self._world.renderer, self.pose() @ self._robot.mounts[laser.frame])
+        if name == "poses":
+            base = self.odometry() if self._spec.localisation == "noisy" else self.pose()
+            poses = self._robot.poses(base, self._start_pose)
+            return {frame: pose_record(pose, self._robot.global_frame) for frame, pose in poses.items()}
+        if frame is None or name not in PICTURES:
+            return self._robot.camera.info()
+        pictures: dict[str, Callable[[Frame], Any]] = {
+            "image_rgb": lambda frame: frame.rgb,
+            "image_depth": self._robot.camera.depth,
+            "image_segment": self._world.labels.segment,
+        }
+        return pictures[name](frame)
+
+
+class _World:
+    """A loaded scene; what is slow to make is made when it is first needed."""
+
+    def __init__(self, scene: Scene, spec: PlatformSpec, footprint: Footprint) -> None:
+        environment = scene.environment
+        if "map_path" not in environment:
+            raise BenchbotError(
+                f"The environment '{environment.get('name')}' has no map_path.",
+                "A simulated environment needs a scene: a GLB file (glTF 2.0 binary).",
+                "Add a line such as 'map_path: ../scenes/miniroom_1.glb', relative to the environment's file.",
+            )
+        self._spec = spec
+        self._geometry: SceneGeometry = load_scene(scene.folder / environment["map_path"])
+        self._lighting = Lighting.from_mapping(environment.get("lighting"))
+        self.labels = Labels.of(self._geometry.instances, environment.get("object_labels", ()))
+        # The base stands on the floor.
+        floor_z_m = scene.start_pose.translation_xyz[2]
+        self.obstacles = ObstacleMap(self._geometry, floor_z_m + footprint.z_min_m, floor_z_m + footprint.z_max_m)
+
+    @cached_property
+    def renderer(self) -> Renderer:
+        arch = str(self._spec.options.get("arch", "cpu"))
+        return Renderer(self._geometry, self._lighting, cache_dir=self._spec.cache_dir, arch=arch)

@@ -1,0 +1,106 @@
+"""Where irradiance is stored: small world-space cells, one per direction that a surface in them faces."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from benchbot_sim_taichi.scene import FloatArray, IntArray, SceneGeometry
+from benchbot_sim_taichi.tables import triangle_areas
+
+CELL_STRIDE = 24
+SAMPLE_STRIDE = 4
+DIRECTIONS = 6
+MAX_SAMPLES_PER_CELL = 16
+MAX_GRID_ENTRIES = 24_000_000
+DEFAULT_CELL_SIZE_M = 0.10
+
+
+@dataclass(frozen=True)
+class SurfaceCells:
+    """`grid` (nx * ny * nz * 6,) int32 holds a cell's index or -1, the direction (+x -x +y -y +z -z) varying fastest.
+
+    `keys` are the cells' places in it. `samples` (4 per sample) are points of the surface: triangle, barycentric u
+    and v, side (1 front, -1 back), those of cell i being `first[i]` … `first[i + 1]` - 1. `layout` (8,) float32:
+    origin, 1 / size, nx, ny, nz, size.
+    """
+
+    grid: IntArray
+    keys: IntArray
+    samples: FloatArray
+    first: IntArray
+    layout: FloatArray
+
+    @property
+    def count(self) -> int:
+        """Number of cells."""
+        return len(self.first) - 1
+
+
+def find(scene: SceneGeometry, cell_size_m: float = DEFAULT_CELL_SIZE_M) -> SurfaceCells:
+    """Scatter points over all surfaces that reflect light and sort them into cells."""
+    points, normals, samples = _scatter(scene, cell_size_m)
+    if len(points) == 0:
+        layout = np.array([0, 0, 0, 1, 1, 1, 1, 1], np.float32)
+        return SurfaceCells(
+            grid=np.full(DIRECTIONS, -1, np.int32),
+            keys=np.zeros(0, np.int32),
+            samples=np.zeros(SAMPLE_STRIDE, np.float32),
+            first=np.zeros(1, np.int32),
+            layout=layout,
+        )
+    low, high = points.min(axis=0), points.max(axis=0)
+    volume = float(np.prod(high - low + 2 * cell_size_m))
+    size = max(cell_size_m, (volume * DIRECTIONS / MAX_GRID_ENTRIES) ** (1 / 3))
+    # Floors and walls tend to lie on round coordinates; cell borders should not.
+    origin = low - 0.37 * size
+    shape = np.floor((high - origin) / size).astype(np.int64) + 1
+    cell = np.clip(((points - origin) / size).astype(np.int64), 0, shape - 1)
+    axis = np.abs(normals).argmax(axis=1)
+    direction = 2 * axis + (normals[np.arange(len(normals)), axis] < 0)
+    key = ((cell[:, 0] * shape[1] + cell[:, 1]) * shape[2] + cell[:, 2]) * DIRECTIONS + direction
+    order = np.argsort(key, kind="stable")
+    keys, start, count = np.unique(key[order], return_index=True, return_counts=True)
+    grid = np.full(int(np.prod(shape)) * DIRECTIONS, -1, np.int32)
+    grid[keys] = np.arange(len(keys))
+    kept = np.minimum(count, MAX_SAMPLES_PER_CELL)
+    first = np.concatenate([[0], np.cumsum(kept)])
+    rank = np.arange(int(first[-1])) - np.repeat(first[:-1], kept)
+    chosen = order[np.repeat(start, kept) + rank * np.repeat(count, kept) // np.repeat(kept, kept)]
+    layout = np.array([*origin, 1 / size, *shape, size], np.float32)
+    return SurfaceCells(grid, keys.astype(np.int32), samples[chosen].ravel(), first.astype(np.int32), layout)
+
+
+def _scatter(
+    scene: SceneGeometry, cell_size_m: float
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], FloatArray]:
+    """Points, outward normals and sample records, evenly by area but at least one per triangle."""
+    reflects = np.array([not (m.is_glass or m.is_emissive) for m in scene.materials], bool)[scene.triangle_material]
+    areas = np.nan_to_num(triangle_areas(scene.vertices, scene.triangles), nan=0.0, posinf=0.0)
+    eligible = np.flatnonzero(reflects & (areas > 1e-12))
+    per_area = MAX_SAMPLES_PER_CELL / cell_size_m**2
+    count = np.minimum(np.ceil(areas[eligible] * per_area * 1.5), 2_000_000).astype(np.int64)
+    triangle = np.repeat(eligible, count)
+    u, v = _low_discrepancy(len(triangle))
+    fold = u + v > 1
+    u, v = np.where(fold, 1 - u, u), np.where(fold, 1 - v, v)
+    two_sided = np.array([m.double_sided for m in scene.materials], bool)[scene.triangle_material[triangle]]
+    side = np.ones(len(triangle))
+    triangle = np.concatenate([triangle, triangle[two_sided]])
+    u, v = np.concatenate([u, u[two_sided]]), np.concatenate([v, v[two_sided]])
+    side = np.concatenate([side, -side[two_sided]])
+    weight = np.stack([1 - u - v, u, v], axis=1)[:, :, None]
+    corner = scene.triangles[triangle]
+    points = (scene.vertices[corner] * weight).sum(axis=1)
+    normals = (scene.normals[corner] * weight).sum(axis=1) * side[:, None]
+    usable = np.isfinite(points).all(axis=1) & np.isfinite(normals).all(axis=1)
+    usable &= np.linalg.norm(normals, axis=1) > 1e-6
+    samples = np.stack([triangle, u, v, side], axis=1).astype(np.float32)
+    return points[usable], normals[usable], samples[usable]
+
+
+def _low_discrepancy(count: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """The R2 sequence (Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018)."""
+    plastic = 1.32471795724474602596
+    index = np.arange(1, count + 1)
+    return (0.5 + index / plastic) % 1.0, (0.5 + index / plastic**2) % 1.0

@@ -1,0 +1,78 @@
+"""Scenes that the tests look at."""
+
+from pathlib import Path
+
+import numpy as np
+
+from plugins.sim_taichi.tests.glb import Glb
+
+
+def checkers(first: tuple[int, int, int], second: tuple[int, int, int]) -> np.ndarray:
+    """A 64x64 image of 8x8 squares."""
+    parity = (np.arange(64)[:, None] // 8 + np.arange(64)[None, :] // 8) % 2
+    return np.where(parity[..., None] == 0, np.array(first), np.array(second)).astype(np.uint8)
+
+
+def furnished_room(path: Path) -> Path:
+    """4 x 3 x 2.5 m; window in the wall at y = 3; table, spheres, lamp."""
+    glb = Glb()
+    plaster = glb.material((0.75, 0.73, 0.68))
+    floor = glb.material(roughness=0.35, image=checkers((150, 100, 60), (130, 84, 48)))
+    wood = glb.material((0.45, 0.25, 0.12), roughness=0.4)
+    red = glb.material((0.7, 0.1, 0.08), roughness=0.8)
+    steel = glb.material((0.8, 0.8, 0.82), roughness=0.1, metallic=1.0)
+    pane = glb.material(glass=True, roughness=0.0)
+    bulb = glb.material(emission=(12.0, 9.0, 6.0))
+    glb.box("floor", (-0.1, -0.1, -0.1), (4.1, 3.1, 0.0), floor)
+    glb.box("ceiling", (-0.1, -0.1, 2.5), (4.1, 3.1, 2.6), plaster)
+    glb.box("wall west", (-0.1, -0.1, 0.0), (0.0, 3.1, 2.5), plaster)
+    glb.box("wall east", (4.0, -0.1, 0.0), (4.1, 3.1, 2.5), plaster)
+    glb.box("wall south", (0.0, -0.1, 0.0), (4.0, 0.0, 2.5), plaster)
+    glb.box("wall north low", (0.0, 3.0, 0.0), (4.0, 3.1, 0.9), plaster)
+    glb.box("wall north high", (0.0, 3.0, 2.1), (4.0, 3.1, 2.5), plaster)
+    glb.box("wall north left", (0.0, 3.0, 0.9), (1.2, 3.1, 2.1), plaster)
+    glb.box("wall north right", (2.8, 3.0, 0.9), (4.0, 3.1, 2.1), plaster)
+    glb.box("pane", (1.2, 3.045, 0.9), (2.8, 3.055, 2.1), pane)
+    glb.box("bar", (1.97, 3.02, 0.9), (2.03, 3.08, 2.1), plaster)
+    glb.box("table top", (2.2, 1.2, 0.70), (3.4, 2.0, 0.74), wood, class_name="table")
+    for index, (x, y) in enumerate([(2.25, 1.25), (3.3, 1.25), (2.25, 1.9), (3.3, 1.9)]):
+        glb.box(f"leg {index}", (x, y, 0.0), (x + 0.05, y + 0.05, 0.7), wood, class_name="table")
+    glb.sphere("ball", (2.6, 1.6, 0.86), 0.12, red, class_name="sports_ball")
+    glb.sphere("kettle", (3.0, 1.5, 0.83), 0.09, steel, class_name="kettle")
+    glb.box("chest", (0.05, 1.0, 0.0), (0.5, 2.0, 0.8), red)
+    glb.sphere("bulb", (1.0, 0.8, 2.35), 0.06, bulb, 12)
+    return glb.write(path)
+
+
+def lit_box(path: Path, albedo: float, radiance: float, radius: float, width: float) -> Path:
+    """A closed cube with a spherical lamp in its middle."""
+    glb = Glb()
+    half = width / 2
+    glb.box("walls", (-half,) * 3, (half,) * 3, glb.material((albedo,) * 3), inward=True)
+    glb.sphere("lamp", (0, 0, 0), radius, glb.material((0, 0, 0), emission=(radiance,) * 3), 24)
+    return glb.write(path)
+
+
+def plaza(path: Path) -> Path:
+    """A grey floor under the open sky with a pole of 1 m at the origin."""
+    glb = Glb()
+    grey = glb.material((0.5, 0.5, 0.5))
+    glb.box("floor", (-4, -4, -0.2), (4, 4, 0.0), grey)
+    glb.box("pole", (-0.1, -0.1, 0.0), (0.1, 0.1, 1.0), grey, class_name="pole")
+    return glb.write(path)
+
+
+def fence(path: Path) -> Path:
+    """A card at x = 2 whose right half (y < 0) is cut away, before a wall at x = 3; a pane at x = 1 for y > 0."""
+    glb = Glb()
+    image = np.full((64, 64, 4), 255, np.uint8)
+    image[:, 32:, 3] = 0
+    cut = glb.material(image=image)
+    glb.materials[cut]["alphaMode"] = "MASK"
+    card = np.array([[2, 1, 0], [2, -1, 0], [2, -1, 2], [2, 1, 2]], float)
+    quad = np.array([[0, 1, 2], [0, 2, 3]])
+    uvs = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], float)
+    glb.add("card", card, quad, cut, uvs=uvs, class_name="card")
+    glb.add("pane", card - [1, 0, 0] + [0, 1, 0], quad, glb.material(glass=True), class_name="pane")
+    glb.box("wall", (3, -9, -9), (3.1, 9, 9), glb.material())
+    return glb.write(path)

@@ -1,0 +1,147 @@
+"""Light that can be checked by hand, and bytes that must not change."""
+
+import hashlib
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchbot_sim_taichi import camera_response, device_scene, irradiance
+from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
+from benchbot_sim_taichi.path_trace import path_trace
+from benchbot_sim_taichi.renderer import Intrinsics, Renderer
+from benchbot_sim_taichi.scene import load_scene
+from benchbot_sim_taichi.surface_cells import CELL_STRIDE
+from plugins.sim_taichi.tests import rooms
+from plugins.sim_taichi.tests.cameras import looking
+
+pytestmark = pytest.mark.xdist_group("renderer")
+
+SMALL = Intrinsics.from_horizontal_fov(96, 54, 90.0)
+
+
+@pytest.mark.parametrize("albedo", [0.0, 0.5, 0.8])
+def test_a_closed_room_holds_as_much_light_as_its_lamp_gives(tmp_path: Path, kernel_cache: Path, albedo: float) -> None:
+    """Energy balance: mean irradiance = power of the lamp / (area of the walls * (1 - reflectance))."""
+    radiance, radius, width = 100.0, 0.05, 2.0
+    scene = load_scene(rooms.lit_box(tmp_path / "box.glb", albedo, radiance, radius, width))
+    renderer = Renderer(scene, Lighting(exposure=0.1), cache_dir=kernel_cache)
+    power = np.pi * radiance * 4 * np.pi * radius**2
+    irradiance = renderer.irradiance.cells.reshape(-1, CELL_STRIDE)[:, 6:9]
+    reflectance = 0.96 * albedo + 0.04  # the surface itself mirrors 4 %, as glTF has it
+    assert irradiance.mean() == pytest.approx(power / (6 * width**2 * (1 - reflectance)), rel=0.03)
+
+
+def test_the_sun_casts_the_poles_shadow_away_from_itself(tmp_path: Path, kernel_cache: Path) -> None:
+    scene = load_scene(rooms.plaza(tmp_path / "plaza.glb"))
+    sun = Sun(azimuth_deg=90.0, elevation_deg=45.0)
+    renderer = Renderer(scene, Lighting(sun=sun, exposure=0.1), cache_dir=kernel_cache)
+    above = looking((0.0, 0.0, 6.0), 90.0, -90.0)  # up in the picture is +y, towards the sun
+    picture = renderer.render(above, Intrinsics(121, 121, 120.0, 120.0, 60.5, 60.5)).rgb.mean(axis=2)
+    pixels_per_metre = 20
+    shadow = picture[60 + pixels_per_metre // 2, 60]
+    assert shadow < 0.6 * picture[60 - pixels_per_metre // 2, 60]
+    assert shadow < 0.6 * picture[60 + pixels_per_metre * 3 // 2, 60]
+    assert picture[60, 60 - pixels_per_metre] == pytest.approx(picture[60, 60 + pixels_per_metre], abs=3)
+
+
+def test_a_floor_under_an_even_sky_gets_pi_times_its_radiance(tmp_path: Path, kernel_cache: Path) -> None:
+    even = Sky(zenith=(1.0, 1.0, 1.0), horizon=(1.0, 1.0, 1.0), ground=(0.0, 0.0, 0.0))
+    lighting = Lighting(sun=Sun(irradiance=(0.0, 0.0, 0.0)), sky=even, exposure=1.0)
+    renderer = Renderer(load_scene(rooms.plaza(tmp_path / "plaza.glb")), lighting, cache_dir=kernel_cache)
+    values = renderer.irradiance.cells.reshape(-1, CELL_STRIDE)
+    open_floor = (values[:, 5] > 0.9) & (np.abs(values[:, 0:2]).max(axis=1) > 2.0) & (values[:, 2] < 0.1)
+    assert values[open_floor, 6].mean() == pytest.approx(np.pi, rel=0.02)
+
+
+def test_a_windows_light_reaches_the_room_and_falls_off(tmp_path: Path, kernel_cache: Path) -> None:
+    scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
+    renderer = Renderer(scene, Lighting(), cache_dir=kernel_cache)
+    values = renderer.irradiance.cells.reshape(-1, CELL_STRIDE)
+    floor = (values[:, 5] > 0.9) & (np.abs(values[:, 2]) < 0.05) & (np.abs(values[:, 0] - 1.0) < 0.4)
+    near = values[floor & (values[:, 1] > 2.0) & (values[:, 1] < 2.6), 12].mean()
+    far = values[floor & (values[:, 1] < 0.6), 12].mean()
+    assert near > 1.5 * far > 0
+
+
+def test_the_same_camera_gives_the_same_bytes_twice(tmp_path: Path, kernel_cache: Path) -> None:
+    scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
+    first = Renderer(scene, Lighting(), cache_dir=kernel_cache, seed=3)
+    second = Renderer(scene, Lighting(), cache_dir=tmp_path / "other", seed=3)
+    pose = looking((0.6, 0.4, 1.05), 50)
+    one, two, three = first.render(pose, SMALL), first.render(pose, SMALL), second.render(pose, SMALL)
+    for other in (two, three):
+        assert one.rgb.tobytes() == other.rgb.tobytes()
+        assert one.depth_m.tobytes() == other.depth_m.tobytes()
+        assert one.instance.tobytes() == other.instance.tobytes()
+
+
+PICTURE_HASH = """
+import hashlib, sys
+from pathlib import Path
+from benchbot_sim_taichi.lighting import Lighting
+from benchbot_sim_taichi.renderer import Intrinsics, Renderer
+from benchbot_sim_taichi.scene import load_scene
+from plugins.sim_taichi.tests.cameras import looking
+renderer = Renderer(load_scene(Path(sys.argv[1])), Lighting(), cache_dir=Path(sys.argv[2]))
+frame = renderer.render(looking((0.6, 0.4, 1.05), 50), Intrinsics.from_horizontal_fov(96, 54, 90.0))
+print(hashlib.sha256(frame.rgb.tobytes() + frame.depth_m.tobytes()).hexdigest())
+"""
+
+
+def test_another_process_gives_the_same_bytes(tmp_path: Path, kernel_cache: Path) -> None:
+    glb = rooms.furnished_room(tmp_path / "room.glb")
+    frame = Renderer(load_scene(glb), Lighting(), cache_dir=tmp_path).render(looking((0.6, 0.4, 1.05), 50), SMALL)
+    here = hashlib.sha256(frame.rgb.tobytes() + frame.depth_m.tobytes()).hexdigest()
+    there = subprocess.run(
+        [sys.executable, "-c", PICTURE_HASH, str(glb), str(kernel_cache)],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=Path(__file__).parents[3],
+    )
+    assert there.stdout.split() == [here]
+
+
+def test_a_damaged_cache_is_worked_out_anew(tmp_path: Path, kernel_cache: Path) -> None:
+    scene = load_scene(rooms.plaza(tmp_path / "plaza.glb"))
+    cache = tmp_path / "cache"
+    good = Renderer(scene, Lighting(), cache_dir=cache).irradiance
+    stored = list(cache.glob("*.npz"))
+    assert len(stored) == 2
+    for path in stored:
+        path.write_bytes(path.read_bytes()[:100])
+    again = Renderer(scene, Lighting(), cache_dir=cache).irradiance
+    assert np.array_equal(good.cells, again.cells)
+
+
+def test_exposure_is_the_scenes_not_the_pictures(tmp_path: Path, kernel_cache: Path) -> None:
+    scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
+    automatic = Renderer(scene, Lighting(), cache_dir=kernel_cache)
+    darker = Renderer(scene, Lighting(exposure=float(automatic.exposure.mean()) / 4), cache_dir=kernel_cache)
+    pose = looking((0.6, 0.4, 1.05), 50)
+    mean = automatic.render(pose, SMALL).rgb.mean()
+    assert 60 < mean < 200
+    assert darker.render(pose, SMALL).rgb.mean() < 0.75 * mean
+
+
+def test_a_picture_looks_like_the_path_traced_one(tmp_path: Path, kernel_cache: Path) -> None:
+    scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
+    renderer = Renderer(scene, Lighting(), cache_dir=kernel_cache)
+    pose = looking((0.6, 0.4, 1.05), 50)
+    reference = path_trace(renderer, pose, SMALL, samples_per_pixel=64)
+    expected = camera_response.develop(reference.ravel(), SMALL.width, SMALL.height).reshape(6, 9, 16, 6, 3)
+    picture = renderer.render(pose, SMALL).rgb.reshape(6, 9, 16, 6, 3)
+    difference = picture.mean(axis=(1, 3)) - expected.mean(axis=(1, 3))
+    assert np.abs(difference).mean() < 6
+    assert np.abs(difference).max() < 30
+
+
+def test_panes_that_show_the_sky_are_windows_and_glasses_are_not(tmp_path: Path, kernel_cache: Path) -> None:
+    scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
+    device = device_scene.upload(scene, Lighting(), kernel_cache)
+    inner_faces_of_the_pane = 2
+    assert device.lights[2] == inner_faces_of_the_pane
+    assert irradiance.load_or_solve(scene, Lighting(), device, kernel_cache, 0).cells.any()

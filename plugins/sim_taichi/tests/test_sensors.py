@@ -1,0 +1,93 @@
+"""Sensors number, cut off and place what they see as documented."""
+
+import math
+
+import numpy as np
+import pytest
+
+from benchbot.core.errors import BenchbotError
+from benchbot.core.geometry import Pose
+from benchbot_sim_taichi.renderer import Frame
+from benchbot_sim_taichi.scene import Instance
+from benchbot_sim_taichi.sensors import Camera, Labels, mount, pose_record
+
+CAMERA = Camera("camera_left", 2, 2, 1.0, 1.0, 0.5, 0.5, (0.1, 5.0))
+
+
+def frame(instance: list[list[int]], depth_m: float = 1.0) -> Frame:
+    ids = np.array(instance, np.int32)
+    return Frame(np.zeros((*ids.shape, 3), np.uint8), np.full(ids.shape, depth_m, np.float32), ids)
+
+
+def test_objects_are_numbered_within_their_class() -> None:
+    instances = [
+        Instance(1, "a", "chair"),
+        Instance(2, "wall", None),
+        Instance(3, "b", "cup"),
+        Instance(4, "c", "chair"),
+        Instance(5, "d", "piano"),
+    ]
+    labels = Labels.of(instances, ["bottle", "cup", "chair"])
+    seen = labels.segment(frame([[0, 1, 2], [3, 4, 5]]))
+    assert seen["instance_segment_img"].tolist() == [[0, 3001, 0], [2001, 3002, 0]]
+    assert seen["class_segment_img"].tolist() == [[0, 3, 0], [2, 3, 0]]
+    assert seen["instance_segment_img"].dtype == np.uint16
+    assert seen["class_segment_img"].dtype == np.uint8
+    assert seen["class_ids"] == {"cup": 2, "chair": 3}
+
+
+def test_a_scene_without_labels_is_all_zero() -> None:
+    seen = Labels.of([], []).segment(frame([[0, 0]]))
+    assert seen["instance_segment_img"].tolist() == [[0, 0]]
+    assert seen["class_ids"] == {}
+
+
+@pytest.mark.parametrize(
+    ("objects", "labels"),
+    [
+        ([Instance(index, f"cup {index}", "cup") for index in range(1, 1001)], ["cup"]),
+        ([Instance(1, "last", "class 69")], [f"class {index}" for index in range(70)]),
+    ],
+    ids=["objects", "classes"],
+)
+def test_more_than_sixteen_bits_of_objects_are_refused(objects: list[Instance], labels: list[str]) -> None:
+    with pytest.raises(BenchbotError, match="too many"):
+        Labels.of(objects, labels)
+
+
+@pytest.mark.parametrize(
+    ("seen_m", "reported_m"), [(1.0, 1.0), (5.0, 5.0), (5.1, math.inf), (math.inf, math.inf), (0.05, -math.inf)]
+)
+def test_depth_beyond_the_camera_is_infinite(seen_m: float, reported_m: float) -> None:
+    depth_m = CAMERA.depth(frame([[0, 0]], seen_m))
+    assert depth_m.dtype == np.float32
+    assert depth_m == pytest.approx(np.full((1, 2), reported_m))
+
+
+def test_the_camera_model_is_reported_as_matrices() -> None:
+    info = CAMERA.info()
+    assert info["matrix_intrinsics"].tolist() == [[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]]
+    assert info["matrix_projection"].shape == (3, 4)
+    assert (info["frame_id"], info["height"], info["width"]) == ("camera_left", 2, 2)
+
+
+def test_an_optical_frame_looks_along_the_robot() -> None:
+    optical = mount({"xyz": [0.1, 0.2, 1.0], "rpy_deg": [-90, 0, -90]}).matrix()
+    right, down, forward, place = optical[:3].T
+    assert forward == pytest.approx([1, 0, 0])
+    assert right == pytest.approx([0, -1, 0])
+    assert down == pytest.approx([0, 0, -1])
+    assert place == pytest.approx([0.1, 0.2, 1.0])
+
+
+def test_roll_pitch_and_yaw_are_about_static_axes() -> None:
+    pose = mount({"xyz": [0, 0, 0], "rpy_deg": [10, 20, 30]})
+    assert np.degrees(pose.rpy_rad) == pytest.approx([10, 20, 30])
+
+
+def test_poses_are_reported_in_float64() -> None:
+    record = pose_record(Pose.planar(1, 2, 0.5), "map")
+    assert record["parent_frame"] == "map"
+    assert record["translation_xyz"].tolist() == [1, 2, 0]
+    assert record["rotation_rpy"] == pytest.approx([0, 0, 0.5])
+    assert {record[key].dtype for key in ("translation_xyz", "rotation_rpy", "rotation_xyzw")} == {np.dtype(np.float64)}

@@ -1,0 +1,51 @@
+"""Texels and the tone curve."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from benchbot_sim_taichi import camera_response, textures
+
+
+def unpack(texels: np.ndarray, is_color: bool) -> np.ndarray:
+    bits = texels.view(np.uint32)
+    values = np.stack([bits & 1023, (bits >> 10) & 1023, (bits >> 20) & 1023], axis=-1) / 1023.0
+    return values**2 if is_color else values
+
+
+@given(height=st.integers(1, 40), width=st.integers(1, 40), level=st.integers(0, 255))
+def test_every_mip_level_of_an_even_image_is_even(height: int, width: int, level: int) -> None:
+    image = np.full((height, width, 4), level, np.uint8)
+    store = textures.pack((image,), {0})
+    linear = textures.srgb_to_linear(np.array(level / 255))
+    assert unpack(store.texels, is_color=True) == pytest.approx(float(linear), abs=2e-3)
+
+
+def test_levels_halve_down_to_one_texel() -> None:
+    rng = np.random.default_rng(0)
+    image = rng.integers(0, 256, (16, 8, 4), np.uint8)
+    store = textures.pack((image,), set())
+    assert store.table.tolist() == [0, 8, 16, 5]
+    assert len(store.texels) == 16 * 8 + 8 * 4 + 4 * 2 + 2 * 1 + 1
+    assert unpack(store.texels[-1:], is_color=False)[0] == pytest.approx(image[..., :3].mean((0, 1)) / 255, abs=5e-3)
+
+
+def test_images_follow_one_another() -> None:
+    small, large = np.zeros((1, 1, 4), np.uint8), np.full((2, 2, 4), 255, np.uint8)
+    store = textures.pack((small, large), set())
+    assert store.table.reshape(-1, 4).tolist() == [[0, 1, 1, 1], [1, 2, 2, 2]]
+    assert (unpack(store.texels[1:], is_color=False) == 1).all()
+
+
+def test_the_tone_curve_rises_from_black_to_white_and_keeps_middle_grey() -> None:
+    radiance = np.linspace(0, camera_response.BRIGHTEST, 1000, dtype=np.float32)
+    curve = camera_response.filmic(radiance)
+    assert (np.diff(curve) >= 0).all()
+    assert (curve[0], curve[-1]) == (0.0, 1.0)
+    assert camera_response.filmic(np.array([0.18], np.float32))[0] == pytest.approx(0.18, abs=0.01)
+
+
+def test_srgb_bytes_are_those_of_the_standard() -> None:
+    linear = np.array([0.0, 0.0021, 0.18, 0.5, 1.0], np.float32)
+    assert camera_response.srgb_bytes(linear).tolist() == [0, 7, 118, 188, 255]
