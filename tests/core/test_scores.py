@@ -1,3 +1,6 @@
+from pathlib import Path
+from typing import Any
+
 import pytest
 
 from benchbot.core import scores
@@ -14,14 +17,14 @@ DOCUMENT = {
 }
 
 
-def test_scores_are_read_as_written(tmp_path):
+def test_scores_are_read_as_written(tmp_path: Path) -> None:
     scores.write(tmp_path / "scores.json", DOCUMENT)
 
     assert scores.read(tmp_path / "scores.json") == DOCUMENT
 
 
 @pytest.mark.parametrize("version", [None, 2, "1"])
-def test_another_version_is_refused(tmp_path, version):
+def test_another_version_is_refused(tmp_path: Path, version: Any) -> None:
     import json
 
     (tmp_path / "scores.json").write_text(json.dumps(DOCUMENT | {"version": version}))
@@ -30,7 +33,7 @@ def test_another_version_is_refused(tmp_path, version):
         scores.read(tmp_path / "scores.json")
 
 
-def test_scores_that_are_not_valid_are_not_written(tmp_path):
+def test_scores_that_are_not_valid_are_not_written(tmp_path: Path) -> None:
     with pytest.raises(BenchbotError, match="unknown key 'score'"):
         scores.write(tmp_path / "scores.json", DOCUMENT | {"score": 1})
 

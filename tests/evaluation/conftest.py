@@ -58,6 +58,7 @@ def catalog(tmp_path: Path) -> Iterator[Catalog]:
 
 
 Make = Callable[..., dict[str, Any]]
+Save = Callable[[str, Any], Path]
 
 
 @pytest.fixture
@@ -79,7 +80,7 @@ def make_result() -> Make:
 
 
 @pytest.fixture
-def save(tmp_path: Path) -> Callable[[str, Any], Path]:
+def save(tmp_path: Path) -> Save:
     """Write a document, or text, into a file of this name."""
 
     def write(name: str, document: Any) -> Path:

@@ -7,11 +7,11 @@ PAPER = Rectangle(0, 0, 800, 600)
 SIZE = (60.0, 18.0)
 
 
-def box(x, y, width=10.0, height=10.0):
+def box(x: float, y: float, width: float = 10.0, height: float = 10.0) -> Rectangle:
     return Rectangle(x, y, x + width, y + height)
 
 
-def test_a_label_goes_into_a_box_that_has_room_for_it():
+def test_a_label_goes_into_a_box_that_has_room_for_it() -> None:
     large = box(100, 100, 300, 200)
 
     (label,) = place([large], [SIZE], [], PAPER)
@@ -19,7 +19,7 @@ def test_a_label_goes_into_a_box_that_has_room_for_it():
     assert label.overlap(large) == label.area
 
 
-def test_a_label_goes_beside_a_small_box():
+def test_a_label_goes_beside_a_small_box() -> None:
     small = box(100, 100)
 
     (label,) = place([small], [SIZE], [], PAPER)
@@ -27,7 +27,7 @@ def test_a_label_goes_beside_a_small_box():
     assert label.overlap(small) == 0
 
 
-def test_labels_of_neighbours_keep_clear_of_one_another_and_of_the_boxes():
+def test_labels_of_neighbours_keep_clear_of_one_another_and_of_the_boxes() -> None:
     boxes = [box(300 + 14 * i, 300) for i in range(6)]
 
     labels = place(boxes, [SIZE] * 6, [], PAPER)
@@ -37,7 +37,7 @@ def test_labels_of_neighbours_keep_clear_of_one_another_and_of_the_boxes():
         assert all(label.overlap(other) == 0 for other in boxes)
 
 
-def test_a_label_keeps_clear_of_the_path():
+def test_a_label_keeps_clear_of_the_path() -> None:
     path = [(120.0 + x, 105.0) for x in range(0, 70, 3)]
 
     (label,) = place([box(100, 100)], [SIZE], path, PAPER)
@@ -47,7 +47,7 @@ def test_a_label_keeps_clear_of_the_path():
 
 @settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 790), st.integers(0, 590)), max_size=12))
-def test_labels_stay_on_the_paper(corners):
+def test_labels_stay_on_the_paper(corners: list[tuple[int, int]]) -> None:
     labels = place([box(x, y) for x, y in corners], [SIZE] * len(corners), [], PAPER)
 
     assert all(label.overlap(PAPER) > 0.99 * label.area for label in labels)

@@ -1,10 +1,14 @@
+from typing import Any
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from PIL import Image
 
 from benchbot.core.geometry import Pose
 from benchbot.evaluation import picture
-from benchbot.evaluation.map_drawing import CLASS_COLORS
-from tests.evaluation.conftest import chair, ground_truth
+from benchbot.evaluation.map_drawing import CLASS_COLORS, Color
+from tests.evaluation.conftest import Make, chair, ground_truth
 
 SCORES = {
     "method": {"name": "omq", "version": "1.0", "headline": "OMQ"},
@@ -13,15 +17,15 @@ SCORES = {
 PATH = [Pose.planar(0.2 * i, 0.1 * i, 0.3 * i) for i in range(8)]
 
 
-def frame(red):
+def frame(red: int) -> NDArray[np.uint8]:
     return np.full((54, 96, 3), (red, 10, 20), np.uint8)
 
 
-def has_color(image, color):
+def has_color(image: Image.Image, color: Color) -> bool:
     return bool((np.asarray(image) == color).all(axis=-1).any())
 
 
-def test_the_picture_shows_frames_and_both_maps(make_result):
+def test_the_picture_shows_frames_and_both_maps(make_result: Make) -> None:
     image = picture.draw(
         {0: frame(200), 3: frame(100), 7: frame(50)}, make_result(0.1, 3.0), ground_truth(1, chair(0.0)), SCORES, PATH
     )
@@ -31,8 +35,8 @@ def test_the_picture_shows_frames_and_both_maps(make_result):
         assert has_color(image, color)
 
 
-def test_the_same_input_gives_the_same_picture(make_result):
-    def once():
+def test_the_same_input_gives_the_same_picture(make_result: Make) -> None:
+    def once() -> bytes:
         return picture.draw({0: frame(200)}, make_result(0.1), ground_truth(1, chair(0.0)), SCORES, PATH).tobytes()
 
     assert once() == once()
@@ -40,13 +44,13 @@ def test_the_same_input_gives_the_same_picture(make_result):
 
 @pytest.mark.parametrize("places", [(), (0.0,)])
 @pytest.mark.parametrize("path", [[], PATH[:1]])
-def test_little_to_show_is_no_trouble(make_result, places, path):
+def test_little_to_show_is_no_trouble(make_result: Make, places: tuple[float, ...], path: list[Pose]) -> None:
     image = picture.draw({}, make_result(*places), ground_truth(1), SCORES, path)
 
     assert image.size == (1840, 1000)
 
 
-def test_provenance_is_told_when_there_is_some(make_result, failed_episode):
+def test_provenance_is_told_when_there_is_some(make_result: Make, failed_episode: dict[str, Any]) -> None:
     plain, told = (
         picture.draw({}, make_result(0.0, **keys), ground_truth(1), SCORES, PATH)
         for keys in ({}, {"provenance": failed_episode["provenance"]})

@@ -1,16 +1,19 @@
 import json
 import zipfile
 from copy import deepcopy
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 from benchbot.core import schema, scores
+from benchbot.core.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.evaluation import evaluate, evaluate_files, validate_files
-from tests.evaluation.conftest import chair, ground_truth
+from tests.evaluation.conftest import Make, Save, chair, ground_truth
 
 
-def test_one_result_against_its_ground_truth(make_result, tmp_path):
+def test_one_result_against_its_ground_truth(make_result: Make, tmp_path: Path) -> None:
     result, truth = make_result(0.0, 3.0), ground_truth(1, chair(0.0), chair(3.0))
     before = deepcopy((result, truth))
 
@@ -26,7 +29,9 @@ def test_one_result_against_its_ground_truth(make_result, tmp_path):
     assert scores.read(tmp_path / "scores.json") == document
 
 
-def test_a_file_is_scored_by_the_method_and_the_truth_that_belong_to_it(catalog, make_result, save, tmp_path):
+def test_a_file_is_scored_by_the_method_and_the_truth_that_belong_to_it(
+    catalog: Catalog, make_result: Make, save: Save, tmp_path: Path
+) -> None:
     document = evaluate_files([save("a.json", make_result(0.0))], catalog=catalog)
 
     assert document["method"]["name"] == "omq"
@@ -35,7 +40,7 @@ def test_a_file_is_scored_by_the_method_and_the_truth_that_belong_to_it(catalog,
     assert schema.problems(document, "scores", tmp_path) == []
 
 
-def test_scores_of_many_results_are_their_mean(catalog, make_result, save):
+def test_scores_of_many_results_are_their_mean(catalog: Catalog, make_result: Make, save: Save) -> None:
     files = [save("a.json", make_result(0.0, 3.0)), save("b.json", make_result(variant=2))]
 
     document = evaluate_files(files, catalog=catalog)
@@ -45,7 +50,7 @@ def test_scores_of_many_results_are_their_mean(catalog, make_result, save):
     assert document["environment_details"] == [[{"name": "flat", "variant": 1}], [{"name": "flat", "variant": 2}]]
 
 
-def test_an_archive_counts_as_the_results_in_it(catalog, make_result, tmp_path):
+def test_an_archive_counts_as_the_results_in_it(catalog: Catalog, make_result: Make, tmp_path: Path) -> None:
     archive = tmp_path / "results.zip"
     with zipfile.ZipFile(archive, "w") as out:
         out.writestr("b/two.json", json.dumps(make_result(0.0, variant=2)))
@@ -58,7 +63,9 @@ def test_an_archive_counts_as_the_results_in_it(catalog, make_result, tmp_path):
     assert [row["source"] for row in document["rows"]] == [f"{archive}:a/one.json", f"{archive}:b/two.json"]
 
 
-def test_one_broken_file_does_not_stop_the_others_and_counts_as_zero(catalog, make_result, save):
+def test_one_broken_file_does_not_stop_the_others_and_counts_as_zero(
+    catalog: Catalog, make_result: Make, save: Save
+) -> None:
     broken = make_result(0.0, variant=2)
     broken["results"]["objects"][0]["label_probs"] = [1.0]
     files = [
@@ -77,7 +84,7 @@ def test_one_broken_file_does_not_stop_the_others_and_counts_as_zero(catalog, ma
     assert "list" in reasons["list.json"]
 
 
-def test_required_environments_without_a_result_count_as_zero(catalog, make_result, save):
+def test_required_environments_without_a_result_count_as_zero(catalog: Catalog, make_result: Make, save: Save) -> None:
     document = evaluate_files(
         [save("a.json", make_result(0.0, 3.0))], catalog=catalog, required_envs=["flat:1", "flat:2"]
     )
@@ -87,7 +94,9 @@ def test_required_environments_without_a_result_count_as_zero(catalog, make_resu
     assert document["coverage"]["missing"][0]["environment"] == "flat:2"
 
 
-def test_an_unreadable_file_is_not_counted_twice_beside_the_environment_it_leaves_missing(catalog, make_result, save):
+def test_an_unreadable_file_is_not_counted_twice_beside_the_environment_it_leaves_missing(
+    catalog: Catalog, make_result: Make, save: Save
+) -> None:
     files = [save("a.json", make_result(0.0, 3.0)), save("b.json", "no")]
 
     document = evaluate_files(files, catalog=catalog, required_envs=["flat:1", "flat:2"])
@@ -96,7 +105,7 @@ def test_an_unreadable_file_is_not_counted_twice_beside_the_environment_it_leave
     assert document["coverage"]["skipped"][0]["source"] == str(files[1])
 
 
-def test_results_of_other_environments_and_tasks_are_left_out(catalog, make_result, save):
+def test_results_of_other_environments_and_tasks_are_left_out(catalog: Catalog, make_result: Make, save: Save) -> None:
     other_task = make_result(0.0, task_details={"name": "scd:passive:ground_truth"})
     files = [
         save("a.json", make_result(0.0, 3.0)),
@@ -115,7 +124,9 @@ def test_results_of_other_environments_and_tasks_are_left_out(catalog, make_resu
     assert [item["source"] for item in document["coverage"]["skipped"]] == [str(files[1]), str(files[2])]
 
 
-def test_a_failed_episode_counts_as_zero_and_keeps_its_class(catalog, make_result, failed_episode, save):
+def test_a_failed_episode_counts_as_zero_and_keeps_its_class(
+    catalog: Catalog, make_result: Make, failed_episode: dict[str, Any], save: Save
+) -> None:
     files = [save("a.json", make_result(0.0, 3.0)), save("failed.json", failed_episode)]
 
     document = evaluate_files(files, catalog=catalog)
@@ -127,14 +138,16 @@ def test_a_failed_episode_counts_as_zero_and_keeps_its_class(catalog, make_resul
     assert "exited with status 1" in missing["reason"]
 
 
-def test_nothing_but_a_failed_episode_scores_zero(catalog, failed_episode, save):
+def test_nothing_but_a_failed_episode_scores_zero(catalog: Catalog, failed_episode: dict[str, Any], save: Save) -> None:
     document = evaluate_files([save("failed.json", failed_episode)], catalog=catalog)
 
     assert document["scores"]["OMQ"] == 0.0
     assert document["coverage"]["scored"] == 0
 
 
-def test_an_episode_that_failed_with_results_is_scored_and_says_so(catalog, make_result, failed_episode, save):
+def test_an_episode_that_failed_with_results_is_scored_and_says_so(
+    catalog: Catalog, make_result: Make, failed_episode: dict[str, Any], save: Save
+) -> None:
     result = failed_episode | {"results": make_result(0.0)["results"]}
 
     document = evaluate_files([save("a.json", result)], catalog=catalog)
@@ -144,7 +157,7 @@ def test_an_episode_that_failed_with_results_is_scored_and_says_so(catalog, make
     assert document["rows"][0]["provenance"] == failed_episode["provenance"]
 
 
-def test_a_named_ground_truth_goes_before_the_installed_ones(catalog, make_result, save):
+def test_a_named_ground_truth_goes_before_the_installed_ones(catalog: Catalog, make_result: Make, save: Save) -> None:
     truth = save("truth.json", ground_truth(1, chair(9.0)))
 
     document = evaluate_files([save("a.json", make_result(9.0))], catalog=catalog, ground_truth_paths=[truth])
@@ -152,13 +165,13 @@ def test_a_named_ground_truth_goes_before_the_installed_ones(catalog, make_resul
     assert document["scores"]["OMQ"] == 1.0
 
 
-def test_variants_match_however_they_are_written(catalog, make_result, save):
+def test_variants_match_however_they_are_written(catalog: Catalog, make_result: Make, save: Save) -> None:
     result = make_result(0.0, 3.0, environment_details=[{"name": "flat", "variant": "1"}])
 
     assert evaluate_files([save("a.json", result)], catalog=catalog)["scores"]["OMQ"] == 1.0
 
 
-def test_changes_are_scored_against_both_scenes_in_their_order(catalog, make_result, save):
+def test_changes_are_scored_against_both_scenes_in_their_order(catalog: Catalog, make_result: Make, save: Save) -> None:
     result = make_result(3.0, variant=[1, 2])
     result["task_details"] = {"name": "scd:passive:ground_truth", "results_format": "object_map_with_states"}
     result["results"]["state_list"] = ["added", "removed", "unchanged"]
@@ -170,21 +183,23 @@ def test_changes_are_scored_against_both_scenes_in_their_order(catalog, make_res
     assert document["scores"]["OMQ"] == document["scores"]["avg_state_quality"] == 1.0
 
 
-def test_a_missing_ground_truth_is_told_with_what_there_is(catalog, make_result, save):
+def test_a_missing_ground_truth_is_told_with_what_there_is(catalog: Catalog, make_result: Make, save: Save) -> None:
     with pytest.raises(BenchbotError, match="no ground truth of the environment 'flat:3'") as caught:
         evaluate_files([save("a.json", make_result(variant=3))], catalog=catalog)
 
     assert "flat:1, flat:2" in caught.value.why
 
 
-def test_two_truths_of_one_environment_are_never_chosen_from_silently(catalog, make_result, save):
+def test_two_truths_of_one_environment_are_never_chosen_from_silently(
+    catalog: Catalog, make_result: Make, save: Save
+) -> None:
     truths = [save("one.json", ground_truth(1)), save("two.json", ground_truth(1))]
 
     with pytest.raises(BenchbotError, match="two ground truths"):
         evaluate_files([save("a.json", make_result())], catalog=catalog, ground_truth_paths=truths)
 
 
-def test_results_of_two_tasks_are_not_mixed(catalog, make_result, save):
+def test_results_of_two_tasks_are_not_mixed(catalog: Catalog, make_result: Make, save: Save) -> None:
     other = make_result(task_details={"name": "other", "results_format": "object_map"})
 
     with pytest.raises(BenchbotError, match="different tasks"):
@@ -200,24 +215,26 @@ def test_results_of_two_tasks_are_not_mixed(catalog, make_result, save):
         ({"required_envs": ["flat:2"]}, "nothing to score"),
     ],
 )
-def test_a_wrong_name_is_told(catalog, make_result, save, options, text):
+def test_a_wrong_name_is_told(
+    catalog: Catalog, make_result: Make, save: Save, options: dict[str, Any], text: str
+) -> None:
     with pytest.raises(BenchbotError, match=text):
         evaluate_files([save("a.json", make_result())], catalog=catalog, **options)
 
 
-def test_a_lone_file_that_is_no_result_is_an_error(catalog, tmp_path):
+def test_a_lone_file_that_is_no_result_is_an_error(catalog: Catalog, tmp_path: Path) -> None:
     with pytest.raises(BenchbotError, match="no such file"):
         evaluate_files([tmp_path / "missing.json"], catalog=catalog)
 
 
-def test_results_whose_format_no_method_reads_are_told(catalog, make_result, save):
+def test_results_whose_format_no_method_reads_are_told(catalog: Catalog, make_result: Make, save: Save) -> None:
     result = make_result(task_details={"name": "poetry", "results_format": "poem"})
 
     with pytest.raises(BenchbotError, match="no method that scores"):
         evaluate_files([save("a.json", result)], catalog=catalog)
 
 
-def test_validation_alone_needs_no_ground_truth(catalog, make_result, save):
+def test_validation_alone_needs_no_ground_truth(catalog: Catalog, make_result: Make, save: Save) -> None:
     files = [save("a.json", make_result(variant=3)), save("b.json", "no")]
 
     coverage = validate_files(files, catalog=catalog)

@@ -9,7 +9,7 @@ from benchbot.core.catalog import Catalog
 from benchbot.core.plugins import load
 
 
-def test_the_box_holds_formats_and_examples():
+def test_the_box_holds_formats_and_examples() -> None:
     catalog = Catalog(load())
 
     for kind, names in {
@@ -21,7 +21,7 @@ def test_the_box_holds_formats_and_examples():
 
 
 @pytest.mark.parametrize("name", ["hello_active", "hello_passive"])
-def test_an_example_runs_a_file_that_lies_beside_its_declaration(name):
+def test_an_example_runs_a_file_that_lies_beside_its_declaration(name: str) -> None:
     example = Catalog(load()).get("examples", name)
     program, script = example.data["native_command"].split()
 
@@ -29,7 +29,7 @@ def test_an_example_runs_a_file_that_lies_beside_its_declaration(name):
     assert (example.path.parent / script).is_file()
 
 
-def test_loading_the_plugins_of_the_box_imports_nothing_heavy():
+def test_loading_the_plugins_of_the_box_imports_nothing_heavy() -> None:
     code = """
 import sys
 import benchbot.plugins, benchbot.plugins.formats.object_map_with_states

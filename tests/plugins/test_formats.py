@@ -1,6 +1,7 @@
 """The formats in the box, called as solutions call them: through their declarations."""
 
 from contextlib import suppress
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -14,19 +15,19 @@ from benchbot.core.plugins import load
 FORMATS = ("object_map", "object_map_with_states", "object_map_ground_truth")
 
 
-def call(name, function, *args, **kwargs):
+def call(name: str, function: str, *args: Any, **kwargs: Any) -> Any:
     return formats.call(Catalog(load()).get("formats", name), function, list(args), kwargs)
 
 
-def a_map(name="object_map", **keys):
+def a_map(name: str = "object_map", **keys: Any) -> dict[str, Any]:
     """A valid map of one object, with `keys` of that object replaced."""
-    instance = call(name, "create", ["chair", "background"])
+    instance: dict[str, Any] = call(name, "create", ["chair", "background"])
     instance["objects"] = [call(name, "create_object", 2) | {"label_probs": [0.9, 0.1]} | keys]
     return instance
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_what_create_makes_is_valid(name):
+def test_what_create_makes_is_valid(name: str) -> None:
     instance = call(name, "create")
     if name == "object_map_ground_truth":
         instance["class_list"] = ["chair"]
@@ -36,7 +37,7 @@ def test_what_create_makes_is_valid(name):
     call(name, "validate", instance | {"objects": [item]})
 
 
-def test_the_default_classes_are_the_thirty_of_bear_and_the_background():
+def test_the_default_classes_are_the_thirty_of_bear_and_the_background() -> None:
     classes = call("object_map", "create")["class_list"]
 
     assert len(classes) == len(set(classes)) == 31
@@ -44,20 +45,20 @@ def test_the_default_classes_are_the_thirty_of_bear_and_the_background():
     assert len(call("object_map", "create_object")["label_probs"]) == 31
 
 
-def test_sizes_may_be_chosen():
+def test_sizes_may_be_chosen() -> None:
     assert call("object_map", "create", class_list=["a", "b"])["class_list"] == ["a", "b"]
     assert call("object_map", "create_object", num_classes=2)["label_probs"] == [0, 0]
     assert call("object_map_with_states", "create_object", num_classes=2, num_states=3)["state_probs"] == [0, 0, 0]
 
 
-def test_maps_made_one_after_another_share_nothing():
+def test_maps_made_one_after_another_share_nothing() -> None:
     first = call("object_map", "create")
     first["class_list"].clear()
 
     assert len(call("object_map", "create")["class_list"]) == 31
 
 
-def test_states_are_added_removed_and_unchanged():
+def test_states_are_added_removed_and_unchanged() -> None:
     assert call("object_map_with_states", "create")["state_list"] == ["added", "removed", "unchanged"]
 
 
@@ -78,7 +79,7 @@ def test_states_are_added_removed_and_unchanged():
     ],
 )
 @pytest.mark.parametrize("name", ["object_map", "object_map_with_states"])
-def test_a_broken_object_is_told_by_its_place(name, keys, text):
+def test_a_broken_object_is_told_by_its_place(name: str, keys: dict[str, Any], text: str) -> None:
     with pytest.raises(BenchbotError) as caught:
         call(name, "validate", a_map(name, **keys))
 
@@ -98,7 +99,7 @@ def test_a_broken_object_is_told_by_its_place(name, keys, text):
         ({"objects": [7], "class_list": ["a"]}, "results.objects[0]: must be a mapping, not a number"),
     ],
 )
-def test_a_broken_map_is_told_by_its_place(instance, text):
+def test_a_broken_map_is_told_by_its_place(instance: Any, text: str) -> None:
     with pytest.raises(BenchbotError) as caught:
         call("object_map", "validate", instance)
 
@@ -112,14 +113,14 @@ def test_a_broken_map_is_told_by_its_place(instance, text):
         ({"state_probs": None}, "results.objects[0].state_probs: is missing"),
     ],
 )
-def test_states_are_checked_too(keys, text):
+def test_states_are_checked_too(keys: dict[str, Any], text: str) -> None:
     with pytest.raises(BenchbotError) as caught:
         call("object_map_with_states", "validate", a_map("object_map_with_states", **keys))
 
     assert text in caught.value.why
 
 
-def test_states_in_another_order_are_refused():
+def test_states_in_another_order_are_refused() -> None:
     instance = a_map("object_map_with_states") | {"state_list": ["removed", "added", "unchanged"]}
 
     with pytest.raises(BenchbotError) as caught:
@@ -128,7 +129,7 @@ def test_states_in_another_order_are_refused():
     assert "results.state_list: must be ['added', 'removed', 'unchanged']" in caught.value.why
 
 
-def test_every_problem_is_told_up_to_ten():
+def test_every_problem_is_told_up_to_ten() -> None:
     instance = a_map()
     instance["objects"] = [{"label_probs": [], "centroid": [], "extent": []}] * 4
 
@@ -146,7 +147,7 @@ def test_every_problem_is_told_up_to_ten():
         ({"extent": [0, 0, -1]}, "ground_truth.objects[0].extent[2]"),
     ],
 )
-def test_a_broken_ground_truth_is_told_by_its_place(keys, text):
+def test_a_broken_ground_truth_is_told_by_its_place(keys: dict[str, Any], text: str) -> None:
     item = call("object_map_ground_truth", "create_object") | {"class": "chair"} | keys
 
     with pytest.raises(BenchbotError) as caught:
@@ -155,7 +156,7 @@ def test_a_broken_ground_truth_is_told_by_its_place(keys, text):
     assert text in caught.value.why
 
 
-anything = st.recursive(
+anything: st.SearchStrategy[Any] = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
     lambda inner: (
         st.lists(inner, max_size=4)
@@ -174,6 +175,6 @@ anything = st.recursive(
 @pytest.mark.parametrize("name", FORMATS)
 @settings(deadline=None)
 @given(instance=anything)
-def test_no_document_whatever_raises_anything_but_the_one_error(name, instance):
+def test_no_document_whatever_raises_anything_but_the_one_error(name: str, instance: Any) -> None:
     with suppress(BenchbotError):
         call(name, "validate", instance)

@@ -11,6 +11,7 @@ import numpy as np
 import pygltflib
 import pytest
 import yaml
+from numpy.typing import NDArray
 
 _COMPONENTS = {pygltflib.FLOAT: np.float32, pygltflib.UNSIGNED_SHORT: np.uint16, pygltflib.UNSIGNED_INT: np.uint32}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
@@ -22,16 +23,18 @@ class Node:
 
     name: str
     tag: dict[str, Any]
-    vertices: np.ndarray
-    triangles: np.ndarray
+    vertices: NDArray[np.float64]
+    triangles: NDArray[np.int_]
 
     @property
-    def low(self) -> np.ndarray:
-        return self.vertices.min(axis=0)
+    def low(self) -> NDArray[np.float64]:
+        low: NDArray[np.float64] = self.vertices.min(axis=0)
+        return low
 
     @property
-    def high(self) -> np.ndarray:
-        return self.vertices.max(axis=0)
+    def high(self) -> NDArray[np.float64]:
+        high: NDArray[np.float64] = self.vertices.max(axis=0)
+        return high
 
 
 def _read_nodes(path: Path) -> dict[str, Node]:
@@ -39,7 +42,7 @@ def _read_nodes(path: Path) -> dict[str, Node]:
     document = pygltflib.GLTF2().load(str(path))
     blob = document.binary_blob()
 
-    def read(index: int) -> np.ndarray:
+    def read(index: int) -> NDArray[Any]:
         accessor = document.accessors[index]
         view = document.bufferViews[accessor.bufferView]
         kind, width = _COMPONENTS[accessor.componentType], _WIDTHS[accessor.type]
@@ -79,14 +82,19 @@ def nodes(scene_path: Path) -> dict[str, Node]:
 
 @pytest.fixture(scope="session")
 def environment() -> dict[str, Any]:
-    return yaml.safe_load(package_file("environments", "miniroom_1.yaml").read_text(encoding="utf-8"))
+    declaration: dict[str, Any] = yaml.safe_load(
+        package_file("environments", "miniroom_1.yaml").read_text(encoding="utf-8")
+    )
+    return declaration
 
 
 @pytest.fixture(scope="session")
 def truth() -> dict[str, Any]:
-    return json.loads(package_file("ground_truths", "miniroom_1.json").read_text(encoding="utf-8"))
+    document: dict[str, Any] = json.loads(package_file("ground_truths", "miniroom_1.json").read_text(encoding="utf-8"))
+    return document
 
 
 @pytest.fixture(scope="session")
 def published() -> dict[str, Any]:
-    return json.loads(package_file("layouts", "miniroom_1.json").read_text(encoding="utf-8"))
+    document: dict[str, Any] = json.loads(package_file("layouts", "miniroom_1.json").read_text(encoding="utf-8"))
+    return document

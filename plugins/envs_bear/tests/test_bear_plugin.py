@@ -3,13 +3,14 @@
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import yaml
 
 from benchbot_envs_bear import plugin
 
 
-def test_environments_and_ground_truths_are_yielded_as_folders():
+def test_environments_and_ground_truths_are_yielded_as_folders() -> None:
     (environments,) = plugin.benchbot_environments()
     (ground_truths,) = plugin.benchbot_ground_truths()
     declared = {path.name.removesuffix(".yaml") for path in environments.iterdir()}
@@ -17,25 +18,27 @@ def test_environments_and_ground_truths_are_yielded_as_folders():
     assert "miniroom_1" in declared
 
 
-def test_each_declaration_points_to_its_scene():
+def test_each_declaration_points_to_its_scene() -> None:
     (environments,) = plugin.benchbot_environments()
     for path in environments.iterdir():
         declaration = yaml.safe_load(path.read_text(encoding="utf-8"))
         assert (Path(str(environments)) / declaration["map_path"]).is_file()
 
 
-def test_the_declaration_names_the_thirty_classes(environment, published):
+def test_the_declaration_names_the_thirty_classes(environment: dict[str, Any], published: dict[str, Any]) -> None:
     assert environment["object_labels"] == published["class_list"][:-1]
     assert len(environment["object_labels"]) == 30
 
 
-def test_heading_and_place_of_every_pose_are_the_published_ones(environment, published):
+def test_heading_and_place_of_every_pose_are_the_published_ones(
+    environment: dict[str, Any], published: dict[str, Any]
+) -> None:
     for pose, given in zip(environment["trajectory_poses"], published["trajectory_poses_wxyz_xyz"], strict=True):
         assert pose[4:6] == given[4:6]
         assert abs(pose[0] * given[0] + pose[3] * given[3]) > 0.9999
 
 
-def test_importing_the_plugin_stays_light():
+def test_importing_the_plugin_stays_light() -> None:
     code = "import sys, benchbot_envs_bear.plugin; print({'numpy', 'PIL', 'pygltflib', 'scipy'} & set(sys.modules))"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "set()"

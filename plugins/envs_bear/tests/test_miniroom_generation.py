@@ -3,27 +3,32 @@
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import yaml
 
 from benchbot_envs_bear.generate.assemble import generate
+from plugins.envs_bear.tests.conftest import Node
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("miniroom generation")]
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory) -> Path:
-    path = tmp_path_factory.mktemp("environments")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path: Path = tmp_path_factory.mktemp("environments")
     subprocess.run(
         [sys.executable, "-m", "benchbot_envs_bear.generate", "miniroom:1", "--folder", str(path)], check=True
     )
     return path
 
 
-def test_geometry_equals_the_committed_scene(folder, nodes, read_nodes):
+def test_geometry_equals_the_committed_scene(
+    folder: Path, nodes: dict[str, Node], read_nodes: Callable[[Path], dict[str, Node]]
+) -> None:
     again = read_nodes(folder / "scenes" / "miniroom_1.glb")
     assert list(again) == list(nodes)
     for name, node in again.items():
@@ -32,7 +37,9 @@ def test_geometry_equals_the_committed_scene(folder, nodes, read_nodes):
         assert node.tag == nodes[name].tag
 
 
-def test_declaration_and_ground_truth_equal_the_committed_ones(folder, environment, truth):
+def test_declaration_and_ground_truth_equal_the_committed_ones(
+    folder: Path, environment: dict[str, Any], truth: dict[str, Any]
+) -> None:
     declared = yaml.safe_load((folder / "environments" / "miniroom_1.yaml").read_text(encoding="utf-8"))
     generated = json.loads((folder / "ground_truths" / "miniroom_1.json").read_text(encoding="utf-8"))
     assert declared == environment
@@ -42,7 +49,7 @@ def test_declaration_and_ground_truth_equal_the_committed_ones(folder, environme
         np.testing.assert_allclose(new["centroid"] + new["extent"], old["centroid"] + old["extent"], atol=1e-5)
 
 
-def test_another_process_writes_the_same_bytes(folder, tmp_path):
+def test_another_process_writes_the_same_bytes(folder: Path, tmp_path: Path) -> None:
     generate("miniroom", "1", tmp_path)
     for kind, name in (
         ("scenes", "miniroom_1.glb"),
@@ -52,7 +59,7 @@ def test_another_process_writes_the_same_bytes(folder, tmp_path):
         assert (tmp_path / kind / name).read_bytes() == (folder / kind / name).read_bytes()
 
 
-def test_an_unknown_environment_is_refused_with_what_there_is():
+def test_an_unknown_environment_is_refused_with_what_there_is() -> None:
     result = subprocess.run(
         [sys.executable, "-m", "benchbot_envs_bear.generate", "castle:1"], capture_output=True, text=True, check=False
     )

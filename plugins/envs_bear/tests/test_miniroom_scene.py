@@ -1,25 +1,33 @@
 """The committed scene: every object where it was published, nothing floating, nothing in another's way."""
 
+from collections.abc import Iterable
 from itertools import pairwise
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
+from numpy.typing import NDArray
+
+from plugins.envs_bear.tests.conftest import Node
 
 ROBOT_CLEARANCE_M = 0.33
 SHELL = {"floor", "ceiling", "wall_south", "wall_north", "wall_east", "wall_west", "skirting"}
 
 
-def _surface(parts):
+def _surface(parts: Iterable[Node]) -> trimesh.Trimesh:
     meshes = [trimesh.Trimesh(node.vertices, node.triangles, process=False) for node in parts]
-    return trimesh.util.concatenate(meshes)
+    surface = trimesh.util.concatenate(meshes)
+    assert isinstance(surface, trimesh.Trimesh)
+    return surface
 
 
-def _without(nodes, *names):
+def _without(nodes: dict[str, Node], *names: str) -> trimesh.Trimesh:
     return _surface(node for name, node in nodes.items() if name not in names)
 
 
-def test_every_published_object_has_its_published_box(nodes, published):
+def test_every_published_object_has_its_published_box(nodes: dict[str, Node], published: dict[str, Any]) -> None:
     for entry in published["objects"]:
         node = nodes[entry["id"]]
         np.testing.assert_allclose((node.low + node.high) / 2, entry["centroid"], atol=0.005, err_msg=entry["id"])
@@ -27,32 +35,32 @@ def test_every_published_object_has_its_published_box(nodes, published):
         assert node.tag == {"class": entry["class"], "instance": entry["id"], "group": entry["isgroup"]}
 
 
-def test_only_published_objects_carry_a_class(nodes, published):
+def test_only_published_objects_carry_a_class(nodes: dict[str, Node], published: dict[str, Any]) -> None:
     assert {name for name, node in nodes.items() if node.tag.get("class")} == {
         entry["id"] for entry in published["objects"]
     }
 
 
-def test_ground_truth_is_the_box_of_the_scenes_own_vertices(nodes, truth):
+def test_ground_truth_is_the_box_of_the_scenes_own_vertices(nodes: dict[str, Node], truth: dict[str, Any]) -> None:
     for entry in truth["ground_truth"]["objects"]:
         node = nodes[entry["ID_name"]]
         np.testing.assert_allclose((node.low + node.high) / 2, entry["centroid"], atol=2e-6)
         np.testing.assert_allclose(node.high - node.low, entry["extent"], atol=2e-6)
 
 
-def test_any_viewer_loads_it_upright(scene_path):
+def test_any_viewer_loads_it_upright(scene_path: Path) -> None:
     scene = trimesh.load_scene(scene_path)
     low, high = scene.bounds
     assert high[1] - low[1] == pytest.approx(2.60 + 2 * 0.20, abs=0.01)
     assert low[1] == pytest.approx(-0.20, abs=0.01)
 
 
-def test_it_stays_within_its_budget(nodes, scene_path):
+def test_it_stays_within_its_budget(nodes: dict[str, Node], scene_path: Path) -> None:
     assert sum(len(node.triangles) for node in nodes.values()) <= 200_000
     assert scene_path.stat().st_size <= 6_000_000
 
 
-def test_nothing_floats(nodes):
+def test_nothing_floats(nodes: dict[str, Node]) -> None:
     """Under the lowest points of each object, or under the sink's rim, another surface is within a centimetre."""
     standing = [node for name, node in nodes.items() if name not in SHELL and not node.tag.get("mounted")]
     owner = np.repeat(np.array(list(nodes)), [len(node.triangles) for node in nodes.values()])
@@ -69,7 +77,7 @@ def test_nothing_floats(nodes):
     assert floating == []
 
 
-def test_objects_do_not_cut_into_each_other(nodes):
+def test_objects_do_not_cut_into_each_other(nodes: dict[str, Node]) -> None:
     """No edge of a published object crosses another's surface, once lifted 6 mm off what carries it.
 
     What stands on the object itself, and leaves of neighbouring plants, may touch it.
@@ -97,11 +105,11 @@ def test_objects_do_not_cut_into_each_other(nodes):
     assert crossing == []
 
 
-def _foliage(node, category):
+def _foliage(node: Node, category: str) -> bool:
     return category == "potted plant" == node.tag.get("class")
 
 
-def test_the_robot_has_room_all_along_its_trajectory(nodes, environment):
+def test_the_robot_has_room_all_along_its_trajectory(nodes: dict[str, Node], environment: dict[str, Any]) -> None:
     way = np.array([pose[4:6] for pose in [environment["start_pose"], *environment["trajectory_poses"]]])
     surface = _surface(nodes.values())
     in_the_way = surface.triangles[
@@ -115,22 +123,26 @@ def test_the_robot_has_room_all_along_its_trajectory(nodes, environment):
     assert nearest >= ROBOT_CLEARANCE_M
 
 
-def _along(corners, step_m=0.02):
+def _along(corners: NDArray[np.float64], step_m: float = 0.02) -> NDArray[np.float64]:
     """Points every `step_m` along the edges (M, 4, 2) of triangles."""
     first, last = corners[:, :3].reshape(-1, 2), corners[:, 1:].reshape(-1, 2)
     count = np.ceil(np.linalg.norm(last - first, axis=1) / step_m).astype(int)
     which = np.repeat(np.arange(len(count)), count)
     share = (np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)) / count[which]
-    return first[which] + (last - first)[which] * share[:, None]
+    points: NDArray[np.float64] = first[which] + (last - first)[which] * share[:, None]
+    return points
 
 
-def _distance(points, first, last):
+def _distance(
+    points: NDArray[np.float64], first: NDArray[np.float64], last: NDArray[np.float64]
+) -> NDArray[np.float64]:
     way = last - first
-    share = np.clip((points - first) @ way / max(way @ way, 1e-12), 0, 1)
-    return np.linalg.norm(points - first - share[:, None] * way, axis=1)
+    share = np.clip((points - first) @ way / max(float(way @ way), 1e-12), 0, 1)
+    distances: NDArray[np.float64] = np.linalg.norm(points - first - share[:, None] * way, axis=1)
+    return distances
 
 
-def test_the_robot_stands_inside_the_room(nodes, environment):
+def test_the_robot_stands_inside_the_room(nodes: dict[str, Node], environment: dict[str, Any]) -> None:
     poses = np.array([environment["start_pose"], *environment["trajectory_poses"]])
     np.testing.assert_allclose(np.linalg.norm(poses[:, :4], axis=1), 1.0, atol=1e-5)
     assert np.all(poses[:, 6] == 0.0)
@@ -140,13 +152,14 @@ def test_the_robot_stands_inside_the_room(nodes, environment):
     assert floor.high[2] == pytest.approx(0.0, abs=1e-6)
 
 
-def test_light_enters_through_the_window_only(nodes):
+def test_light_enters_through_the_window_only(nodes: dict[str, Node]) -> None:
     """Rays from the middle of the room to all sides leave it through the window's panes or not at all."""
     panes = [name for name in nodes if name == "window"]
     shell = _without(nodes, *panes)
     rng = np.random.default_rng(1)
     directions = rng.normal(size=(20_000, 3))
-    escaped = ~shell.ray.intersects_any(np.tile([1.0, 1.4, 1.5], (len(directions), 1)), directions)
+    starts = np.tile([1.0, 1.4, 1.5], (len(directions), 1))
+    escaped = ~shell.ray.intersects_any(starts, directions)  # type: ignore[no-untyped-call]
     window = nodes["window"]
     way = directions[escaped]
     assert len(way) > 100

@@ -99,8 +99,8 @@ def test_a_picture_takes_the_art_it_is_given() -> None:
 
 
 def test_no_face_of_a_book_looks_into_the_book() -> None:
-    extent_m = np.array([0.1659, 0.0488, 0.1888])
-    half = extent_m / 2
+    extent_m = (0.1659, 0.0488, 0.1888)
+    half = np.array(extent_m) / 2
     for part in books.book(extent_m):
         corners = part.mesh.vertices[part.mesh.triangles]
         for axis in range(3):

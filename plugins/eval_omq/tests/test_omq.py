@@ -1,21 +1,24 @@
 """What OMQ says about maps that can be judged by eye, and about those that break the rules."""
 
+from typing import Any
+
 import pytest
 
 from benchbot.core.errors import BenchbotError
 from benchbot_eval_omq import omq
 from plugins.eval_omq.tests.omq_maps import change_map, found, semantic_map, thing, truth
 
-ADDED, REMOVED = {"state_probs": [1.0, 0.0, 0.0]}, {"state_probs": [0.0, 1.0, 0.0]}
+ADDED: dict[str, Any] = {"state_probs": [1.0, 0.0, 0.0]}
+REMOVED: dict[str, Any] = {"state_probs": [0.0, 1.0, 0.0]}
 
 
-def test_an_object_at_its_place_scores_one():
+def test_an_object_at_its_place_scores_one() -> None:
     scores = omq.evaluate(semantic_map(found("chair")), [truth(thing("chair"))])
 
     assert set(scores.values()) == {1.0}
 
 
-def test_half_the_overlap_and_half_the_label_give_half():
+def test_half_the_overlap_and_half_the_label_give_half() -> None:
     # IoU of unit cubes shifted by 1/3 is (2/3) / (4/3) = 1/2; sqrt(1/2 * 1/2) = 1/2.
     scores = omq.evaluate(semantic_map(found("chair", x=1 / 3, sure=0.5)), [truth(thing("chair"))])
 
@@ -24,27 +27,27 @@ def test_half_the_overlap_and_half_the_label_give_half():
     assert scores["avg_label"] == pytest.approx(0.5)
 
 
-def test_a_false_positive_costs_what_it_claims():
+def test_a_false_positive_costs_what_it_claims() -> None:
     scores = omq.evaluate(semantic_map(found("chair"), found("tv", x=9.0, sure=0.25)), [truth(thing("chair"))])
 
     assert scores["OMQ"] == pytest.approx(1 / 1.25)
     assert scores["avg_fp_quality"] == pytest.approx(0.75)
 
 
-def test_a_missed_object_costs_one():
+def test_a_missed_object_costs_one() -> None:
     scores = omq.evaluate(semantic_map(found("chair")), [truth(thing("chair"), thing("tv", x=9.0))])
 
     assert scores["OMQ"] == pytest.approx(1 / 2)
 
 
-def test_an_empty_map_of_a_furnished_room_scores_nothing():
+def test_an_empty_map_of_a_furnished_room_scores_nothing() -> None:
     scores = omq.evaluate(semantic_map(), [truth(thing("chair"))])
 
     assert scores["OMQ"] == 0.0
     assert scores["avg_fp_quality"] == 1.0
 
 
-def test_the_assignment_is_the_best_of_all_and_not_the_first():
+def test_the_assignment_is_the_best_of_all_and_not_the_first() -> None:
     # Greedily, the estimate at 0.3 would take the chair at 0.4 and leave the one at 0 to nobody.
     room = truth(thing("chair", x=0.0), thing("chair", x=0.4))
     scores = omq.evaluate(semantic_map(found("chair", x=0.3), found("chair", x=0.5)), [room])
@@ -53,7 +56,7 @@ def test_the_assignment_is_the_best_of_all_and_not_the_first():
     assert len(omq.compare(semantic_map(found("chair", x=0.3), found("chair", x=0.5)), [room]).pairs) == 2
 
 
-def test_parts_of_a_group_are_neither_hits_nor_false_positives():
+def test_parts_of_a_group_are_neither_hits_nor_false_positives() -> None:
     group = truth(thing("chair", size=2.0, isgroup=True))
     parts = [found("chair", x=-0.4), found("chair", x=0.4, size=0.5)]
 
@@ -62,7 +65,7 @@ def test_parts_of_a_group_are_neither_hits_nor_false_positives():
     assert scores["OMQ"] == 1.0
 
 
-def test_a_part_of_another_class_than_its_group_is_a_false_positive():
+def test_a_part_of_another_class_than_its_group_is_a_false_positive() -> None:
     group = truth(thing("chair", size=2.0, isgroup=True))
     part = found("tv") | {"label_probs": [0.4, 0.0, 0.6, 0.0]}
 
@@ -71,7 +74,7 @@ def test_a_part_of_another_class_than_its_group_is_a_false_positive():
     assert scores["OMQ"] == pytest.approx(1 / 1.6)
 
 
-def test_synonyms_are_followed_to_their_end():
+def test_synonyms_are_followed_to_their_end() -> None:
     room = truth(thing("diningtable"), synonyms={"diningtable": "dining table", "dining table": "Table"})
     result = semantic_map(class_list=["chair", "DiningTable", "tv", "background"])
     result["results"]["objects"].append(found("table"))
@@ -79,21 +82,21 @@ def test_synonyms_are_followed_to_their_end():
     assert omq.evaluate(result, [room])["OMQ"] == 1.0
 
 
-def test_synonyms_in_a_circle_end_as_background():
+def test_synonyms_in_a_circle_end_as_background() -> None:
     room = truth(thing("chair"), synonyms={"a": "b", "b": "a"})
     result = semantic_map(found("table"), class_list=["chair", "a", "tv", "background"])
 
     assert omq.evaluate(result, [room])["OMQ"] == 0.0
 
 
-def test_a_ground_truth_without_synonyms_and_class_list_uses_its_environment():
+def test_a_ground_truth_without_synonyms_and_class_list_uses_its_environment() -> None:
     room = truth(thing("chair"))
     room["ground_truth"] = {"objects": room["ground_truth"]["objects"]}
 
     assert omq.evaluate(semantic_map(found("chair")), [room])["OMQ"] == 1.0
 
 
-def test_changes_are_what_only_one_of_the_scenes_has():
+def test_changes_are_what_only_one_of_the_scenes_has() -> None:
     before = truth(thing("chair"), thing("tv", x=5.0))
     after = truth(thing("chair"), thing("table", x=9.0))
 
@@ -102,7 +105,7 @@ def test_changes_are_what_only_one_of_the_scenes_has():
     assert set(scores.values()) == {1.0}
 
 
-def test_a_moved_object_was_removed_and_added():
+def test_a_moved_object_was_removed_and_added() -> None:
     before, after = truth(thing("chair", x=0.0)), truth(thing("chair", x=5.0))
 
     scores = omq.evaluate(change_map(found("chair", x=0.0, **REMOVED), found("chair", x=5.0, **ADDED)), [before, after])
@@ -110,7 +113,7 @@ def test_a_moved_object_was_removed_and_added():
     assert scores["OMQ"] == 1.0
 
 
-def test_a_state_counts_as_a_third_of_the_quality():
+def test_a_state_counts_as_a_third_of_the_quality() -> None:
     before, after = truth(thing("chair")), truth()
     unsure = found("chair", state_probs=[0.0, 0.125, 0.875])
 
@@ -120,12 +123,12 @@ def test_a_state_counts_as_a_third_of_the_quality():
     assert scores["avg_state_quality"] == pytest.approx(0.125)
 
 
-def test_states_are_told_by_the_format_and_not_by_the_name_of_the_task():
+def test_states_are_told_by_the_format_and_not_by_the_name_of_the_task() -> None:
     with pytest.raises(BenchbotError, match="too few ground truths"):
         omq.evaluate(change_map(), [truth()])
 
 
-def test_missing_results_count_as_zero_in_the_mean():
+def test_missing_results_count_as_zero_in_the_mean() -> None:
     assert omq.combine([{"OMQ": 0.5, "avg_fp_quality": 1.0}, {}])["OMQ"] == 0.25
     assert set(omq.combine([]).values()) == {0.0}
 
@@ -142,7 +145,7 @@ def test_missing_results_count_as_zero_in_the_mean():
         (semantic_map() | {"task_details": {"results_format": "poem"}}, "OMQ reads: object_map"),
     ],
 )
-def test_a_result_that_breaks_its_format_is_told_where(result, place):
+def test_a_result_that_breaks_its_format_is_told_where(result: dict[str, Any], place: str) -> None:
     with pytest.raises(BenchbotError, match=place):
         omq.evaluate(result, [truth(), truth()])
 
@@ -155,6 +158,6 @@ def test_a_result_that_breaks_its_format_is_told_where(result, place):
         (truth(class_list=None) | {"environment": {"name": "bare", "variant": 1}}, "class_list"),
     ],
 )
-def test_a_broken_ground_truth_is_told_where(room, place):
+def test_a_broken_ground_truth_is_told_where(room: dict[str, Any], place: str) -> None:
     with pytest.raises(BenchbotError, match=place):
         omq.evaluate(semantic_map(found("chair")), [room])

@@ -3,6 +3,7 @@
 import json
 from copy import deepcopy
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,14 +14,14 @@ CASES = GOLDEN["cases"]
 
 
 @pytest.mark.parametrize("case", CASES, ids=range(len(CASES)))
-def test_scores_equal_the_published_ones(case):
+def test_scores_equal_the_published_ones(case: dict[str, Any]) -> None:
     scores = omq.evaluate(case["result"], case["ground_truths"])
 
     assert {key: scores[key] for key in case["scores"]} == pytest.approx(case["scores"], abs=1e-6)
 
 
 @pytest.mark.parametrize("case", CASES, ids=range(len(CASES)))
-def test_hits_misses_and_false_positives_equal_the_published_ones(case):
+def test_hits_misses_and_false_positives_equal_the_published_ones(case: dict[str, Any]) -> None:
     comparison = omq.compare(case["result"], case["ground_truths"])
 
     assert len(comparison.pairs) == case["raw"]["TP"]
@@ -30,13 +31,13 @@ def test_hits_misses_and_false_positives_equal_the_published_ones(case):
 
 
 @pytest.mark.parametrize("case", [case for case in CASES if len(case["ground_truths"]) == 2])
-def test_the_state_average_that_was_computed_but_never_published_is_reported(case):
+def test_the_state_average_that_was_computed_but_never_published_is_reported(case: dict[str, Any]) -> None:
     scores = omq.evaluate(case["result"], case["ground_truths"])
 
     assert scores["avg_state_quality"] == pytest.approx(case["raw"]["avg_state_unreported"], abs=1e-6)
 
 
-def test_inputs_are_left_as_they_were():
+def test_inputs_are_left_as_they_were() -> None:
     before = deepcopy(CASES)
     for case in CASES:
         omq.evaluate(case["result"], case["ground_truths"])
@@ -44,7 +45,7 @@ def test_inputs_are_left_as_they_were():
     assert before == CASES
 
 
-def test_the_mean_over_many_results_equals_the_published_one():
+def test_the_mean_over_many_results_equals_the_published_one() -> None:
     scores = [omq.evaluate(case["result"], case["ground_truths"]) for case in CASES]
 
     combined = omq.combine(scores)

@@ -18,7 +18,7 @@ TASK = "semantic_slam:passive:ground_truth:segmentation"
 
 
 @pytest.mark.slow
-def test_a_map_of_the_miniroom_is_good():
+def test_a_map_of_the_miniroom_is_good() -> None:
     catalog = Catalog(load())
     environment = catalog.get("environments", "miniroom:1")
     robot = catalog.get("robots", "carter_lowres").data

@@ -1,9 +1,13 @@
 """The example mapper, on depth images of boxes that are cast here ray by ray."""
 
 import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from benchbot.api import ActionResult
 from benchbot.core.geometry import Pose
@@ -19,7 +23,8 @@ from benchbot_task_semslam.examples.segmentation_mapper import (
 WIDTH, HEIGHT, FOCAL = 160, 90, 80.0
 IDS = {"chair": 1, "table": 2}
 # instance number, lower corner, upper corner
-BOXES = [
+Box = tuple[int, tuple[float, float, float], tuple[float, float, float]]
+BOXES: list[Box] = [
     (1001, (1.8, -0.3, 0.0), (2.4, 0.3, 0.9)),
     (1002, (0.2, 2.0, 0.0), (0.7, 2.5, 0.8)),
     (2001, (-2.6, -0.8, 0.1), (-1.6, 0.5, 0.7)),
@@ -28,7 +33,7 @@ BOXES = [
 OPTICAL = Pose(rotation_xyzw=(-0.5, 0.5, -0.5, 0.5))
 
 
-def cast(boxes, camera):
+def cast(boxes: Sequence[Box], camera: Pose) -> tuple[NDArray[np.float32], NDArray[np.uint16]]:
     """Return planar depth and instance numbers, (HEIGHT, WIDTH), seen from `camera`, an optical frame's pose."""
     v, u = np.mgrid[0:HEIGHT, 0:WIDTH]
     rays = np.stack([(u - WIDTH / 2) / FOCAL, (v - HEIGHT / 2) / FOCAL, np.ones_like(u, float)], -1)
@@ -46,7 +51,7 @@ def cast(boxes, camera):
     return depth, numbers
 
 
-def observe(boxes, camera, scene_number=0):
+def observe(boxes: Sequence[Box], camera: Pose, scene_number: int = 0) -> dict[str, Any]:
     depth, numbers = cast(boxes, camera)
     matrix = np.array([[FOCAL, 0, WIDTH / 2], [0, FOCAL, HEIGHT / 2], [0, 0, 1]])
     return {
@@ -67,14 +72,14 @@ def observe(boxes, camera, scene_number=0):
     }
 
 
-def views(height_m=1.05):
+def views(height_m: float = 1.05) -> list[Pose]:
     """Return camera poses: from each of four places the whole way round."""
     places = [(0.0, 0.0), (0.5, -1.5), (1.5, 1.5), (-1.0, 1.5)]
     yaws = np.arange(0, 2 * np.pi, np.pi / 6)
     return [Pose.planar(x, y, yaw, z=height_m) @ OPTICAL for x, y in places for yaw in yaws]
 
 
-def test_boxes_are_found_where_they_are():
+def test_boxes_are_found_where_they_are() -> None:
     mapped = ObjectMap()
     for camera in views():
         mapped.add(observe(BOXES, camera))
@@ -86,7 +91,7 @@ def test_boxes_are_found_where_they_are():
         assert item.upper == pytest.approx(upper, abs=0.04)
 
 
-def test_the_order_of_frames_is_of_no_account():
+def test_the_order_of_frames_is_of_no_account() -> None:
     there, back = ObjectMap(), ObjectMap()
     for camera in views():
         there.add(observe(BOXES, camera))
@@ -98,14 +103,14 @@ def test_the_order_of_frames_is_of_no_account():
         np.testing.assert_array_equal([one.lower, one.upper], [other.lower, other.upper])
 
 
-def test_an_empty_view_adds_nothing():
+def test_an_empty_view_adds_nothing() -> None:
     mapped = ObjectMap()
     mapped.add(observe([], views()[0]))
 
     assert mapped.objects == []
 
 
-def test_pixels_that_blend_two_depths_are_left_out():
+def test_pixels_that_blend_two_depths_are_left_out() -> None:
     depth = np.full((5, 6), 2.0, np.float32)
     depth[:, 3:] = 4.0
     depth[2, 3] = 3.0
@@ -115,40 +120,41 @@ def test_pixels_that_blend_two_depths_are_left_out():
 
 
 @pytest.mark.parametrize("invalid", [np.nan, np.inf, -np.inf, 0.0])
-def test_pixels_without_depth_are_left_out(invalid):
+def test_pixels_without_depth_are_left_out(invalid: float) -> None:
     depth = np.full((3, 3), 1.0, np.float32)
     depth[1, 1] = invalid
 
     assert np.argwhere(~on_surfaces(depth, np.ones((3, 3), np.uint16))).tolist() == [[1, 1]]
 
 
-def test_rotations_are_those_of_the_core():
+def test_rotations_are_those_of_the_core() -> None:
     pose = Pose.planar(0, 0, 0.7) @ OPTICAL
 
     np.testing.assert_allclose(rotation_matrix(pose.rotation_xyzw), pose.matrix()[:3, :3], atol=1e-12)
 
 
-def a_box(label, x):
+def a_box(label: str, x: float) -> MappedObject:
     return MappedObject(label, np.array([x, 0, 0], np.float32), np.array([x + 1, 1, 1], np.float32), 100)
 
 
-def test_changes_are_what_only_one_map_has():
+def test_changes_are_what_only_one_map_has() -> None:
     before = [a_box("chair", 0.0), a_box("table", 5.0)]
     after = [a_box("chair", 0.2), a_box("chair", 5.0)]
 
     assert [(item.label, state) for item, state in changes(before, after)] == [("table", "removed"), ("chair", "added")]
 
 
-def empty_results(**keys):
+def empty_results(**keys: Any) -> dict[str, Any]:
     return {"results": {"objects": [], "class_list": ["chair", "table", "background"]} | keys}
 
 
-def saved(agent, path, results):
+def saved(agent: SegmentationMapper, path: Path, results: dict[str, Any]) -> list[dict[str, Any]]:
     agent.save_result(str(path), results, {})
-    return json.loads(path.read_text())["results"]["objects"]
+    objects: list[dict[str, Any]] = json.loads(path.read_text())["results"]["objects"]
+    return objects
 
 
-def test_the_agent_follows_the_trajectory_and_saves_its_map(tmp_path):
+def test_the_agent_follows_the_trajectory_and_saves_its_map(tmp_path: Path) -> None:
     agent = SegmentationMapper()
     for camera in views():
         assert agent.pick_action(observe(BOXES, camera), ["move_next"]) == ("move_next", {})
@@ -161,7 +167,7 @@ def test_the_agent_follows_the_trajectory_and_saves_its_map(tmp_path):
     assert objects[0]["extent"] == pytest.approx([0.6, 0.6, 0.9], abs=0.08)
 
 
-def test_the_agent_looks_once_around_when_it_may_drive_itself():
+def test_the_agent_looks_once_around_when_it_may_drive_itself() -> None:
     agent, turned_deg = SegmentationMapper(), 0.0
     while not agent.is_done(ActionResult.SUCCESS):
         action, arguments = agent.pick_action(observe(BOXES, views()[0]), ["move_angle", "move_distance"])
@@ -172,7 +178,7 @@ def test_the_agent_looks_once_around_when_it_may_drive_itself():
     assert not agent.is_done(ActionResult.SUCCESS), "the next scene begins anew"
 
 
-def test_the_agent_tells_what_changed_from_one_scene_to_the_next(tmp_path):
+def test_the_agent_tells_what_changed_from_one_scene_to_the_next(tmp_path: Path) -> None:
     agent = SegmentationMapper()
     for scene_number, boxes in enumerate([BOXES[:2], BOXES[1:]]):
         for camera in views():

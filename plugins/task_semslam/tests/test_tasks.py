@@ -21,7 +21,9 @@ TABLE = [
 
 @pytest.mark.parametrize(("name", "actions", "localisation", "results_format", "scenes"), TABLE)
 @pytest.mark.parametrize(("suffix", "more"), [("", []), (":segmentation", ["image_segment", "image_segment_info"])])
-def test_a_task_declares_what_it_did_in_benchbot_2(name, actions, localisation, results_format, scenes, suffix, more):
+def test_a_task_declares_what_it_did_in_benchbot_2(
+    name: str, actions: list[str], localisation: str, results_format: str, scenes: int, suffix: str, more: list[str]
+) -> None:
     task = Catalog(load()).get("tasks", name + suffix)
 
     assert task.data["actions"] == actions
@@ -32,7 +34,7 @@ def test_a_task_declares_what_it_did_in_benchbot_2(name, actions, localisation, 
     assert task.distribution == "benchbot-task-semslam"
 
 
-def test_there_are_no_other_tasks():
+def test_there_are_no_other_tasks() -> None:
     pool = Catalog(load()).pool("tasks").values()
 
     assert sum(task.distribution == "benchbot-task-semslam" for task in pool) == 2 * len(TABLE)

@@ -4,7 +4,7 @@ import numpy as np
 from PIL import Image
 
 from benchbot.core.plugins import load
-from benchbot.core.session import ActionResult, Progress, State, Step
+from benchbot.core.progress import ActionResult, Progress, State, Step
 
 
 def step(**observations: np.ndarray) -> Step:
