@@ -1,15 +1,15 @@
 """The plug-in manager: what is installed, loading it, and keeping broken plug-ins from harming the others."""
 
 import os
+import pkgutil
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import Distribution, EntryPoint, distributions
 from typing import Any
 
 import pluggy
 
-from benchbot.core import hookspecs
+from benchbot.core import entry_points, hookspecs
 from benchbot.core.errors import BenchbotError, did_you_mean
 
 GROUP = "benchbot"
@@ -23,7 +23,6 @@ class PluginInfo:
     module: str
     distribution: str
     version: str
-    entry_point: EntryPoint = field(repr=False, compare=False)
 
 
 @dataclass(frozen=True)
@@ -50,26 +49,12 @@ def installed() -> list[PluginInfo]:
     wanted = os.environ.get("BENCHBOT_PLUGINS")
     names = None if wanted is None else {*filter(None, wanted.split(",")), "benchbot"}
     found: dict[tuple[str, str], PluginInfo] = {}
-    for distribution in distributions():
-        for entry_point in _entry_points(distribution):
-            info = PluginInfo(
-                entry_point.name,
-                entry_point.value,
-                distribution.metadata["Name"],
-                distribution.version,
-                entry_point,
-            )
-            if names is None or info.distribution in names:
-                # The first on sys.path is the one that Python would import; an older copy behind it is shadowed.
-                found.setdefault((info.distribution, info.name), info)
+    for point in entry_points.find(GROUP):
+        if names is None or point.distribution in names:
+            info = PluginInfo(point.name, point.value, point.distribution, point.version)
+            # The first on sys.path is the one that Python would import; an older copy behind it is shadowed.
+            found.setdefault((info.distribution, info.name), info)
     return sorted(found.values(), key=lambda info: (info.name, info.distribution))
-
-
-def _entry_points(distribution: Distribution) -> Iterator[EntryPoint]:
-    # Most distributions declare no entry point for us: a look into the raw text is far cheaper than parsing all.
-    text = distribution.read_text("entry_points.txt")
-    if text and f"[{GROUP}]" in text:
-        yield from (point for point in distribution.entry_points if point.group == GROUP)
 
 
 class Plugins:
@@ -86,7 +71,7 @@ class Plugins:
     def _register(self, info: PluginInfo) -> None:
         name = f"{info.distribution}:{info.name}"
         try:
-            plugin = info.entry_point.load()
+            plugin = pkgutil.resolve_name(info.module)
             self._manager.register(plugin, name)
             self._manager.check_pending()
         # A third party's import may fail in any way at all; it is reported and must not take the others down.
