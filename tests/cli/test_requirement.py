@@ -27,7 +27,8 @@ def test_what_is_no_requirement_is_refused_with_an_example(text: str) -> None:
     assert "OMQ>=0.4" in caught.value.fix
 
 
-@given(st.floats(allow_nan=False, allow_infinity=False), st.sampled_from([">=", ">", "<=", "<"]))
+# No subnormal numbers: some libraries that other tests load make the processor round them to zero, for good.
+@given(st.floats(allow_nan=False, allow_infinity=False, allow_subnormal=False), st.sampled_from([">=", ">", "<=", "<"]))
 def test_a_requirement_survives_being_written_and_read(threshold: float, sign: str) -> None:
     assert requirement.parse([f"OMQ{sign}{threshold!r}"]) == [Requirement("OMQ", sign, threshold)]
 
