@@ -1,5 +1,6 @@
 import os
 import pty
+import select
 import sys
 from typing import Any
 
@@ -51,6 +52,14 @@ def test_without_a_terminal_only_news_is_printed_and_output_passes_untouched(
     assert capfd.readouterr().err == "one\nhalf a line and the rest\n"
 
 
+def read_until_quiet(terminal: int) -> str:
+    """Return what a terminal shows; it passes on what was written to it piece by piece."""
+    seen = b""
+    while select.select([terminal], [], [], 0.5)[0]:
+        seen += os.read(terminal, 4096)
+    return seen.decode()
+
+
 def test_on_a_terminal_the_status_stays_below_the_output(monkeypatch: pytest.MonkeyPatch) -> None:
     ours, theirs = pty.openpty()
     with os.fdopen(theirs, "w") as terminal:
@@ -61,7 +70,7 @@ def test_on_a_terminal_the_status_stays_below_the_output(monkeypatch: pytest.Mon
             status.write(b"Which way? ")
             status.show("still busy", news=2)
             status.write(b"left\r\n")
-        seen = os.read(ours, 4096).decode()
+        seen = read_until_quiet(ours)
     os.close(ours)
 
     shown, erased = "\x1b[2m{}\x1b[0m".format, "\r\x1b[K"
