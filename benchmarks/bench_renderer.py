@@ -12,15 +12,17 @@ import statistics
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchbot_sim_taichi.gltf import load_scene
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
-from benchbot_sim_taichi.scene import SceneGeometry, load_scene
+from benchbot_sim_taichi.scene import SceneGeometry
 
 SHIPPED = Path(__file__).parents[1] / "plugins/envs_bear/src/benchbot_envs_bear/scenes/miniroom_1.glb"
 CAMERA = Intrinsics.from_horizontal_fov(960, 540, 90.0)
@@ -71,7 +73,7 @@ def measure(scene: SceneGeometry, cache: Path, position: np.ndarray, rounds: int
     processor: dict[str, list[float]] = {name: [] for name in jobs}
     for index in range(rounds * len(poses)):
         for name, job in jobs.items():
-            _, wall_s, processor_s = timed(lambda job=job, index=index: job(index % len(poses)))
+            _, wall_s, processor_s = timed(partial(job, index % len(poses)))
             wall[name].append(wall_s)
             processor[name].append(processor_s)
     seconds = {name: statistics.median(values) for name, values in wall.items()}

@@ -132,7 +132,9 @@ class Glb:
 def box(low: Any, high: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Vertices (24, 3), triangles (12, 3) facing out, uvs in metres."""
     low, high = np.asarray(low, float), np.asarray(high, float)
-    vertices, triangles, uvs = [], [], []
+    vertices: list[np.ndarray] = []
+    triangles: list[list[int]] = []
+    uvs: list[tuple[float, float]] = []
     for axis in range(3):
         u, v = (axis + 1) % 3, (axis + 2) % 3
         for side in (0, 1):

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from benchbot_sim_taichi import camera_response, device_scene, irradiance
+from benchbot_sim_taichi.gltf import load_scene
 from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
 from benchbot_sim_taichi.path_trace import path_trace
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
-from benchbot_sim_taichi.scene import load_scene
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE
 from plugins.sim_taichi.tests import rooms
 from plugins.sim_taichi.tests.cameras import looking
@@ -83,7 +83,7 @@ import hashlib, sys
 from pathlib import Path
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
-from benchbot_sim_taichi.scene import load_scene
+from benchbot_sim_taichi.gltf import load_scene
 from plugins.sim_taichi.tests.cameras import looking
 renderer = Renderer(load_scene(Path(sys.argv[1])), Lighting(), cache_dir=Path(sys.argv[2]))
 frame = renderer.render(looking((0.6, 0.4, 1.05), 50), Intrinsics.from_horizontal_fov(96, 54, 90.0))

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchbot.core.errors import BenchbotError
-from benchbot_sim_taichi.scene import load_scene
+from benchbot_sim_taichi.gltf import load_scene
 from plugins.sim_taichi.tests import rooms
 from plugins.sim_taichi.tests.glb import Glb
 
@@ -31,8 +31,8 @@ def test_materials_keep_their_extensions(tmp_path: Path) -> None:
     assert [material.is_glass for material in scene.materials].count(True) == 1
     lamp = next(material for material in scene.materials if material.is_emissive)
     assert lamp.emission == pytest.approx((12.0, 9.0, 6.0))
-    textured = next(material for material in scene.materials if material.base_color_image is not None)
-    assert scene.images[textured.base_color_image].shape == (64, 64, 4)
+    (color_image,) = {m.base_color_image for m in scene.materials if m.base_color_image is not None}
+    assert scene.images[color_image].shape == (64, 64, 4)
 
 
 def test_structure_has_no_class(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot_sim_taichi.collision import ObstacleMap
-from benchbot_sim_taichi.scene import load_scene
+from benchbot_sim_taichi.gltf import load_scene
 from benchbot_sim_taichi.simulator import RayTracedSimulator
 from plugins.sim_taichi.tests.glb import Glb
 

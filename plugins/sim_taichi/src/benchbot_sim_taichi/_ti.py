@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import platformdirs
 
+from benchbot.core import resources
 from benchbot.core.errors import BenchbotError
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
@@ -23,7 +23,7 @@ _started: str | None = None
 
 def default_cache_dir() -> Path:
     """Where compiled kernels, trees and irradiance are kept between runs."""
-    return platformdirs.user_cache_path("benchbot") / "sim_taichi"
+    return resources.cache_dir() / "sim_taichi"
 
 
 def start(arch: str, cache_dir: Path) -> None:

@@ -36,8 +36,11 @@ _SUPPORTED_EXTENSIONS = {
 }
 
 
-def read(path: Path) -> SceneGeometry:
-    """Read `path`; raises `BenchbotError` when it is missing, damaged, empty or needs what is not supported."""
+def load_scene(path: Path) -> SceneGeometry:
+    """Read a GLB file (glTF 2.0 binary, y up) into the map frame (z up).
+
+    Raises `BenchbotError` when the file is missing, damaged, empty or needs what is not supported.
+    """
     try:
         data = path.read_bytes()
     except FileNotFoundError as error:

@@ -118,12 +118,23 @@ class Renderer:
         illumination.light_indirectly(*tree, device.surfaces[0], *cells, *seen, light, *size, seed)
         illumination.light_directly(*tree, *device.lights, *seen, light, *size, seed)
         illumination.reflect(*tree, *device.surfaces, device.lights[0], *cells, camera, pixels, light, *size, seed)
-        for reach, step in ((2, 1), (1, 4)):
-            filtering.smooth(*seen, light, smooth, *size, reach, step, 0)
-            filtering.smooth(*seen, smooth, light, *size, reach, step, 1)
+        for step in (1, 4):
+            filtering.smooth(camera, guide, light, smooth, *size, 0, step)
+            filtering.smooth(camera, guide, smooth, light, *size, 1, step)
         radiance = self._buffer("radiance", width * height * 3)
+        centers = self._buffer("centers", width * height * 3)
+        resolve.shade_centers(device.lights[0], camera, pixels, light, centers, *size)
         resolve.resolve(
-            *tree, device.sheer_root, *device.surfaces, device.lights[0], *cells, *seen, light, radiance, *size
+            *tree,
+            device.sheer_root,
+            *device.surfaces,
+            device.lights[0],
+            *cells,
+            *seen,
+            light,
+            centers,
+            radiance,
+            *size,
         )
         picture = camera_response.develop(radiance, width, height)
         return Frame(picture.reshape(*shape, 3), depth.reshape(shape), instance.reshape(shape))

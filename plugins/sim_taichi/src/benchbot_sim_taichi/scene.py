@@ -4,7 +4,6 @@ import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -89,13 +88,3 @@ class SceneGeometry:
             self.normals,
             self.uvs,
         )
-
-
-def load_scene(path: Path) -> SceneGeometry:
-    """Read a GLB file (glTF 2.0 binary, y up) into the map frame (z up).
-
-    Raises `BenchbotError` when the file is missing, is not a GLB, or holds no triangle.
-    """
-    from benchbot_sim_taichi import gltf
-
-    return gltf.read(Path(path))

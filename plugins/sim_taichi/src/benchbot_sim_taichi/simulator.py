@@ -13,11 +13,12 @@ from benchbot.core.platform import PlatformSpec, Scene
 from benchbot_sim_taichi import dynamics
 from benchbot_sim_taichi.collision import ObstacleMap, travel
 from benchbot_sim_taichi.dynamics import State
+from benchbot_sim_taichi.gltf import load_scene
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.odometry import Odometry
 from benchbot_sim_taichi.renderer import Frame, Renderer
 from benchbot_sim_taichi.robot import Footprint, Robot
-from benchbot_sim_taichi.scene import SceneGeometry, load_scene
+from benchbot_sim_taichi.scene import SceneGeometry
 from benchbot_sim_taichi.sensors import Labels, pose_record
 
 CONTROL_PERIOD_S = 0.05

@@ -4,13 +4,15 @@
 Neighbouring pixels take different strata (interleaved sampling: Keller and Heidrich, 2001), so that any window of 4x4
 pixels holds a well-spread set of samples of every light.
 
-A pixel's light (`LIGHT_PIXEL_STRIDE` values): irradiance without sun, share of the sun that is visible, radiance from
-the mirror direction, distance of what is mirrored (-1: no ray was sent).
+A pixel's light (`LIGHT_PIXEL_STRIDE` values): irradiance without sun, share of the sun that is visible (`NO_SAMPLE`
+before filtering where neighbours are to speak for the pixel), radiance from the mirror direction, and what that is:
+`ROUGH` nothing, `GLOSSY_UNSEEN` still to come from neighbours, `GLOSSY` or `MIRROR`.
 """
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.cells import INV_PI, NEAR_M, OFFSET_M, interpolate_cells, nearest_cell
 from benchbot_sim_taichi.kernels.light import sample_light, sky_radiance
+from benchbot_sim_taichi.kernels.neighbours import fit, pixel_plane
 from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE, camera_origin, camera_ray
 from benchbot_sim_taichi.kernels.sampling import (
     cosine_direction,
@@ -27,6 +29,8 @@ LIGHT_PIXEL_STRIDE = 8
 REFLECT_ROUGHNESS = 0.55
 MIRROR_ROUGHNESS = 0.08
 BRIGHTEST_REFLECTION = 6.0
+NO_SAMPLE = -1.0
+ROUGH, GLOSSY_UNSEEN, GLOSSY, MIRROR = 0.0, 1.0, 2.0, 3.0
 
 
 @ti.func
@@ -53,20 +57,33 @@ def surface_point(camera: ti.template(), pixels: ti.template(), x, y, width):
 
 
 @ti.func
-def repeats(guide: ti.template(), x, y, width, height):
-    """How many samples a pixel needs by itself: 1, or 4 where few neighbours show the same surface to average with."""
-    at = (y * width + x) * GUIDE_STRIDE
-    normal = load3(guide, at)
-    t = guide[at + 3]
+def sample_count(camera: ti.template(), guide: ti.template(), x, y, width, height):
+    """Samples of each light that a pixel takes by itself.
+
+    4 where few neighbours show the same surface to average with, otherwise 1; none on the black squares of a
+    chessboard whose neighbours to the left and right can speak for them.
+    """
+    plane = pixel_plane(camera, guide, x, y, width)
     alike = 0
+    beside = 0
     for k in range(8):
-        distance = 1 + k // 4
-        sx = ti.math.clamp(x + ti.select(k % 4 == 0, distance, ti.select(k % 4 == 1, -distance, 0)), 0, width - 1)
-        sy = ti.math.clamp(y + ti.select(k % 4 == 2, distance, ti.select(k % 4 == 3, -distance, 0)), 0, height - 1)
-        other = (sy * width + sx) * GUIDE_STRIDE
-        near = ti.abs(guide[other + 3] - t) < 0.05 * t
-        alike += ti.select(near and normal.dot(load3(guide, other)) > 0.9, 1, 0)
-    return ti.select(alike >= 4, 1, 4)
+        distance = ti.select(k & 1 == 0, -1, 1) * (1 + (k >> 2))
+        dx = ti.select(k & 2 == 0, distance, 0)
+        dy = distance - dx
+        inside = 0 <= x + dx < width and 0 <= y + dy < height
+        other = ti.select(inside, (y + dy) * width + x + dx, y * width + x)
+        if inside and fit(guide, plane, dx, dy, other) > 0.5:
+            alike += 1
+            beside += ti.select(k < 2, 1, 0)
+    shares = (x ^ y) & 1 == 1 and beside == 2
+    return ti.select(alike < 4, 4, ti.select(shares, 0, 1))
+
+
+@ti.func
+def stratum(x, y):
+    """Rank of a pixel in its 8x8 tile; either colour of the chessboard has 32 in a row."""
+    rank = interleave_index(x, y)
+    return (rank >> 1) | (rank & 1) << 5
 
 
 @ti.kernel
@@ -87,22 +104,26 @@ def light_indirectly(
 ):
     """One short ray finds what is near (contact shadow, colour bleeding); beyond it the cells answer.
 
-    Starts the pixel's light: to be run before the other kernels here.
+    Starts the pixel's light, to be run before the other kernels here: leaves whether the cells know of sunlight in
+    place of the sun's share, and the number of samples that the pixel takes in the last value.
     """
     for pixel in range(width * height):
         x = pixel % width
         y = pixel // width
         base = pixel * PIXEL_STRIDE
+        samples = 0
+        sun = NO_SAMPLE
+        radiance = vec3(0.0)
         if pixels[base] < FAR:
+            samples = sample_count(camera, guide, x, y, width, height)
+        if samples > 0:
             normal = load3(guide, pixel * GUIDE_STRIDE)
             face = load3(pixels, base + 4)
             point = surface_point(camera, pixels, x, y, width)
             stored = interpolate_cells(grid, cells, layout, point, normal)
-            radiance = vec3(0.0)
-            samples = repeats(guide, x, y, width, height)
-            rank = interleave_index(x, y)
+            sun = stored.sun
             for s in range(samples):
-                toward = cosine_direction(normal, sobol_2d(rank * samples + s, seed + 3))
+                toward = cosine_direction(normal, sobol_2d(stratum(x, y) * samples + s, seed + 3))
                 if toward.dot(face) > 0.0:
                     hit = trace(nodes, leaves, 0, point, toward, NEAR_M, False)
                     if hit.triangle >= 0:
@@ -113,12 +134,12 @@ def light_indirectly(
                             radiance += load3(cells, cell * CELL_STRIDE + 15)
                     else:
                         radiance += stored.far
-            out = pixel * LIGHT_PIXEL_STRIDE
-            for i in ti.static(range(3)):
-                light_pixels[out + i] = radiance[i] / (INV_PI * ti.cast(samples, ti.f32))
-                light_pixels[out + 4 + i] = (stored.total[i] * INV_PI + stored.far[i]) * 0.5
-            light_pixels[out + 3] = stored.sun
-            light_pixels[out + 7] = -1.0
+            radiance /= ti.cast(samples, ti.f32)
+        out = pixel * LIGHT_PIXEL_STRIDE
+        for i in ti.static(range(3)):
+            light_pixels[out + i] = radiance[i] / INV_PI
+        light_pixels[out + 3] = sun
+        light_pixels[out + 7] = ti.cast(samples, ti.f32)
 
 
 @ti.kernel
@@ -139,26 +160,19 @@ def light_directly(
 ):
     """Shadow rays to windows, lamps and, where the cells around know of sunlight, the sun."""
     for pixel in range(width * height):
-        x = pixel % width
-        y = pixel // width
-        base = pixel * PIXEL_STRIDE
         out = pixel * LIGHT_PIXEL_STRIDE
-        irradiance = vec3(0.0)
-        sun = 0.0
-        if pixels[base] < FAR:
-            sun_rays = ti.select(light_pixels[out + 3] > 0.0, 1, 0)
-            rank = interleave_index(x, y)
+        samples = ti.cast(light_pixels[out + 7], ti.i32)
+        if samples > 0:
+            x = pixel % width
+            y = pixel // width
             normal = load3(guide, pixel * GUIDE_STRIDE)
-            face = load3(pixels, base + 4)
+            face = load3(pixels, pixel * PIXEL_STRIDE + 4)
             point = surface_point(camera, pixels, x, y, width)
-            samples = repeats(guide, x, y, width, height)
-            # Windows and lamps take turns, like the squares of a chessboard, where neighbours can share.
-            takes_turns = portals > 0 and lamps > 0 and samples == 1
-            window_turn = not takes_turns or (x ^ y) & 1 == 0
-            window_rays = ti.select(portals > 0 and window_turn, samples, 0)
-            lamp_rays = ti.select(lamps > 0 and (not takes_turns or not window_turn), samples, 0)
-            share = ti.select(takes_turns, 2.0, 1.0 / ti.cast(samples, ti.f32))
-            index = ti.select(takes_turns, rank >> 1, rank * samples)
+            irradiance = vec3(0.0)
+            sun = 0.0
+            sun_rays = ti.select(light_pixels[out + 3] > 0.0, 1, 0)
+            window_rays = ti.select(portals > 0, samples, 0)
+            lamp_rays = ti.select(lamps > 0, samples, 0)
             for j in range(sun_rays + window_rays + lamp_rays):
                 toward = load3(env, 0)  # the middle of the sun: its penumbra is about as wide as the filter
                 value = vec3(1.0)
@@ -172,10 +186,10 @@ def light_directly(
                         ti.select(at_window, 0, portals),
                         ti.select(at_window, portals, lamps),
                         point,
-                        sobol_2d(index + k, seed + ti.select(at_window, 1, 2)),
+                        sobol_2d(stratum(x, y) * samples + k, seed + ti.select(at_window, 1, 2)),
                     )
                     toward = light.direction
-                    value = light.value * share
+                    value = light.value
                     distance = ti.select(at_window, FAR, light.distance)
                 cosine = normal.dot(toward)
                 if cosine > 0.0 and face.dot(toward) > 0.0 and value.max() > 0.0:
@@ -186,8 +200,8 @@ def light_directly(
                         else:
                             irradiance += value * cosine
             for i in ti.static(range(3)):
-                light_pixels[out + i] += irradiance[i]
-        light_pixels[out + 3] = sun
+                light_pixels[out + i] += irradiance[i] / ti.cast(samples, ti.f32)
+            light_pixels[out + 3] = sun
 
 
 @ti.kernel
@@ -216,7 +230,13 @@ def reflect(
         base = pixel * PIXEL_STRIDE
         has_pane = pixels[base + 14] < FAR
         roughness = ti.select(has_pane, 0.0, pixels[base + 13])
+        is_mirror = has_pane or roughness <= MIRROR_ROUGHNESS
+        out = pixel * LIGHT_PIXEL_STRIDE
+        kind = ROUGH
         if has_pane or (pixels[base] < FAR and roughness < REFLECT_ROUGHNESS):
+            kind = ti.select(is_mirror, MIRROR, ti.select(light_pixels[out + 3] == NO_SAMPLE, GLOSSY_UNSEEN, GLOSSY))
+        light_pixels[out + 7] = kind
+        if kind >= GLOSSY:
             ray = camera_ray(camera, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
             direction = ray.normalized()
             normal = load3(pixels, base + ti.select(has_pane, 15, 1))
@@ -224,9 +244,8 @@ def reflect(
             origin = camera_origin(camera) + ray * ti.select(has_pane, pixels[base + 14], pixels[base])
             origin += face * OFFSET_M
             toward = direction - normal * (2.0 * direction.dot(normal))
-            if roughness > MIRROR_ROUGHNESS:
-                rank = interleave_index(x, y)
-                toward = glossy_direction(direction, normal, roughness, sobol_2d(rank, seed + 4))
+            if not is_mirror:
+                toward = glossy_direction(direction, normal, roughness, sobol_2d(stratum(x, y), seed + 4))
             if toward.dot(face) < 0.02:
                 toward = (toward + face * (0.02 - toward.dot(face))).normalized()
             hit = trace(nodes, leaves, 0, origin, toward, FAR, False)
@@ -247,11 +266,9 @@ def reflect(
                 reflection = surface.emission + (surface.diffuse + surface.specular * 0.5) * other.total * INV_PI
             else:
                 reflection = sky_radiance(env, toward)
-            if roughness > MIRROR_ROUGHNESS:
+            if not is_mirror:
                 # A rare bright hit would show as a square of the filter; beyond white, brighter looks the same.
                 brightness = (reflection * load3(camera, 16)).max()
                 reflection *= ti.min(1.0, BRIGHTEST_REFLECTION / ti.max(brightness, 1e-6))
-            out = pixel * LIGHT_PIXEL_STRIDE
             for i in ti.static(range(3)):
                 light_pixels[out + 4 + i] = reflection[i]
-            light_pixels[out + 7] = ti.min(hit.t, 10.0)

@@ -3,13 +3,14 @@
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.cells import INV_PI, interpolate_cells
-from benchbot_sim_taichi.kernels.illumination import LIGHT_PIXEL_STRIDE
+from benchbot_sim_taichi.kernels.illumination import GLOSSY, LIGHT_PIXEL_STRIDE
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE, camera_origin, camera_ray
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
 
 SUBSAMPLES = 4
+VISIBLE_STEP = 0.02
 
 
 @ti.func
@@ -47,15 +48,23 @@ def glass_fresnel(cosine):
 
 
 @ti.func
+def mirrored_radiance(light_pixels: ti.template(), at):
+    """What a pixel's surface mirrors; a rough one, for which no ray was sent, mirrors what lights it."""
+    has_ray = light_pixels[at + 7] >= GLOSSY
+    return ti.select(has_ray, load3(light_pixels, at + 4), load3(light_pixels, at) * INV_PI)
+
+
+@ti.func
 def shade(env: ti.template(), direction, normal, diffuse, specular, emission, roughness, irradiance, sun, reflection):
     """Radiance that leaves a surface towards the viewer."""
     toward = load3(env, 0)
     cosine = ti.max(normal.dot(toward), 0.0)
     mirrored = environment_brdf(specular, roughness, ti.max(-normal.dot(direction), 0.0))
     sunlight = load3(env, 3) * (sun * cosine)
-    body = (irradiance + sunlight) * diffuse * (vec3(1.0) - mirrored) * INV_PI
-    highlight = sunlight * sun_highlight(normal, -direction, toward, specular, roughness)
-    return emission + body + mirrored * reflection + highlight
+    radiance = emission + (irradiance + sunlight) * diffuse * (vec3(1.0) - mirrored) * INV_PI + mirrored * reflection
+    if sun * cosine > 0.0:
+        radiance += sunlight * sun_highlight(normal, -direction, toward, specular, roughness)
+    return radiance
 
 
 @ti.func
@@ -68,6 +77,23 @@ def compress(color):
 def expand(color):
     """Inverse of `compress`."""
     return color / ti.max(1.0 - color.max(), 1e-3)
+
+
+@ti.func
+def has_contrast(centers: ti.template(), x, y, width, height):
+    """Whether the colours around differ by more than `VISIBLE_STEP`, on the scale of the root of compressed light."""
+    here = load3(centers, (y * width + x) * 3)
+    lowest = here
+    highest = here
+    for k in range(9):
+        sx = ti.math.clamp(x + k % 3 - 1, 0, width - 1)
+        sy = ti.math.clamp(y + k // 3 - 1, 0, height - 1)
+        beside = load3(centers, (sy * width + sx) * 3)
+        lowest = ti.min(lowest, beside)
+        highest = ti.max(highest, beside)
+    # d sqrt(c) = dc / (2 sqrt(c)), squared to do without the root; the constant term spares noise in the dark.
+    step = (highest - lowest) ** 2 - (highest + 0.002) * (4.0 * VISIBLE_STEP * VISIBLE_STEP)
+    return step.max() > 0.0
 
 
 @ti.func
@@ -97,27 +123,10 @@ def needs_more(pixels: ti.template(), guide: ti.template(), x, y, width, height)
 
 
 @ti.kernel
-def resolve(
-    nodes: floats,
-    leaves: floats,
-    sheer_root: ti.i32,
-    triangles: floats,
-    materials: floats,
-    texels: ints,
-    images: ints,
-    env: floats,
-    grid: ints,
-    cells: floats,
-    layout: floats,
-    camera: floats,
-    pixels: floats,
-    guide: floats,
-    light_pixels: floats,
-    radiance: floats,
-    width: ti.i32,
-    height: ti.i32,
+def shade_centers(
+    env: floats, camera: floats, pixels: floats, light_pixels: floats, centers: floats, width: ti.i32, height: ti.i32
 ):
-    """Exposed linear radiance (3 per pixel)."""
+    """Exposed radiance seen through the middle of each pixel, compressed (3 per pixel)."""
     for pixel in range(width * height):
         x = pixel % width
         y = pixel // width
@@ -137,16 +146,47 @@ def resolve(
                 pixels[base + 13],
                 load3(light_pixels, at),
                 light_pixels[at + 3],
-                ti.select(pixels[base + 14] < FAR, vec3(0.0), load3(light_pixels, at + 4)),
+                ti.select(pixels[base + 14] < FAR, vec3(0.0), mirrored_radiance(light_pixels, at)),
             )
         else:
             center = sky_radiance(env, direction)
         if pixels[base + 14] < FAR:
             mirrored = glass_fresnel(-load3(pixels, base + 15).dot(direction))
             center = center * (1.0 - mirrored) + load3(light_pixels, at + 4) * mirrored
+        color = compress(center * load3(camera, 16))
+        for i in ti.static(range(3)):
+            centers[pixel * 3 + i] = color[i]
+
+
+@ti.kernel
+def resolve(
+    nodes: floats,
+    leaves: floats,
+    sheer_root: ti.i32,
+    triangles: floats,
+    materials: floats,
+    texels: ints,
+    images: ints,
+    env: floats,
+    grid: ints,
+    cells: floats,
+    layout: floats,
+    camera: floats,
+    pixels: floats,
+    guide: floats,
+    light_pixels: floats,
+    centers: floats,
+    radiance: floats,
+    width: ti.i32,
+    height: ti.i32,
+):
+    """Exposed linear radiance (3 per pixel), from its `centers` alone where the neighbours look the same."""
+    for pixel in range(width * height):
+        x = pixel % width
+        y = pixel // width
         exposure = load3(camera, 16)
-        color = compress(center * exposure)
-        if needs_more(pixels, guide, x, y, width, height):
+        color = load3(centers, pixel * 3)
+        if has_contrast(centers, x, y, width, height) and needs_more(pixels, guide, x, y, width, height):
             origin = camera_origin(camera)
             total = color
             for s in range(SUBSAMPLES):
@@ -188,24 +228,25 @@ def resolve(
                                     best = sy * width + sx
                             elif pixels[other] < FAR:
                                 alignment = surface.smooth.dot(load3(guide, (sy * width + sx) * GUIDE_STRIDE))
-                                place = (
-                                    origin
-                                    + camera_ray(camera, ti.cast(sx, ti.f32) + 0.5, ti.cast(sy, ti.f32) + 0.5)
-                                    * pixels[other]
-                                )
-                                apart = (place - point).norm() / hit.t * camera[12] * 0.1
                                 same = ti.cast(pixels[other + 19] == ti.cast(surface.instance, ti.f32), ti.f32)
-                                fit = alignment - apart - 0.3 * (1.0 - same)
+                                fit = alignment - 0.3 * (1.0 - same)
                                 if fit > best_fit:
-                                    best_fit = fit
-                                    best = sy * width + sx
+                                    place = (
+                                        origin
+                                        + camera_ray(camera, ti.cast(sx, ti.f32) + 0.5, ti.cast(sy, ti.f32) + 0.5)
+                                        * pixels[other]
+                                    )
+                                    fit -= (place - point).norm() / hit.t * camera[12] * 0.1
+                                    if fit > best_fit:
+                                        best_fit = fit
+                                        best = sy * width + sx
                         irradiance = vec3(0.0)
                         reflection = vec3(0.0)
                         sun = 0.0
                         if best >= 0:
                             irradiance = load3(light_pixels, best * LIGHT_PIXEL_STRIDE)
                             sun = light_pixels[best * LIGHT_PIXEL_STRIDE + 3]
-                            reflection = load3(light_pixels, best * LIGHT_PIXEL_STRIDE + 4)
+                            reflection = mirrored_radiance(light_pixels, best * LIGHT_PIXEL_STRIDE)
                         elif surface.is_glass == 0:
                             stored = interpolate_cells(grid, cells, layout, point, surface.normal)
                             irradiance = stored.total

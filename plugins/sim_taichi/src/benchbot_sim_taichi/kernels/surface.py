@@ -44,6 +44,12 @@ def texel(texels: ti.template(), at):
 
 
 @ti.func
+def wrap(index, size):
+    """Repeat an image whose edge is overstepped by one: a division takes longer than all else in a look-up."""
+    return ti.select(index < 0, index + size, ti.select(index >= size, index - size, index))
+
+
+@ti.func
 def sample_image(texels: ti.template(), images: ti.template(), image, u, v, footprint_uv):
     """Trilinear, repeating; `footprint_uv` is the width of a pixel in uv. Values as stored (colour: square roots)."""
     start = images[image * IMAGE_STRIDE]
@@ -51,14 +57,18 @@ def sample_image(texels: ti.template(), images: ti.template(), image, u, v, foot
     height = images[image * IMAGE_STRIDE + 2]
     levels = images[image * IMAGE_STRIDE + 3]
     widest = ti.cast(ti.max(width, height), ti.f32)
-    lod = ti.math.clamp(ti.log(ti.max(footprint_uv * widest, 1e-6)) * 1.44269504, 0.0, ti.cast(levels - 1, ti.f32))
-    level = ti.cast(lod, ti.i32)
+    # Level and blend are the exponent and mantissa of the footprint in texels: close to its logarithm, and cheap.
+    bits = ti.bit_cast(ti.math.clamp(footprint_uv * widest, 1.0, 1e9), ti.i32)
+    level = (bits >> 23) - 127
+    blend = ti.bit_cast((bits & 0x7FFFFF) | 0x3F800000, ti.f32) - 1.0
+    if level >= levels - 1:
+        level = levels - 1
+        blend = 0.0
     for _ in range(level):
         start += width * height
         width = ti.max((width + 1) >> 1, 1)
         height = ti.max((height + 1) >> 1, 1)
     total = ti.Vector([0.0, 0.0, 0.0, 0.0])
-    blend = lod - ti.cast(level, ti.f32)
     repeats = ti.select(blend > 0.02, 2, 1)
     weight = ti.select(blend > 0.02, 1.0 - blend, 1.0)
     for _ in range(repeats):
@@ -68,10 +78,10 @@ def sample_image(texels: ti.template(), images: ti.template(), image, u, v, foot
         y_floor = ti.floor(y)
         fx = x - x_floor
         fy = y - y_floor
-        x0 = (ti.cast(x_floor, ti.i32) + width) % width
-        y0 = (ti.cast(y_floor, ti.i32) + height) % height
-        x1 = (x0 + 1) % width
-        y1 = (y0 + 1) % height
+        x0 = wrap(ti.cast(x_floor, ti.i32), width)
+        y0 = wrap(ti.cast(y_floor, ti.i32), height)
+        x1 = wrap(x0 + 1, width)
+        y1 = wrap(y0 + 1, height)
         row0 = start + y0 * width
         row1 = start + y1 * width
         top = texel(texels, row0 + x0) * (1.0 - fx) + texel(texels, row0 + x1) * fx
