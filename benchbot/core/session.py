@@ -51,6 +51,10 @@ class Session:
             return ActionResult.COLLISION
         return ActionResult.FINISHED if self.progress.state is State.FINISHED else ActionResult.SUCCESS
 
+    def prepare(self) -> None:
+        """Start the host before the first `reset` needs it, so that a solution does not wait for it."""
+        self._guarded(self._running_host)
+
     def reset(self) -> Step:
         """Start anew in the first scene and observe; also the way back after a collision or a dead platform."""
         self.progress = Progress()

@@ -73,6 +73,7 @@ def serve(
         running = stack.enter_context(server.Server(create_app(run, connection.token), listeners))
         stack.callback(run.close)
         state = _state(selection, folder, connection, log)
+        run.prepare()
         folder.publish(state)
         if on_ready is not None:
             on_ready(state)

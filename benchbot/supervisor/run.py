@@ -68,6 +68,11 @@ class Run:
             "failure_why": progress.failure_why,
         }
 
+    def prepare(self) -> None:
+        """Start the platform's process while the solution is still on its way."""
+        with self._exclusively(ACTION_WAIT_S):
+            self._noting_failures(self._session.prepare)
+
     def reset(self) -> dict[str, Any]:
         """Start anew in the first scene. Waits for an action that a solution, maybe a dead one, has left under way."""
         with self._exclusively(ACTION_WAIT_S):
@@ -173,7 +178,7 @@ class Run:
         finally:
             self._lock.release()
 
-    def _noting_failures(self, call: "Callable[[], Step | None]") -> Any:
+    def _noting_failures(self, call: Callable[[], Step | None]) -> Any:
         try:
             return call()
         except BenchbotError as error:

@@ -1,6 +1,7 @@
 """The recorder `frames`: what the robot's camera saw at each step, as JPEG files."""
 
 from collections.abc import Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +17,14 @@ class FramesRecording:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._written: list[Path] = []
+        # One frame is written while the next one is taken.
+        self._writer = ThreadPoolExecutor(max_workers=1)
+        self._writing: Future[None] | None = None
         folder.mkdir(parents=True, exist_ok=True)
 
     def reset(self) -> None:
         """Remove the frames of the episode that was given up."""
+        self._wait()
         for path in self._written:
             path.unlink(missing_ok=True)
         self._written.clear()
@@ -30,9 +35,18 @@ class FramesRecording:
         if image is not None:
             from PIL import Image
 
+            self._wait()
             path = self._folder / f"{len(self._written):05d}.jpg"
-            Image.fromarray(image).save(path, quality=QUALITY)
+            self._writing = self._writer.submit(Image.fromarray(image).save, path, quality=QUALITY)
             self._written.append(path)
 
     def close(self) -> None:
-        """Nothing to finish: every frame is a whole file."""
+        """Finish the last frame."""
+        self._wait()
+        self._writer.shutdown()
+
+    def _wait(self) -> None:
+        """Wait for the frame that is being written; raises what went wrong with it."""
+        writing, self._writing = self._writing, None
+        if writing is not None:
+            writing.result()

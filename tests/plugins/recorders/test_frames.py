@@ -1,6 +1,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 from PIL import Image
 
 from benchbot.core.plugins import load
@@ -11,21 +12,40 @@ def step(**observations: np.ndarray) -> Step:
     return Step(observations, ActionResult.SUCCESS, (), State.CLEAN, 0)
 
 
-def test_every_frame_becomes_a_file_and_a_reset_starts_over(tmp_path: Path) -> None:
-    recording = load().record("recorders", "frames").create(tmp_path / "frames")
-    image = np.zeros((40, 60, 3), np.uint8)
-    image[:, 30:] = (200, 100, 50)
+IMAGE = np.zeros((40, 60, 3), np.uint8)
+IMAGE[:, 30:] = (200, 100, 50)
+
+
+def test_every_frame_becomes_a_file(tmp_path: Path) -> None:
+    recording = load().record("recorders", "frames").create(tmp_path)
     recording.reset()
-    recording.step(None, {}, step(image_rgb=image), Progress())
-    recording.step("move_next", {}, step(image_rgb=image), Progress())
-    assert sorted(path.name for path in tmp_path.glob("frames/*")) == ["00000.jpg", "00001.jpg"]
-    recording.reset()
-    recording.step(None, {}, step(image_rgb=image), Progress())
+    recording.step(None, {}, step(image_rgb=IMAGE), Progress())
+    recording.step("move_next", {}, step(image_rgb=IMAGE), Progress())
     recording.close()
-    (path,) = tmp_path.glob("frames/*")
-    seen = np.asarray(Image.open(path)).astype(int)
-    assert seen.shape == image.shape
+    recording.close()
+    paths = sorted(tmp_path.iterdir())
+    assert [path.name for path in paths] == ["00000.jpg", "00001.jpg"]
+    seen = np.asarray(Image.open(paths[1])).astype(int)
+    assert seen.shape == IMAGE.shape
     assert np.abs(seen[:, 40] - (200, 100, 50)).max() < 8
+
+
+def test_a_reset_starts_over(tmp_path: Path) -> None:
+    recording = load().record("recorders", "frames").create(tmp_path / "frames")
+    for _ in range(3):
+        recording.step(None, {}, step(image_rgb=IMAGE), Progress())
+    recording.reset()
+    recording.step(None, {}, step(image_rgb=IMAGE), Progress())
+    recording.close()
+    assert [path.name for path in (tmp_path / "frames").iterdir()] == ["00000.jpg"]
+
+
+def test_a_frame_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    recording = load().record("recorders", "frames").create(tmp_path / "frames")
+    (tmp_path / "frames").rmdir()
+    recording.step(None, {}, step(image_rgb=IMAGE), Progress())
+    with pytest.raises(FileNotFoundError):
+        recording.close()
 
 
 def test_a_task_without_a_camera_leaves_no_frames(tmp_path: Path) -> None:
