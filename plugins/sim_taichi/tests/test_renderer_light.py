@@ -145,3 +145,12 @@ def test_panes_that_show_the_sky_are_windows_and_glasses_are_not(tmp_path: Path,
     inner_faces_of_the_pane = 2
     assert device.lights[2] == inner_faces_of_the_pane
     assert irradiance.load_or_solve(scene, Lighting(), device, kernel_cache, 0).cells.any()
+
+
+def test_the_light_is_worked_out_alike_every_time(tmp_path: Path, kernel_cache: Path) -> None:
+    scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
+    device = Renderer(scene, Lighting(), cache_dir=kernel_cache).device
+
+    solved = {irradiance.solve(scene, device, seed=3).cells.tobytes() for _ in range(12)}
+
+    assert len(solved) == 1

@@ -18,7 +18,7 @@ from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.scene import FloatArray, IntArray, SceneGeometry
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 6
+VERSION = 7
 RAYS_PER_CELL = 256
 POINTS_PER_CELL = 32
 BOUNCES = 24

@@ -213,6 +213,7 @@ def light_cells(
             cells[cell * CELL_STRIDE + 18 + i] = ti.min(albedo[i] * scale, 0.95)
             direct[cell * 3 + i] = sun[i] * scale
         cells[cell * CELL_STRIDE + 22] = ti.cast(sees_sun, ti.f32)
+        cells[cell * CELL_STRIDE + 23] = 1.0  # until its rays have told how much of it is buried
 
 
 @ti.kernel
@@ -299,7 +300,6 @@ def link_cells(
             sky[cell * 4 + c] = sum_sky[c]
         sky[cell * 4 + 3] = valid
         cells[cell * CELL_STRIDE + 21] = escaped / ti.max(valid, 1.0)
-        cells[cell * CELL_STRIDE + 23] = valid / ti.cast(rays, ti.f32)
 
 
 @ti.kernel
@@ -329,6 +329,8 @@ def bounce_cells(
             straight = direct[cell * 3 + c] + cells[cell * CELL_STRIDE + 12 + c]
             after[cell * 3 + c] = straight + (total[c] + escaped[c]) * inv / INV_PI
             cells[cell * CELL_STRIDE + 9 + c] = (far[c] + escaped[c]) * inv_far
+        # Not in `link_cells`, whose rays look this value up in other cells at the same time.
+        cells[cell * CELL_STRIDE + 23] = valid / ti.cast(rays, ti.f32)
 
 
 @ti.kernel
