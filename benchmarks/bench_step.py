@@ -74,6 +74,9 @@ class StillSimulator:
     def clock(self) -> float:
         return 0.0
 
+    def halt(self, why: str) -> None:
+        """Do nothing."""
+
     def close(self) -> None:
         """Do nothing."""
 

@@ -16,12 +16,13 @@ MSGPACK = "application/msgpack"
 class Client:
     """A keep-alive connection to a supervisor; every method raises BenchbotError as the supervisor said it.
 
-    A lost connection is a BenchbotError with failure `infrastructure`. Not thread-safe: one client per thread.
+    A lost connection is a BenchbotError with failure `infrastructure`, and so is an answer that does not come within
+    `answer_timeout_s`, if given: an action may take as long as it takes. Not thread-safe: one client per thread.
     """
 
-    def __init__(self, connection: Connection | None = None) -> None:
+    def __init__(self, connection: Connection | None = None, answer_timeout_s: float | None = None) -> None:
         self.connection = connection or find()
-        self._transport = Transport(self.connection.url, self.connection.socket)
+        self._transport = Transport(self.connection.url, self.connection.socket, answer_timeout_s)
 
     def health(self) -> dict[str, Any]:
         """Return who answers: name, version, process number. Needs no token."""
@@ -66,6 +67,13 @@ class Client:
         """End the run."""
         self._call("POST", "stop")
 
+    def confirm(self) -> str:
+        """Say that the operator has done what they were asked, and return what that was.
+
+        Needs a connection with the operator's token.
+        """
+        return str(self._call("POST", "operator", {"done": True})["confirmed"])
+
     def close(self) -> None:
         """Close the connection."""
         self._transport.close()
@@ -103,6 +111,7 @@ def _error(status: int, content: bytes) -> BenchbotError:
         said = json.loads(content)
         title, why, fix = said["title"], said["why"], said["fix"]
         failure = FailureClass(said["failure"]) if "failure" in said else None
+        ends_run = said.get("ends_run") is True
     except (ValueError, KeyError, TypeError):
         return BenchbotError(
             "What answers is not a BenchBot supervisor.",
@@ -111,4 +120,4 @@ def _error(status: int, content: bytes) -> BenchbotError:
         )
     ours = failure in (FailureClass.PLATFORM, FailureClass.INFRASTRUCTURE) or status >= 500
     code = ExitCode.INTERNAL if ours else ExitCode.USAGE if failure is None else ExitCode.SUBMISSION_FAILED
-    return BenchbotError(title, why, fix, exit_code=code, failure=failure)
+    return BenchbotError(title, why, fix, exit_code=code, failure=failure, ends_run=ends_run)

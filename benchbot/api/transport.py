@@ -12,8 +12,9 @@ CONNECT_TIMEOUT_S = 10.0
 class Transport:
     """One connection, opened at the first request. A request is never sent twice: an action must not happen twice."""
 
-    def __init__(self, url: str | None, socket_path: str | None) -> None:
+    def __init__(self, url: str | None, socket_path: str | None, answer_timeout_s: float | None = None) -> None:
         self._where = socket_path or url or ""
+        self._answer_timeout_s = answer_timeout_s
         if socket_path is not None:
             self._connection: http.client.HTTPConnection = _UnixConnection(socket_path)
         else:
@@ -45,8 +46,8 @@ class Transport:
             connection.timeout = CONNECT_TIMEOUT_S
             connection.connect()
         if connection.sock is not None:
-            # An action may take as long as it takes: the supervisor itself ends what hangs.
-            connection.sock.settimeout(None)
+            # Usually none: an action may take as long as it takes, and the supervisor itself ends what hangs.
+            connection.sock.settimeout(self._answer_timeout_s)
 
     def _gone(self, error: Exception) -> BenchbotError:
         return BenchbotError(

@@ -24,7 +24,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "show": ("benchbot.cli.show:app", "Print one declaration and where it is."),
     "check": ("benchbot.cli.check:check", "Say what is wrong with declarations and documents, line by line."),
     "doctor": ("benchbot.cli.doctor:doctor", "Find what is broken on this machine, and how to mend it."),
-    "stop": ("benchbot.cli.stop:stop", "End the back end that benchbot run started."),
+    "stop": ("benchbot.cli.stop:stop", "End a run at once: the emergency stop of a real robot."),
+    "ready": ("benchbot.cli.ready:ready", "Say that you have done what a real robot asked you."),
     "schema": ("benchbot.cli.schema:schema", "Print the JSON Schema of a declaration or document."),
     "plugins": ("benchbot.cli.plugins:app", "Say which plug-ins are installed."),
 }

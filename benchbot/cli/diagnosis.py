@@ -7,35 +7,16 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
 
 from benchbot.core import hookspecs, plugins, resources, schema
 from benchbot.core.catalog import KINDS, Catalog
 from benchbot.core.errors import BenchbotError
+from benchbot.core.findings import Finding, Level
 
 SUPPORTED_PYTHON = ((3, 11), (3, 13))
 LITTLE_DISK_BYTES = 2**30
 NO_DISK_BYTES = 50 * 2**20
-
-
-class Level(StrEnum):
-    """How bad a finding is."""
-
-    OK = "ok"
-    WARNING = "warning"
-    BROKEN = "broken"
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing that was looked at; `fix` is empty when there is nothing to mend."""
-
-    level: Level
-    subject: str
-    detail: str
-    fix: str = ""
 
 
 def diagnose(catalog: Catalog, *, warm: bool) -> Iterator[Finding]:

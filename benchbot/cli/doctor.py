@@ -7,22 +7,34 @@ import typer
 
 from benchbot.cli import report
 from benchbot.cli.options import Json
-from benchbot.core.errors import ExitCode
+from benchbot.core.errors import BenchbotError, ExitCode
 
 
 def doctor(
     warm: Annotated[
         bool, typer.Option("--warm", help="Start every simulator and fill its cache; takes up to a minute.")
     ] = False,
+    robot: Annotated[
+        str | None, typer.Option("--robot", metavar="ROBOT", help="Look at a real robot that is switched on, instead.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
-    """Find what is broken on this machine, and how to mend it. Exits with 2 when something is."""
-    from benchbot.cli.diagnosis import Level, diagnose
+    """Find what is broken on this machine, or on a robot, and how to mend it. Exits with 2 when something is."""
+    from benchbot.cli.diagnosis import diagnose
+    from benchbot.cli.robot_diagnosis import diagnose_robot
     from benchbot.core.catalog import Catalog
+    from benchbot.core.findings import Level
     from benchbot.core.plugins import load
 
+    if warm and robot is not None:
+        raise BenchbotError(
+            "--warm and --robot do not go together.",
+            "--warm starts the simulators of this machine, --robot looks at a real robot.",
+            f"Do one after the other: benchbot doctor --robot {robot}",
+        )
+    catalog = Catalog(load())
     findings = []
-    for finding in diagnose(Catalog(load()), warm=warm):
+    for finding in diagnose(catalog, warm=warm) if robot is None else diagnose_robot(catalog, robot):
         findings.append(finding)
         if not as_json:
             report.data(f"{finding.level:<8} {finding.subject}: {finding.detail}")
@@ -30,7 +42,8 @@ def doctor(
                 report.data(f"{'':<8} Fix: {finding.fix}")
     if as_json:
         report.data_json([asdict(finding) for finding in findings])
-    broken = sum(finding.level is Level.BROKEN for finding in findings)
-    report.note(f"{broken} broken." if broken else "Everything works.")
+    broken, warnings = (sum(finding.level is level for finding in findings) for level in (Level.BROKEN, Level.WARNING))
+    counts = [f"{count} {what}" for count, what in ((broken, "broken"), (warnings, "to be looked at")) if count]
+    report.note(f"{', '.join(counts)}." if counts else "Everything works.")
     if broken:
         raise typer.Exit(ExitCode.USAGE)

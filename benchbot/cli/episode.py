@@ -9,7 +9,7 @@ from typing import Any
 
 from benchbot.api.client import Client
 from benchbot.cli.solution import Solution, describe_exit
-from benchbot.cli.status import StatusLine, progress_text
+from benchbot.cli.status import StatusLine
 from benchbot.core import results, schema
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.provenance import solution_details
@@ -61,7 +61,7 @@ def run(order: Order, connection: Connection, died: Callable[[], BenchbotError |
             except BenchbotError as error:
                 problem = error
             else:
-                return Episode(answer["document"], Path(answer["path"]), None)
+                return Episode(answer["document"], Path(answer["path"]), _safety_stop(client, Path(answer["path"])))
     problem = _with_cause(problem, client, died)
     failure = problem.failure or FailureClass.AGENT
     problem.failure = failure
@@ -72,7 +72,10 @@ def run(order: Order, connection: Connection, died: Callable[[], BenchbotError |
     except BenchbotError:
         return Episode(_failed_without_supervisor(session, failure, why, solution), None, problem)
     path = Path(answer["path"])
-    if failure is FailureClass.PLATFORM:
+    stopped = _safety_stop(client, path)
+    if stopped is not None:
+        problem = stopped
+    elif failure is FailureClass.PLATFORM:
         problem.fix = f"Run it again; if it fails again, report it with its log: {path.with_name('platform.log')}"
     return Episode(answer["document"], path, problem)
 
@@ -82,15 +85,19 @@ def _watch(
 ) -> BenchbotError | None:
     """Run the solution to its end; return what went wrong, or None when it ended well."""
     variables = {**connection.environment(), "BENCHBOT_RESULT": str(result_path), **order.variables}
-    deadline_s = None if order.timeout_s is None else time.monotonic() + order.timeout_s
+    looked_s = time.monotonic()
+    deadline_s = None if order.timeout_s is None else looked_s + order.timeout_s
     with StatusLine() as status, Solution(order.command, order.folder, variables, status.write) as solution:
         while (ended := solution.wait(WATCH_PERIOD_S)) is None:
             try:
                 progress = client.session()["progress"]
             except BenchbotError as error:
                 return error
-            status.show(progress_text(progress, session["scene_count"]), (progress["state"], progress["frames"]))
-            if deadline_s is not None and time.monotonic() > deadline_s:
+            status.show_progress(progress, session["scene_count"])
+            before_s, looked_s = looked_s, time.monotonic()
+            if deadline_s is not None and progress["waiting_for"]:
+                deadline_s += looked_s - before_s  # what the operator does is not the solution's time
+            if deadline_s is not None and looked_s > deadline_s:
                 return BenchbotError(
                     "The solution did not end in time.",
                     f"It was still running after {order.timeout_s:g} seconds, and was ended.",
@@ -146,6 +153,25 @@ def _with_cause(problem: BenchbotError, client: Client, died: Callable[[], Bench
     if progress["failure"] == FailureClass.TIMEOUT and problem.failure is FailureClass.AGENT:
         problem.failure = FailureClass.TIMEOUT
     return problem
+
+
+def _safety_stop(client: Client, result: Path) -> BenchbotError | None:
+    """Return the safety stop that has ended the run, if one has: whatever else went wrong came of it or led to it."""
+    try:
+        progress = client.session()["progress"]
+    except BenchbotError:
+        return None
+    if not progress["ends_run"]:
+        return None
+    return BenchbotError(
+        "The robot was stopped for safety, and the run is over.",
+        progress["failure_why"],
+        "See that the robot and the space around it are safe, and mend the cause, before you start another run. "
+        f"The log: {result.with_name('platform.log')}",
+        exit_code=ExitCode.INTERNAL,
+        failure=FailureClass.PLATFORM,
+        ends_run=True,
+    )
 
 
 def _failed_without_supervisor(

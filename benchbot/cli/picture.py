@@ -64,10 +64,13 @@ def picture(
 
 
 def _trajectory(scene: dict[str, Any]) -> "list[Pose]":
-    """Return where the robot was at each recorded frame: at the start, then at each pose of the trajectory."""
+    """Return where the robot was at each recorded frame: at the start, then at each pose of the trajectory.
+
+    None of them is known of a result that does not say where it started.
+    """
     from benchbot.core.geometry import Pose
 
-    poses = [scene["start_pose"], *scene.get("trajectory_poses", ())]
+    poses = [scene["start_pose"], *scene.get("trajectory_poses", ())] if "start_pose" in scene else []
     return [Pose.from_wxyz_xyz(values) for values in poses]
 
 
@@ -87,5 +90,7 @@ def _frames(folder: Path | None, pose_count: int) -> dict[int, Any]:
         )
     # In an active task, frames beyond the declared poses were taken from places that the result does not know.
     usable = min(len(paths), pose_count)
+    if not usable:
+        return {}
     shown = [usable * i // SHOWN_FRAMES for i in range(SHOWN_FRAMES)]
     return {index: np.asarray(Image.open(paths[index])) for index in dict.fromkeys(shown)}

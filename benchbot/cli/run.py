@@ -69,7 +69,7 @@ def run(
     show_format: Annotated[str | None, showing("formats", "--show-format")] = None,
 ) -> None:
     """Start a robot in an environment, ready for a solution; Ctrl-C ends it (exit code 130), so does benchbot stop."""
-    from benchbot.cli.status import StatusLine, progress_text
+    from benchbot.cli.status import StatusLine
     from benchbot.core.catalog import Catalog
     from benchbot.core.plugins import load
     from benchbot.core.selection import Limits, select
@@ -86,7 +86,7 @@ def run(
 
         def show(progress: "Progress") -> None:
             document = {**asdict(progress), "wall_time_s": progress.wall_time_s}
-            status.show(progress_text(document, len(selection.environments)), (progress.state, progress.frames))
+            status.show_progress(document, len(selection.environments))
 
         ended_by = serve(
             selection, port=port, unix_socket=unix_socket, record=recorded, on_ready=_announce, on_progress=show

@@ -12,10 +12,15 @@ from types import TracebackType
 from typing import Any, Self
 
 PLAIN_PERIOD_S = 2.0
+REMINDER_PERIOD_S = 15.0
 
 
 def progress_text(progress: Mapping[str, Any], scene_count: int) -> str:
     """Return one line that says where an episode stands; `progress` is as the supervisor tells it (docs/wire.md)."""
+    if progress["waiting_for"]:
+        return f"WAITING FOR YOU: {_one_line(progress['waiting_for'])} When it is done, type elsewhere: benchbot ready"
+    if progress["ends_run"]:
+        return f"STOPPED FOR SAFETY, the run is over: {_one_line(progress['failure_why'])}"
     if not progress["frames"]:
         return "nothing observed yet"
     steps = f"step {progress['steps']}"
@@ -35,6 +40,10 @@ def progress_text(progress: Mapping[str, Any], scene_count: int) -> str:
     if progress["failure"]:
         parts.append(f"failure: {progress['failure']}")
     return " · ".join(parts)
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
 
 
 def _place(pose_xyyaw: Sequence[float] | None) -> Iterator[str]:
@@ -67,16 +76,30 @@ class StatusLine:
             self._erase()
             self._text = ""
 
-    def show(self, text: str, news: object) -> None:
-        """Show `text` as the status from now on; `news` is what makes it worth another plain line when it changes."""
+    def show_progress(self, progress: Mapping[str, Any], scene_count: int) -> None:
+        """Show where an episode stands; what a person must know or do is urgent."""
+        urgent = bool(progress["waiting_for"] or progress["ends_run"])
+        news: tuple[Any, ...] = (progress["waiting_for"], progress["ends_run"])
+        if not urgent:
+            news = (progress["state"], progress["frames"])
+        self.show(progress_text(progress, scene_count), news, urgent=urgent)
+
+    def show(self, text: str, news: object, *, urgent: bool = False) -> None:
+        """Show `text` as the status from now on; `news` is what makes it worth another plain line when it changes.
+
+        Urgent news is a line of its own at once, on a terminal too, and elsewhere again and again.
+        """
         with self._lock:
+            changed, age_s = news != self._news, time.monotonic() - self._printed_s
             if self._terminal:
                 self._erase()
-                self._text = text
+                if urgent and changed:
+                    self._print(text)
+                self._news, self._text = news, text
                 self._draw()
-            elif news != self._news and time.monotonic() - self._printed_s >= PLAIN_PERIOD_S:
-                self._news, self._printed_s = news, time.monotonic()
-                self._put(f"{text}\n".encode())
+            elif (changed and (urgent or age_s >= PLAIN_PERIOD_S)) or (urgent and age_s >= REMINDER_PERIOD_S):
+                self._news = news
+                self._print(text)
 
     def write(self, chunk: bytes) -> None:
         """Print what somebody else wrote, untouched, above the status."""
@@ -85,6 +108,12 @@ class StatusLine:
             self._put(chunk)
             self._at_line_start = chunk.endswith((b"\n", b"\r"))
             self._draw()
+
+    def _print(self, text: str) -> None:
+        self._printed_s = time.monotonic()
+        line_end = "" if self._at_line_start else "\n"
+        self._at_line_start = True
+        self._put(f"{line_end}{text}\n".encode())
 
     def _draw(self) -> None:
         # Below half a line, such as a question that a solution asks, there is no room for a status.

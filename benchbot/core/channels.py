@@ -50,6 +50,13 @@ OBSERVATIONS: dict[str, Observation] = {
             "a row is [range in metres, angle in radians in [-pi, pi), CCW from the scanner's +x]",
         ),
         Observation(
+            "imu",
+            "{orientation_xyzw: float64 (4,), angular_velocity_radps: float64 (3,), "
+            "linear_acceleration_mps2: float64 (3,)}",
+            "inertial measurement in the device's frame, orientation from it to a frame with z up; the acceleration at "
+            "rest is gravity's reaction, +9.81 upwards (REP-145); NaN is what the device does not measure",
+        ),
+        Observation(
             "poses",
             "{frame: {parent_frame, translation_xyz: float64 (3,), rotation_rpy: float64 (3,), "
             "rotation_xyzw: float64 (4,)}}",

@@ -27,7 +27,7 @@ class FailureClass(StrEnum):
 class BenchbotError(Exception):
     """Something a person can understand and mend: what went wrong, why, and the exact fix.
 
-    `failure` is set when the error ends an episode.
+    `failure` is set when the error ends an episode; `ends_run` when nothing may be tried again, as after a safety stop.
     """
 
     def __init__(
@@ -38,6 +38,7 @@ class BenchbotError(Exception):
         *,
         exit_code: ExitCode = ExitCode.USAGE,
         failure: FailureClass | None = None,
+        ends_run: bool = False,
     ) -> None:
         super().__init__(title)
         self.title = title
@@ -45,15 +46,18 @@ class BenchbotError(Exception):
         self.fix = fix
         self.exit_code = exit_code
         self.failure = failure
+        self.ends_run = ends_run
 
     def __str__(self) -> str:
         return f"{self.title}\n{self.why}\n{self.fix}"
 
-    def as_dict(self) -> dict[str, str]:
-        """Return the error as it travels in JSON: `{title, why, fix[, failure]}`."""
-        document = {"title": self.title, "why": self.why, "fix": self.fix}
+    def as_dict(self) -> dict[str, str | bool]:
+        """Return the error as it travels in JSON: `{title, why, fix[, failure][, ends_run]}`."""
+        document: dict[str, str | bool] = {"title": self.title, "why": self.why, "fix": self.fix}
         if self.failure is not None:
             document["failure"] = self.failure.value
+        if self.ends_run:
+            document["ends_run"] = True
         return document
 
 

@@ -36,6 +36,16 @@ class Pose:
         return cls((translation[0], translation[1], translation[2]), (x / norm, y / norm, z / norm, w / norm))
 
     @classmethod
+    def from_xyz_rpy_deg(cls, xyz: Sequence[float], rpy_deg: Sequence[float] = (0.0, 0.0, 0.0)) -> "Pose":
+        """Return the pose of a mount: metres, and roll, pitch, yaw about the static x, y and z axes in degrees."""
+        x, y, z = (float(value) for value in xyz)
+        roll, pitch, yaw = (math.radians(float(value)) / 2 for value in rpy_deg)
+        about_x = Pose(rotation_xyzw=(math.sin(roll), 0.0, 0.0, math.cos(roll)))
+        about_y = Pose(rotation_xyzw=(0.0, math.sin(pitch), 0.0, math.cos(pitch)))
+        about_z = Pose((x, y, z), (0.0, 0.0, math.sin(yaw), math.cos(yaw)))
+        return about_z @ about_y @ about_x
+
+    @classmethod
     def from_matrix(cls, matrix: NDArray[np.float64]) -> Self:
         """Return the pose of a 4x4 homogeneous matrix."""
         r = matrix[:3, :3]

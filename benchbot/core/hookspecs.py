@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
     from pathlib import Path
 
+    from benchbot.core.findings import Finding
     from benchbot.core.platform import Platform, PlatformSpec
     from benchbot.core.recording import Recording
 
@@ -39,10 +40,14 @@ class Simulator:
 
 @dataclass(frozen=True)
 class RobotDriver:
-    """Real robots of `type: <name>`; `create` as for a simulator."""
+    """Real robots of `type: <name>`; `create` as for a simulator.
+
+    `diagnose`, if given, looks at a robot that is switched on and yields what works and what does not.
+    """
 
     name: str
     create: Callable[["PlatformSpec"], "Platform"]
+    diagnose: Callable[["PlatformSpec"], "Iterable[Finding]"] | None = None
 
 
 class Evaluate(Protocol):

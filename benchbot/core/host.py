@@ -30,6 +30,9 @@ class Host(Protocol):
     def observe(self, channels: Iterable[str]) -> dict[str, Any]:
         """Return the asked channels, all of one instant. The arrays are the caller's to keep."""
 
+    def halt(self, why: str) -> None:
+        """Stop a real robot in the middle of an action, for good; called from another thread."""
+
     def close(self) -> None:
         """Stop the robot and release everything. Safe to call twice."""
 
@@ -59,6 +62,10 @@ class InProcessHost:
     def status(self) -> Status:
         """Return where the robot is and how it is."""
         return Status(self._platform.pose(), self._platform.clock(), self._platform.collided)
+
+    def halt(self, why: str) -> None:
+        """Stop a real robot in the middle of an action, for good."""
+        self._platform.halt(why)
 
     def close(self) -> None:
         """Stop the robot and release everything."""

@@ -60,10 +60,11 @@ class MotionConfig:
     def from_robot(cls, robot: Mapping[str, Any], localisation: Localisation) -> Self:
         """Return the configuration that a robot declaration asks for.
 
-        Reads `stops_before_contact`, `speed_factor` and `limits` {linear_mps: [backwards, forwards], angular_radps,
-        linear_acceleration_mps2, angular_acceleration_radps2}; raises BenchbotError when `limits` makes no sense.
+        Reads `stops_before_contact`, `speed_factor`, `limits` {linear_mps: [backwards, forwards], angular_radps,
+        linear_acceleration_mps2, angular_acceleration_radps2} and `tolerances` {position_m, angle_deg}; raises
+        BenchbotError when one of them makes no sense.
         """
-        limits = robot.get("limits", {})
+        limits, tolerances = robot.get("limits", {}), robot.get("tolerances", {})
         backwards, forwards = _range(limits.get("linear_mps", cls.linear_limits_mps))
         return cls(
             localisation=localisation,
@@ -74,6 +75,10 @@ class MotionConfig:
             linear_acceleration_mps2=_positive(limits, "linear_acceleration_mps2", cls.linear_acceleration_mps2),
             angular_acceleration_radps2=_positive(
                 limits, "angular_acceleration_radps2", cls.angular_acceleration_radps2
+            ),
+            position_tolerance_m=_positive(tolerances, "position_m", cls.position_tolerance_m, "tolerances"),
+            angle_tolerance_rad=math.radians(
+                _positive(tolerances, "angle_deg", math.degrees(cls.angle_tolerance_rad), "tolerances")
             ),
         )
 
@@ -267,11 +272,11 @@ def _range(value: Any) -> tuple[float, float]:
     return backwards, forwards
 
 
-def _positive(limits: Mapping[str, Any], key: str, default: float) -> float:
-    value = limits.get(key, default)
+def _positive(values: Mapping[str, Any], key: str, default: float, group: str = "limits") -> float:
+    value = values.get(key, default)
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
         raise BenchbotError(
-            f"The robot's limits.{key} is {value!r}.",
+            f"The robot's {group}.{key} is {value!r}.",
             "It must be a positive number.",
             f"Write for example: {key}: {default:g}",
         )

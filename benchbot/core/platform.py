@@ -1,6 +1,6 @@
 """The one abstraction over simulated and real robots: what a simulator or a driver implements."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, Protocol
@@ -16,13 +16,15 @@ class PlatformSpec:
 
     `robot` is the robot's declaration. `localisation` says whether the `poses` channel reports true poses or
     those of drifting odometry. `options` are the user's settings for the plug-in. `cache_dir` holds what may be
-    computed again.
+    computed again. `ask` shows the operator a request, such as to carry the robot to its start, and returns when it is
+    done; None where there is no operator to ask.
     """
 
     robot: Mapping[str, Any]
     localisation: Localisation
     cache_dir: Path
     options: Mapping[str, Any] = field(default_factory=dict)
+    ask: Callable[[str], None] | None = None
 
 
 @dataclass(frozen=True)
@@ -86,5 +88,19 @@ class Platform(Protocol):
     def clock(self) -> float:
         """Return the seconds since `load`: simulated time, or wall time on a real robot. Never jumps back."""
 
+    def halt(self, why: str) -> None:
+        """Stop a real robot at once and refuse to `drive` it again; called from another thread.
+
+        The action under way, and every later one, raises a BenchbotError that ends the run. A simulated robot moves
+        inside `drive` only and harms nobody: a simulator has nothing to do here.
+        """
+
     def close(self) -> None:
         """Stop the robot and release everything. Safe to call twice."""
+
+
+class Simulation(Platform, Protocol):
+    """A platform whose robot can be put anywhere at no cost, as only a simulated one can."""
+
+    def place(self, base: Pose) -> None:
+        """Put the robot, at rest, at a pose in the map frame. Its wheels, and so its odometry, do not notice."""

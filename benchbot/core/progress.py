@@ -41,7 +41,11 @@ class Step:
 
 @dataclass
 class Progress:
-    """What can be watched of a session from outside while it runs."""
+    """What can be watched of a session from outside while it runs.
+
+    `ends_run` says that the failure is a safety stop: there is no way back. `waiting_for` is what the operator of a
+    real robot is asked to do before it can go on.
+    """
 
     state: State = State.CLEAN
     scene_number: int = 0
@@ -54,6 +58,8 @@ class Progress:
     frames: int = 0
     failure: FailureClass | None = None
     failure_why: str | None = None
+    ends_run: bool = False
+    waiting_for: str | None = None
     started_s: float = field(default_factory=time.monotonic)
 
     @property

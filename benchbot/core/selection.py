@@ -124,13 +124,14 @@ def _capabilities(task: Declaration, robot: Declaration) -> Iterator[BenchbotErr
 
 
 def _types(robot: Declaration, scenes: list[Declaration]) -> Iterator[BenchbotError]:
-    kind = robot.data["type"]
+    worlds = robot.data.get("runs_in", [robot.data["type"]])
     for scene in scenes:
-        if scene.data["type"] != kind:
+        if scene.data["type"] not in worlds:
             yield BenchbotError(
                 f"The robot '{robot.name}' cannot run in the environment '{scene.name}'.",
-                f"The robot is of type '{kind}', the environment of type '{scene.data['type']}'.",
-                "Choose a robot and an environment of one type; benchbot list robots shows the types.",
+                f"The robot runs in environments of type {' or '.join(worlds)}, "
+                f"this one is of type {scene.data['type']}.",
+                "Choose a robot and an environment that fit; benchbot list robots shows the types.",
             )
         if scene.data.get("robots") and robot.name not in scene.data["robots"]:
             yield BenchbotError(

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from typing import Any, TypeVar
 
 from benchbot.core.channels import ACTIONS
@@ -37,6 +38,8 @@ class Session:
         self._trajectory: tuple[Pose, ...] = ()
         self._simulated_before_s = 0.0
         self._active_since_s = time.monotonic()
+        self._safety_stop: BenchbotError | None = None
+        self._halted: str | None = None
 
     @property
     def actions(self) -> tuple[str, ...]:
@@ -56,13 +59,17 @@ class Session:
         self._guarded(self._running_host)
 
     def reset(self) -> Step:
-        """Start anew in the first scene and observe; also the way back after a collision or a dead platform."""
+        """Start anew in the first scene and observe; also the way back after a collision or a dead platform.
+
+        There is no way back from a safety stop: it is raised again.
+        """
+        if self._safety_stop is not None:
+            raise self._safety_stop
         self.progress = Progress()
         self.digest = ObservationDigest()
         self._simulated_before_s = 0.0
         self._active_since_s = time.monotonic()
-        for recording in self.recordings:
-            recording.reset()
+        self._tell_recordings(lambda recording: recording.reset())
         return self._enter(0)
 
     def next_scene(self) -> Step | None:
@@ -117,11 +124,19 @@ class Session:
         """Record that the episode ended badly for a reason outside the robot: the first one stays."""
         self._end(State.FAILED, failure, why)
 
+    def halt(self, why: str) -> None:
+        """Stop a real robot in the middle of an action, for good; called from another thread than the action's."""
+        self._halted = why
+        host = self._host
+        if host is not None:
+            host.halt(why)
+
     def close(self) -> None:
         """Stop the robot, release the host and finish the recordings."""
-        self._close_host()
-        for recording in self.recordings:
-            recording.close()
+        with ExitStack() as stack:
+            for recording in self.recordings:
+                stack.callback(recording.close)
+            self._close_host()
 
     def _enter(self, scene_index: int) -> Step:
         host = self._guarded(self._running_host)
@@ -136,9 +151,12 @@ class Session:
         return self._observe(host, None)
 
     def _running_host(self) -> Host:
-        if self._host is None:
-            self._host = self._start_host()
-        return self._host
+        host = self._host
+        if host is None:
+            host = self._host = self._start_host()
+            if self._halted is not None:
+                host.halt(self._halted)
+        return host
 
     def _require_started(self) -> Host:
         if self._host is None or self.progress.state is State.FAILED:
@@ -157,9 +175,17 @@ class Session:
         self.progress.frames += 1
         self.digest.update(observations)
         step = Step(observations, self.result, self.actions, self.progress.state, self.progress.scene_number, outcome)
-        for recording in self.recordings:
-            recording.step(action, arguments or {}, step, self.progress)
+        self._tell_recordings(lambda recording: recording.step(action, arguments or {}, step, self.progress))
         return step
+
+    def _tell_recordings(self, tell: Callable[[Recording], None]) -> None:
+        for recording in self.recordings:
+            try:
+                tell(recording)
+            except BenchbotError as error:
+                # A recording was asked for: an episode without it is not worth going on with.
+                self._end(State.FAILED, error.failure or FailureClass.INFRASTRUCTURE, f"{error.title} {error.why}")
+                raise
 
     def _check_action(self, action: str, arguments: dict[str, Any]) -> None:
         allowed = self.selection.actions
@@ -239,9 +265,12 @@ class Session:
             if error.failure is FailureClass.PLATFORM:
                 self._end(State.FAILED, FailureClass.PLATFORM, f"{error.title} {error.why}")
                 self._close_host()
+            if error.ends_run:
+                self._safety_stop = error
             raise
 
     def _close_host(self) -> None:
-        if self._host is not None:
-            self._host.close()
-            self._host = None
+        # Taken first: another thread may close the session meanwhile.
+        host, self._host = self._host, None
+        if host is not None:
+            host.close()

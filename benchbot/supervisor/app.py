@@ -5,7 +5,8 @@ import hmac
 import os
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable
-from typing import Any
+from functools import partial
+from typing import Any, TypeVar
 
 import msgspec
 from starlette.applications import Starlette
@@ -19,11 +20,12 @@ import benchbot
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.supervisor import bodies
 from benchbot.supervisor.refused import RefusedError
-from benchbot.supervisor.run import Run
+from benchbot.supervisor.run import Caller, Run
 
 PROGRESS_PERIOD_S = 0.1
 HEARTBEAT_S = 15.0
 
+T = TypeVar("T")
 Endpoint = Callable[[Request], Awaitable[Response]]
 
 
@@ -56,12 +58,21 @@ class FunctionRequest(msgspec.Struct, forbid_unknown_fields=True):
     kwargs: dict[str, Any] = {}
 
 
+class OperatorRequest(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of the operator's word that what they were asked is done."""
+
+    done: bool
+
+
 class Nothing(msgspec.Struct, forbid_unknown_fields=True):
     """The body of a request that has nothing to say."""
 
 
-def create_app(run: Run, token: str) -> Starlette:
-    """Return the application of one run. Every route but `/` and `/api/v1/health` needs the bearer token."""
+def create_app(run: Run, token: str, operator_token: str) -> Starlette:
+    """Return the application of one run. Every route but `/` and `/api/v1/health` needs the bearer token.
+
+    The operator's route needs a token of its own: a solution must not confirm what a person is asked to do.
+    """
 
     async def health(request: Request) -> Response:
         document = {"name": "benchbot", "version": benchbot.__version__, "api": 1, "pid": os.getpid()}
@@ -73,17 +84,18 @@ def create_app(run: Run, token: str) -> Starlette:
     async def reset(request: Request) -> Response:
         bodies.require_msgpack(request)
         await bodies.read(request, Nothing)
-        return bodies.respond(request, await run_in_threadpool(run.reset))
+        return bodies.respond(request, await _while_there(request, run, run.reset))
 
     async def step(request: Request) -> Response:
         bodies.require_msgpack(request)
         body = await bodies.read(request, StepRequest)
-        return bodies.respond(request, await run_in_threadpool(run.step, body.action, body.arguments))
+        step_once = partial(run.step, body.action, body.arguments)
+        return bodies.respond(request, await _while_there(request, run, step_once))
 
     async def next_scene(request: Request) -> Response:
         bodies.require_msgpack(request)
         await bodies.read(request, Nothing)
-        return bodies.respond(request, await run_in_threadpool(run.next_scene))
+        return bodies.respond(request, await _while_there(request, run, run.next_scene))
 
     async def result(request: Request) -> Response:
         body = await bodies.read(request, ResultRequest)
@@ -112,7 +124,18 @@ def create_app(run: Run, token: str) -> Starlette:
     async def stop(request: Request) -> Response:
         await bodies.read(request, Nothing)
         run.stop_asked.set()
+        # It is the emergency stop: the robot does not wait for whoever serves the run to wake up and end it in order.
+        asyncio.get_running_loop().run_in_executor(None, run.close)
         return bodies.respond(request, {"stopping": True})
+
+    async def operator(request: Request) -> Response:
+        _check_operator(request, token, operator_token)
+        body = await bodies.read(request, OperatorRequest)
+        if not body.done:
+            raise RefusedError(
+                400, "Nothing is confirmed.", "The body says 'done': false.", 'Send {"done": true} when it is done.'
+            )
+        return bodies.respond(request, {"confirmed": run.confirm()})
 
     def private(endpoint: Endpoint) -> Endpoint:
         async def checked(request: Request) -> Response:
@@ -133,6 +156,7 @@ def create_app(run: Run, token: str) -> Starlette:
             Route("/api/v1/result", private(result), methods=["POST"]),
             Route("/api/v1/results_functions/{name}", private(results_function), methods=["POST"]),
             Route("/api/v1/stop", private(stop), methods=["POST"]),
+            Route("/api/v1/operator", operator, methods=["POST"]),
         ],
         exception_handlers={
             BenchbotError: _benchbot_error,
@@ -143,10 +167,43 @@ def create_app(run: Run, token: str) -> Starlette:
     )
 
 
-def _check_token(request: Request, token: str) -> None:
+async def _while_there(request: Request, run: Run, call: Callable[[Caller], T]) -> T:
+    """Return what a call that may move the robot returns; the run is told when its client hangs up meanwhile."""
+    caller = Caller()
+
+    async def watch() -> None:
+        while (await request.receive())["type"] != "http.disconnect":
+            pass
+        # Not among the threads of the requests: those may all be waiting for their turn.
+        await asyncio.to_thread(run.hang_up, caller)
+
+    watching = asyncio.create_task(watch())
+    try:
+        return await run_in_threadpool(call, caller)
+    finally:
+        watching.cancel()
+
+
+def _has_token(request: Request, token: str) -> bool:
     given = request.headers.get("authorization", "")
     # Compared as bytes: compare_digest takes no text beyond ASCII.
-    if not hmac.compare_digest(given.encode("utf-8", "replace"), f"Bearer {token}".encode()):
+    return hmac.compare_digest(given.encode("utf-8", "replace"), f"Bearer {token}".encode())
+
+
+def _check_operator(request: Request, token: str, operator_token: str) -> None:
+    if _has_token(request, operator_token):
+        return
+    _check_token(request, token)
+    raise RefusedError(
+        403,
+        "Only the operator can say that this is done.",
+        "The token is the solution's: a program does not know what a person beside the robot has done.",
+        "Have the person type: benchbot ready",
+    )
+
+
+def _check_token(request: Request, token: str) -> None:
+    if not _has_token(request, token):
         raise RefusedError(
             401,
             "The supervisor does not know you.",

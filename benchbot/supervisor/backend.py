@@ -63,16 +63,17 @@ def serve(
         recordings = _start_recordings(record or {})
         run = Run(
             selection,
-            lambda: ChildHost(selection, log, options=options, timeouts=timeouts),
+            lambda: ChildHost(selection, log, options=options, timeouts=timeouts, operator=run.operator),
             folder.result,
             recordings,
         )
         stack.callback(lambda: folder.close(keep=run.platform_failed or folder.result.exists()))
         stack.enter_context(_logging_to(folder.path / "supervisor.log"))
         listeners, connection = _listen(stack, host, port, unix_socket, allow_remote=allow_remote)
-        running = stack.enter_context(server.Server(create_app(run, connection.token), listeners))
-        stack.callback(run.close)
         state = _state(selection, folder, connection, log)
+        app = create_app(run, connection.token, state.operator_token)
+        running = stack.enter_context(server.Server(app, listeners))
+        stack.callback(run.close)
         run.prepare()
         folder.publish(state)
         if on_ready is not None:
@@ -146,6 +147,7 @@ def _start_recordings(record: Mapping[str, Path]) -> list[Recording]:
 def _state(selection: Selection, folder: RunFolder, connection: Connection, log: Path) -> RunState:
     return RunState(
         connection=connection,
+        operator_token=secrets.token_urlsafe(32),
         pid=os.getpid(),
         task=selection.task.name,
         robot=selection.robot.name,

@@ -39,6 +39,7 @@ class Start(msgspec.Struct, tag="start", frozen=True):
     localisation: Localisation
     cache_dir: str
     options: dict[str, Any]
+    can_ask: bool
 
 
 class Load(msgspec.Struct, tag="load", frozen=True):
@@ -69,6 +70,20 @@ class Close(msgspec.Struct, tag="close", frozen=True):
 Request = Start | Load | Act | Observe | Close
 
 
+class Halt(msgspec.Struct, tag="halt", frozen=True):
+    """`Host.halt`: needs no reply, and does not wait for the request under way."""
+
+    why: str
+
+
+class Answered(msgspec.Struct, tag="answered", frozen=True):
+    """The operator has done what the last `Question` asks."""
+
+
+Aside = Halt | Answered
+"""What is said to the child in the middle of a request."""
+
+
 class Done(msgspec.Struct, tag="done", frozen=True):
     """The reply to a request that succeeded."""
 
@@ -83,31 +98,56 @@ class Failed(msgspec.Struct, tag="failed", frozen=True):
     fix: str
     exit_code: int
     failure: FailureClass | None
+    ends_run: bool = False
 
     @classmethod
     def of(cls, error: BenchbotError) -> "Failed":
         """Return the message that carries an error."""
-        return cls(error.title, error.why, error.fix, int(error.exit_code), error.failure)
+        return cls(error.title, error.why, error.fix, int(error.exit_code), error.failure, error.ends_run)
 
     def error(self) -> BenchbotError:
         """Return the error that the message carries."""
-        return BenchbotError(self.title, self.why, self.fix, exit_code=ExitCode(self.exit_code), failure=self.failure)
+        return BenchbotError(
+            self.title,
+            self.why,
+            self.fix,
+            exit_code=ExitCode(self.exit_code),
+            failure=self.failure,
+            ends_run=self.ends_run,
+        )
+
+
+class Question(msgspec.Struct, tag="question", frozen=True):
+    """What the operator is asked to do; the reply to the request under way comes some time after the answer."""
+
+    text: str
+
+
+class Resumed(msgspec.Struct, tag="resumed", frozen=True):
+    """The answer to the question has arrived: the request under way goes on."""
 
 
 Reply = Done | Failed
 
-_request_decoder: msgspec.msgpack.Decoder[Request] = msgspec.msgpack.Decoder(Request)
-_reply_decoder: msgspec.msgpack.Decoder[Reply] = msgspec.msgpack.Decoder(Reply)
+_request_decoder: msgspec.msgpack.Decoder[Request | Aside] = msgspec.msgpack.Decoder(Request | Aside)
+_message_decoder: msgspec.msgpack.Decoder[Reply | Question | Resumed] = msgspec.msgpack.Decoder(
+    Reply | Question | Resumed
+)
 
 
-def encode_request(request: Request) -> bytes:
-    """Return a request's bytes."""
+def encode_request(request: Request | Aside) -> bytes:
+    """Return the bytes of a request, or of an aside."""
     return msgspec.msgpack.encode(request, enc_hook=_scalar)
 
 
-def decode_request(data: bytes | bytearray) -> Request:
-    """Return the request in the bytes; raises msgspec.DecodeError for anything else."""
+def decode_request(data: bytes | bytearray) -> Request | Aside:
+    """Return the request or aside in the bytes; raises msgspec.DecodeError for anything else."""
     return _request_decoder.decode(data)
+
+
+def encode_question(question: Question | Resumed) -> bytes:
+    """Return the bytes of a question, or of its end."""
+    return msgspec.msgpack.encode(question)
 
 
 def encode_reply(reply: Any, arena: ArenaWriter | None = None) -> bytes:
@@ -127,9 +167,18 @@ def encode_reply(reply: Any, arena: ArenaWriter | None = None) -> bytes:
     return msgspec.msgpack.encode(Done(msgspec.Raw(msgspec.msgpack.encode(reply, enc_hook=place))))
 
 
-def decode_reply(data: bytes | bytearray, kind: type[T], arena: ArenaReader | None = None) -> T:
+def decode_reply(data: bytes | bytearray, kind: type[T]) -> T:
+    """Return the value of the reply in the bytes, which has no arrays, or raise the BenchbotError in it."""
+    return value_of(msgspec.msgpack.decode(data, type=Reply), kind)
+
+
+def decode_message(data: bytes | bytearray) -> Reply | Question | Resumed:
+    """Return the reply in the bytes, or what may come before it; raises msgspec.DecodeError for anything else."""
+    return _message_decoder.decode(data)
+
+
+def value_of(reply: Reply, kind: type[T], arena: ArenaReader | None = None) -> T:
     """Return the value of a reply, or raise the BenchbotError in it; arrays are copied out of the arena."""
-    reply = _reply_decoder.decode(data)
     if isinstance(reply, Failed):
         raise reply.error()
 
@@ -180,8 +229,7 @@ def _receive_exactly(connection: socket.socket, size: int, deadline_s: float | N
     data = bytearray(size)
     view = memoryview(data)
     while view:
-        if deadline_s is not None:
-            connection.settimeout(max(deadline_s - time.monotonic(), 1e-3))
+        connection.settimeout(None if deadline_s is None else max(deadline_s - time.monotonic(), 1e-3))
         try:
             count = connection.recv_into(view)
         except ConnectionError as error:

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from benchbot.core import resources
+from benchbot.core import plugins, resources
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.geometry import Pose
 from benchbot.core.host import Status
@@ -23,6 +23,7 @@ from benchbot.core.motion import Outcome
 from benchbot.core.selection import Selection
 from benchbot.supervisor import arena, channel
 from benchbot.supervisor.children import how_it_ended, last_words
+from benchbot.supervisor.operator import Operator
 
 CLOSE_TIMEOUT_S = 3.0
 
@@ -41,9 +42,11 @@ class Timeouts:
 
 
 class ChildHost:
-    """A `Host` whose platform lives in a child process. One caller at a time; `close` from any thread.
+    """A `Host` whose platform lives in a child process. One caller at a time; `halt` and `close` from any thread.
 
     Every method raises BenchbotError with failure `platform` when the child dies or hangs; it is then gone for good.
+    With a real robot that ends the run: it was stopped in the middle of something, and is not moved again.
+    While the platform asks the `operator` for something, it does not count as hung; without one it cannot ask.
     """
 
     def __init__(
@@ -53,10 +56,14 @@ class ChildHost:
         *,
         options: Mapping[str, Any] | None = None,
         timeouts: Timeouts | None = None,
+        operator: Operator | None = None,
     ) -> None:
         self._log = log
         self._timeouts = timeouts or Timeouts()
+        self._operator = operator
+        self._real = selection.robot.data["type"] in plugins.load().pool("robot_drivers")
         self._busy = threading.Lock()
+        self._sending = threading.Lock()
         self._socket, theirs = socket.socketpair()
         self._arena_handle = arena.create()
         lifeline, self._lifeline = os.pipe()
@@ -78,7 +85,7 @@ class ChildHost:
                 start_new_session=True,
             )
         self._arena = arena.ArenaReader(self._arena_handle)
-        self._start: channel.Start | None = _start_message(selection, options or {})
+        self._start: channel.Start | None = _start_message(selection, options or {}, can_ask=operator is not None)
         self._looked = False
 
     @property
@@ -107,12 +114,16 @@ class ChildHost:
         self._looked = True
         return observations
 
+    def halt(self, why: str) -> None:
+        """Stop a real robot in the middle of an action, for good. Does nothing when the child is gone."""
+        self._interject(channel.Halt(why))
+
     def close(self) -> None:
         """End the child: politely when it is idle, at once when it is busy. Safe to call twice."""
         if self._process.returncode is None:
             if self._busy.acquire(blocking=False):
                 try:
-                    channel.send(self._socket, channel.encode_request(channel.Close()))
+                    self._send(channel.Close())
                     channel.receive(self._socket, CLOSE_TIMEOUT_S)
                     self._process.wait(CLOSE_TIMEOUT_S)
                 except (OSError, EOFError, subprocess.TimeoutExpired):
@@ -121,7 +132,7 @@ class ChildHost:
                     self._busy.release()
             self._kill()
         # A call that is still under way reads the end of the stream first, and lets go of both.
-        with self._busy:
+        with self._busy, self._sending:
             self._socket.close()
             if self._arena_handle >= 0:
                 os.close(self._lifeline)
@@ -131,9 +142,8 @@ class ChildHost:
     def _call(self, request: channel.Request, kind: type[T], timeout_s: float) -> T:
         with self._busy:
             try:
-                channel.send(self._socket, channel.encode_request(request))
-                data = channel.receive(self._socket, timeout_s)
-                return channel.decode_reply(data, kind, self._arena)
+                self._send(request)
+                return channel.value_of(self._reply(timeout_s), kind, self._arena)
             except TimeoutError as error:
                 self._kill()
                 raise self._hung(request, timeout_s) from error
@@ -142,6 +152,35 @@ class ChildHost:
             except (msgspec.MsgspecError, ValueError) as error:
                 self._kill()
                 raise self._garbled(error) from error
+
+    def _reply(self, timeout_s: float) -> channel.Reply:
+        """Return the child's reply. What the operator is asked meanwhile takes as long as it takes."""
+        patience_s: float | None = timeout_s
+        try:
+            while True:
+                message = channel.decode_message(channel.receive(self._socket, patience_s))
+                if isinstance(message, channel.Reply):
+                    return message
+                asks = isinstance(message, channel.Question)
+                patience_s = None if asks else timeout_s
+                if self._operator is not None and isinstance(message, channel.Question):
+                    self._operator.ask(message.text, lambda: self._interject(channel.Answered()))
+        finally:
+            if self._operator is not None:
+                self._operator.withdraw()
+
+    def _send(self, message: channel.Request | channel.Aside) -> None:
+        with self._sending:
+            channel.send(self._socket, channel.encode_request(message))
+
+    def _interject(self, aside: channel.Aside) -> None:
+        """Send something in the middle of a call; a child that is gone need not hear it, a deaf one is ended."""
+        try:
+            self._send(aside)
+        except TimeoutError:
+            self._kill()
+        except OSError:
+            pass
 
     def _kill(self) -> None:
         """End the child and its process group, and reap it."""
@@ -156,29 +195,32 @@ class ChildHost:
         except subprocess.TimeoutExpired:
             self._kill()
             code = self._process.returncode
-        return self._error("The simulator died.", f"Its process {how_it_ended(code)}.")
+        return self._error("died", f"Its process {how_it_ended(code)}.")
 
     def _hung(self, request: channel.Request, timeout_s: float) -> BenchbotError:
         name = type(request).__name__.lower()
-        return self._error("The simulator hangs.", f"It did not answer to '{name}' for {timeout_s:g} s, and was ended.")
+        return self._error("hangs", f"It did not answer to '{name}' for {timeout_s:g} s, and was ended.")
 
     def _garbled(self, error: Exception) -> BenchbotError:
-        return self._error("The simulator sent something unreadable.", f"{error}. It was ended.")
+        return self._error("sent something unreadable", f"{error}. It was ended.")
 
-    def _error(self, title: str, why: str) -> BenchbotError:
+    def _error(self, what: str, why: str) -> BenchbotError:
         # Lines of an earlier child in the same log are not this one's last words.
         with self._log.open("rb") as log:
             said = last_words(log, self._log_start)
+        who = "The robot's driver" if self._real else "The simulator"
+        again = "The next run starts it anew, when the robot is safe." if self._real else "reset() starts it anew."
         return BenchbotError(
-            title,
+            f"{who} {what}.",
             f"{why} {said}",
-            f"reset() starts it anew. Its log: {self._log}",
+            f"{again} Its log: {self._log}",
             exit_code=ExitCode.INTERNAL,
             failure=FailureClass.PLATFORM,
+            ends_run=self._real,
         )
 
 
-def _start_message(selection: Selection, options: Mapping[str, Any]) -> channel.Start:
+def _start_message(selection: Selection, options: Mapping[str, Any], *, can_ask: bool) -> channel.Start:
     return channel.Start(
         robot=selection.robot.data,
         scenes=[
@@ -187,4 +229,5 @@ def _start_message(selection: Selection, options: Mapping[str, Any]) -> channel.
         localisation=selection.localisation,
         cache_dir=str(resources.cache_dir()),
         options=dict(options),
+        can_ask=can_ask,
     )

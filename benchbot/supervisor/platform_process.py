@@ -17,6 +17,7 @@ import sys
 import threading
 import time
 import traceback
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot.supervisor import channel
 from benchbot.supervisor.arena import ArenaWriter
+from benchbot.supervisor.asides import Asides
 
 GRACE_S = 0.5
 
@@ -39,9 +41,16 @@ def main() -> None:
     connection = socket.socket(fileno=int(sys.argv[1]))
     arena = ArenaWriter(int(sys.argv[2]))
     _watch(int(sys.argv[3]))
+    sending = threading.Lock()
+
+    def send(data: bytes) -> None:
+        with sending:
+            channel.send(connection, data)
+
+    asides = Asides(send)
     requests: queue.SimpleQueue[channel.Request | None] = queue.SimpleQueue()
-    threading.Thread(target=_read, args=(connection, requests), daemon=True).start()
-    _serve(connection, requests, arena)
+    threading.Thread(target=_read, args=(connection, requests, asides), daemon=True).start()
+    _serve(send, requests, asides, arena)
 
 
 def _watch(lifeline: int) -> None:
@@ -50,10 +59,14 @@ def _watch(lifeline: int) -> None:
     fcntl.fcntl(lifeline, fcntl.F_SETFL, fcntl.fcntl(lifeline, fcntl.F_GETFL) | os.O_ASYNC)
 
 
-def _read(connection: socket.socket, requests: "queue.SimpleQueue[channel.Request | None]") -> None:
+def _read(connection: socket.socket, requests: "queue.SimpleQueue[channel.Request | None]", asides: Asides) -> None:
     try:
         while True:
-            requests.put(channel.decode_request(channel.receive(connection)))
+            message = channel.decode_request(channel.receive(connection))
+            if isinstance(message, channel.Aside):
+                asides.hear(message)
+            else:
+                requests.put(message)
     except EOFError:
         requests.put(None)
     # The supervisor is gone: closing is given its time, no more.
@@ -62,14 +75,20 @@ def _read(connection: socket.socket, requests: "queue.SimpleQueue[channel.Reques
 
 
 def _serve(
-    connection: socket.socket, requests: "queue.SimpleQueue[channel.Request | None]", arena: ArenaWriter
+    send: Callable[[bytes], None],
+    requests: "queue.SimpleQueue[channel.Request | None]",
+    asides: Asides,
+    arena: ArenaWriter,
 ) -> None:
     host: InProcessHost | None = None
+    real = False
     while (request := requests.get()) is not None:
         signal.signal(signal.SIGIO, signal.SIG_DFL)
         try:
             if isinstance(request, channel.Start):
-                host = _create(request)
+                real = request.robot["type"] in plugins.load().pool("robot_drivers")
+                host = _create(request, asides.ask if request.can_ask else None)
+                asides.attach(host)
                 reply: Any = None
             else:
                 reply = _answer(host, request)
@@ -79,20 +98,20 @@ def _serve(
         # A plug-in may fail in any way at all: the supervisor must hear of it, in words.
         except Exception as error:  # noqa: BLE001
             traceback.print_exc()
-            data = channel.encode_reply(channel.Failed.of(_failure(error)), arena)
+            data = channel.encode_reply(channel.Failed.of(_failure(error, real=real)), arena)
         signal.signal(signal.SIGIO, signal.SIG_IGN)
-        channel.send(connection, data)
+        send(data)
         if isinstance(request, channel.Close):
             return
     if host is not None:
         host.close()
 
 
-def _create(request: channel.Start) -> InProcessHost:
+def _create(request: channel.Start, ask: Callable[[str], None] | None) -> InProcessHost:
     loaded = plugins.load()
     kind = request.robot["type"]
     records = "simulators" if kind in loaded.pool("simulators") else "robot_drivers"
-    spec = PlatformSpec(request.robot, request.localisation, Path(request.cache_dir), request.options)
+    spec = PlatformSpec(request.robot, request.localisation, Path(request.cache_dir), request.options, ask)
     platform = loaded.record(records, kind).create(spec)
     scenes = [Scene(scene.environment, Path(scene.folder)) for scene in request.scenes]
     return InProcessHost(platform, scenes, MotionConfig.from_robot(request.robot, request.localisation))
@@ -110,14 +129,17 @@ def _answer(host: InProcessHost | None, request: channel.Request) -> Any:
     return host.close()
 
 
-def _failure(error: Exception) -> BenchbotError:
+def _failure(error: Exception, *, real: bool) -> BenchbotError:
     last = traceback.extract_tb(error.__traceback__)[-1]
+    fix = "reset() starts it anew. If it happens again, report it to the author of the simulator with the run's log."
     return BenchbotError(
-        "The simulator failed.",
+        "The robot's driver failed." if real else "The simulator failed.",
         f"{type(error).__name__}: {error} (in {last.name}, {Path(last.filename).name}:{last.lineno})",
-        "reset() starts it anew. If it happens again, report it to the author of the simulator with the run's log.",
+        "Report it to the author of the driver with the run's log. The next run starts it anew." if real else fix,
         exit_code=ExitCode.INTERNAL,
         failure=FailureClass.PLATFORM,
+        # A driver that does not know what happened does not move a robot again.
+        ends_run=real,
     )
 
 

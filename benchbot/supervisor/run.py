@@ -18,15 +18,27 @@ from benchbot.core.recording import Recording
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
 from benchbot.supervisor.events import Events
+from benchbot.supervisor.operator import Operator
 from benchbot.supervisor.refused import RefusedError
 
 ACTION_WAIT_S = 150.0
+HUNG_UP = "The solution hung up while the robot was moving."
 
 log = logging.getLogger("benchbot.supervisor")
 
 
+class Caller:
+    """Whoever sent a request and waits for its answer, until they hang up."""
+
+    def __init__(self) -> None:
+        self.gone = False
+
+
 class Run:
-    """A session behind a lock. Methods block: call them in worker threads. `describe` and `progress` never wait."""
+    """A session behind a lock. Methods block: call them in worker threads. `describe` and `progress` never wait.
+
+    Those that may move the robot are given their caller, so that a real robot does not move for nobody: see `hang_up`.
+    """
 
     def __init__(
         self,
@@ -42,7 +54,12 @@ class Run:
         self.platform_failed = False
         self._session = Session(selection, start_host, recordings)
         self._lock = threading.Lock()
+        self._callers = threading.Lock()
+        self._caller: Caller | None = None
+        self._closing = threading.Lock()
+        self._closed = False
         self._started = False
+        self.operator = Operator(self._note_question)
 
     @property
     def progress(self) -> Progress:
@@ -66,6 +83,8 @@ class Run:
             "frames": progress.frames,
             "failure": None if progress.failure is None else progress.failure.value,
             "failure_why": progress.failure_why,
+            "ends_run": progress.ends_run,
+            "waiting_for": progress.waiting_for,
         }
 
     def prepare(self) -> None:
@@ -73,24 +92,24 @@ class Run:
         with self._exclusively(ACTION_WAIT_S):
             self._noting_failures(self._session.prepare)
 
-    def reset(self) -> dict[str, Any]:
+    def reset(self, caller: Caller | None = None) -> dict[str, Any]:
         """Start anew in the first scene. Waits for an action that a solution, maybe a dead one, has left under way."""
-        with self._exclusively(ACTION_WAIT_S):
+        with self._exclusively(ACTION_WAIT_S, caller):
             step = self._noting_failures(self._session.reset)
             self._started = True
             self._tell("scene")
             return self._step_document(step)
 
-    def step(self, action: str | None, arguments: Mapping[str, Any]) -> dict[str, Any]:
+    def step(self, action: str | None, arguments: Mapping[str, Any], caller: Caller | None = None) -> dict[str, Any]:
         """Take one action; raises RefusedError (409) while another request uses the session."""
-        with self._exclusively():
+        with self._exclusively(caller=caller):
             step = self._noting_failures(lambda: self._session.step(action, arguments))
             self._tell("step")
             return self._step_document(step)
 
-    def next_scene(self) -> dict[str, Any]:
+    def next_scene(self, caller: Caller | None = None) -> dict[str, Any]:
         """Advance to the next scene; raises RefusedError (409) while another request uses the session."""
-        with self._exclusively():
+        with self._exclusively(caller=caller):
             step = self._noting_failures(self._session.next_scene)
             if step is None:
                 return {"advanced": False, **self._state_document()}
@@ -156,14 +175,45 @@ class Run:
             "progress": self.public_progress(),
         }
 
+    def hang_up(self, caller: Caller) -> None:
+        """Note that a caller is gone. Where it is their request that is under way, a real robot stops, for good.
+
+        A simulator finishes what it does: nobody is in danger, and the next request finds it well. A request that still
+        waits for its turn is dropped when that comes.
+        """
+        with self._callers:
+            caller.gone = True
+            under_way = self._caller is caller
+        if under_way:
+            log.warning("%s", HUNG_UP)
+            self._session.halt(HUNG_UP)
+
+    def confirm(self) -> str:
+        """Say that the operator has done what they were asked, and return what that was.
+
+        Raises RefusedError (409) when they were asked nothing.
+        """
+        request = self.operator.confirm()
+        if request is None:
+            raise RefusedError(
+                409,
+                "Nobody waits for the operator.",
+                "The robot has asked for nothing, or it has been confirmed already.",
+                "Wait until the run asks for something: its terminal shows it.",
+            )
+        return request
+
     def close(self) -> None:
-        """Stop the robot and end the platform, even in the middle of an action."""
+        """Stop the robot and end the platform, even in the middle of an action. Safe to call from several threads."""
         self.stop_asked.set()
-        self._session.close()
-        self._tell("closed")
+        with self._closing:
+            if not self._closed:
+                self._closed = True
+                self._session.close()
+                self._tell("closed")
 
     @contextmanager
-    def _exclusively(self, wait_s: float = 0.0) -> Iterator[None]:
+    def _exclusively(self, wait_s: float = 0.0, caller: Caller | None = None) -> Iterator[None]:
         if not self._lock.acquire(timeout=wait_s):
             raise RefusedError(
                 409,
@@ -174,8 +224,14 @@ class Run:
         try:
             if self.stop_asked.is_set():
                 raise ended()
+            with self._callers:
+                self._caller = caller
+                if caller is not None and caller.gone:
+                    raise _gone()
             yield
         finally:
+            with self._callers:
+                self._caller = None
             self._lock.release()
 
     def _noting_failures(self, call: Callable[[], Step | None]) -> Any:
@@ -186,15 +242,20 @@ class Run:
                 raise ended() from error
             if error.failure is FailureClass.PLATFORM:
                 self.platform_failed = True
+                self.progress.ends_run |= error.ends_run
             log.warning("%s", error)
             if self.progress.failure is not None:
                 self._tell("failure")
             raise
 
+    def _note_question(self, request: str | None) -> None:
+        self.progress.waiting_for = request
+        self._tell("operator")
+
     def _tell(self, kind: str) -> None:
         """Tell those who watch, and the log, what has happened; neither learns a pose that the task hides."""
         progress = self.public_progress()
-        shown = ("scene_number", "steps", "last_action", "state", "simulated_time_s", "failure")
+        shown = ("scene_number", "steps", "last_action", "state", "simulated_time_s", "failure", "waiting_for")
         log.info("%s: %s", kind, ", ".join(f"{key} {progress[key]}" for key in shown))
         self.events.publish(kind, progress)
 
@@ -215,6 +276,15 @@ class Run:
             "steps": progress.steps,
             "simulated_time_s": progress.simulated_time_s,
         }
+
+
+def _gone() -> BenchbotError:
+    return RefusedError(
+        409,
+        "Nobody waits for the answer.",
+        "The client hung up while another request was using the session.",
+        "Send it again, and wait for the answer.",
+    )
 
 
 def ended() -> BenchbotError:

@@ -35,9 +35,13 @@ class Connection:
 
 @dataclass(frozen=True)
 class RunState:
-    """What the state file of a run says. Paths are absolute; `started_s` is seconds since the epoch."""
+    """What the state file of a run says. Paths are absolute; `started_s` is seconds since the epoch.
+
+    `operator_token` is for the person beside the robot: a solution is not given it.
+    """
 
     connection: Connection
+    operator_token: str
     pid: int
     task: str
     robot: str

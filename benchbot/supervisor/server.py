@@ -20,6 +20,8 @@ from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 KEEP_ALIVE_S = 24 * 3600
 SHUTDOWN_S = 3
 SEND_BUFFER_BYTES = 4 * 2**20
+# A client on another machine is gone when the network is: after so many probes, one a second, without an answer.
+PROBES = 3
 
 
 def bind_tcp(host: str, port: int, *, allow_remote: bool = False) -> socket.socket:
@@ -41,6 +43,7 @@ def bind_tcp(host: str, port: int, *, allow_remote: bool = False) -> socket.sock
     try:
         # Without it, a port stays taken for a minute after a run has ended (TIME_WAIT).
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        _probe(listener)
         listener.bind(address[4])
         listener.listen()
     except OSError as error:
@@ -148,6 +151,14 @@ class _RoomyListener(socket.socket):
         connection, address = super().accept()
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER_BYTES)
         return connection, address
+
+
+def _probe(listener: socket.socket) -> None:
+    """Have the kernel notice when the other end of a connection vanishes without a word (tcp(7))."""
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 1)
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPINTVL, 1)
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPCNT, PROBES)
 
 
 def _is_loopback(host: str) -> bool:

@@ -98,7 +98,7 @@ def test_a_plugin_adds_a_command(cli: CommandLine, make_plugin: Callable[..., Pa
 
     assert cli("greet", "you").stdout == "Hello you\n"
     assert cli("list", "commands").stdout.split()[0] == "greet"
-    assert "Did you mean 'greet'?" in cli("great").stderr
+    assert "Did you mean 'greet'?" in cli("gret").stderr
 
 
 def test_a_plugin_cannot_take_the_name_of_a_command(cli: CommandLine, make_plugin: Callable[..., Path]) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.conftest import CommandLine
+from tests.cli.conftest import CommandLine, Here
 
 DECLARES_TASKS = """\
 from importlib.resources import files
@@ -27,6 +27,35 @@ def warm(cache_dir):
 @hookimpl
 def benchbot_simulators():
     yield Simulator("sim_slow", lambda spec: None, warm)
+"""
+
+
+DRIVER = """\
+from benchbot import hookimpl
+from benchbot.core.findings import Finding, Level
+from benchbot.core.errors import BenchbotError
+from benchbot.core.hookspecs import RobotDriver
+
+def diagnose(spec):
+    yield Finding(Level.OK, "topic /scan", f"10.0 Hz, for {{spec.robot['name']}}")
+    {then}
+
+@hookimpl
+def benchbot_robot_drivers():
+    yield RobotDriver("seen", lambda spec: None, diagnose)
+
+@hookimpl
+def benchbot_robots():
+    from importlib.resources import files
+    yield files(__name__) / "robots"
+"""
+ROBOT = """\
+name: seen_robot
+type: seen
+global_frame: map
+robot_frame: base_link
+poses: [base_link]
+connections: {laser: {connection: ros_to_api}}
 """
 
 
@@ -101,6 +130,61 @@ def test_warming_starts_every_simulator(
 
     assert cold["level"] == "ok"
     assert (warmed["level"], warmed["detail"]) == (level, detail)
+
+
+@pytest.mark.parametrize(
+    ("then", "code", "last"),
+    [
+        ("pass", 0, None),
+        ("yield Finding(Level.WARNING, 'clock', '80 ms late', 'Use NTP.')", 0, ("warning", "clock", "Use NTP.")),
+        ("yield Finding(Level.BROKEN, 'e-stop', 'no answer', 'Plug it in.')", 2, ("broken", "e-stop", "Plug it in.")),
+        ("raise BenchbotError('No node.', 'Silence.', 'Start it.')", 2, ("broken", "robot seen_robot", "Start it.")),
+        ("1 / 0", 2, ("broken", "robot seen_robot", "Report it to the author of seeing.")),
+    ],
+)
+def test_a_real_robot_is_looked_at_by_its_driver(
+    then: str, code: int, last: tuple[str, str, str] | None, cli: CommandLine, make_plugin: Callable[..., Path]
+) -> None:
+    make_plugin("seeing", DRIVER.format(then=then), {"robots/seen.yaml": ROBOT})
+
+    done = cli("doctor", "--robot", "seen_robot", "--json")
+
+    scan, *others = json.loads(done.stdout)
+    assert done.returncode == code
+    assert "Traceback" not in done.stderr
+    assert scan == {"level": "ok", "subject": "topic /scan", "detail": "10.0 Hz, for seen_robot", "fix": ""}
+    assert [(finding["level"], finding["subject"], finding["fix"]) for finding in others] == ([last] if last else [])
+
+
+@pytest.mark.parametrize(
+    ("words", "title"),
+    [
+        (["--robot", "sample_robot"], "The robot 'sample_robot' is simulated."),
+        (["--robot", "sample_real_robot"], "The robot 'sample_real_robot' cannot be looked at."),
+        (["--robot", "sample_robbot"], "'sample_robbot' is not a known robot."),
+        (["--robot", "sample_real_robot", "--warm"], "--warm and --robot do not go together."),
+    ],
+)
+def test_a_robot_that_nobody_can_look_at_is_told_in_words(words: list[str], title: str, here: Here) -> None:
+    done = here("doctor", *words)
+
+    assert done.returncode == 2
+    assert f"Error: {title}" in done.stderr
+    assert done.stdout == ""
+
+
+def test_a_robot_without_a_driver_is_told_what_to_install(cli: CommandLine, make_plugin: Callable[..., Path]) -> None:
+    code = "from importlib.resources import files\nfrom benchbot import hookimpl\n\n@hookimpl\n"
+    make_plugin(
+        "lonely", code + "def benchbot_robots():\n    yield files(__name__) / 'robots'\n", {"robots/a.yaml": ROBOT}
+    )
+
+    done = cli("doctor", "--robot", "seen_robot")
+
+    assert done.returncode == 2
+    assert "Error: No driver for the robot 'seen_robot' is installed." in done.stderr
+    assert "Installed drivers: real_sample." in done.stderr
+    assert "pip install benchbot-robot-seen" in done.stderr
 
 
 def test_a_port_that_somebody_else_uses_is_a_warning_with_a_way_out(cli: CommandLine) -> None:

@@ -1,3 +1,4 @@
+import json
 from pathlib import Path
 
 import numpy as np
@@ -49,3 +50,16 @@ def test_a_recording_needs_a_folder_and_a_known_recorder(here: Here) -> None:
     assert (done.returncode, "--record frames names no folder" in done.stderr) == (2, True)
     done = here("submit", *RUN, "--native", "true", "--record", "framse=seen")
     assert (done.returncode, "'framse' is not an installed recorder" in done.stderr) == (2, True)
+
+
+def test_a_result_that_does_not_say_where_the_robot_was_is_drawn_without_its_way(
+    results: CommandLine, here: Here
+) -> None:
+    document = json.loads((results.folder / "perfect.json").read_text("utf-8"))
+    for scene in document["environment_details"]:
+        scene.pop("start_pose", None)
+        scene.pop("trajectory_poses", None)
+    (results.folder / "placeless.json").write_text(json.dumps(document), "utf-8")
+    done = here("picture", "placeless.json", "--ground-truth", "truth.json", "-o", "placeless.png")
+    assert done.returncode == 0, done.stderr
+    assert (results.folder / "placeless.png").exists()

@@ -85,13 +85,6 @@ def test_wrong_usage_is_told_by_the_name_of_the_option(words: list[str], message
     assert "Traceback" not in done.stderr
 
 
-def test_there_is_nothing_to_stop(here: Here) -> None:
-    done = here("stop")
-
-    assert done.returncode == 2
-    assert "No BenchBot run is there" in done.stderr
-
-
 def test_the_listings_of_v2_keep_their_spelling(here: Here) -> None:
     assert "sample:passive" in here("run", "--list-tasks").stdout
     assert "sample_robot" in here("run", "--list-robots").stdout

@@ -21,6 +21,8 @@ PROGRESS: dict[str, Any] = {
     "frames": 13,
     "failure": None,
     "failure_why": None,
+    "ends_run": False,
+    "waiting_for": None,
 }
 
 
@@ -50,6 +52,41 @@ def test_without_a_terminal_only_news_is_printed_and_output_passes_untouched(
         status.write(b" and the rest\n")
 
     assert capfd.readouterr().err == "one\nhalf a line and the rest\n"
+
+
+def test_what_the_operator_is_asked_is_printed_at_once_and_once(capfd: pytest.CaptureFixture[str]) -> None:
+    waiting = {**PROGRESS, "waiting_for": "Carry the robot\nto its start."}
+    with StatusLine() as status:
+        status.show_progress(PROGRESS, 1)
+        status.write(b"half a line")
+        status.show_progress(waiting, 1)
+        status.show_progress({**waiting, "wall_time_s": 5.0}, 1)
+
+    _, half, asked = capfd.readouterr().err.splitlines()
+    assert half == "half a line"
+    assert asked == ("WAITING FOR YOU: Carry the robot to its start. When it is done, type elsewhere: benchbot ready")
+
+
+def test_a_safety_stop_is_told_plainly() -> None:
+    progress = {**PROGRESS, "failure": "platform", "failure_why": "Too close. The scan says 0.1 m.", "ends_run": True}
+
+    assert progress_text(progress, 1) == "STOPPED FOR SAFETY, the run is over: Too close. The scan says 0.1 m."
+
+
+def test_on_a_terminal_what_is_urgent_is_a_line_that_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    ours, theirs = pty.openpty()
+    with os.fdopen(theirs, "w") as terminal:
+        monkeypatch.setattr(sys, "stderr", terminal)
+        with StatusLine() as status:
+            status.show("busy", news=1)
+            status.show("carry it", news=2, urgent=True)
+            status.show("carry it", news=2, urgent=True)
+        seen = read_until_quiet(ours)
+    os.close(ours)
+
+    shown, erased = "\x1b[2m{}\x1b[0m".format, "\r\x1b[K"
+    carry = shown("carry it")
+    assert seen == f"{shown('busy')}{erased}carry it\r\n{carry}{erased}{carry}{erased}"
 
 
 def read_until_quiet(terminal: int) -> str:

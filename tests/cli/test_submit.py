@@ -179,6 +179,59 @@ def test_a_simulator_that_is_killed_is_the_platforms_fault(cli: CommandLine) -> 
     assert cli.nothing_is_left()
 
 
+STUBBORN = """\
+import json
+from benchbot.api import BenchBot
+from benchbot.core.errors import BenchbotError
+benchbot = BenchBot()
+results = benchbot.empty_results()
+for call in (lambda: benchbot.step(None), lambda: benchbot.step("move_next"), benchbot.reset):
+    try:
+        call()
+    except BenchbotError as error:
+        print("told:", error.title, error.ends_run, flush=True)
+with open(benchbot.result_filename, "w") as file:
+    json.dump(results, file)
+"""
+"""Goes on after a safety stop as if nothing had happened, and saves a valid result."""
+
+
+@pytest.mark.parametrize("solution", [PASSIVE, STUBBORN])
+def test_a_safety_stop_ends_the_run_whatever_the_solution_makes_of_it(solution: str, cli: CommandLine) -> None:
+    selection = [*SELECTION[:-1], "faulty:stop"]
+
+    done = cli("submit", "--native", cli.script("s.py", solution), *selection, "-r", "result.json")
+
+    assert done.returncode == 3
+    error = done.stderr.rpartition("\nError: ")[2]
+    assert error.startswith("The robot was stopped for safety, and the run is over.")
+    assert "Something came too close." in error
+    assert "platform.log" in error
+    assert "again" not in error
+    assert read(cli.folder / "result.json")["provenance"]["failure"]["class"] == "platform"
+    if solution == STUBBORN:
+        assert done.stderr.count("told: The robot was stopped for safety. True") == 2
+    assert cli.nothing_is_left()
+
+
+def test_a_solution_that_is_ended_while_a_real_robot_moves_stops_it_for_good(cli: CommandLine) -> None:
+    selection = ["--task", "sample:active", *SELECTION[2:-1], "faulty:halts"]
+    code = "from benchbot.api import BenchBot\nBenchBot().step('move_angle', angle=36000)\n"
+    back_end = cli.start("run", *selection, "--port", "0")
+    wait_for(back_end, "Ready.")
+
+    done = cli("submit", "--native", cli.script("s.py", code), "--timeout", "3", "-r", "result.json")
+    wait_for(back_end, "STOPPED FOR SAFETY")
+    second = cli("submit", "--native", cli.script("s.py", code), "-r", "second.json")
+
+    assert (done.returncode, second.returncode) == (3, 3)
+    for finished in (done, second):
+        assert "Error: The robot was stopped for safety, and the run is over." in finished.stderr
+        assert "hung up while the robot was moving" in finished.stderr
+    assert read(cli.folder / "result.json")["provenance"]["failure"]["class"] == "platform"
+    assert cli("stop").returncode == 0
+
+
 def test_a_supervisor_that_is_killed_is_the_infrastructures_fault(cli: CommandLine) -> None:
     process = cli.start("submit", "--native", f"{cli.script('s.py', PASSIVE)} 60", *SELECTION, "-r", "result.json")
     wait_for(process, "Connected!")

@@ -57,3 +57,10 @@ def test_wrapping_keeps_the_direction(radians: float) -> None:
     wrapped = wrap_angle_rad(radians)
     assert -math.pi <= wrapped < math.pi
     assert math.cos(wrapped - radians) == pytest.approx(1)
+
+
+def test_a_mount_turns_about_the_fixed_axes_x_then_y_then_z() -> None:
+    optical = Pose.from_xyz_rpy_deg((0.1, 0.2, 1.0), (-90, 0, -90))
+    assert np.allclose(optical.matrix()[:3, :3], [[0, 0, 1], [-1, 0, 0], [0, -1, 0]])  # z forwards, x right, y down
+    assert optical.translation_xyz == (0.1, 0.2, 1.0)
+    assert np.allclose(np.degrees(Pose.from_xyz_rpy_deg((0, 0, 0), (10, 20, 30)).rpy_rad), (10, 20, 30))

@@ -66,6 +66,9 @@ class OpenFloor:
     def clock(self) -> float:
         return len(self.commands) * self.control_period_s
 
+    def halt(self, why: str) -> None:
+        pass
+
     def close(self) -> None:
         pass
 
@@ -232,3 +235,11 @@ def test_a_whole_trajectory_is_driven_in_the_sample_arena() -> None:
 def test_senseless_limits_are_explained(limits: dict[str, Any]) -> None:
     with pytest.raises(BenchbotError, match=next(iter(limits))):
         MotionConfig.from_robot({"limits": limits}, "ground_truth")
+
+
+def test_a_robot_declares_its_own_tolerances() -> None:
+    config = MotionConfig.from_robot({"tolerances": {"position_m": 0.03, "angle_deg": 2.0}}, "ground_truth")
+    assert config.position_tolerance_m == 0.03
+    assert math.isclose(config.angle_tolerance_rad, math.radians(2.0))
+    with pytest.raises(BenchbotError, match=r"tolerances\.position_m is 0"):
+        MotionConfig.from_robot({"tolerances": {"position_m": 0}}, "ground_truth")

@@ -94,7 +94,7 @@ def test_every_reason_is_named_at_once(catalog: Catalog) -> None:
     for reason in (
         "does not offer the actions that the task 'compare' needs. Missing: move_next",
         "does not offer the observations that the task 'compare' needs. Missing: laser",
-        "'real' cannot run in the environment 'void:1'. The robot is of type 'acme_driver'",
+        "'real' cannot run in the environment 'void:1'. The robot runs in environments of type acme_driver,",
         "'void:1' is not made for the robot 'real'. It names these robots: bug.",
         "Nothing installed can run robots of type 'acme_driver'. Installed simulators and drivers: sim_acme.",
         "The task 'compare' needs 2 scenes, not 1.",
@@ -115,3 +115,12 @@ def test_move_next_needs_a_trajectory(catalog: Catalog) -> None:
     with pytest.raises(BenchbotError) as caught:
         select(catalog, task="tour", robot="cart", environment="void:1")
     assert "The environment 'void:1' has no trajectory." in caught.value.why
+
+
+def test_a_robot_may_say_in_which_worlds_it_runs(catalog: Catalog) -> None:
+    catalog.get("robots", "cart").data["runs_in"] = ["real", "sim_acme"]
+    assert select(catalog, task="tour", robot="cart", environment="room:1").robot.name == "cart"
+    catalog.get("robots", "cart").data["runs_in"] = ["real", "sim_other"]
+    with pytest.raises(BenchbotError, match="'cart' cannot run in the environment 'room:1'") as caught:
+        select(catalog, task="tour", robot="cart", environment="room:1")
+    assert "environments of type real or sim_other, this one is of type sim_acme" in caught.value.why

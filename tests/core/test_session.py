@@ -19,9 +19,10 @@ from benchbot.core.session import Session
 
 @dataclass
 class RailHost:
-    """A robot on a rail along x, with a wall at x = 5 and a battery that may die."""
+    """A robot on a rail along x, with a wall at x = 5, a battery that may die and somebody who may halt it."""
 
     dies_at_step: int | None = None
+    halted: str | None = None
     x: float = 0.0
     clock_s: float = 0.0
     steps: int = 0
@@ -37,6 +38,10 @@ class RailHost:
         self.steps += 1
         if self.steps == self.dies_at_step:
             raise BenchbotError("The simulator died.", "Battery.", "Reset.", failure=FailureClass.PLATFORM)
+        if self.halted is not None:
+            raise BenchbotError(
+                "The wagon was stopped.", self.halted, "Look.", failure=FailureClass.PLATFORM, ends_run=True
+            )
         self.clock_s += 1.0
         self.x = goal.translation_xyz[0] if goal else self.x + arguments.get("distance", 0.0)
         return (Outcome.COLLIDED if self.x >= 5 else Outcome.REACHED), self.status()
@@ -46,6 +51,9 @@ class RailHost:
 
     def status(self) -> Status:
         return Status(Pose.planar(self.x, 0, 0), self.clock_s, self.x >= 5)
+
+    def halt(self, why: str) -> None:
+        self.halted = why
 
     def close(self) -> None:
         self.closed = True
@@ -173,6 +181,30 @@ def test_a_dead_platform_fails_the_episode_and_reset_starts_another() -> None:
     with pytest.raises(BenchbotError, match="not running"):
         ride.step(None)
     assert ride.reset().state is State.CLEAN
+
+
+def test_there_is_no_way_back_from_a_safety_stop() -> None:
+    hosts = [RailHost(), RailHost()]
+    ride = Session(selection("move_distance"), lambda: hosts.pop(0))
+    ride.reset()
+    ride.halt("Somebody is on the rail.")
+    with pytest.raises(BenchbotError, match="The wagon was stopped") as stopped:
+        ride.step("move_distance", {"distance": 1})
+    assert stopped.value.ends_run
+    assert (ride.progress.failure, ride.progress.state) == (FailureClass.PLATFORM, State.FAILED)
+    with pytest.raises(BenchbotError, match="The wagon was stopped") as again:
+        ride.reset()
+    assert again.value.ends_run
+    assert "Somebody is on the rail." in (ride.progress.failure_why or "")
+    assert len(hosts) == 1
+
+
+def test_a_robot_that_is_halted_while_it_starts_is_halted_when_it_is_there() -> None:
+    ride = session("move_distance")
+    ride.halt("Nobody is there yet.")
+    ride.reset()
+    with pytest.raises(BenchbotError, match="The wagon was stopped"):
+        ride.step("move_distance", {"distance": 1})
 
 
 def test_nothing_runs_before_the_first_reset() -> None:

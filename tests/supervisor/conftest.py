@@ -10,7 +10,7 @@ from benchbot.supervisor import server
 from benchbot.supervisor.app import create_app
 from benchbot.supervisor.platform_host import ChildHost, Timeouts
 from benchbot.supervisor.run import Run
-from tests.supervisor.harness import TOKEN, Served, sample_selection
+from tests.supervisor.harness import OPERATOR_TOKEN, TOKEN, Served, sample_selection
 
 
 @pytest.fixture(autouse=True)
@@ -31,12 +31,13 @@ def serve(tmp_path: Path) -> Iterator[Callable[..., Served]]:
             hosts: list[ChildHost] = []
 
             def start_host() -> Host:
-                hosts.append(ChildHost(chosen, tmp_path / "platform.log", timeouts=timeouts))
+                log = tmp_path / "platform.log"
+                hosts.append(ChildHost(chosen, log, timeouts=timeouts, operator=run.operator))
                 return hosts[-1]
 
             run = Run(chosen, start_host, tmp_path / "result.json")
             listener = stack.enter_context(server.bind_tcp("127.0.0.1", 0))
-            stack.enter_context(server.Server(create_app(run, TOKEN), [listener]))
+            stack.enter_context(server.Server(create_app(run, TOKEN, OPERATOR_TOKEN), [listener]))
             stack.callback(run.close)
             return Served(run, server.url_of(listener), hosts)
 

@@ -15,6 +15,7 @@ from benchbot.supervisor.platform_host import ChildHost
 from benchbot.supervisor.run import Run
 
 TOKEN = "the-token-of-this-run"
+OPERATOR_TOKEN = "the-token-of-its-operator"
 
 
 def sample_selection(

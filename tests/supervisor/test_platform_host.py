@@ -2,6 +2,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -17,6 +18,7 @@ from benchbot.core.motion import MotionConfig, Outcome
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot.core.plugins import load
 from benchbot.core.selection import Selection
+from benchbot.supervisor.operator import Operator
 from benchbot.supervisor.platform_host import ChildHost, Timeouts
 from tests.supervisor.harness import alive, children_of, eventually, sample_selection
 
@@ -27,9 +29,11 @@ StartHost = Callable[..., ChildHost]
 def start_host(tmp_path: Path) -> Iterator[StartHost]:
     hosts: list[ChildHost] = []
 
-    def start(selection: Selection | None = None, timeouts: Timeouts | None = None) -> ChildHost:
+    def start(
+        selection: Selection | None = None, timeouts: Timeouts | None = None, operator: Operator | None = None
+    ) -> ChildHost:
         log = tmp_path / "platform.log"
-        hosts.append(ChildHost(selection or sample_selection(), log, timeouts=timeouts))
+        hosts.append(ChildHost(selection or sample_selection(), log, timeouts=timeouts, operator=operator))
         return hosts[-1]
 
     yield start
@@ -144,6 +148,99 @@ def test_closing_from_another_thread_ends_a_call_under_way(start_host: StartHost
     assert isinstance(error, BenchbotError)
     assert error.failure is FailureClass.PLATFORM
     assert not alive(host.pid)
+
+
+def test_a_robot_is_halted_in_the_middle_of_an_action(start_host: StartHost) -> None:
+    host = start_host(sample_selection(environment="faulty:halts"))
+    host.load(0, 0)
+    with ThreadPoolExecutor() as executor:
+        turning = executor.submit(host.act, "move_angle", {"angle": 36000.0}, None)
+        assert eventually(turning.running)
+        host.halt("Somebody stepped in.")
+        error = turning.exception()
+    assert isinstance(error, BenchbotError)
+    assert (error.why, error.failure, error.ends_run) == ("Somebody stepped in.", FailureClass.PLATFORM, True)
+    with pytest.raises(BenchbotError, match="stopped for safety"):
+        host.act("move_distance", {"distance": 0.1}, None)
+    assert host.observe(["laser"])
+
+
+def test_a_halt_that_comes_before_the_platform_is_not_lost(start_host: StartHost) -> None:
+    host = start_host(sample_selection(environment="faulty:halts"))
+    host.halt("Not today.")
+    host.load(0, 0)
+    with pytest.raises(BenchbotError, match="stopped for safety") as caught:
+        host.act("move_distance", {"distance": 0.1}, None)
+    assert caught.value.why == "Not today."
+
+
+def test_halting_changes_nothing_for_a_simulator_or_a_child_that_is_gone(start_host: StartHost) -> None:
+    host = start_host()
+    host.load(0, 0)
+    host.halt("Nobody is in danger.")
+    assert host.act("move_distance", {"distance": 0.1}, None)[0] is Outcome.REACHED
+    os.kill(host.pid, signal.SIGKILL)
+    assert eventually(lambda: not alive(host.pid))
+    host.halt("It is dead already.")
+    host.close()
+    host.halt("It is closed.")
+
+
+def test_the_operator_may_take_longer_than_a_platform(start_host: StartHost) -> None:
+    asked: list[str | None] = []
+    operator = Operator(asked.append)
+    timeouts = Timeouts(load_s=4.0)
+    host = start_host(sample_selection(environment="faulty:asks"), timeouts, operator)
+    with ThreadPoolExecutor() as executor:
+        loading = executor.submit(host.load, 0, 0)
+        assert eventually(lambda: bool(asked))
+        too_late_s = time.monotonic() + timeouts.load_s
+        assert eventually(lambda: time.monotonic() > too_late_s)
+        assert operator.confirm() == "Carry the robot to its start."
+        assert loading.result().clock_s == 0.0
+    assert asked == ["Carry the robot to its start.", None]
+    assert operator.confirm() is None
+
+
+@pytest.mark.parametrize("end", ["close", "halt", "kill"])
+def test_a_question_ends_with_what_asked_it(end: str, start_host: StartHost) -> None:
+    asked: list[str | None] = []
+    operator = Operator(asked.append)
+    host = start_host(sample_selection(environment="faulty:asks"), operator=operator)
+    with ThreadPoolExecutor() as executor:
+        loading = executor.submit(host.load, 0, 0)
+        assert eventually(lambda: bool(asked))
+        if end == "close":
+            host.close()
+        elif end == "halt":
+            host.halt("The solution hung up.")
+        else:
+            os.kill(host.pid, signal.SIGKILL)
+        error = loading.exception()
+    assert isinstance(error, BenchbotError)
+    assert error.failure is FailureClass.PLATFORM
+    assert error.ends_run == (end == "halt")
+    assert asked[-1] is None
+    assert operator.confirm() is None
+
+
+def test_a_platform_without_an_operator_is_told_so(start_host: StartHost) -> None:
+    with pytest.raises(BenchbotError, match="nobody to carry the robot"):
+        start_host(sample_selection(environment="faulty:asks")).load(0, 0)
+
+
+def test_a_real_robot_whose_driver_dies_or_fails_is_not_moved_again(start_host: StartHost) -> None:
+    host = start_host(sample_selection(robot="sample_real_robot"))
+    host.load(0, 0)
+    with pytest.raises(BenchbotError, match="The robot's driver failed") as failed:
+        host.observe(["no such channel"])
+    os.kill(host.pid, signal.SIGKILL)
+    with pytest.raises(BenchbotError, match="The robot's driver died") as died:
+        host.observe(["laser"])
+    for error in (failed.value, died.value):
+        assert error.ends_run
+        assert error.failure is FailureClass.PLATFORM
+        assert "reset()" not in error.fix
 
 
 def test_the_solutions_folder_cannot_replace_modules_of_the_child(

@@ -16,6 +16,7 @@ from benchbot.supervisor.run_state import Connection, RunFolder, RunState
 def state_of(folder: RunFolder, socket: str | None = None, started_s: float | None = None) -> RunState:
     return RunState(
         connection=Connection("http://127.0.0.1:1", socket, "secret"),
+        operator_token="another secret",
         pid=1,
         task="task",
         robot="robot",

@@ -69,3 +69,12 @@ def test_a_path_too_long_for_a_socket_is_told(tmp_path: Path) -> None:
         server.bind_unix(tmp_path / ("x" * 200))
     assert "too long" in caught.value.why
     assert list(tmp_path.iterdir()) == []
+
+
+def test_connections_notice_when_the_network_is_gone() -> None:
+    with server.bind_tcp("127.0.0.1", 0) as listener, socket.create_connection(listener.getsockname()):
+        accepted, _ = listener.accept()
+        with accepted:
+            assert accepted.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE) == 1
+            assert accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE) == 1
+            assert accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPCNT) == server.PROBES

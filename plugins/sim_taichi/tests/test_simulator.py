@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from benchbot.core import schema
-from benchbot.core.channels import OBSERVATIONS
 from benchbot.core.digest import ObservationDigest
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
@@ -18,7 +17,7 @@ from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot_sim_taichi.collision import ObstacleMap
 from benchbot_sim_taichi.gltf import load_scene
-from benchbot_sim_taichi.simulator import RayTracedSimulator
+from benchbot_sim_taichi.simulator import CHANNELS, RayTracedSimulator
 from plugins.sim_taichi.tests.glb import Glb
 
 ROBOTS = Path(str(files("benchbot_sim_taichi"))) / "robots"
@@ -175,8 +174,8 @@ def test_poses_name_the_frames_of_the_robot_and_the_camera(loaded: RayTracedSimu
 
 @ray_traced
 def test_every_channel_has_its_documented_form(seeing: RayTracedSimulator) -> None:
-    seen = seeing.observe(OBSERVATIONS)
-    assert list(seen) == list(OBSERVATIONS)
+    seen = seeing.observe(CHANNELS)
+    assert list(seen) == CHANNELS
     arrays = [seen["image_rgb"], seen["image_depth"], *list(seen["image_segment"].values())[:2], seen["laser"]["scans"]]
     assert [(array.dtype, array.shape) for array in arrays] == [
         (np.uint8, (180, 320, 3)),
@@ -199,9 +198,9 @@ def test_the_same_seed_shows_the_same_bytes(room: Scene, kernel_cache: Path) -> 
     for _ in range(2):
         platform, digest = simulator(cache_dir=kernel_cache, localisation="noisy"), ObservationDigest()
         platform.load(room, seed=5)
-        digest.update(platform.observe(OBSERVATIONS))
+        digest.update(platform.observe(CHANNELS))
         execute(platform, "move_angle", {"angle": 40.0}, None, CAREFUL)
-        digest.update(platform.observe(OBSERVATIONS))
+        digest.update(platform.observe(CHANNELS))
         digests.append(digest.hexdigest())
     assert digests[0] == digests[1]
 

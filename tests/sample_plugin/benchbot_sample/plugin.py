@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
-from benchbot.core.hookspecs import Simulator, hookimpl
+from benchbot.core.hookspecs import RobotDriver, Simulator, hookimpl
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
 @hookimpl
 def benchbot_robots() -> "Iterable[Traversable]":
-    """Yield `sample_robot`."""
+    """Yield `sample_robot`, `sample_careful_robot` and `sample_real_robot`."""
     yield files("benchbot_sample") / "robots"
 
 
 @hookimpl
 def benchbot_environments() -> "Iterable[Traversable]":
-    """Yield `arena:1`, `arena:2`, and the ones that break on purpose: `faulty:crash`, `faulty:hang`, `faulty:load`."""
+    """Yield `arena:1`, `arena:2`, and the variants of `faulty`, where something goes wrong on purpose."""
     yield files("benchbot_sample") / "environments"
 
 
@@ -34,6 +34,12 @@ def benchbot_tasks() -> "Iterable[Traversable]":
 def benchbot_simulators() -> Iterable[Simulator]:
     """Yield `sim_sample`."""
     yield Simulator("sim_sample", _create)
+
+
+@hookimpl
+def benchbot_robot_drivers() -> Iterable[RobotDriver]:
+    """Yield `real_sample`."""
+    yield RobotDriver("real_sample", _create)
 
 
 def _create(spec: "PlatformSpec") -> "Platform":

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchbot.core.errors import BenchbotError, FailureClass
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.geometry import Pose
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot_sample import view, world
@@ -23,7 +23,9 @@ class SampleSimulator:
     """A disc on wheels among posts and walls.
 
     An environment's `options` make it break on purpose: `crash_after_steps: N` ends the process in the N-th observation
-    after the first, `hang_after_steps: N` never returns from it, `fail_at_load: true` raises in `load`.
+    after the first, `hang_after_steps: N` never returns from it, `safety_stop_after_steps: N` raises a safety stop in
+    it, `fail_at_load: true` raises in `load`. As a real robot, it waits `tick_sleep_s` in each control tick, stops when
+    it is told to (`halts: true`), and has its operator carry it to its start (`ask_operator: true`).
     """
 
     def __init__(self, spec: PlatformSpec) -> None:
@@ -32,6 +34,8 @@ class SampleSimulator:
         self._noise: Mapping[str, float] = spec.robot.get("noise", {})
         self._frames: list[str] = list(spec.robot["poses"])
         self._localisation = spec.localisation
+        self._ask = spec.ask
+        self._halted: str | None = None
 
     @property
     def control_period_s(self) -> float:
@@ -48,6 +52,8 @@ class SampleSimulator:
                 "Choose another environment.",
                 failure=FailureClass.PLATFORM,
             )
+        if self._options.get("ask_operator"):
+            self._have_it_carried()
         self._world = world.read(scene.folder / scene.environment["map_path"])
         self._class_ids = {name: number for number, name in enumerate(scene.environment.get("object_labels", ()), 1)}
         self._instances = _instance_ids(self._world.labels, self._class_ids)
@@ -76,6 +82,9 @@ class SampleSimulator:
 
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
         """Apply one control tick, up to contact."""
+        time.sleep(self._options.get("tick_sleep_s", 0.0))
+        if self._halted is not None and self._options.get("halts"):
+            raise _safety_stop(self._halted)
         before = self._state
         for state in substeps(before, linear_mps, angular_radps, duration_s, self._limits):
             if self._touches(state):
@@ -113,10 +122,31 @@ class SampleSimulator:
         """Return simulated seconds since `load`."""
         return self._clock_s
 
+    def place(self, base: Pose) -> None:
+        """Put the robot, at rest, somewhere else."""
+        x, y, _ = base.translation_xyz
+        self._state = State(x, y, base.yaw_rad)
+
+    def halt(self, why: str) -> None:
+        """Stop, where the environment asks for a robot that does; else nobody is in danger."""
+        self._halted = why
+
     def close(self) -> None:
         """Release nothing: there is nothing to release."""
 
+    def _have_it_carried(self) -> None:
+        if self._ask is None:
+            raise BenchbotError(
+                "There is nobody to carry the robot.",
+                "Its environment asks for an operator.",
+                "Choose another environment.",
+                failure=FailureClass.PLATFORM,
+            )
+        self._ask("Carry the robot to its start.")
+
     def _break_on_purpose(self) -> None:
+        if self._observed == self._options.get("safety_stop_after_steps"):
+            raise _safety_stop("Something came too close.")
         if self._observed == self._options.get("crash_after_steps"):
             os.abort()
         while self._observed == self._options.get("hang_after_steps"):
@@ -159,6 +189,17 @@ class SampleSimulator:
         base = self.odometry() if self._localisation == "noisy" else self.pose()
         offered = {"base_link": base, "initial_pose": self._start, "camera": base @ view.CAMERA_TO_BASE, "lidar": base}
         return {name: _pose_record(offered[name]) for name in self._frames}
+
+
+def _safety_stop(why: str) -> BenchbotError:
+    return BenchbotError(
+        "The robot was stopped for safety.",
+        why,
+        "Look at the robot.",
+        exit_code=ExitCode.INTERNAL,
+        failure=FailureClass.PLATFORM,
+        ends_run=True,
+    )
 
 
 def _instance_ids(labels: tuple[str | None, ...], class_ids: Mapping[str, int]) -> NDArray[np.uint16]:

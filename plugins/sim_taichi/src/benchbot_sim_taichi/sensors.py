@@ -1,6 +1,5 @@
 """What a simulated robot senses: its declaration's camera, laser and frames, and how their channels are worked out."""
 
-import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -149,12 +148,7 @@ class Labels:
 
 def mount(values: Mapping[str, Any]) -> Pose:
     """Return the pose of a frame in the robot's frame from `{xyz: metres, rpy_deg: static roll, pitch, yaw}`."""
-    x, y, z = (float(value) for value in values["xyz"])
-    roll, pitch, yaw = (math.radians(float(value)) / 2 for value in values.get("rpy_deg", (0.0, 0.0, 0.0)))
-    about_x = Pose(rotation_xyzw=(math.sin(roll), 0.0, 0.0, math.cos(roll)))
-    about_y = Pose(rotation_xyzw=(0.0, math.sin(pitch), 0.0, math.cos(pitch)))
-    about_z = Pose((x, y, z), (0.0, 0.0, math.sin(yaw), math.cos(yaw)))
-    return about_z @ about_y @ about_x
+    return Pose.from_xyz_rpy_deg(values["xyz"], values.get("rpy_deg", (0.0, 0.0, 0.0)))
 
 
 def pose_record(pose: Pose, parent_frame: str) -> dict[str, Any]:

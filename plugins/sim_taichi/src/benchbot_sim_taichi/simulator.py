@@ -5,7 +5,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from benchbot.core.channels import OBSERVATIONS
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig
@@ -23,6 +22,7 @@ from benchbot_sim_taichi.sensors import Labels, pose_record
 
 CONTROL_PERIOD_S = 0.05
 PICTURES = ("image_rgb", "image_depth", "image_segment")
+CHANNELS = [*PICTURES, *(f"{picture}_info" for picture in PICTURES), "laser", "poses"]
 
 
 class RayTracedSimulator:
@@ -67,12 +67,12 @@ class RayTracedSimulator:
     def observe(self, channels: Iterable[str]) -> dict[str, Any]:
         """Return the asked channels; pictures share one exposure, and what nobody asks for is not worked out."""
         wanted = tuple(channels)
-        unknown = [name for name in wanted if name not in OBSERVATIONS]
+        unknown = [name for name in wanted if name not in CHANNELS]
         if unknown:
             raise BenchbotError(
-                f"There is no observation '{unknown[0]}'.",
-                f"Known: {', '.join(OBSERVATIONS)}.{did_you_mean(unknown[0], list(OBSERVATIONS))}",
-                "Name one of these in the task.",
+                f"The ray-traced simulator does not simulate '{unknown[0]}'.",
+                f"It simulates: {', '.join(CHANNELS)}.{did_you_mean(unknown[0], CHANNELS)}",
+                "Choose a task that asks for these only.",
             )
         frame = self._expose(wanted)
         return {name: self._channel(name, frame) for name in wanted}
@@ -114,6 +114,14 @@ class RayTracedSimulator:
     def clock(self) -> float:
         """Return simulated seconds since `load`."""
         return self._clock_s
+
+    def place(self, base: Pose) -> None:
+        """Put the robot, at rest, at a pose in the map frame."""
+        x, y, _ = base.translation_xyz
+        self._state = State(x, y, base.yaw_rad)
+
+    def halt(self, why: str) -> None:
+        """Do nothing: a simulated robot moves inside `drive` only."""
 
     def close(self) -> None:
         """Let go of all scenes."""

@@ -1,0 +1,12 @@
+from benchbot.core.channels import ACTIONS, OBSERVATIONS
+from benchbot.core.schema import schema
+
+
+def test_a_robot_may_connect_exactly_what_is_defined() -> None:
+    assert schema("robot")["properties"]["connections"]["propertyNames"]["enum"] == [*OBSERVATIONS, *ACTIONS]
+
+
+def test_a_task_may_ask_for_exactly_what_is_defined() -> None:
+    properties = schema("task")["properties"]
+    assert properties["observations"]["items"]["enum"] == list(OBSERVATIONS)
+    assert properties["actions"]["items"]["enum"] == list(ACTIONS)
