@@ -2,9 +2,12 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# What `benchbot[full]` brings, and what is installed besides where it is needed: ROS 2 alone is 250 MB.
 PLUGINS := sim_taichi task_semslam eval_omq envs_bear
+MORE_PLUGINS := robot_ros2 record_mcap
 EDITABLE := -e . $(foreach plugin,$(PLUGINS),-e plugins/$(plugin))
-SOURCES := benchbot benchbot_api tests benchmarks $(foreach plugin,$(PLUGINS),plugins/$(plugin))
+EDITABLE_MORE := $(foreach plugin,$(MORE_PLUGINS),-e plugins/$(plugin))
+SOURCES := benchbot benchbot_api tests benchmarks plugins conftest.py
 
 .PHONY: help install install-test demo test lint format bench clean
 
@@ -13,7 +16,7 @@ help:  ## Say what each target does
 
 install: $(VENV)/.installed  ## Install BenchBot and its plug-ins into .venv
 
-install-test: $(VENV)/.installed-test  ## Install what the tests, linters and benchmarks need, too
+install-test: $(VENV)/.interfaces  ## Install what the tests, linters and benchmarks need, too
 
 $(VENV)/.installed: pyproject.toml constraints.txt $(wildcard plugins/*/pyproject.toml)
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -21,7 +24,13 @@ $(VENV)/.installed: pyproject.toml constraints.txt $(wildcard plugins/*/pyprojec
 	touch $@
 
 $(VENV)/.installed-test: $(VENV)/.installed requirements-dev.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -r requirements-dev.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt $(EDITABLE_MORE) \
+		-r requirements-dev.txt
+	touch $@
+
+# Two ROS 2 interface packages that are not on PyPI, built from their definitions.
+$(VENV)/.interfaces: $(VENV)/.installed-test $(shell find plugins/robot_ros2/tests/interfaces -type f)
+	$(BIN)/python plugins/robot_ros2/tests/interfaces/build.py -c constraints.txt
 	touch $@
 
 demo: install  ## Drive a robot through a ray-traced room, map it, score the map

@@ -1,0 +1,1 @@
+"""Real robots for BenchBot, over ROS 2: a driver, and simulators as ROS 2 robots."""

@@ -1,0 +1,111 @@
+"""The camera's process: takes pictures from where the bridged robot is, and publishes them.
+
+Started as `python -m benchbot_robot_ros2.bridge.camera_process SOCKET_FD LIFELINE_FD` by `camera`. A process of its
+own, since a ray tracer holds Python's lock while it renders, and the robot must not be held up. It never outlives the
+bridge: the kernel ends it with SIGIO when the lifeline (a pipe whose other end only the bridge holds) breaks, even in
+the middle of a picture.
+"""
+
+import fcntl
+import os
+import signal
+import socket
+import sys
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, Protocol
+
+from benchbot.core import plugins
+from benchbot.core.errors import BenchbotError
+from benchbot.core.platform import Simulation
+from benchbot_robot_ros2.bridge import camera_channel, ros_node
+from benchbot_robot_ros2.bridge.camera_channel import Failed, Load, Look, Ready, Start
+from benchbot_robot_ros2.bridge.pace import Rate
+from benchbot_robot_ros2.bridge.robot import NODE, BridgedRobot, relative, topics
+from benchbot_robot_ros2.encoders import encode
+from benchbot_robot_ros2.messages import message_type
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+    from rclpy.publisher import Publisher
+
+NICENESS = 5
+
+
+def main() -> None:
+    """Serve the bridge until it closes its end of the socket."""
+    # Ctrl-C reaches this process through the bridge only.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    connection = socket.socket(fileno=int(sys.argv[1]))
+    _die_with(int(sys.argv[2]))
+    # The robot's control loop comes first.
+    os.nice(NICENESS)
+    start = camera_channel.receive(connection)
+    if isinstance(start, Start):
+        with ros_node.node(f"{NODE}_camera", start.robot.namespace) as node:
+            _serve(connection, start, node)
+
+
+def _die_with(lifeline: int) -> None:
+    fcntl.fcntl(lifeline, fcntl.F_SETOWN, os.getpid())
+    fcntl.fcntl(lifeline, fcntl.F_SETFL, fcntl.fcntl(lifeline, fcntl.F_GETFL) | os.O_ASYNC)
+
+
+def _serve(connection: socket.socket, start: Start, node: "Node") -> None:
+    platform: Simulation | None = None
+    rate = Rate(start.rate_hz)
+    album = Album(node, start.robot)
+    while (message := camera_channel.receive_newest(connection)) is not None:
+        if isinstance(message, Load):
+            try:
+                if platform is None:
+                    platform = start.robot.create(plugins.load())
+                platform.load(message.scene(), message.seed)
+                # The first picture takes long: kernels are compiled, and light is worked out.
+                platform.observe(start.robot.pictures)
+            except BenchbotError as error:
+                camera_channel.send(connection, Failed.of(error))
+            else:
+                rate = Rate(start.rate_hz)
+                camera_channel.send(connection, Ready())
+        elif isinstance(message, Look) and platform is not None and rate.due(message.stamp_ns):
+            platform.place(message.base)
+            album.publish(platform, message.stamp_ns)
+
+
+class Observing(Protocol):
+    """What a picture is taken with: a platform."""
+
+    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+        """Return the asked channels, all of one instant."""
+
+
+class Album:
+    """Publishes pictures on the topics of their channels."""
+
+    def __init__(self, node: "Node", robot: BridgedRobot) -> None:
+        # Who is late for a picture wants the next one.
+        qos = ros_node.sending(depth=1)
+        self._frame = robot.camera_frame
+        self._publishers: dict[str, dict[str, Publisher[Any]]] = {
+            channel: {
+                part: node.create_publisher(message_type(topic.ros_type), relative(topic), qos)
+                for part, topic in topics(channel).items()
+            }
+            for channel in robot.pictures
+        }
+
+    def publish(self, camera: Observing, stamp_ns: int) -> None:
+        """Take a picture and publish the channels of it that somebody subscribes to."""
+        wanted = [
+            channel
+            for channel, parts in self._publishers.items()
+            if any(publisher.get_subscription_count() for publisher in parts.values())
+        ]
+        for channel, value in camera.observe(wanted).items() if wanted else ():
+            messages = encode(channel, value, stamp_ns=stamp_ns, frame_id=self._frame)
+            for part, message in messages.items():
+                self._publishers[channel][part].publish(message)
+
+
+if __name__ == "__main__":
+    main()

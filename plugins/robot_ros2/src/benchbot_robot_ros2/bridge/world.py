@@ -1,0 +1,90 @@
+"""The bridged robot itself: it obeys the last velocity command for a moment, as real bases do, then brakes."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from benchbot.core.errors import BenchbotError
+from benchbot.core.geometry import Pose
+from benchbot.core.platform import Scene, Simulation
+from benchbot_robot_ros2.bridge.pace import RobotTime
+
+COMMAND_HOLDS_NS = 150_000_000
+
+
+class World:
+    """A simulated robot in a scene. Its time goes on over resets; a contact is remembered until the next one.
+
+    A command holds for 0.15 s of the robot's time: the first tick that begins later brakes towards zero.
+    """
+
+    def __init__(self, platform: Simulation, time: RobotTime) -> None:
+        self._platform = platform
+        self._time = time
+        self._command = (0.0, 0.0)
+        self._command_ends_ns = 0
+
+    @property
+    def stamp_ns(self) -> int:
+        """What time it is for the robot, in nanoseconds."""
+        return self._time.stamp_ns
+
+    @property
+    def control_period_s(self) -> float:
+        """How long a tick is, in seconds."""
+        return self._platform.control_period_s
+
+    def load(self, scene: Scene, seed: int) -> None:
+        """Put the robot at the start of a scene, at rest; odometry begins anew there."""
+        self._command_ends_ns = 0
+        self._platform.load(scene, seed)
+        self._origin = self._platform.odometry()
+
+    def command(self, linear_mps: float, angular_radps: float) -> None:
+        """Ask for a velocity along +x and about +z."""
+        self._command = (linear_mps, angular_radps)
+        self._command_ends_ns = self.stamp_ns + COMMAND_HOLDS_NS
+
+    def place(self, base: Pose) -> None:
+        """Put the robot, at rest, at a pose in the map; raises BenchbotError when it would touch something there."""
+        before = self._platform.pose()
+        self._command_ends_ns = 0
+        self._platform.place(base)
+        if self._platform.contact_ahead(0.0, 0.0, 0.0):
+            self._platform.place(before)
+            x, y, _ = base.translation_xyz
+            raise BenchbotError(
+                "The robot does not fit there.",
+                f"At ({x:g}, {y:g}) it would touch something.",
+                "Place it somewhere else.",
+            )
+
+    def tick(self) -> None:
+        """Let one control tick pass."""
+        linear_mps, angular_radps = self._command if self.stamp_ns < self._command_ends_ns else (0.0, 0.0)
+        self._platform.drive(linear_mps, angular_radps, self._time.next_tick())
+
+    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+        """Return what the robot observes now."""
+        return self._platform.observe(channels)
+
+    def pose(self) -> Pose:
+        """Return the true pose of the base in the map."""
+        return self._platform.pose()
+
+    def odometry(self) -> Pose:
+        """Return where the wheels believe the base is, from where it was at the last `load`."""
+        return self._origin.inverse() @ self._platform.odometry()
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        """Linear m/s along +x and angular rad/s about +z."""
+        return self._platform.velocity
+
+    @property
+    def collided(self) -> bool:
+        """Whether the robot has touched something since the last `load`."""
+        return self._platform.collided
+
+    def close(self) -> None:
+        """Release the simulator."""
+        self._platform.close()

@@ -1,0 +1,159 @@
+"""Contact ahead of a motion: obstacles seen by laser or depth camera, and the way of the footprint among them.
+
+Nothing is turned by a disc that turns on the spot, so contact depends on the way of the base's origin alone.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchbot.core.geometry import Pose
+from benchbot.core.motion import MotionConfig
+from benchbot_robot_ros2.ramp import REST, Velocity, clipped
+
+# An arc this long and wide is less than a millimetre from its chord.
+LONGEST_STEP_M = 0.05
+WIDEST_STEP_RAD = math.radians(5.0)
+NO_STEP_M = 1e-9
+# A picture is thinned out to about so many pixels: far more than a footprint needs, few enough for every control tick.
+DEPTH_PIXELS = 8000
+# What is inside the footprint already counts as approached only if it comes closer by more than rounding.
+CLOSER_M = 1e-6
+
+Array = NDArray[np.float64]
+
+
+def contact_ahead(
+    points_xy: Array,
+    radius_m: float,
+    velocity: tuple[float, float],
+    command: tuple[float, float],
+    horizon_s: float,
+    motion: MotionConfig,
+) -> bool:
+    """Say whether a disc would touch a point while it follows a command for `horizon_s` and then brakes to rest.
+
+    `points_xy` are obstacles (N, 2) in metres in the base frame of now; `velocity` and `command` are (m/s, rad/s), the
+    second is clipped to the motion's limits. Velocities ramp with the motion's accelerations, as the guard makes them.
+    A point inside the disc already is touched only by a motion that brings it closer: a robot that stands against a
+    wall can drive away from it.
+    """
+    starts, steps = _way(Velocity(*velocity), clipped(Velocity(*command), motion), horizon_s, motion)
+    now_m = np.hypot(points_xy[:, 0], points_xy[:, 1])
+    near = now_m < radius_m + np.hypot(steps[:, 0], steps[:, 1]).sum()
+    points_xy, now_m = points_xy[near], now_m[near]
+    if len(points_xy) == 0 or len(steps) == 0:
+        return False
+    nearest_m = _distances(points_xy, starts, steps).min(1)
+    return bool((nearest_m < np.where(now_m < radius_m, now_m - CLOSER_M, radius_m)).any())
+
+
+def obstacle_points(
+    observation: Mapping[str, Any] | NDArray[np.float32],
+    mount: Pose,
+    z_range_m: tuple[float, float],
+    intrinsics: Array | None = None,
+) -> Array:
+    """Return the obstacles (N, 2) in metres in the base frame that one observation shows.
+
+    `observation` is the channel `laser`, or `image_depth` together with the camera's 3x3 `intrinsics` in pixels of that
+    picture; `mount` is the scanner's or the optical frame's pose in the base frame. Of a picture only what lies between
+    the heights `z_range_m` above the floor counts; of a scan, everything. -inf is too near to be measured (REP-117): an
+    obstacle at the scanner's shortest range, or at the camera. NaN, +inf and ranges outside the scanner's are none.
+    """
+    if isinstance(observation, Mapping):
+        return _in_base(_scanned(observation), mount)[:, :2]
+    if intrinsics is None:
+        raise ValueError("obstacles in a depth picture need the camera's intrinsics")
+    points = _in_base(_seen(observation, intrinsics), mount)
+    z_min_m, z_max_m = z_range_m
+    return points[(points[:, 2] >= z_min_m) & (points[:, 2] <= z_max_m), :2]
+
+
+def _scanned(laser: Mapping[str, Any]) -> Array:
+    ranges_m, angles_rad = np.asarray(laser["scans"], np.float64).reshape(-1, 2).T
+    nearest_m, farthest_m = float(laser["range_min"]), float(laser["range_max"])
+    ranges_m = np.where(np.isneginf(ranges_m), nearest_m, ranges_m)
+    valid = (ranges_m >= nearest_m) & (ranges_m <= farthest_m) & np.isfinite(ranges_m)
+    ranges_m, angles_rad = ranges_m[valid], angles_rad[valid]
+    return np.stack([ranges_m * np.cos(angles_rad), ranges_m * np.sin(angles_rad), np.zeros_like(ranges_m)], 1)
+
+
+def _seen(depth_m: NDArray[np.float32], intrinsics: Array) -> Array:
+    height, width = depth_m.shape
+    stride = max(1, math.ceil(math.sqrt(height * width / DEPTH_PIXELS)))
+    rows, columns = np.mgrid[stride // 2 : height : stride, stride // 2 : width : stride]
+    depths_m = depth_m[rows, columns].astype(np.float64)
+    depths_m[np.isneginf(depths_m)] = 0.0
+    valid = np.isfinite(depths_m)
+    depths_m, rows, columns = depths_m[valid], rows[valid], columns[valid]
+    (fx, _, cx), (_, fy, cy), _ = np.asarray(intrinsics, np.float64)
+    return np.stack([(columns - cx) / fx * depths_m, (rows - cy) / fy * depths_m, depths_m], 1)
+
+
+def _in_base(points: Array, mount: Pose) -> Array:
+    matrix = mount.matrix()
+    in_base: Array = points @ matrix[:3, :3].T + matrix[:3, 3]
+    return in_base
+
+
+def _distances(points: Array, starts: Array, steps: Array) -> Array:
+    """Return the distance of each point (N, 2) from each line segment: starts (K, 2), steps to their ends (K, 2)."""
+    # Everything from |p - a|² and (p - a)·d, all pairs in two matrix products.
+    squared_m2 = (points**2).sum(1)[:, None] - 2 * points @ starts.T + (starts**2).sum(1)
+    along = points @ steps.T - (starts * steps).sum(1)
+    length_m2 = (steps**2).sum(1)
+    share = np.clip(along / length_m2, 0.0, 1.0)
+    distances_m: Array = np.sqrt(np.maximum(squared_m2 + share * (share * length_m2 - 2 * along), 0.0))
+    return distances_m
+
+
+def _way(velocity: Velocity, command: Velocity, horizon_s: float, motion: MotionConfig) -> tuple[Array, Array]:
+    """Return the way of the base's origin until it rests, as segments: starts and steps to their ends (K, 2)."""
+    accelerations = motion.linear_acceleration_mps2, motion.angular_acceleration_radps2
+    at_horizon = Velocity(
+        *(
+            float(_ramp(start, wanted, acceleration, np.array([horizon_s]))[0][0])
+            for start, wanted, acceleration in zip(velocity, command, accelerations, strict=True)
+        )
+    )
+    braking_s = abs(at_horizon.linear_mps) / motion.linear_acceleration_mps2
+    way_m, turned_rad = np.concatenate(
+        [
+            _advance(velocity, command, horizon_s, accelerations),
+            _advance(at_horizon, REST, braking_s, accelerations),
+        ],
+        1,
+    )
+    # The chord of an arc is its length times sin(h) / h, at half the turn h from the heading; sinc(x) has x = h / π.
+    heading_rad = np.cumsum(turned_rad) - turned_rad / 2
+    chord_m = way_m * np.sinc(turned_rad / (2 * math.pi))
+    steps = np.stack([chord_m * np.cos(heading_rad), chord_m * np.sin(heading_rad)], 1)
+    starts = np.cumsum(steps, 0) - steps
+    moved = np.abs(chord_m) > NO_STEP_M
+    return starts[moved], steps[moved]
+
+
+def _advance(start: Velocity, wanted: Velocity, duration_s: float, accelerations: tuple[float, float]) -> Array:
+    """Return the ways (m) and turns (rad) of short, successive steps: (2, steps)."""
+    fastest_mps, fastest_radps = (max(abs(a), abs(b)) for a, b in zip(start, wanted, strict=True))
+    steps = math.ceil(max(1.0, fastest_mps * duration_s / LONGEST_STEP_M, fastest_radps * duration_s / WIDEST_STEP_RAD))
+    elapsed_s = np.linspace(0.0, duration_s, steps + 1)
+    return np.stack(
+        [
+            np.diff(_ramp(begin, end, acceleration, elapsed_s)[1])
+            for begin, end, acceleration in zip(start, wanted, accelerations, strict=True)
+        ]
+    )
+
+
+def _ramp(start: float, wanted: float, acceleration: float, elapsed_s: Array) -> tuple[Array, Array]:
+    """Return the velocities after times of ramping from `start` to `wanted`, and their exact integrals."""
+    ramp_s = abs(wanted - start) / acceleration
+    ramping_s = np.minimum(elapsed_s, ramp_s)
+    velocity = np.where(elapsed_s < ramp_s, start + math.copysign(acceleration, wanted - start) * ramping_s, wanted)
+    way = (start + velocity) / 2 * ramping_s + wanted * (elapsed_s - ramping_s)
+    return velocity, way

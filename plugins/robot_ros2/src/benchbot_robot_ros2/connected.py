@@ -1,0 +1,223 @@
+"""A connected robot: its node, clock, streams, localisation and guard, which are there for a whole run."""
+
+import math
+import threading
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
+from typing import Any
+
+from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.core.geometry import Pose
+from benchbot.core.motion import MotionConfig
+from benchbot_robot_ros2 import ros
+from benchbot_robot_ros2.callbacks import Callback as Decoder
+from benchbot_robot_ros2.declaration import LocalisedByTopic, LocalisedByTransforms, Ros2Robot, Topic
+from benchbot_robot_ros2.failures import failed
+from benchbot_robot_ros2.guard.link import Guard
+from benchbot_robot_ros2.localisation import Localisation
+from benchbot_robot_ros2.observing import Channel, Wait, check_frame, check_skew, frame_of, missing, wrong_frame
+from benchbot_robot_ros2.robot_clock import RobotClock
+from benchbot_robot_ros2.standstill import rested, twist
+from benchbot_robot_ros2.streams import Sample, Stream
+
+
+class ConnectedRobot:
+    """Connects to a robot and waits until every declared topic is heard.
+
+    `changed` is notified of all that comes from it; `feedback` has to keep coming while it moves; `contact` is set when
+    its collision topic says so. Raises BenchbotError that names each topic on which nothing comes, and why.
+    """
+
+    def __init__(
+        self,
+        robot: Ros2Robot,
+        motion: MotionConfig,
+        callbacks: dict[str, Decoder],
+        changed: threading.Condition,
+    ) -> None:
+        self.robot = robot
+        self.changed = changed
+        with ExitStack() as resources:
+            settings = robot.settings
+            self.node = resources.enter_context(ros.running_node("benchbot", use_sim_time=settings.use_sim_time))
+            self.clock = RobotClock(self.node, simulated=settings.use_sim_time, changed=changed)
+            resources.callback(self.clock.close)
+            self.tree = self._transforms()
+            self.odometry = self._stream(settings.odometry)
+            self.place = self._place()
+            self.contact = threading.Event()
+            self._collision = self._collisions()
+            self.channels = {
+                name: Channel(
+                    name,
+                    callback,
+                    {part: self._stream(topic) for part, topic in robot.observations[name].parts().items()},
+                    frame_of(name, robot),
+                )
+                for name, callback in callbacks.items()
+            }
+            looked_at = settings.safety.obstacles if motion.stops_before_contact else ()
+            models = ("image_depth_info",) if "image_depth" in looked_at else ()
+            self._watched = [self.channels[name] for name in (*looked_at, *models)]
+            ahead = [self.channels[name].streams[""] for name in looked_at]
+            self.feedback = [stream for stream in (self.odometry, self.place, *ahead) if stream and not stream.holds]
+            self.localisation = Localisation(robot, self.odometry, self.place, self.tree)
+            self._await_first_messages()
+            self.check_feedback()
+            self.guard = Guard.start(robot, motion)
+            resources.callback(self.guard.close)
+            self._resources = resources.pop_all()
+
+    def await_rest(self, check: Callable[[], None]) -> None:
+        """Begin anew: wait until odometry, as it is from now on, shows standing still, and the place is known.
+
+        `check` is called again and again. Afterwards nothing has touched the robot yet. Raises BenchbotError when it
+        does not come to rest.
+        """
+        wait, since_ns = self._forget()
+        while True:
+            check()
+            if self.clock.set_back_s:
+                # A simulator that starts again may begin its time again.
+                wait, since_ns = self._forget()
+            # What was under way while the robot was brought here does not count.
+            odometry = [sample for sample in self.odometry.samples if sample.stamp_ns >= since_ns]
+            place = self.place.newest if self.place is not None else None
+            placed = self.place is None or (place is not None and (self.place.holds or place.stamp_ns >= since_ns))
+            if placed and rested(odometry, odometry[0].arrived_s if odometry else math.inf):
+                self.contact.clear()
+                return
+            if wait.over():
+                self.check_feedback()
+                raise self._restless(odometry, placed=placed)
+
+    def subscribe(self, wanted: list[Channel]) -> None:
+        """Subscribe what these channels and the robot's safety need, and nothing else."""
+        needed = [stream for channel in (*wanted, *self._watched) for stream in channel.streams.values()]
+        for channel in self.channels.values():
+            for stream in channel.streams.values():
+                if stream in needed:
+                    stream.open()
+                else:
+                    stream.close()
+
+    def wait(self, seconds: float) -> Wait:
+        """Return a wait of the run's seconds."""
+        return Wait(self.clock, self.changed, self.robot.settings.timing, seconds)
+
+    def mount(self, frame: str) -> Pose:
+        """Return a frame's pose in the base frame: by the transform tree where it knows the frame, else as declared."""
+        if frame == self.robot.base_frame:
+            return Pose()
+        if self.tree is not None:
+            with suppress(LookupError):
+                found: Pose = self.tree.lookup(self.robot.base_frame, frame, None)
+                return found
+        if frame in self.robot.mounts:
+            return self.robot.mounts[frame]
+        known = [self.robot.base_frame, *self.robot.mounts]
+        raise failed(
+            f"Where the frame '{frame}' is on the robot '{self.robot.name}' is not known.",
+            f"Neither the transform tree nor the declaration has it. Declared: {', '.join(known)}."
+            f"{did_you_mean(frame, known)}",
+            "Add its place to 'frames' in the robot's declaration, or let the robot publish it on /tf_static.",
+        )
+
+    def check_feedback(self) -> None:
+        """Raise BenchbotError when odometry or localisation are in other frames than declared, or of another time."""
+        for stream in (self.odometry, self.place):
+            sample = stream.newest if stream is not None else None
+            if stream is None or sample is None:
+                continue
+            check_skew(stream, sample, self.robot.settings.timing)
+            child = getattr(sample.message, "child_frame_id", self.robot.base_frame)
+            if child.lstrip("/") != self.robot.base_frame:
+                raise wrong_frame(stream.topic.ros_topic, f"child_frame_id '{child}'", self.robot.base_frame)
+            if stream is self.place:
+                check_frame(stream.topic.ros_topic, sample.message, self.robot.global_frame)
+
+    def close(self) -> None:
+        """Stop the robot, end its guard and leave the graph. Safe to call twice."""
+        self._resources.close()
+
+    def _stream(self, topic: Topic) -> Stream:
+        return Stream(self.node, topic, self.clock, self.changed)
+
+    def _transforms(self) -> Any:
+        from benchbot_robot_ros2 import transforms
+
+        tree = transforms.listen(self.node)
+        if tree is None and isinstance(self.robot.settings.localisation, LocalisedByTransforms):
+            raise failed(
+                f"Where the robot '{self.robot.name}' is cannot be known.",
+                "Its declaration says driver.localisation.by: tf, and the messages of tf2_msgs are not installed.",
+                "Start this Python with a ROS 2 installation sourced that has tf2_msgs (apt install "
+                "ros-jazzy-tf2-msgs), or declare driver.localisation by topic or odometry.",
+            )
+        return tree
+
+    def _place(self) -> Stream | None:
+        place = self.robot.settings.localisation
+        if not isinstance(place, LocalisedByTopic):
+            return None
+        return self._stream(Topic(ros_topic=place.ros_topic, ros_type=place.ros_type, qos=place.qos))
+
+    def _collisions(self) -> Stream | None:
+        topic = self.robot.settings.safety.collision
+        if topic is None:
+            return None
+
+        def touch(message: Any) -> None:
+            if message.data:
+                self.contact.set()
+
+        return Stream(self.node, topic, self.clock, self.changed, touch)
+
+    def _forget(self) -> tuple[Wait, int]:
+        streams = [stream for channel in self.channels.values() for stream in channel.streams.values()]
+        for stream in (*streams, self.odometry, self.place):
+            if stream is not None:
+                stream.forget()
+        self.clock.forgive()
+        return self.wait(self.robot.settings.timing.wait_s), self.clock.now_ns()
+
+    def _restless(self, odometry: list[Sample], *, placed: bool) -> BenchbotError:
+        if not odometry:
+            return missing([self.odometry])
+        if not placed and self.place is not None:
+            return missing([self.place])
+        return failed(
+            f"The robot '{self.robot.name}' does not stand still at its start.",
+            "Its odometry measured {:.3f} m/s and {:.3f} rad/s last.".format(*twist(odometry[-1].message)),
+            "See what else moves it: benchbot doctor --robot NAME names every node that commands velocities.",
+        )
+
+    def _await_first_messages(self) -> None:
+        streams = [
+            self.odometry,
+            *(stream for channel in self.channels.values() for stream in channel.streams.values()),
+        ]
+        streams += [stream for stream in (self.place,) if stream is not None]
+
+        def silent() -> list[Stream]:
+            quiet = [stream for stream in streams if stream.newest is None]
+            if self._collision is not None and self._collision.newest is None and not self._collision.heard():
+                quiet.append(self._collision)
+            return quiet
+
+        clock_wait = self.wait(self.robot.settings.timing.wait_s)
+        while self.robot.settings.use_sim_time and self.clock.now_ns() == 0:
+            if clock_wait.over():
+                raise missing(silent()) if silent() else _clockless(self.robot.name)
+        wait = self.wait(self.robot.settings.timing.wait_s)
+        while silent():
+            if wait.over():
+                raise missing(silent())
+
+
+def _clockless(robot: str) -> BenchbotError:
+    return failed(
+        f"The clock of the robot '{robot}' does not run.",
+        "Its declaration says driver.use_sim_time: true, and nothing comes on /clock.",
+        "Start the simulator that publishes it, or declare driver.use_sim_time: false for a real robot.",
+    )

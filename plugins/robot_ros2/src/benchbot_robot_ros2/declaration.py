@@ -1,0 +1,235 @@
+"""A ROS 2 robot's declaration: which topics, services and safety devices it has, read and checked once."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, Self, TypeVar
+
+import msgspec
+
+from benchbot.core.channels import ACTIONS, OBSERVATIONS
+from benchbot.core.errors import BenchbotError
+from benchbot.core.geometry import Pose
+
+T = TypeVar("T")
+
+
+class _Declared(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A mapping of a declaration: an unknown key is an error."""
+
+
+class Qos(_Declared, frozen=True):
+    """Quality of service that a subscription or publisher is forced to; what is None is matched to the other side."""
+
+    reliability: Literal["reliable", "best_effort"] | None = None
+    durability: Literal["volatile", "transient_local"] | None = None
+    depth: int = 5
+
+
+class Topic(_Declared, frozen=True):
+    """A topic by its name and its type, written as ROS 2 does: `sensor_msgs/msg/Image`."""
+
+    ros_topic: str
+    ros_type: str
+    qos: Qos = Qos()
+
+
+class Connection(_Declared, frozen=True):
+    """How a channel or an action is connected, v2's keys in ROS 2's spelling.
+
+    An observation has one topic, or several `topics` by the part of the observation that each carries. Its messages are
+    turned into the observation by a callback (`benchbot_robot_ros2.callbacks`), by default the one of its own name.
+    """
+
+    connection: Literal["api_to_ros", "ros_to_api", "roscache_to_api"]
+    ros_topic: str | None = None
+    ros_type: str | None = None
+    qos: Qos = Qos()
+    topics: dict[str, Topic] = {}
+    callback_robot: str | None = None
+
+    def parts(self) -> dict[str, Topic]:
+        """Return the topics by part; a single topic is the part named by the empty string."""
+        if self.ros_topic is None or self.ros_type is None:
+            return dict(self.topics)
+        return {"": Topic(ros_topic=self.ros_topic, ros_type=self.ros_type, qos=self.qos)}
+
+
+class LocalisedByOdometry(_Declared, frozen=True, tag_field="by", tag="odometry"):
+    """The robot is where its odometry has led it from the scene's start pose."""
+
+
+class LocalisedByTopic(_Declared, frozen=True, tag_field="by", tag="topic"):
+    """A message says where the base is in the map: motion capture, AMCL, a simulator's truth."""
+
+    ros_topic: str
+    ros_type: Literal[
+        "nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped"
+    ]
+    qos: Qos = Qos()
+
+
+class LocalisedByTransforms(_Declared, frozen=True, tag_field="by", tag="tf"):
+    """The transform tree says where the base is in the map; needs tf2_msgs."""
+
+
+class ReturnByService(_Declared, frozen=True, tag_field="by", tag="service"):
+    """The robot goes to its start when a std_srvs/srv/Trigger is called.
+
+    `scene_node` is a node with the parameters `environment` (name:variant), `start_pose` and `seed`, which are set
+    before: that of `benchbot bridge`.
+    """
+
+    ros_service: str
+    scene_node: str | None = None
+
+
+class ReturnByNavigation(_Declared, frozen=True, tag_field="by", tag="navigation"):
+    """The robot navigates to its start: a nav2_msgs/action/NavigateToPose server; needs nav2_msgs."""
+
+    ros_action: str = "/navigate_to_pose"
+
+
+class ReturnByOperator(_Declared, frozen=True, tag_field="by", tag="operator"):
+    """A person puts the robot at its start, and says so."""
+
+
+class DeadMan(_Declared, frozen=True):
+    """A switch that somebody holds while the robot moves: std_msgs/msg/Bool, or a button of sensor_msgs/msg/Joy."""
+
+    ros_topic: str
+    ros_type: Literal["std_msgs/msg/Bool", "sensor_msgs/msg/Joy"]
+    button: int = 0
+    timeout_s: float = 0.3
+
+
+class Safety(_Declared, frozen=True):
+    """What stops the robot besides BenchBot's own reasons.
+
+    `command_timeout_s` is how long the last velocity command stays valid; `e_stop` and `collision` are topics of
+    std_msgs/msg/Bool, true when the button is pressed or the bumper touches something. `obstacles` are the channels
+    that are looked at for contact ahead of a motion.
+    """
+
+    command_timeout_s: float = 0.15
+    e_stop: Topic | None = None
+    dead_man: DeadMan | None = None
+    collision: Topic | None = None
+    obstacles: tuple[Literal["laser", "image_depth"], ...] = ("laser",)
+
+
+class Timing(_Declared, frozen=True):
+    """How old and how far apart in time messages may be, in seconds.
+
+    Messages of one observation are at most `sync_tolerance_s` apart by their stamps. Feedback (odometry, obstacles)
+    older than `feedback_timeout_s` stops a moving robot. A stamp more than `skew_s` from the node's clock is an error.
+    `wait_s` is how long to wait for a message, a service or a publisher.
+    """
+
+    sync_tolerance_s: float = 0.05
+    feedback_timeout_s: float = 0.5
+    skew_s: float = 2.0
+    wait_s: float = 10.0
+
+
+class StartTolerances(_Declared, frozen=True):
+    """How far from the start pose a trial may begin; checked where the robot is localised in the map."""
+
+    position_m: float = 0.05
+    angle_deg: float = 3.0
+
+
+class DriverSettings(_Declared, frozen=True):
+    """The key `driver` of a robot's declaration."""
+
+    odometry: Topic
+    use_sim_time: bool = False
+    localisation: LocalisedByOdometry | LocalisedByTopic | LocalisedByTransforms = LocalisedByOdometry()
+    return_to_start: ReturnByService | ReturnByNavigation | ReturnByOperator = ReturnByOperator()
+    start_tolerances: StartTolerances = StartTolerances()
+    safety: Safety = Safety()
+    timing: Timing = Timing()
+
+
+@dataclass(frozen=True)
+class Ros2Robot:
+    """A robot as the driver needs it; `mounts` are poses of the robot's frames in its base frame."""
+
+    name: str
+    global_frame: str
+    base_frame: str
+    reported: tuple[str, ...]
+    mounts: dict[str, Pose]
+    camera_frame: str | None
+    laser_frame: str | None
+    footprint_radius_m: float
+    footprint_z_m: tuple[float, float]
+    observations: dict[str, Connection]
+    command: Topic
+    settings: DriverSettings
+
+    @classmethod
+    def from_declaration(cls, robot: Mapping[str, Any]) -> Self:
+        """Read a robot's declaration; raises BenchbotError saying which key is wrong, and how."""
+        name = str(robot.get("name"))
+        connections = {
+            channel: _convert(connection, Connection, name, f"connections.{channel}")
+            for channel, connection in robot["connections"].items()
+        }
+        commands = {channel: connection for channel, connection in connections.items() if channel in ACTIONS}
+        footprint = _convert(robot.get("footprint", {}), _Footprint, name, "footprint")
+        mounts = _convert(robot.get("frames", {}), dict[str, _Mount], name, "frames")
+        return cls(
+            name=name,
+            global_frame=str(robot["global_frame"]),
+            base_frame=str(robot["robot_frame"]),
+            reported=tuple(map(str, robot["poses"])),
+            mounts={frame: mount.pose() for frame, mount in mounts.items()},
+            camera_frame=robot.get("camera", {}).get("frame"),
+            laser_frame=robot.get("laser", {}).get("frame"),
+            footprint_radius_m=footprint.radius_m,
+            footprint_z_m=(footprint.z_min_m, footprint.z_max_m),
+            observations={
+                channel: connection for channel, connection in connections.items() if channel in OBSERVATIONS
+            },
+            command=_one_command(name, commands),
+            settings=_convert(robot.get("driver", {}), DriverSettings, name, "driver"),
+        )
+
+
+class _Footprint(_Declared, frozen=True):
+    radius_m: float
+    z_min_m: float = 0.03
+    z_max_m: float = 2.0
+
+
+class _Mount(_Declared, frozen=True):
+    xyz: tuple[float, float, float]
+    rpy_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def pose(self) -> Pose:
+        return Pose.from_xyz_rpy_deg(self.xyz, self.rpy_deg)
+
+
+def _convert(value: Any, kind: type[T], robot: str, key: str) -> T:
+    try:
+        return msgspec.convert(value, kind)
+    except msgspec.ValidationError as error:
+        raise BenchbotError(
+            f"The robot '{robot}' cannot be driven: its declaration is wrong at '{key}'.",
+            f"{error}.",
+            "The keys are explained in docs/ros2.md; a whole declaration: benchbot show robot carter_ros2",
+        ) from error
+
+
+def _one_command(robot: str, commands: Mapping[str, Connection]) -> Topic:
+    """Return the one topic that all of a robot's actions command velocities on."""
+    topics = {connection.parts().get("") for connection in commands.values()}
+    topic = topics.pop() if len(topics) == 1 else None
+    if topic is None or topic.ros_type not in ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"):
+        raise BenchbotError(
+            f"The robot '{robot}' cannot be driven: it has no one topic for velocity commands.",
+            f"Its actions: {', '.join(commands) or 'none'}. All must name the same ros_topic, of the ros_type "
+            "geometry_msgs/msg/Twist or geometry_msgs/msg/TwistStamped.",
+            "Write for each: {connection: api_to_ros, ros_topic: /cmd_vel, ros_type: geometry_msgs/msg/Twist}",
+        )
+    return topic

@@ -1,0 +1,1 @@
+"""What `benchbot doctor --robot` looks at on a robot's graph."""

@@ -1,0 +1,121 @@
+"""Watching a live graph for a while: which declared topics bring messages, how often and how old."""
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from benchbot.core.errors import BenchbotError
+from benchbot_robot_ros2 import messages, qos
+from benchbot_robot_ros2.declaration import LocalisedByTopic, Ros2Robot, Topic
+from benchbot_robot_ros2.observing import frame_of
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+POLL_S = 0.05
+CONTROL_RATE_HZ = 5.0
+
+
+@dataclass(frozen=True)
+class Use:
+    """A declared topic and what it is for.
+
+    `frame_id` is the frame that its messages must name. Feedback that comes less often than `rate_hz` is too slow.
+    `optional` topics need not bring a message while they are watched.
+    """
+
+    role: str
+    topic: Topic
+    frame_id: str | None = None
+    rate_hz: float | None = None
+    optional: bool = False
+
+
+@dataclass
+class Stream:
+    """What came in on a topic: when, with which stamp (None without one), and the last message."""
+
+    use: Use
+    arrivals_ns: list[tuple[int, int | None]] = field(default_factory=list)
+    last: Any = None
+    error: BenchbotError | None = None
+
+    @property
+    def rate_hz(self) -> float | None:
+        """Messages per second of the node's time, None when there are too few to tell."""
+        times = [received for received, _ in self.arrivals_ns]
+        if len(times) < 2 or times[-1] <= times[0]:
+            return None
+        return (len(times) - 1) * 1e9 / (times[-1] - times[0])
+
+    @property
+    def age_s(self) -> float | None:
+        """Median of receive time minus stamp, None without stamps; negative when stamps lie in the future."""
+        ages = sorted(received - stamp for received, stamp in self.arrivals_ns if stamp is not None)
+        return ages[len(ages) // 2] / 1e9 if ages else None
+
+
+def uses(robot: Ros2Robot) -> Iterator[Use]:
+    """Yield every topic that the robot's declaration says is published."""
+    for channel, connection in robot.observations.items():
+        for part, topic in connection.parts().items():
+            frame_id = frame_of(channel, robot)
+            rate_hz = CONTROL_RATE_HZ if channel in robot.settings.safety.obstacles else None
+            yield Use(f"{channel}.{part}" if part else channel, topic, frame_id, rate_hz)
+    settings, safety = robot.settings, robot.settings.safety
+    yield Use("odometry", settings.odometry, rate_hz=CONTROL_RATE_HZ)
+    if isinstance(settings.localisation, LocalisedByTopic):
+        where = settings.localisation
+        topic = Topic(ros_topic=where.ros_topic, ros_type=where.ros_type, qos=where.qos)
+        yield Use("localisation", topic, robot.global_frame)
+    if safety.e_stop is not None:
+        # Many publish only when the button changes.
+        yield Use("e_stop", safety.e_stop, optional=True)
+    if safety.dead_man is not None:
+        held = safety.dead_man
+        yield Use("dead_man", Topic(ros_topic=held.ros_topic, ros_type=held.ros_type), rate_hz=1 / held.timeout_s)
+    if safety.collision is not None:
+        yield Use("collision", safety.collision, optional=True)
+
+
+def others(node: "Node", seconds: float) -> list[str]:
+    """Wait at most so long for any other node, and return the full names of those that are there."""
+    deadline = time.monotonic() + seconds
+    while not (found := _names(node)) and time.monotonic() < deadline:
+        time.sleep(POLL_S)
+    return found
+
+
+def watch(node: "Node", wanted: list[Use], seconds: float) -> list[Stream]:
+    """Subscribe to each topic as soon as it has a publisher, and return what came in after so many seconds."""
+    streams = [Stream(use) for use in wanted]
+    waiting = list(streams)
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        waiting = [stream for stream in waiting if not _subscribed(node, stream)]
+        time.sleep(POLL_S)
+    return streams
+
+
+def _names(node: "Node") -> list[str]:
+    full_names = (f"{namespace.rstrip('/')}/{name}" for name, namespace in node.get_node_names_and_namespaces())
+    return sorted(name for name in full_names if name != node.get_fully_qualified_name())
+
+
+def _subscribed(node: "Node", stream: Stream) -> bool:
+    topic = stream.use.topic
+    if not node.count_publishers(topic.ros_topic) or qos.wrong_type(node, topic):
+        return False
+    try:
+        kind = messages.message_type(topic.ros_type)
+    except BenchbotError as error:
+        stream.error = error
+        return True
+
+    def received(message: Any) -> None:
+        stream.arrivals_ns.append((node.get_clock().now().nanoseconds, messages.stamp_ns(message)))
+        stream.last = message
+
+    node.create_subscription(kind, topic.ros_topic, received, qos.profile_for(node, topic))
+    return True

@@ -1,0 +1,301 @@
+"""The driver: a real robot over ROS 2, as one platform."""
+
+import math
+import threading
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from benchbot.core.channels import OBSERVATIONS
+from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.core.geometry import Pose, wrap_angle_rad
+from benchbot.core.motion import REST_MPS, REST_RADPS, MotionConfig
+from benchbot.core.platform import PlatformSpec, Scene
+from benchbot_robot_ros2 import obstacles, start_pose
+from benchbot_robot_ros2.clearance import contact_ahead
+from benchbot_robot_ros2.connected import ConnectedRobot
+from benchbot_robot_ros2.declaration import LocalisedByOdometry, Ros2Robot
+from benchbot_robot_ros2.failures import failed, safety_stop
+from benchbot_robot_ros2.guard.state import FIND_OUT
+from benchbot_robot_ros2.observing import STILL_FACTOR, Channel, Moment, callback_of, gather, missing
+from benchbot_robot_ros2.prediction import Prediction
+from benchbot_robot_ros2.ramp import REST, Velocity
+from benchbot_robot_ros2.standstill import rested, still, twist
+
+CONTROL_PERIOD_S = 0.05
+# How often, in wall time, a command is repeated while its tick lasts: that of a simulated robot may last for long.
+REPEAT_S = 0.03
+# A tick that is nearly over is over: the rest may be rounding, which simulated time passes only with its next step.
+SLACK_S = 1e-3
+INITIAL_POSE = "initial_pose"
+
+
+class Ros2Driver:
+    """Implements `benchbot.core.platform.Platform` over ROS 2, in the robot's time.
+
+    The robot is connected at the first `load` and stays so. Whatever goes wrong while it moves stops it for good.
+    """
+
+    def __init__(self, spec: PlatformSpec) -> None:
+        self._spec = spec
+        self._robot = Ros2Robot.from_declaration(spec.robot)
+        self._motion = MotionConfig.from_robot(spec.robot, spec.localisation)
+        self._callbacks = {
+            name: callback_of(self._robot.name, name, connection)
+            for name, connection in self._robot.observations.items()
+            if connection.parts()
+        }
+        obstacles.check_declared(self._robot, self._motion)
+        self._changed = threading.Condition()
+        self._connected: ConnectedRobot | None = None
+        self._halted: str | None = None
+        self._start_pose = Pose()
+        self._loaded_s = self._due_s = 0.0
+        self._begin(0.0)
+
+    @property
+    def control_period_s(self) -> float:
+        """20 Hz, as in v2."""
+        return CONTROL_PERIOD_S
+
+    def load(self, scene: Scene, seed: int) -> None:
+        """Bring the robot to the start pose of the scene; raises BenchbotError when it does not get there."""
+        if self._connected is None:
+            self._connected = ConnectedRobot(self._robot, self._motion, self._callbacks, self._changed)
+            self._obstacles = obstacles.Obstacles(self._connected)
+        robot = self._connected
+        self._refuse_when_stopped(robot)
+        start_pose.return_to_start(robot.node, self._robot, scene, seed, self._spec.ask, robot.guard)
+        robot.await_rest(lambda: self._refuse_when_stopped(robot))
+        robot.check_feedback()
+        self._begin(robot.clock.now_s())
+        self._start_pose = scene.start_pose
+        robot.localisation.start(self._start_pose)
+        self._check_start()
+        self._loaded_s = robot.clock.now_s()
+
+    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+        """Return the asked channels, of messages that were taken after this call.
+
+        The first observation tells what this run asks for; no more is subscribed from then on.
+        """
+        robot = self._here()
+        self._refuse_when_stopped(robot)
+        names = tuple(channels)
+        wanted = [self._channel(robot, name) for name in names if name != "poses"]
+        robot.subscribe(wanted)
+        timing = self._robot.settings.timing
+        if robot.odometry.age_s > timing.feedback_timeout_s:
+            raise missing([robot.odometry])
+        samples = gather(wanted, self._now(robot), timing, robot.wait(timing.wait_s))
+        robot.check_feedback()
+        if robot.clock.set_back_s:
+            raise failed("The robot's time cannot be trusted.", *_set_back(robot.clock.set_back_s))
+        decoded = {
+            channel.name: channel.decode({part: sample.message for part, sample in samples[channel.name].items()})
+            for channel in wanted
+        }
+        return {name: self._poses(robot) if name == "poses" else decoded[name] for name in names}
+
+    def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
+        """Hold a velocity for one tick of a schedule that does not drift.
+
+        Raises BenchbotError(ends_run=True) when the robot was stopped for safety. After contact it only brakes.
+        """
+        robot = self._here()
+        now_s = robot.clock.now_s()
+        self._due_s = (self._due_s if now_s - self._due_s < duration_s else now_s) + duration_s
+        moves = abs(linear_mps) >= REST_MPS or abs(angular_radps) >= REST_RADPS
+        while True:
+            self._note(
+                Velocity(linear_mps, angular_radps) if moves and not self.collided else REST, robot.clock.now_s()
+            )
+            self._refuse_when_stopped(robot)
+            if self._command != REST:
+                self._refuse_when_blind(robot)
+            robot.guard.command(*self._command)
+            with self._changed:
+                left_s = self._due_s - robot.clock.now_s()
+                if left_s < SLACK_S:
+                    return
+                self._changed.wait(min(left_s, REPEAT_S))
+
+    def contact_ahead(self, linear_mps: float, angular_radps: float, horizon_s: float) -> bool:
+        """Say whether holding this command and then braking would touch what laser or depth camera saw last."""
+        ahead, velocity = self._carry_on()
+        try:
+            points_xy = self._obstacles.points_xy(ahead)
+        except BenchbotError as error:
+            raise self._stopped(f"What is ahead of it is not known. {error.title} {error.why}", error.fix) from error
+        command = (linear_mps, angular_radps)
+        radius_m = self._robot.footprint_radius_m
+        return contact_ahead(points_xy, radius_m, velocity, command, horizon_s, self._motion)
+
+    def pose(self) -> Pose:
+        """Return the best known pose of the base: corrected by localisation where that is declared."""
+        robot = self._here()
+        try:
+            return robot.localisation.pose() @ self._carry_on()[0]
+        except (LookupError, ValueError) as error:
+            raise self._lost(str(error)) from error
+
+    def odometry(self) -> Pose:
+        """Return where dead reckoning believes the base is."""
+        robot = self._here()
+        try:
+            return robot.localisation.odometry() @ self._carry_on()[0]
+        except ValueError as error:
+            raise self._lost(str(error)) from error
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        """The measured velocity; until standing still has been seen for a while, that of the last command at least."""
+        measured = self._here().odometry.newest
+        if measured is not None and not still(measured.message):
+            return twist(measured.message)
+        at_rest = self._command == REST and rested(
+            self._here().odometry.samples, self._rest_commanded_s + self._prediction.dead_time_s
+        )
+        return REST if at_rest else self._motion_command
+
+    @property
+    def collided(self) -> bool:
+        """Whether the robot's collision topic has told of contact since `load`."""
+        return self._here().contact.is_set()
+
+    def clock(self) -> float:
+        """Return the seconds since `load`, in the robot's time."""
+        return self._here().clock.now_s() - self._loaded_s
+
+    def halt(self, why: str) -> None:
+        """Stop the robot at once; the action under way, and every later one, raises."""
+        self._halted = self._halted or why
+        if self._connected is not None:
+            self._connected.guard.stop(why)
+        with self._changed:
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        """Stop the robot and leave the graph."""
+        if self._connected is not None:
+            self._connected.close()
+            self._connected = None
+
+    def _begin(self, now_s: float) -> None:
+        self._due_s = now_s
+        self._prediction = Prediction(self._motion)
+        # The last velocity that was commanded, the last that was not rest, and since when rest is commanded.
+        self._command: Velocity = REST
+        self._motion_command: Velocity = REST
+        self._rest_commanded_s = now_s
+
+    def _here(self) -> ConnectedRobot:
+        if self._connected is None:
+            raise failed(f"The robot '{self._robot.name}' is not connected.", "Nothing was loaded.", "Call reset().")
+        return self._connected
+
+    def _channel(self, robot: ConnectedRobot, name: str) -> Channel:
+        if name in robot.channels:
+            return robot.channels[name]
+        known = [*robot.channels, "poses"]
+        raise BenchbotError(
+            f"The robot '{self._robot.name}' has no observation '{name}'."
+            if name in OBSERVATIONS
+            else f"There is no observation '{name}'.",
+            f"It has: {', '.join(known)}.{did_you_mean(name, known)}",
+            "Name one of these in the task, or connect it in the robot's declaration.",
+        )
+
+    def _now(self, robot: ConnectedRobot) -> Moment:
+        newest = robot.odometry.newest
+        return Moment(newest.stamp_ns if newest is not None else 0, robot.clock.now_s())
+
+    def _poses(self, robot: ConnectedRobot) -> dict[str, Any]:
+        base = self.odometry() if self._spec.localisation == "noisy" else self.pose()
+        frames = {
+            frame: self._start_pose if frame == INITIAL_POSE else base @ robot.mount(frame)
+            for frame in self._robot.reported
+        }
+        if self._robot.camera_frame is not None:
+            frames["camera"] = base @ robot.mount(self._robot.camera_frame)
+        return {frame: _pose_record(pose, self._robot.global_frame) for frame, pose in frames.items()}
+
+    def _note(self, command: Velocity, now_s: float) -> None:
+        if command == REST and self._command != REST:
+            self._rest_commanded_s = now_s
+        if command != REST:
+            self._motion_command = command
+        self._command = command
+        self._prediction.note(command, now_s)
+
+    def _carry_on(self) -> tuple[Pose, Velocity]:
+        robot = self._here()
+        return self._prediction.carry_on(robot.odometry.samples, robot.clock.now_s())
+
+    def _check_start(self) -> None:
+        settings = self._robot.settings
+        if isinstance(settings.localisation, LocalisedByOdometry):
+            return
+        off = self._start_pose.inverse() @ self.pose()
+        away_m, turned_deg = math.hypot(*off.translation_xyz[:2]), math.degrees(abs(wrap_angle_rad(off.yaw_rad)))
+        allowed = settings.start_tolerances
+        if away_m > allowed.position_m or turned_deg > allowed.angle_deg:
+            raise failed(
+                f"The robot '{self._robot.name}' is not at the start pose.",
+                f"It is {away_m:.2f} m and {turned_deg:.1f}° away from it; driver.start_tolerances allow "
+                f"{allowed.position_m:g} m and {allowed.angle_deg:g}°.",
+                "Bring it there, or correct its localisation (the initial pose), or allow more in the declaration.",
+            )
+
+    def _refuse_when_stopped(self, robot: ConnectedRobot) -> None:
+        if self._halted is not None:
+            raise self._stopped(self._halted, FIND_OUT)
+        if robot.guard.tripped is not None:
+            robot.guard.command(*REST)
+
+    def _refuse_when_blind(self, robot: ConnectedRobot) -> None:
+        """Stop a moving robot that does not know where it is, what is ahead of it, or what time it is."""
+        timeout_s = self._robot.settings.timing.feedback_timeout_s
+        if robot.clock.set_back_s:
+            raise self._stopped(*_set_back(robot.clock.set_back_s))
+        if robot.clock.still_s > STILL_FACTOR * timeout_s:
+            raise self._stopped(
+                f"Its simulated clock stood still for {robot.clock.still_s:.1f} s while it moved.",
+                "See whether the simulator that publishes /clock is alive, and start the run again.",
+            )
+        for stream in robot.feedback:
+            if stream.age_s > timeout_s:
+                raise self._stopped(
+                    f"Nothing new came on {stream.topic.ros_topic} for {stream.age_s:.1f} s while it moved "
+                    f"(driver.timing.feedback_timeout_s is {timeout_s:g} s): {stream.silence()}.",
+                    f"See whether what publishes {stream.topic.ros_topic} is alive and the network good, and start the "
+                    "run again.",
+                )
+
+    def _lost(self, why: str) -> BenchbotError:
+        if self._command == REST:
+            return failed("Where the robot is, is not known.", f"{why}.", "Mend its localisation, and start again.")
+        return self._stopped(f"Where it is, was not known while it moved: {why}.", "Mend its localisation.")
+
+    def _stopped(self, why: str, fix: str) -> BenchbotError:
+        robot = self._here()
+        robot.guard.stop(why)
+        return safety_stop(robot.guard.tripped or why, fix)
+
+
+def _set_back(seconds: float) -> tuple[str, str]:
+    fix = (
+        "Let one node only publish /clock, and do not restart the simulator during a run; on a real robot, let chrony "
+        "slew the clocks instead of setting them."
+    )
+    return f"ROS time jumped back by {seconds:.2f} s.", fix
+
+
+def _pose_record(pose: Pose, parent_frame: str) -> dict[str, Any]:
+    return {
+        "parent_frame": parent_frame,
+        "translation_xyz": np.array(pose.translation_xyz, np.float64),
+        "rotation_rpy": np.array(pose.rpy_rad, np.float64),
+        "rotation_xyzw": np.array(pose.rotation_xyzw, np.float64),
+    }

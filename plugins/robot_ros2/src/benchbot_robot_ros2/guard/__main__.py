@@ -1,0 +1,145 @@
+"""The guard: a process of its own that alone publishes a robot's velocity, and stops it when its driver dies or hangs.
+
+Started as `python -P -m benchbot_robot_ros2.guard FD` by `guard.link`, in a session of its own, so that what ends the
+driver, by Ctrl-C or kill -9 of its process group, leaves the guard alive to stop the robot.
+"""
+
+import gc
+import select
+import signal
+import socket
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from functools import partial
+from typing import TYPE_CHECKING
+
+from benchbot.core.errors import BenchbotError
+from benchbot_robot_ros2.guard import messages
+from benchbot_robot_ros2.guard.state import FIND_OUT, GuardState, Trip
+from benchbot_robot_ros2.guard.velocity import Change, GuardedVelocity
+from benchbot_robot_ros2.ramp import Velocity
+from benchbot_robot_ros2.ros import running_node
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+ARMED_PERIOD_S, STOPPED_PERIOD_S = 0.02, 0.05
+
+DRIVER_ENDED = Trip("The robot's driver ended while the robot moved.", FIND_OUT)
+ENDED_BY_SIGNAL = Trip("The guard process was asked to end while the robot moved.", FIND_OUT)
+
+
+def main() -> None:
+    """Guard the robot of the first message on the socket with the number of the first argument, until it closes."""
+    ending = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda *_: ending.set())
+    with socket.socket(fileno=int(sys.argv[1])) as connection:
+        begin = messages.receive_at_guard(connection)
+        if not isinstance(begin, messages.Begin):
+            return
+        with running_node("benchbot_guard", use_sim_time=begin.use_sim_time) as node:
+            try:
+                velocity = _armed(node, begin, connection, ending)
+            except BenchbotError as error:
+                _tell(connection, messages.Refused(error.title, error.why, error.fix))
+                return
+            if velocity is not None:
+                _guard(velocity, connection, ending)
+
+
+def _armed(
+    node: "Node", begin: messages.Begin, connection: socket.socket, ending: threading.Event
+) -> GuardedVelocity | None:
+    """Return the guarded velocity of a robot that listens; None at the driver's end, BenchbotError when it cannot."""
+    velocity = GuardedVelocity(
+        node, begin.command, begin.base_frame, begin.safety, begin.motion, use_sim_time=begin.use_sim_time
+    )
+    deadline_s = time.monotonic() + begin.wait_s
+    if begin.stopped is not None:
+        velocity.update(partial(_stop, trip=begin.stopped))
+    while (problem := _lacking(velocity, begin)) is not None:
+        if begin.stopped is not None:
+            # There is a robot to stop, whether or not the driver lives on.
+            time.sleep(ARMED_PERIOD_S)
+        # The driver says nothing meanwhile: a readable socket is its end.
+        elif select.select([connection], [], [], ARMED_PERIOD_S)[0] or ending.is_set():
+            return None
+        if time.monotonic() > deadline_s:
+            raise problem
+    velocity.listen_to_devices()
+    return velocity
+
+
+def _lacking(velocity: GuardedVelocity, begin: messages.Begin) -> BenchbotError | None:
+    """Return what the robot lacks to move; to be stopped, it needs to listen only."""
+    enough = begin.stopped is not None and velocity.publisher.heard
+    return None if enough else velocity.missing(begin.robot, begin.wait_s)
+
+
+def _guard(velocity: GuardedVelocity, connection: socket.socket, ending: threading.Event) -> None:
+    """Publish until the driver's end, and the last zeros after it."""
+    connection.setblocking(False)
+    # What was imported never becomes garbage: no long collection in the middle of a motion.
+    gc.collect()
+    gc.freeze()
+    _tell(connection, messages.Armed())
+    told = False
+    end: Trip | None = None
+    try:
+        while end is None:
+            select.select([connection], [], [], ARMED_PERIOD_S if velocity.trip is None else STOPPED_PERIOD_S)
+            arrived = list(_arrived(connection))
+            if None in arrived:
+                end = DRIVER_ENDED
+            elif ending.is_set():
+                end = ENDED_BY_SIGNAL
+            velocity.update(*(_change(message) for message in arrived if message is not None))
+            if end is not None and velocity.moving:
+                velocity.update(partial(_stop, trip=end))
+            if velocity.trip is not None and not told:
+                told = True
+                _tell(connection, messages.Tripped(velocity.trip))
+    finally:
+        velocity.finish()
+
+
+def _change(message: messages.ToGuard) -> Change:
+    match message:
+        case messages.Command(linear_mps, angular_radps):
+            return partial(_command, wanted=Velocity(linear_mps, angular_radps))
+        case messages.Stop(trip):
+            return partial(_stop, trip=trip)
+        case messages.Begin():
+            raise ValueError("a guard begins once")
+
+
+def _command(state: GuardState, now_s: float, *, wanted: Velocity) -> None:
+    state.command(wanted, now_s)
+
+
+def _stop(state: GuardState, _now_s: float, *, trip: Trip) -> None:
+    state.stop(trip.why, trip.fix)
+
+
+def _arrived(connection: socket.socket) -> Iterator[messages.ToGuard | None]:
+    """Yield what has arrived by now; None is the driver's end."""
+    with suppress(BlockingIOError):
+        while True:
+            message = messages.receive_at_guard(connection)
+            yield message
+            if message is None:
+                return
+
+
+def _tell(connection: socket.socket, message: messages.FromGuard) -> None:
+    # The driver may be gone: then nobody needs to know.
+    with suppress(OSError):
+        messages.send(connection, message)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,201 @@
+"""The driver's side of its guard: commands go down, the news that the robot was stopped comes up."""
+
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+from contextlib import suppress
+from typing import IO, Self
+
+import msgspec
+
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.motion import MotionConfig
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.failures import safety_stop
+from benchbot_robot_ros2.guard import messages
+from benchbot_robot_ros2.guard.state import FIND_OUT, Trip
+
+# A guard starts in a second, or in some on a busy machine, and ends within two.
+START_S, END_S = 30.0, 5.0
+# A second's worth of commands: when no more fit in, the guard does not read them.
+SEND_BUFFER_BYTES = 16384
+MAX_LOG_BYTES = 65536
+
+
+class Guard:
+    """A guard process that stands between this process and the robot; every method may be called from any thread."""
+
+    def __init__(self, begin: messages.Begin) -> None:
+        self._begin = begin
+        self._lock = threading.Lock()
+        self._trip: Trip | None = None
+        self._closed = False
+        self._over = threading.Event()
+        self._process, self._connection, self._log = _spawn(begin)
+        self._reader = threading.Thread(target=self._listen, name="guard-link", daemon=True)
+
+    @classmethod
+    def start(cls, robot: Ros2Robot, motion: MotionConfig) -> Self:
+        """Return the guard of a robot that listens to velocities.
+
+        Raises BenchbotError when nobody listens within the declared `timing.wait_s`, or when a declared safety device
+        or the simulated clock is not there.
+        """
+        settings = robot.settings
+        guard = cls(
+            messages.Begin(
+                robot.name,
+                robot.base_frame,
+                robot.command,
+                settings.safety,
+                settings.timing.wait_s,
+                settings.use_sim_time,
+                motion,
+            )
+        )
+        try:
+            guard._await_armed()
+        except BaseException:
+            guard.close()
+            raise
+        guard._reader.start()
+        return guard
+
+    @property
+    def tripped(self) -> str | None:
+        """Why the robot was stopped for good, None when it was not."""
+        return self._trip.why if self._trip is not None else None
+
+    @property
+    def pid(self) -> int:
+        """The guard's process."""
+        return self._process.pid
+
+    def command(self, linear_mps: float, angular_radps: float) -> None:
+        """Command a velocity, without waiting; it is ramped to, and holds for the declared `command_timeout_s`.
+
+        Raises BenchbotError(failure=PLATFORM, ends_run=True) once the robot was stopped for safety.
+        """
+        if self._trip is None and not self._send(messages.Command(float(linear_mps), float(angular_radps))):
+            # The reading thread knows why, or will in a moment.
+            self._over.wait(END_S)
+            self._tripped(Trip("The guard process takes no commands.", FIND_OUT))
+        if self._trip is not None:
+            raise safety_stop(self._trip.why, self._trip.fix)
+
+    def stop(self, why: str) -> None:
+        """Stop the robot at once and for good: every later command raises. The first reason stays."""
+        trip = Trip(why, FIND_OUT)
+        self._tripped(trip)
+        self._send(messages.Stop(trip))
+
+    def close(self) -> None:
+        """Stop the robot and end the guard. Safe to call twice."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+        self._tripped(Trip("The run has ended.", "Start another one."))
+        # The guard sees the end; the reading thread as well, which closing alone would not wake.
+        with suppress(OSError):
+            self._connection.shutdown(socket.SHUT_RDWR)
+        if self._reader.is_alive() and self._reader is not threading.current_thread():
+            self._reader.join()
+        _end(self._process)
+        self._connection.close()
+        self._log.close()
+
+    def _send(self, message: messages.ToGuard) -> bool:
+        """Send a message, and say whether the guard can get it."""
+        try:
+            messages.send(self._connection, message)
+        except BlockingIOError:
+            # It hangs. Killed, it is replaced as one that died is.
+            self._process.kill()
+            return False
+        except OSError:
+            return False
+        return True
+
+    def _await_armed(self) -> None:
+        self._connection.settimeout(START_S + 3 * self._begin.wait_s)
+        try:
+            message = messages.receive_from_guard(self._connection)
+        except TimeoutError as error:
+            raise self._not_started("It did not say that it is ready in time.") from error
+        self._connection.settimeout(None)
+        if isinstance(message, messages.Refused):
+            raise BenchbotError(message.title, message.why, message.fix, failure=FailureClass.PLATFORM)
+        if message is None:
+            raise self._not_started(f"Its process ended. {self._last_words()}".strip())
+
+    def _not_started(self, why: str) -> BenchbotError:
+        return BenchbotError(
+            f"The guard of the robot '{self._begin.robot}' did not start.",
+            why,
+            f"See whether ROS 2 works here: benchbot doctor --robot {self._begin.robot}",
+            exit_code=ExitCode.INTERNAL,
+            failure=FailureClass.PLATFORM,
+        )
+
+    def _listen(self) -> None:
+        at_rest = False
+        while (message := messages.receive_from_guard(self._connection)) is not None:
+            if isinstance(message, messages.Tripped):
+                at_rest = True
+                self._tripped(message.trip)
+        self._tripped(Trip(f"The guard process died. {self._last_words()}".strip(), FIND_OUT))
+        self._over.set()
+        if not at_rest and not self._closed:
+            self._stop_by_another()
+
+    def _stop_by_another(self) -> None:
+        """Let a second guard tell the base to rest: the last word of the first may have been a velocity."""
+        process, connection, log = _spawn(msgspec.structs.replace(self._begin, stopped=self._trip))
+        with log, connection:
+            connection.settimeout(START_S + self._begin.wait_s)
+            # It is armed when the base listens; what it publishes then does not need this side any more.
+            with suppress(TimeoutError):
+                messages.receive_from_guard(connection)
+        _end(process)
+
+    def _tripped(self, trip: Trip) -> None:
+        with self._lock:
+            self._trip = self._trip or trip
+
+    def _last_words(self) -> str:
+        """Return the last line that the guard wrote to stderr; of a traceback, that is what went wrong."""
+        # The file's position is the guard's as well, so it stays untouched.
+        lines = os.pread(self._log.fileno(), MAX_LOG_BYTES, 0).decode(errors="replace").splitlines()
+        return next((line.strip() for line in reversed(lines) if line.strip()), "")
+
+
+def _spawn(begin: messages.Begin) -> tuple[subprocess.Popen[bytes], socket.socket, IO[bytes]]:
+    """Start a guard process; its stderr goes to a file, which never makes it wait."""
+    ours, theirs = messages.pair()
+    ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER_BYTES)
+    log = tempfile.TemporaryFile()  # noqa: SIM115 - the guard's link closes it
+    with theirs:
+        process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "benchbot_robot_ros2.guard", str(theirs.fileno())],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=log,
+            pass_fds=(theirs.fileno(),),
+            start_new_session=True,
+        )
+    with suppress(OSError):
+        messages.send(ours, begin)
+    return process, ours, log
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """Wait for a guard that was told to end; one that hangs is made to."""
+    try:
+        process.wait(END_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()

@@ -1,0 +1,93 @@
+"""What the driver and its guard say to each other: one MessagePack message per packet of a socket pair."""
+
+import socket
+
+import msgspec
+
+from benchbot.core.motion import MotionConfig
+from benchbot_robot_ros2.declaration import Safety, Topic
+from benchbot_robot_ros2.guard.state import Trip
+
+MAX_MESSAGE_BYTES = 65536
+
+
+class Begin(msgspec.Struct, tag="begin", frozen=True):
+    """The first message to a guard: the robot to guard; `stopped` when it is to be kept at rest from the beginning."""
+
+    robot: str
+    base_frame: str
+    command: Topic
+    safety: Safety
+    wait_s: float
+    use_sim_time: bool
+    motion: MotionConfig
+    stopped: Trip | None = None
+
+
+class Command(msgspec.Struct, tag="command", frozen=True):
+    """The velocity that the robot shall have now."""
+
+    linear_mps: float
+    angular_radps: float
+
+
+class Stop(msgspec.Struct, tag="stop", frozen=True):
+    """Stop the robot, for good."""
+
+    trip: Trip
+
+
+ToGuard = Begin | Command | Stop
+
+
+class Armed(msgspec.Struct, tag="armed", frozen=True):
+    """The robot listens: commands may come."""
+
+
+class Refused(msgspec.Struct, tag="refused", frozen=True):
+    """The robot cannot be guarded, so it shall not move: an error's words."""
+
+    title: str
+    why: str
+    fix: str
+
+
+class Tripped(msgspec.Struct, tag="tripped", frozen=True):
+    """The robot was stopped, for good."""
+
+    trip: Trip
+
+
+FromGuard = Armed | Refused | Tripped
+
+_to_guard: msgspec.msgpack.Decoder[ToGuard] = msgspec.msgpack.Decoder(ToGuard)
+_from_guard: msgspec.msgpack.Decoder[FromGuard] = msgspec.msgpack.Decoder(FromGuard)
+
+
+def pair() -> tuple[socket.socket, socket.socket]:
+    """Return two connected sockets that keep messages apart and tell each side of the other's end."""
+    return socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+
+
+def send(connection: socket.socket, message: ToGuard | FromGuard) -> None:
+    """Send without ever blocking; raises OSError when the other side is gone, or does not read for a long time."""
+    connection.send(msgspec.msgpack.encode(message), socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
+
+
+def receive_at_guard(connection: socket.socket) -> ToGuard | None:
+    """Return the next message to the guard, None at the end; blocks as the socket does."""
+    data = _received(connection)
+    return _to_guard.decode(data) if data else None
+
+
+def receive_from_guard(connection: socket.socket) -> FromGuard | None:
+    """Return the guard's next message, None at the end; blocks as the socket does."""
+    data = _received(connection)
+    return _from_guard.decode(data) if data else None
+
+
+def _received(connection: socket.socket) -> bytes:
+    try:
+        return connection.recv(MAX_MESSAGE_BYTES)
+    except ConnectionError:
+        return b""

@@ -1,0 +1,176 @@
+"""A robot's velocity under guard: what is published, and what the robot's safety devices say about it."""
+
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from benchbot.core.errors import BenchbotError, FailureClass
+from benchbot.core.motion import MotionConfig
+from benchbot_robot_ros2.declaration import DeadMan, Safety, Topic
+from benchbot_robot_ros2.guard.state import GuardState, Trip
+from benchbot_robot_ros2.guard.topic import VelocityPublisher
+from benchbot_robot_ros2.ramp import REST
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+# A simulated robot whose clock stands still does not move either; for longer than this, something else is wrong.
+CLOCK_STALL_S = 2.0
+# Looking at the graph costs little, but not nothing.
+GRAPH_PERIOD_S = 0.1
+LAST_ZEROS_STOPPED, LAST_ZEROS_AT_REST, LAST_ZEROS_PERIOD_S = 20, 4, 0.05
+
+Change = Callable[[GuardState, float], None]
+
+
+class GuardedVelocity:
+    """Publishes what a GuardState decides; e-stop and dead-man switch reach it from the node's thread.
+
+    An emergency stop must have a publisher for as long as the robot moves. That it is silent says nothing: many publish
+    only when the button changes.
+    """
+
+    def __init__(
+        self, node: "Node", command: Topic, base_frame: str, safety: Safety, motion: MotionConfig, *, use_sim_time: bool
+    ) -> None:
+        self.publisher = VelocityPublisher(node, command, base_frame)
+        self.use_sim_time = use_sim_time
+        self._node = node
+        self._safety = safety
+        self._state = GuardState(
+            motion, safety.command_timeout_s, safety.dead_man.timeout_s if safety.dead_man is not None else None
+        )
+        # A device's callback may stop the robot while the main thread is about to publish another velocity.
+        self._lock = threading.Lock()
+        self._last_s = self.now_s()
+        self._advanced_wall_s = self._looked_wall_s = time.monotonic()
+
+    @property
+    def trip(self) -> Trip | None:
+        """Why the robot is stopped, None when it is not."""
+        return self._state.trip
+
+    @property
+    def moving(self) -> bool:
+        """Whether the robot is commanded to move, or still brakes."""
+        return self._state.moving
+
+    def now_s(self) -> float:
+        """Return the robot's time: simulated, or this computer's own, which nobody can set."""
+        return self._node.get_clock().now().nanoseconds / 1e9 if self.use_sim_time else time.monotonic()
+
+    def listen_to_devices(self) -> None:
+        """Subscribe to the declared e-stop, whose publisher must be there, and dead-man switch."""
+        from rclpy.qos import qos_profile_sensor_data
+
+        if self._safety.e_stop is not None:
+            self._subscribe_e_stop(self._safety.e_stop)
+        if self._safety.dead_man is not None:
+            switch = self._safety.dead_man
+            self._node.create_subscription(
+                _switch_type(switch), switch.ros_topic, self._on_dead_man, qos_profile_sensor_data
+            )
+
+    def _subscribe_e_stop(self, topic: Topic) -> None:
+        from std_msgs.msg import Bool
+
+        from benchbot_robot_ros2.qos import mismatch, profile_for, wrong_type
+
+        profile = profile_for(self._node, topic)
+        problem = wrong_type(self._node, topic) or mismatch(self._node, topic, profile)
+        if topic.ros_type != "std_msgs/msg/Bool":
+            problem = f"it must be std_msgs/msg/Bool, true when the button is pressed, not {topic.ros_type}"
+        if problem:
+            raise BenchbotError(
+                f"The emergency stop {topic.ros_topic} cannot be heard.",
+                f"The robot would not stop when it is pressed: {problem}.",
+                "Mend driver.safety.e_stop in the robot's declaration, or what publishes it.",
+                failure=FailureClass.PLATFORM,
+            )
+        self._node.create_subscription(Bool, topic.ros_topic, self._on_e_stop, profile)
+
+    def missing(self, robot: str, waited_s: float) -> BenchbotError | None:
+        """Return the error for what a robot needs before it may move, and lacks: a base, a clock, its e-stop."""
+        if not self.publisher.heard:
+            return self.publisher.unheard(robot, waited_s)
+        if self.now_s() == 0:
+            return BenchbotError(
+                f"The robot '{robot}' has no clock.",
+                f"Its declaration says use_sim_time: true, but in {waited_s:g} s nobody published a time on /clock.",
+                "Start the simulator, or write use_sim_time: false for a robot that is not simulated.",
+                failure=FailureClass.PLATFORM,
+            )
+        if not self._has_e_stop:
+            return BenchbotError(
+                f"The robot '{robot}' has no emergency stop.",
+                f"Its declaration names one, but in {waited_s:g} s nobody published on its topic.",
+                "Start its node, or mend driver.safety.e_stop in the robot's declaration.",
+                failure=FailureClass.PLATFORM,
+            )
+        return None
+
+    @property
+    def _has_e_stop(self) -> bool:
+        return self._safety.e_stop is None or self._node.count_publishers(self._safety.e_stop.ros_topic) > 0
+
+    def update(self, *changes: Change) -> None:
+        """Tell the guard what is new, and publish what it decides; to be called at least every 20 ms."""
+        with self._lock:
+            now_s = self.now_s()
+            for change in changes:
+                change(self._state, now_s)
+            self._look_around(now_s)
+            velocity = self._state.step(now_s)
+            if velocity is not None:
+                self.publisher.publish(velocity)
+
+    def finish(self) -> None:
+        """Publish the last zeros: for a second when the robot was stopped, as a network may lose some."""
+        for _ in range(LAST_ZEROS_AT_REST if self.trip is None else LAST_ZEROS_STOPPED):
+            self.publisher.publish(REST)
+            time.sleep(LAST_ZEROS_PERIOD_S)
+
+    def _look_around(self, now_s: float) -> None:
+        wall_s = time.monotonic()
+        if now_s != self._last_s or not self._state.moving:
+            self._last_s, self._advanced_wall_s = now_s, wall_s
+        if wall_s - self._advanced_wall_s > CLOCK_STALL_S:
+            self._state.stop(
+                f"The robot's clock has stood still for {CLOCK_STALL_S:g} s while it moved.",
+                "See whether the simulator still runs; a robot that is not simulated needs use_sim_time: false.",
+            )
+        if self._state.moving and wall_s - self._looked_wall_s > GRAPH_PERIOD_S:
+            self._looked_wall_s = wall_s
+            if not self._has_e_stop:
+                self._state.stop(
+                    "The emergency stop is gone: nobody publishes it any more.",
+                    "See that its node runs and is in reach, then start the run again.",
+                )
+
+    def _on_e_stop(self, message: Any) -> None:
+        self._from_device(lambda state, _: state.e_stop(pressed=bool(message.data)))
+
+    def _on_dead_man(self, message: Any) -> None:
+        held = _held(message, self._safety.dead_man)
+        self._from_device(lambda state, now_s: state.dead_man(held=held, now_s=now_s))
+
+    def _from_device(self, change: Change) -> None:
+        with self._lock:
+            change(self._state, self.now_s())
+            if self._state.trip is not None:
+                self.publisher.publish(REST)
+
+
+def _held(message: Any, switch: DeadMan | None) -> bool:
+    if switch is None or switch.ros_type == "std_msgs/msg/Bool":
+        return bool(message.data)
+    return switch.button < len(message.buttons) and bool(message.buttons[switch.button])
+
+
+def _switch_type(switch: DeadMan) -> type[Any]:
+    from sensor_msgs.msg import Joy
+    from std_msgs.msg import Bool
+
+    switch_type: type[Any] = Joy if switch.ros_type == "sensor_msgs/msg/Joy" else Bool
+    return switch_type

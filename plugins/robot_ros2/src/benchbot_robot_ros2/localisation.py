@@ -1,0 +1,95 @@
+"""Where the base is: by its odometry, by a topic that says so, or by the transform tree."""
+
+from typing import TYPE_CHECKING, Any
+
+from benchbot.core.geometry import Pose
+from benchbot_robot_ros2.declaration import LocalisedByTransforms, Ros2Robot
+from benchbot_robot_ros2.messages import pose_of
+from benchbot_robot_ros2.streams import Sample, Stream
+
+if TYPE_CHECKING:
+    from benchbot_robot_ros2.transforms import TransformTree
+
+
+class Localisation:
+    """Follows the base in the map frame.
+
+    A topic that says where the base is comes late and seldom beside odometry, so it is used to correct odometry, as
+    REP-105 has it: its pose, and the way that odometry has seen since then.
+    """
+
+    def __init__(
+        self, robot: Ros2Robot, odometry: Stream, place: Stream | None = None, tree: "TransformTree | None" = None
+    ) -> None:
+        self._robot = robot
+        self._odometry = odometry
+        self._place = place
+        self._tree = tree
+        self._origin = Pose()
+        self._corrected: Sample | None = None
+        self._correction = Pose()
+
+    def start(self, start_pose: Pose) -> None:
+        """Let dead reckoning begin at `start_pose`, from where odometry is now."""
+        self._origin = start_pose @ self._travelled(None).inverse()
+        self._corrected = None
+
+    def odometry(self) -> Pose:
+        """Return where dead reckoning believes the base is, in the map frame."""
+        return self._origin @ self._travelled(None)
+
+    def pose(self) -> Pose:
+        """Return the best known pose of the base in the map frame.
+
+        Raises LookupError, with a sentence, when the transform tree does not know it.
+        """
+        if self._place is not None:
+            return self._correct(self._place) @ self._travelled(None)
+        if self._tree is not None and isinstance(self._robot.settings.localisation, LocalisedByTransforms):
+            return self._tree.lookup(self._robot.global_frame, self._robot.base_frame, None)
+        return self.odometry()
+
+    def way(self, stamp_ns: int) -> Pose:
+        """Return the base's pose now in the frame where it was at `stamp_ns`, by odometry of the last second."""
+        return self._travelled(stamp_ns).inverse() @ self._travelled(None)
+
+    def _correct(self, place: Stream) -> Pose:
+        newest = place.newest
+        if newest is not None and newest is not self._corrected:
+            self._corrected = newest
+            self._correction = base_pose(newest.message) @ self._travelled(newest.stamp_ns).inverse()
+        return self._correction
+
+    def _travelled(self, stamp_ns: int | None) -> Pose:
+        """Return odometry's pose at a time, or the newest; the nearest one known beyond the ends of its history."""
+        samples = self._odometry.samples
+        if not samples:
+            return Pose()
+        if stamp_ns is None or stamp_ns >= samples[-1].stamp_ns:
+            return base_pose(samples[-1].message)
+        after = next(number for number, sample in enumerate(samples) if sample.stamp_ns >= stamp_ns)
+        if after == 0:
+            return base_pose(samples[0].message)
+        first, second = samples[after - 1], samples[after]
+        share = (stamp_ns - first.stamp_ns) / (second.stamp_ns - first.stamp_ns)
+        return between(base_pose(first.message), base_pose(second.message), share)
+
+
+def base_pose(message: Any) -> Pose:
+    """Return the pose in a nav_msgs Odometry, or a geometry_msgs PoseStamped or PoseWithCovarianceStamped.
+
+    Raises ValueError when it is none.
+    """
+    pose = message.pose
+    return pose_of(pose.pose if hasattr(pose, "pose") else pose)
+
+
+def between(first: Pose, second: Pose, share: float) -> Pose:
+    """Return the pose at a share of the way from one pose to a near one: linear, the quaternion normalised after."""
+    a, b = first.rotation_xyzw, second.rotation_xyzw
+    sign = -1.0 if sum(p * q for p, q in zip(a, b, strict=True)) < 0 else 1.0
+    turned = [p + share * (sign * q - p) for p, q in zip(a, b, strict=True)]
+    norm = sum(value * value for value in turned) ** 0.5
+    x, y, z = (p + share * (q - p) for p, q in zip(first.translation_xyz, second.translation_xyz, strict=True))
+    qx, qy, qz, qw = (value / norm for value in turned)
+    return Pose((x, y, z), (qx, qy, qz, qw))

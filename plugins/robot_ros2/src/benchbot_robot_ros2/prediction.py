@@ -1,0 +1,73 @@
+"""Prediction: where the base is now, although its odometry comes late.
+
+Between a command and its effect in odometry lies a dead time: of the network, of the base, of what measures. A loop
+that steers by what it has already commanded, but not yet seen, overshoots and hunts. So the newest odometry is carried
+on by the commands that it cannot show yet (a predictor as Smith's, "Closer control of loops with dead time", Chemical
+Engineering Progress 53(5), 1957). At rest nothing is carried on.
+"""
+
+import math
+from collections import deque
+
+from benchbot.core.geometry import Pose
+from benchbot.core.motion import MotionConfig
+from benchbot_robot_ros2.ramp import REST, Velocity, clipped, ramped
+from benchbot_robot_ros2.standstill import STILL_MPS, STILL_RADPS, still, twist
+from benchbot_robot_ros2.streams import Sample
+
+STEP_S = 0.02
+# A start is measured when the command is far enough above noise; a base that takes longer than this does not answer it.
+CLEAR_FACTOR = 5.0
+LONGEST_DEAD_TIME_S = 0.5
+
+
+class Prediction:
+    """Notes commands, measures the dead time at every start from rest, and carries odometry on. Times in seconds."""
+
+    def __init__(self, motion: MotionConfig) -> None:
+        self.dead_time_s = 0.0
+        self._motion = motion
+        self._commands: deque[tuple[float, Velocity]] = deque([(-math.inf, REST)])
+        self._started_s: float | None = None
+
+    def note(self, command: Velocity, now_s: float) -> None:
+        """Note what is commanded from now on."""
+        command = clipped(command, self._motion)
+        last = self._commands[-1][1]
+        if command == last:
+            return
+        if last == REST:
+            clear = abs(command[0]) > CLEAR_FACTOR * STILL_MPS or abs(command[1]) > CLEAR_FACTOR * STILL_RADPS
+            self._started_s = now_s if clear else None
+        self._commands.append((now_s, command))
+        while len(self._commands) > 1 and self._commands[1][0] < now_s - 2 * LONGEST_DEAD_TIME_S:
+            self._commands.popleft()
+
+    def carry_on(self, odometry: list[Sample], now_s: float) -> tuple[Pose, Velocity]:
+        """Return the base's pose now in the frame of its newest odometry, and its velocity now."""
+        if not odometry:
+            return Pose(), REST
+        self._measure(odometry)
+        newest = odometry[-1]
+        velocity = REST if still(newest.message) else Velocity(*twist(newest.message))
+        pose, time_s = Pose(), newest.arrived_s - self.dead_time_s
+        while time_s < now_s:
+            step_s = min(STEP_S, now_s - time_s)
+            before, velocity = velocity, ramped(velocity, self._commanded(time_s), step_s, self._motion)
+            way_m = (before.linear_mps + velocity.linear_mps) / 2 * step_s
+            turned_rad = (before.angular_radps + velocity.angular_radps) / 2 * step_s
+            pose = pose @ Pose.planar(way_m * math.cos(turned_rad / 2), way_m * math.sin(turned_rad / 2), turned_rad)
+            time_s += step_s
+        return pose, velocity
+
+    def _commanded(self, time_s: float) -> Velocity:
+        return next((command for since_s, command in reversed(self._commands) if since_s <= time_s), REST)
+
+    def _measure(self, odometry: list[Sample]) -> None:
+        if self._started_s is None:
+            return
+        since = [sample for sample in odometry if sample.arrived_s >= self._started_s]
+        moving = next((sample for sample in since if not still(sample.message)), None)
+        if moving is not None:
+            self.dead_time_s = min(moving.arrived_s - self._started_s, LONGEST_DEAD_TIME_S)
+            self._started_s = None

@@ -1,0 +1,34 @@
+"""Standing still, as odometry tells it."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from benchbot_robot_ros2.streams import Sample
+
+# Below this, a measured velocity is noise: gyroscopes and visual odometry never say exactly zero. A robot that brakes
+# through 0.01 m/s at 1 m/s² stops within 0.05 mm.
+STILL_MPS, STILL_RADPS = 0.01, 0.02
+# For how long: odometry comes late, and one message may be an accident.
+REST_S = 0.1
+
+
+def twist(message: Any) -> tuple[float, float]:
+    """Return the base's velocity in an Odometry message: m/s along +x and rad/s about +z."""
+    return float(message.twist.twist.linear.x), float(message.twist.twist.angular.z)
+
+
+def still(message: Any) -> bool:
+    """Say whether an Odometry message shows no motion."""
+    linear_mps, angular_radps = twist(message)
+    return abs(linear_mps) < STILL_MPS and abs(angular_radps) < STILL_RADPS
+
+
+def rested(odometry: Iterable[Sample], since_s: float) -> bool:
+    """Say whether the messages that came after `since_s` end with standing still for long enough."""
+    still_since_s = newest_s = since_s
+    for sample in odometry:
+        if sample.arrived_s >= since_s:
+            newest_s = sample.arrived_s
+            if not still(sample.message):
+                still_since_s = newest_s
+    return newest_s - still_since_s >= REST_S

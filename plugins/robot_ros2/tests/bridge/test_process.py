@@ -1,0 +1,125 @@
+"""How a bridge begins and ends: by a signal, by kill -9, by the end of its camera; and in the system's time."""
+
+import os
+import signal
+import time
+from collections.abc import Iterable
+from typing import Any
+
+import pytest
+
+from benchbot.core import plugins
+from benchbot.core.catalog import Catalog
+from benchbot.core.platform import Simulation
+from benchbot_robot_ros2.bridge import ros_node
+from benchbot_robot_ros2.bridge.camera_process import Album
+from benchbot_robot_ros2.bridge.robot import BridgedRobot
+from benchbot_robot_ros2.messages import message_type
+from plugins.robot_ros2.tests.bridge.bridged import (
+    SAMPLE,
+    bridge,
+    children_of,
+    is_running,
+    listener,
+    simulator,
+    time_of,
+    until,
+)
+
+ODOMETRY = ("/odom", "nav_msgs/msg/Odometry")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_in_order(domain: int, number: signal.Signals) -> None:
+    with bridge(*SAMPLE) as process:
+        (camera,) = children_of(process.pid)
+        process.send_signal(number)
+
+        assert process.wait(60) == 0
+        assert not is_running(camera)
+        assert process.stderr
+        assert process.stderr.read().endswith("The bridge has ended.\n")
+
+
+def test_kill_9_leaves_no_process(domain: int) -> None:
+    with bridge(*SAMPLE) as process:
+        (camera,) = children_of(process.pid)
+        process.kill()
+        process.wait()
+
+        until(lambda: not is_running(camera), "the camera is gone")
+
+
+def test_without_its_camera_the_bridge_says_so_and_ends(domain: int) -> None:
+    with bridge(*SAMPLE) as process:
+        (camera,) = children_of(process.pid)
+        os.kill(camera, signal.SIGKILL)
+
+        assert process.wait(60) == 3
+        assert process.stderr
+        said = process.stderr.read()
+        assert "The camera's process ended." in said
+        assert "SIGKILL" in said
+
+
+def test_a_camera_that_hangs_holds_up_neither_the_robot_nor_the_end(domain: int) -> None:
+    with bridge(*SAMPLE) as process, listener() as robot:
+        (camera,) = children_of(process.pid)
+        os.kill(camera, signal.SIGSTOP)
+        for _ in range(5):
+            robot.newer(*ODOMETRY)
+        process.terminate()
+
+        assert process.wait(60) == 0
+        assert not is_running(camera)
+
+
+def test_wall_time_is_the_systems_and_has_no_clock_topic(domain: int) -> None:
+    before_ns = time.time_ns()
+    with bridge(*SAMPLE, "--wall-time", "--namespace", "robot_1") as process, listener() as robot:
+        stamp_ns = time_of(robot.newer("/robot_1/odom", "nav_msgs/msg/Odometry"))
+        assert before_ns < stamp_ns < time.time_ns()
+        expected = {"/robot_1/scan", "/robot_1/cmd_vel", "/robot_1/camera/color/image_raw"}
+        until(lambda: expected <= dict(robot.node.get_topic_names_and_types()).keys(), "its topics")
+        until(lambda: ("benchbot_bridge", "/robot_1") in robot.node.get_node_names_and_namespaces(), "its node")
+        assert "/clock" not in dict(robot.node.get_topic_names_and_types())
+        assert process.poll() is None
+
+
+def test_an_invalid_namespace_is_explained(domain: int) -> None:
+    with pytest.raises(AssertionError, match="'robot-1' is not a namespace"), bridge(*SAMPLE, "--namespace", "robot-1"):
+        pass
+
+
+def test_only_what_somebody_subscribes_to_is_pictured(domain: int) -> None:
+    sample = BridgedRobot(Catalog(plugins.load()).get("robots", "sample_robot").data, "", {}, "unused")
+    camera = Recalling(simulator("arena:1"))
+    with ros_node.node("camera", "") as node, listener() as somebody:
+        album = Album(node, sample)
+        album.publish(camera, 1)
+        assert camera.asked == []
+        heard: list[Any] = []
+        image, info = message_type("sensor_msgs/msg/Image"), message_type("sensor_msgs/msg/CameraInfo")
+        somebody.node.create_subscription(image, "/camera/depth/image_raw", heard.append, 1)
+        somebody.node.create_subscription(info, "/camera/depth/camera_info", heard.append, 1)
+
+        def seen() -> bool:
+            album.publish(camera, 2)
+            return len(heard) > 1
+
+        until(seen, "a picture")
+
+    assert camera.asked[-1] == ("image_depth", "image_depth_info")
+    assert not any("image_rgb" in channels for channels in camera.asked)
+
+
+class Recalling:
+    """A simulator that remembers what it was asked to observe."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self.asked: list[tuple[str, ...]] = []
+        self._simulation = simulation
+
+    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+        self.asked.append(tuple(channels))
+        return self._simulation.observe(self.asked[-1])

@@ -1,0 +1,37 @@
+import socket
+from collections.abc import Iterator
+
+import pytest
+
+from benchbot_robot_ros2 import ros
+
+
+@pytest.fixture
+def domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+    """A DDS domain that no other test uses now, on loopback only, for this process and its children."""
+    with _free_domain() as (number, _):
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+        monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        yield number
+
+
+class _free_domain:  # noqa: N801
+    """Holds the first free number: the kernel frees the socket that stands for it, however the process ends."""
+
+    def __enter__(self) -> tuple[int, socket.socket]:
+        # Up to 101 a domain's ports lie below those that the kernel gives to clients.
+        for number in range(1, 102):
+            self._lock = socket.socket(socket.AF_UNIX)
+            try:
+                self._lock.bind(f"\0benchbot-test-ros-domain-{number}")
+            except OSError:
+                self._lock.close()
+            else:
+                return number, self._lock
+        raise RuntimeError("every ROS domain is in use")
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.close()
+
+
+ros.prepare()

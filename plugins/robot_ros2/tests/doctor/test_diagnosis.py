@@ -1,0 +1,271 @@
+"""`benchbot doctor --robot` against robots on real DDS, well and ill."""
+
+import contextlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import yaml
+from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, Image, Joy, LaserScan
+from std_msgs.msg import Bool, String
+from std_srvs.srv import Trigger
+
+from benchbot.core.errors import BenchbotError
+from benchbot.core.findings import Finding, Level
+from benchbot.core.platform import PlatformSpec
+from benchbot_robot_ros2 import ros
+from benchbot_robot_ros2.doctor import diagnosis
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+CART = """\
+name: cart
+type: ros2
+global_frame: map
+robot_frame: base_link
+poses: [base_link, camera_optical, lidar]
+frames:
+  camera_optical: {xyz: [0.1, 0, 1], rpy_deg: [-90, 0, -90]}
+  lidar: {xyz: [0, 0, 0.3]}
+camera: {frame: camera_optical}
+laser: {frame: lidar}
+footprint: {radius_m: 0.2}
+connections:
+  image_rgb: {connection: ros_to_api, ros_topic: /camera/image_raw, ros_type: sensor_msgs/msg/Image}
+  image_rgb_info: {connection: ros_to_api, ros_topic: /camera/camera_info, ros_type: sensor_msgs/msg/CameraInfo}
+  laser: {connection: ros_to_api, ros_topic: /scan, ros_type: sensor_msgs/msg/LaserScan}
+  poses: {connection: ros_to_api}
+  move_angle: {connection: api_to_ros, ros_topic: /cmd_vel, ros_type: geometry_msgs/msg/Twist}
+driver:
+  odometry: {ros_topic: /odom, ros_type: nav_msgs/msg/Odometry}
+  return_to_start: {by: service, ros_service: /reset}
+  safety: {e_stop: {ros_topic: /e_stop, ros_type: std_msgs/msg/Bool}}
+"""
+SECONDS = 1.0
+Publishing = Callable[[], Any]
+
+
+class Cart:
+    """A robot that publishes at 20 Hz; what it does is changed before it starts."""
+
+    def __init__(self) -> None:
+        self.types: dict[str, Any] = {
+            "/camera/image_raw": Image,
+            "/camera/camera_info": CameraInfo,
+            "/scan": LaserScan,
+            "/odom": Odometry,
+            "/e_stop": Bool,
+        }
+        self.qos: dict[str, QoSProfile] = {}
+        self.stamp_offset_s = 0.0
+        self.encoding = "rgb8"
+        self.laser_frame = "lidar"
+        self.pressed = False
+        self.silent: set[str] = set()
+        self.listens: dict[str, Any] = {"/cmd_vel": Twist}
+        self.services = ["/reset"]
+        self.also: dict[str, Any] = {}
+
+    @contextlib.contextmanager
+    def running(self) -> "Iterator[Node]":
+        with ros.running_node("cart") as node:
+            for name, kind in self.listens.items():
+                node.create_subscription(kind, name, lambda _: None, 1)
+            for name in self.services:
+                node.create_service(Trigger, name, lambda _, response: response)
+            for name, kind in self.also.items():
+                node.create_publisher(kind, name, 1)
+            publishers = {
+                name: node.create_publisher(kind, name, self.qos.get(name, 1)) for name, kind in self.types.items()
+            }
+
+            def tick() -> None:
+                for name, publisher in publishers.items():
+                    if name not in self.silent:
+                        publisher.publish(self.message(node, self.types[name]))
+
+            node.create_timer(0.05, tick)
+            yield node
+
+    def message(self, node: "Node", kind: Any) -> Any:
+        message = kind()
+        if hasattr(message, "header"):
+            stamp_ns = node.get_clock().now().nanoseconds + int(self.stamp_offset_s * 1e9)
+            message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, 1_000_000_000)
+        if kind is Image:
+            message.header.frame_id = "camera_optical"
+            message.width, message.height, message.step, message.encoding = 8, 6, 24, self.encoding
+            message.data = bytes(8 * 6 * 3)
+        elif kind is CameraInfo:
+            message.header.frame_id = "camera_optical"
+            message.width, message.height = 8, 6
+            message.k = [8.0, 0.0, 4.0, 0.0, 8.0, 3.0, 0.0, 0.0, 1.0]
+            message.p = [8.0, 0.0, 4.0, 0.0, 0.0, 8.0, 3.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+        elif kind is LaserScan:
+            message.header.frame_id = self.laser_frame
+            message.angle_min, message.angle_max, message.angle_increment = -3.14, 3.14, 0.0628
+            message.range_min, message.range_max, message.ranges = 0.1, 10.0, [2.0] * 101
+        elif kind is Odometry:
+            message.header.frame_id, message.child_frame_id = "odom", "base_link"
+        elif kind is Joy:
+            message.buttons = [1, 0]
+        elif kind is Bool:
+            message.data = self.pressed
+        return message
+
+
+@pytest.fixture
+def cart(domain: int) -> Cart:
+    return Cart()
+
+
+def examine(changes: dict[str, Any] | None = None, seconds: float = SECONDS) -> dict[str, list[Finding]]:
+    """Return the findings by subject; what is wrong always comes with a fix."""
+    declaration = yaml.safe_load(CART)
+    declaration["driver"].update((changes or {}).get("driver", {}))
+    declaration["stops_before_contact"] = (changes or {}).get("stops_before_contact", False)
+    spec = PlatformSpec(declaration, "ground_truth", Path("unused"), {"seconds": seconds})
+    findings: dict[str, list[Finding]] = {}
+    for finding in diagnosis.diagnose(spec):
+        assert finding.level is Level.OK or finding.fix, finding
+        findings.setdefault(finding.subject, []).append(finding)
+    return findings
+
+
+def worst(findings: list[Finding]) -> Finding:
+    return max(findings, key=lambda finding: list(Level).index(finding.level))
+
+
+def broken(findings: dict[str, list[Finding]]) -> list[str]:
+    return [finding.subject for group in findings.values() for finding in group if finding.level is Level.BROKEN]
+
+
+def test_nothing_is_broken_on_a_healthy_robot(cart: Cart) -> None:
+    with cart.running():
+        found = examine()
+    assert broken(found) == []
+    for subject in ("graph", "clock", "topic /scan", "camera /camera/camera_info", "laser /scan", "return to start"):
+        assert worst(found[subject]).level is Level.OK, found[subject]
+    assert "/cart listens" in found["velocity /cmd_vel"][0].detail
+    assert "released" in found["e-stop"][0].detail
+    assert worst(found["dead-man switch"]).level is Level.WARNING
+
+
+def test_an_empty_domain_is_one_finding_and_not_one_per_topic(domain: int) -> None:
+    found = examine(seconds=0.3)
+    assert broken(found) == ["graph"]
+    assert str(domain) in found["graph"][0].detail
+    assert "LOCALHOST" in found["graph"][0].fix
+
+
+def test_topics_under_other_names_types_and_frames_are_named(cart: Cart) -> None:
+    del cart.types["/camera/image_raw"]
+    cart.types |= {"/camera/rgb/image_raw": Image, "/odom": String}
+    cart.laser_frame = "laser_link"
+    cart.silent = {"/camera/camera_info"}
+    cart.pressed = True
+    cart.listens = {"/cmd_vel": TwistStamped}
+    with cart.running():
+        found = examine()
+    assert "did you mean /camera/rgb/image_raw?" in found["topic /camera/image_raw"][0].detail
+    assert "std_msgs/msg/String" in found["topic /odom"][0].detail
+    assert "'laser_link'" in worst(found["topic /scan"]).detail
+    assert "/cart publishes it, but nothing came" in found["topic /camera/camera_info"][0].detail
+    assert found["e-stop"][0].detail == "it is pressed"
+    assert "geometry_msgs/msg/TwistStamped" in found["velocity /cmd_vel"][0].detail
+
+
+def test_incompatible_qos_old_stamps_and_unreadable_images_are_named(cart: Cart) -> None:
+    cart.qos["/odom"] = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    cart.stamp_offset_s = -60.0
+    cart.encoding = "nonsense"
+    reliable = {"ros_topic": "/odom", "ros_type": "nav_msgs/msg/Odometry", "qos": {"reliability": "reliable"}}
+    with cart.running():
+        found = examine({"driver": {"odometry": reliable, "return_to_start": {"by": "navigation"}}})
+    assert "reliability best_effort" in found["topic /odom"][0].detail
+    assert "/cart" in found["topic /odom"][0].detail
+    assert "60.0" in worst(found["topic /scan"]).detail
+    assert "chrony" in worst(found["topic /scan"]).fix
+    assert "nonsense" in found["image_rgb"][0].detail
+    assert "nobody offers the action /navigate_to_pose" in found["return to start"][0].detail
+
+
+def test_velocity_commands_nobody_hears_and_somebody_else_gives_are_named(cart: Cart) -> None:
+    cart.listens = {"/base/cmd_vel": TwistStamped}
+    cart.also = {"/cmd_vel": Twist}
+    cart.services = []
+    with cart.running():
+        found = examine()
+    nobody, rival = found["velocity /cmd_vel"]
+    assert nobody.level is Level.BROKEN
+    assert "/base/cmd_vel" in nobody.detail
+    assert rival.level is Level.WARNING
+    assert "/cart commands velocities, too" in rival.detail
+    assert "nobody offers the service /reset" in found["return to start"][0].detail
+
+
+def test_safety_devices_that_will_not_work_are_named(cart: Cart) -> None:
+    cart.types |= {"/joy": Joy, "/bumper": Bool}
+    cart.pressed = True
+    safety = {
+        "dead_man": {"ros_topic": "/joy", "ros_type": "sensor_msgs/msg/Joy", "button": 4},
+        "collision": {"ros_topic": "/bumper", "ros_type": "std_msgs/msg/Bool"},
+    }
+    with cart.running():
+        found = examine({"driver": {"safety": safety}})
+    assert "the joystick has 2" in found["dead-man switch"][0].detail
+    assert found["collision"][0].level is Level.WARNING
+    assert "none is declared" in found["e-stop"][0].detail
+
+
+def test_a_robot_that_cannot_see_ahead_is_refused_before_anything_is_looked_at(domain: int) -> None:
+    with pytest.raises(BenchbotError, match="cannot see what is ahead"):
+        examine({"driver": {"safety": {"obstacles": ["image_depth"]}}, "stops_before_contact": True})
+
+
+def test_two_robots_in_one_domain_are_named(cart: Cart) -> None:
+    with cart.running(), ros.running_node("intruder") as other:
+        other.create_publisher(LaserScan, "/scan", 1)
+        found = examine()
+    assert "/cart and /intruder publish it" in worst(found["topic /scan"]).detail
+
+
+@pytest.mark.parametrize(("declared", "published"), [(True, False), (False, True), (True, True)])
+def test_simulated_time_must_be_declared_and_published(cart: Cart, *, declared: bool, published: bool) -> None:
+    if published:
+        cart.also["/clock"] = Clock
+    with cart.running():
+        found = examine({"driver": {"use_sim_time": declared}})
+    finding = worst(found["clock"])
+    if declared:
+        assert finding.level is Level.BROKEN
+        assert ("stands still" if published else "nothing publishes /clock") in finding.detail
+    else:
+        assert finding.level is Level.WARNING
+        assert "use_sim_time: true" in finding.fix
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "level"),
+    [
+        ("ROS_DOMAIN_ID", "seven", Level.BROKEN),
+        ("ROS_DOMAIN_ID", "200", Level.WARNING),
+        ("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF", Level.BROKEN),
+        ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCAL", Level.BROKEN),
+        ("RMW_IMPLEMENTATION", "rmw_imaginary_cpp", Level.BROKEN),
+    ],
+)
+def test_a_wrong_environment_is_named_before_ros_starts(
+    monkeypatch: pytest.MonkeyPatch, variable: str, value: str, level: Level
+) -> None:
+    monkeypatch.setenv(variable, value)
+    finding = worst(list(diagnosis.environment()))
+    assert finding.level is level
+    assert value in finding.detail
+    assert finding.fix

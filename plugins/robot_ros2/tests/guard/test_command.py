@@ -1,0 +1,96 @@
+"""`benchbot guard`, on the robot's own computer, between the network and a base that never stops by itself."""
+
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from benchbot_robot_ros2.ros import running_node
+from plugins.robot_ros2.tests.guard.guarded import DEADLINE_S, Base
+
+BENCHBOT = (sys.executable, "-P", "-m", "benchbot.cli.app")
+
+
+class Host:
+    """Publishes velocities where the guard listens, while it is `driving`; and the clock, four times slower than real.
+
+    So a busy machine does not look like a network that fails.
+    """
+
+    def __init__(self, base: Base) -> None:
+        from geometry_msgs.msg import Twist
+        from rosgraph_msgs.msg import Clock
+
+        self.driving = threading.Event()
+        self._twist, self._clock = Twist(), Clock()
+        self._twist.linear.x = 9.0
+        self._clock.clock.sec = 1
+        self._clocks = base.node.create_publisher(Clock, "/clock", 1)
+        self._velocities = base.node.create_publisher(Twist, "/benchbot/cmd_vel", 1)
+        self._timer = base.node.create_timer(0.02, self._tick)
+
+    def _tick(self) -> None:
+        self._clock.clock.nanosec += 5_000_000
+        self._clock.clock.sec += self._clock.clock.nanosec // 1_000_000_000
+        self._clock.clock.nanosec %= 1_000_000_000
+        if self.driving.is_set():
+            self._velocities.publish(self._twist)
+        self._clocks.publish(self._clock)
+
+
+@contextmanager
+def guarding(*arguments: str) -> Iterator[subprocess.Popen[str]]:
+    process = subprocess.Popen(
+        [*BENCHBOT, "guard", "--robot", "carter_ros2", *arguments], stderr=subprocess.PIPE, text=True
+    )
+    with process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+@pytest.fixture
+def base(domain: int) -> Iterator[Base]:
+    from geometry_msgs.msg import Twist
+
+    with running_node("base") as node:
+        yield Base(node, Twist)
+
+
+def test_silence_of_the_network_stops_the_base_until_somebody_starts_anew(base: Base) -> None:
+    host = Host(base)
+    with guarding() as process:
+        assert process.stderr is not None
+        assert "velocities from /benchbot/cmd_vel go to /cmd_vel" in process.stderr.readline()
+        host.driving.set()
+        base.until_moving()
+        host.driving.clear()
+        base.until_stopped()
+        assert "No velocity command came" in process.stderr.readline()
+        assert "may move again" in process.stderr.readline()
+        base.forget()
+        host.driving.set()
+        base.until_moving()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(DEADLINE_S) == 0
+    base.until_stopped()
+
+
+@pytest.mark.usefixtures("domain")
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--robot", "carter"], "no ROS 2 robot"),
+        (["--robot", "cartre"], "not a known robot"),
+        (["--robot", "carter_ros2", "--in", "/cmd_vel"], "listen to itself"),
+    ],
+)
+def test_what_cannot_be_guarded_is_said(arguments: list[str], words: str) -> None:
+    done = subprocess.run([*BENCHBOT, "guard", *arguments], capture_output=True, text=True, check=False)
+    assert words in done.stderr
+    assert done.returncode == 2

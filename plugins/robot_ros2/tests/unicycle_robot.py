@@ -1,0 +1,206 @@
+"""A robot for the tests, in a process of its own: a unicycle in front of a wall, that misbehaves when told to.
+
+`python unicycle_robot.py OPTIONS` with a JSON object that changes some of `DEFAULTS`. Once it says "ready", a JSON
+object on its standard input changes more of them; each line is answered by one with the robot's true state. The end of
+the input ends the robot.
+"""
+
+import json
+import math
+import sys
+import threading
+import time
+from typing import Any
+
+import numpy as np
+import rclpy
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, LaserScan
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+
+DEFAULTS: dict[str, Any] = {
+    "simulated": False,  # publishes /clock
+    "pace": 1.0,  # seconds of simulated time per second
+    "clock_offset_s": 0.0,  # of /clock and stamps
+    "wall_x_m": 5.0,
+    "odometry_delay_s": 0.0,
+    "twist_noise": 0.0,
+    "odometry_scale": 1.0,  # what odometry makes of a metre
+    "off_start_m": 0.0,  # where a reset puts the robot
+    "collides": False,
+    "silent": [],  # topics that nothing comes on
+    "absent": [],  # topics that do not exist
+    "stale": [],  # topics whose stamps stand still
+    "stamp_offset_s": {},  # by topic
+    "frames": {},  # other frames, by topic
+    "reliability": {},  # by topic
+    "compressed": False,  # the image has another type than usual
+}
+TICK_S, ACCELERATION_MPS2, ACCELERATION_RADPS2, COMMAND_TIMEOUT_S = 0.02, 2.0, 4.0, 0.2
+RADIUS_M, LASER_X_M, BEAMS = 0.2, 0.05, 72
+TOPICS = {
+    "/odom": Odometry,
+    "/truth": Odometry,
+    "/scan": LaserScan,
+    "/image": Image,
+    "/camera_info": CameraInfo,
+    "/collision": Bool,
+    "/clock": Clock,
+}
+FRAMES = {"/odom": "odom", "/truth": "map", "/scan": "lidar", "/image": "camera", "/camera_info": "camera"}
+
+
+class Robot:
+    def __init__(self, options: dict[str, Any]) -> None:
+        self.options = DEFAULTS | options
+        self.node = rclpy.create_node("unicycle")
+        self.x = self.y = self.yaw = self.v = self.w = self.travelled = 0.0
+        self.collided = False
+        self.command, self.commanded_s = (0.0, 0.0), -math.inf
+        self.time_s = 100.0
+        self.frozen: dict[str, float] = {}
+        self.late: list[tuple[float, Odometry]] = []
+        self.random = np.random.default_rng(0)
+        self.publishers = {topic: self._publisher(topic, kind) for topic, kind in TOPICS.items()}
+        self.node.create_subscription(Twist, "/cmd_vel", self._on_command, 1)
+        self.node.create_service(Trigger, "/reset", self._on_reset)
+
+    def _publisher(self, topic: str, kind: Any) -> Any:
+        if topic in self.options["absent"] or (topic == "/clock" and not self.options["simulated"]):
+            return None
+        if topic == "/image" and self.options["compressed"]:
+            kind = CompressedImage
+        reliability = self.options["reliability"].get(topic, "reliable")
+        return self.node.create_publisher(
+            kind, topic, QoSProfile(depth=5, reliability=ReliabilityPolicy[reliability.upper()])
+        )
+
+    def _on_command(self, message: Twist) -> None:
+        self.command, self.commanded_s = (message.linear.x, message.angular.z), self.time_s
+
+    def _on_reset(self, _request: Any, response: Any) -> Any:
+        self.x, self.y, self.yaw, self.v, self.w, self.travelled = self.options["off_start_m"], 0.0, 0.0, 0.0, 0.0, 0.0
+        self.collided = False
+        response.success = True
+        return response
+
+    def now_s(self) -> float:
+        simulated: float = self.time_s + self.options["clock_offset_s"]
+        return simulated if self.options["simulated"] else time.time()
+
+    def advance(self, dt: float, tick: int) -> None:
+        self.time_s += dt
+        wanted = self.command if self.time_s - self.commanded_s < COMMAND_TIMEOUT_S else (0.0, 0.0)
+        self.v += max(-ACCELERATION_MPS2 * dt, min(ACCELERATION_MPS2 * dt, wanted[0] - self.v))
+        self.w += max(-ACCELERATION_RADPS2 * dt, min(ACCELERATION_RADPS2 * dt, wanted[1] - self.w))
+        x = self.x + self.v * dt * math.cos(self.yaw + self.w * dt / 2)
+        if self.options["collides"] or x + RADIUS_M > self.options["wall_x_m"]:
+            self.collided, self.v, x = True, 0.0, self.x
+        self.y += self.v * dt * math.sin(self.yaw + self.w * dt / 2)
+        self.x, self.yaw, self.travelled = x, self.yaw + self.w * dt, self.travelled + abs(self.v) * dt
+        self.publish(tick)
+
+    def publish(self, tick: int) -> None:
+        if self.options["simulated"]:
+            self.send("/clock", Clock(clock=stamp(self.now_s())))
+        self.late.append((self.time_s + self.options["odometry_delay_s"], self.odometry("/odom")))
+        while self.late and self.late[0][0] <= self.time_s + 1e-9:
+            self.send("/odom", self.late.pop(0)[1])
+        self.send("/truth", self.odometry("/truth"))
+        if tick % 5 == 0:
+            self.send("/scan", self.scan())
+            self.send("/image", self.image())
+            info = CameraInfo(width=8, height=6, k=[4.0, 0, 3.5, 0, 4.0, 2.5, 0, 0, 1.0])
+            info.p = [4.0, 0, 3.5, 0, 0, 4.0, 2.5, 0, 0, 0, 1.0, 0]
+            self.send("/camera_info", self.headed(info, "/camera_info"))
+            self.send("/collision", Bool(data=self.collided))
+
+    def send(self, topic: str, message: Any) -> None:
+        publisher = self.publishers[topic]
+        if publisher is not None and topic not in self.options["silent"]:
+            publisher.publish(message)
+
+    def headed(self, message: Any, topic: str) -> Any:
+        now_s = self.now_s()
+        if topic in self.options["stale"]:
+            now_s = self.frozen.setdefault(topic, now_s)
+        message.header.stamp = stamp(max(0.0, now_s + self.options["stamp_offset_s"].get(topic, 0.0)))
+        message.header.frame_id = self.options["frames"].get(topic, FRAMES[topic])
+        return message
+
+    def odometry(self, topic: str) -> Odometry:
+        message = self.headed(Odometry(child_frame_id="base_link"), topic)
+        scale = self.options["odometry_scale"] if topic == "/odom" else 1.0
+        # Odometry has its own origin, and heads elsewhere.
+        x, y, yaw = self.x * scale, self.y * scale, self.yaw
+        if topic == "/odom":
+            x, y, yaw = 3.0 - y, 4.0 + x, yaw + math.pi / 2
+        message.pose.pose.position.x, message.pose.pose.position.y = x, y
+        message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+        noise = self.options["twist_noise"] * self.random.standard_normal(2)
+        message.twist.twist.linear.x, message.twist.twist.angular.z = self.v + noise[0], self.w + noise[1]
+        return message
+
+    def scan(self) -> LaserScan:
+        angles = -math.pi + np.arange(BEAMS) * 2 * math.pi / BEAMS
+        laser_x = self.x + LASER_X_M * math.cos(self.yaw)
+        towards = np.cos(angles + self.yaw)
+        with np.errstate(divide="ignore"):
+            ranges = np.where(towards > 1e-6, (self.options["wall_x_m"] - laser_x) / towards, np.inf)
+        message = LaserScan(angle_min=-math.pi, angle_increment=2 * math.pi / BEAMS, range_min=0.05, range_max=30.0)
+        message.angle_max = float(angles[-1])
+        message.ranges = ranges.astype(np.float32).tolist()
+        return self.headed(message, "/scan")
+
+    def image(self) -> Any:
+        if self.options["compressed"]:
+            return self.headed(CompressedImage(format="jpeg"), "/image")
+        # The brightness tells how far the robot has come, in centimetres.
+        value = round(100 * self.x) % 256
+        return self.headed(Image(height=6, width=8, encoding="rgb8", step=24, data=bytes([value] * 144)), "/image")
+
+    def state(self) -> dict[str, Any]:
+        return {"x": self.x, "y": self.y, "yaw": self.yaw, "v": self.v, "w": self.w, "collided": self.collided}
+
+
+def stamp(seconds: float) -> Time:
+    return Time(sec=int(seconds), nanosec=int(seconds % 1 * 1e9))
+
+
+def main() -> None:
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    robot = Robot(json.loads(sys.argv[1]) if len(sys.argv) > 1 else {})
+    lock, over = threading.Lock(), threading.Event()
+
+    def obey() -> None:
+        for line in sys.stdin:
+            with lock:
+                robot.options.update(json.loads(line))
+                print(json.dumps(robot.state()), flush=True)
+        over.set()  # whoever started this robot is gone
+
+    threading.Thread(target=obey, daemon=True).start()
+    print("ready", flush=True)
+    tick, due_s, last_s = 0, time.monotonic(), time.monotonic()
+    while not over.is_set():
+        rclpy.spin_once(robot.node, timeout_sec=max(0.0, due_s - time.monotonic()))
+        now_s = time.monotonic()
+        if now_s < due_s:
+            continue
+        simulated = robot.options["simulated"]
+        with lock:
+            robot.advance(TICK_S if simulated else now_s - last_s, tick)
+        last_s, tick = now_s, tick + 1
+        due_s = max(due_s, now_s - TICK_S) + (TICK_S / robot.options["pace"] if simulated else TICK_S)
+    robot.node.destroy_node()
+    rclpy.shutdown()
+
+
+if __name__ == "__main__":
+    main()
