@@ -1,0 +1,1 @@
+"""Recordings of runs as MCAP files with ROS 2 messages."""

@@ -1,0 +1,20 @@
+"""The plug-in's hook: one recorder. The libraries that write MCAP are imported when a recording starts."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from benchbot import hookimpl
+from benchbot.core.hookspecs import Recorder
+from benchbot.core.recording import Recording
+
+
+def _create(folder: Path) -> Recording:
+    from benchbot_record_mcap.recording import McapRecording
+
+    return McapRecording(folder)
+
+
+@hookimpl
+def benchbot_recorders() -> Iterator[Recorder]:
+    """Yield `mcap`."""
+    yield Recorder("mcap", _create)

@@ -1,0 +1,100 @@
+"""The recorder `mcap`: everything that a session observed and did, as a rosbag2 directory."""
+
+import threading
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.progress import Progress, Step
+from benchbot_record_mcap import topics
+from benchbot_record_mcap.bag import Bag
+
+EPISODE_START_NS = 1_000_000_000
+"""The stamp of an episode's start, the same for every run: to tf2 and rclpy, a stamp of zero means 'no time'."""
+
+
+class McapRecording:
+    """Writes one MCAP file and, at the end, the `metadata.yaml` that makes the folder a rosbag2 directory.
+
+    Stamps are `EPISODE_START_NS` plus the episode's simulated time, which goes on from scene to scene. An observation
+    taken at the same instant as the one before is stamped a nanosecond later, so that tf2 never has two transforms for
+    one stamp. Raises BenchbotError when the folder holds a recording already, and when something cannot be written.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._lock = threading.Lock()
+        self._failure: BenchbotError | None = None
+        self._closed = False
+        self._time_ns = 0
+        self._bag: Bag
+        self._writing(self._prepare_folder)
+        self._writing(self._begin)
+
+    def reset(self) -> None:
+        """Start the file over."""
+        with self._lock:
+            self._require_open()
+            self._failure = None
+            self._bag.abandon()
+            self._writing(self._begin)
+
+    def step(self, action: str | None, arguments: Mapping[str, Any], step: Step, progress: Progress) -> None:
+        """Write one step. After a failure every later step fails likewise, up to the next reset."""
+        with self._lock:
+            self._require_open()
+            if self._failure is not None:
+                raise self._failure
+            now_ns = EPISODE_START_NS + round(progress.simulated_time_s * 1e9)
+            time_ns = max(now_ns, self._time_ns + 1)
+            messages = list(topics.of_step(action, arguments, step, progress, time_ns))
+            self._writing(lambda: self._bag.write(time_ns, messages))
+            self._time_ns = time_ns
+
+    def close(self) -> None:
+        """Write index and metadata. After a failure, which was told, leave what was written before it."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+            if self._failure is None:
+                self._writing(self._bag.finish)
+
+    def _prepare_folder(self) -> None:
+        self._folder.mkdir(parents=True, exist_ok=True)
+        found = [*self._folder.glob("*.mcap"), *self._folder.glob("metadata.yaml")]
+        if found:
+            raise BenchbotError(
+                f"{self._folder} holds a recording already.",
+                f"There is {found[0].name}, and a recording is never overwritten.",
+                "Record into another folder, or remove this one first.",
+            )
+
+    def _begin(self) -> None:
+        self._time_ns = 0
+        self._bag = Bag(self._folder)
+
+    def _require_open(self) -> None:
+        if self._closed:
+            raise BenchbotError(
+                "The recording has ended.",
+                "The run that it belongs to is over.",
+                "Start another run: benchbot run …",
+                exit_code=ExitCode.INTERNAL,
+                failure=FailureClass.INFRASTRUCTURE,
+            )
+
+    def _writing(self, write: Callable[[], None]) -> None:
+        """Write; a file system that refuses is told in words, and what was written before stays readable."""
+        try:
+            write()
+        except OSError as error:
+            self._failure = BenchbotError(
+                f"The recording in {self._folder} cannot be written.",
+                f"{error.strerror or error}.",
+                "Make room, or record into a folder on a disk that has some and that you may write to.",
+                exit_code=ExitCode.SUBMISSION_FAILED,
+                failure=FailureClass.INFRASTRUCTURE,
+            )
+            raise self._failure from error
