@@ -1,3 +1,5 @@
+"""What every test has in common."""
+
 from hypothesis import settings
 
 # A busy machine makes nothing wrong: no test has a deadline.
