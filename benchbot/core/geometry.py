@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,6 +92,15 @@ class Pose:
         ]
         matrix[:3, 3] = self.translation_xyz
         return matrix
+
+    def record(self, parent_frame: str) -> dict[str, Any]:
+        """Return the pose as the channel `poses` has it: metres, radians, float64."""
+        return {
+            "parent_frame": parent_frame,
+            "translation_xyz": np.array(self.translation_xyz, np.float64),
+            "rotation_rpy": np.array(self.rpy_rad, np.float64),
+            "rotation_xyzw": np.array(self.rotation_xyzw, np.float64),
+        }
 
     def __matmul__(self, other: "Pose") -> "Pose":
         """Return self ∘ other: `other` expressed in the frame of which `self` is a pose."""

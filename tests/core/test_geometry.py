@@ -64,3 +64,11 @@ def test_a_mount_turns_about_the_fixed_axes_x_then_y_then_z() -> None:
     assert np.allclose(optical.matrix()[:3, :3], [[0, 0, 1], [-1, 0, 0], [0, -1, 0]])  # z forwards, x right, y down
     assert optical.translation_xyz == (0.1, 0.2, 1.0)
     assert np.allclose(np.degrees(Pose.from_xyz_rpy_deg((0, 0, 0), (10, 20, 30)).rpy_rad), (10, 20, 30))
+
+
+def test_poses_are_reported_in_float64() -> None:
+    record = Pose.planar(1, 2, 0.5).record("map")
+    assert record["parent_frame"] == "map"
+    assert record["translation_xyz"].tolist() == [1, 2, 0]
+    assert record["rotation_rpy"] == pytest.approx([0, 0, 0.5])
+    assert {record[key].dtype for key in ("translation_xyz", "rotation_rpy", "rotation_xyzw")} == {np.dtype(np.float64)}

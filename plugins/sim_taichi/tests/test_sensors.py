@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from benchbot.core.errors import BenchbotError
-from benchbot.core.geometry import Pose
 from benchbot_sim_taichi.renderer import Frame
 from benchbot_sim_taichi.scene import Instance
-from benchbot_sim_taichi.sensors import Camera, Labels, mount, pose_record
+from benchbot_sim_taichi.sensors import Camera, Labels, mount
 
 CAMERA = Camera("camera_left", 2, 2, 1.0, 1.0, 0.5, 0.5, (0.1, 5.0))
 
@@ -83,11 +82,3 @@ def test_an_optical_frame_looks_along_the_robot() -> None:
 def test_roll_pitch_and_yaw_are_about_static_axes() -> None:
     pose = mount({"xyz": [0, 0, 0], "rpy_deg": [10, 20, 30]})
     assert np.degrees(pose.rpy_rad) == pytest.approx([10, 20, 30])
-
-
-def test_poses_are_reported_in_float64() -> None:
-    record = pose_record(Pose.planar(1, 2, 0.5), "map")
-    assert record["parent_frame"] == "map"
-    assert record["translation_xyz"].tolist() == [1, 2, 0]
-    assert record["rotation_rpy"] == pytest.approx([0, 0, 0.5])
-    assert {record[key].dtype for key in ("translation_xyz", "rotation_rpy", "rotation_xyzw")} == {np.dtype(np.float64)}

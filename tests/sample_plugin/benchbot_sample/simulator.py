@@ -188,7 +188,7 @@ class SampleSimulator:
     def _poses(self) -> dict[str, Any]:
         base = self.odometry() if self._localisation == "noisy" else self.pose()
         offered = {"base_link": base, "initial_pose": self._start, "camera": base @ view.CAMERA_TO_BASE, "lidar": base}
-        return {name: _pose_record(offered[name]) for name in self._frames}
+        return {name: offered[name].record("map") for name in self._frames}
 
 
 def _safety_stop(why: str) -> BenchbotError:
@@ -220,13 +220,4 @@ def _camera_info() -> dict[str, Any]:
         "width": view.WIDTH,
         "matrix_intrinsics": view.INTRINSICS.copy(),
         "matrix_projection": np.hstack([view.INTRINSICS, np.zeros((3, 1))]),
-    }
-
-
-def _pose_record(pose: Pose) -> dict[str, Any]:
-    return {
-        "parent_frame": "map",
-        "translation_xyz": np.array(pose.translation_xyz),
-        "rotation_rpy": np.array(pose.rpy_rad),
-        "rotation_xyzw": np.array(pose.rotation_xyzw),
     }

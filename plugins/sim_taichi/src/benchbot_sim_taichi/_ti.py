@@ -66,6 +66,17 @@ def upload(array: npt.NDArray[Any]) -> Any:
     return device
 
 
+def empty_words(size: int) -> Any:
+    """32-bit integers without a value yet, in the memory that kernels work in."""
+    return np.empty(size, np.int32) if _started == "cpu" else ti.ndarray(dtype=ti.i32, shape=size)
+
+
+def address(array: Any) -> int:
+    """Where a device array's first value lies; all kernels started before have finished when this returns."""
+    ti.sync()
+    return int(ti.lang.impl.get_runtime().prog.get_ndarray_data_ptr_as_int(array.arr))
+
+
 _SHORT_NAMES = {"float32": "f32", "int32": "i32", "uint8": "u8", "uint32": "u32"}
 
 

@@ -1,35 +1,60 @@
 """From exposed radiance to sRGB bytes: bloom, filmic tone curve, transfer function."""
 
+import functools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from benchbot_sim_taichi import _ti
+from benchbot_sim_taichi.frames import DeviceFrames
 
 FloatArray = npt.NDArray[np.float32]
 
 BLOOM_SHARE = 0.03
 BLOOM_CELL_PIXELS = 8
 BLOOM_WIDTHS = (0.012, 0.05)  # standard deviations, as shares of the picture's width
+BLOOM_REACH = 4  # standard deviations
 EXPOSURE_SCALE = 0.7
 BRIGHTEST = 12.0  # the tone curve is white before
 CURVE_STEPS = 2**14  # finer than a byte everywhere
 
 
-def develop(radiance: Any, width: int, height: int) -> npt.NDArray[np.uint8]:
-    """Linear sRGB radiance (3 per pixel, exposed so that 0.18 is middle grey) to sRGB bytes (3 per pixel)."""
+def develop(
+    radiance: Any, words: Any, rgb_at: int, count: int, width: int, height: int, buffer: Callable[[str, int], Any]
+) -> None:
+    """Linear sRGB radiance (3 per pixel, exposed so that 0.18 is middle grey) to sRGB bytes in `words`.
+
+    See `frames.DeviceFrames` for their order. `buffer` gives working memory of a name and a size.
+    """
     from benchbot_sim_taichi.kernels import develop as kernels
 
     rows, columns = -(-height // BLOOM_CELL_PIXELS), -(-width // BLOOM_CELL_PIXELS)
-    small = np.empty(rows * columns * 3, np.float32)
-    kernels.shrink(radiance, small, width, height, BLOOM_CELL_PIXELS, BRIGHTEST)
-    bloom = _scatter(small.reshape(rows, columns, 3), width / BLOOM_CELL_PIXELS)
-    picture = np.empty(width * height * 3, np.uint8)
-    kernels.expose(
-        radiance, _ti.upload(bloom.ravel()), _CURVE, picture, width, height, BLOOM_CELL_PIXELS, BLOOM_SHARE, BRIGHTEST
+    cells = count * rows * columns
+    small, scattered, bloom = buffer("small", cells * 3), buffer("scattered", cells * 6), buffer("bloom", cells * 3)
+    lens, reach = _lens(width)
+    kernels.shrink(radiance, small, count, width, height, BLOOM_CELL_PIXELS, BRIGHTEST)
+    kernels.scatter_down(small, lens, scattered, count, columns, rows, reach)
+    kernels.scatter_across(scattered, lens, bloom, count, columns, rows, reach)
+    size = (count, width, height)
+    kernels.expose(radiance, bloom, _curve(), words, rgb_at, *size, BLOOM_CELL_PIXELS, BLOOM_SHARE, BRIGHTEST)
+
+
+def develop_on_host(radiance: FloatArray) -> npt.NDArray[np.uint8]:
+    """(H, W, 3) sRGB bytes of one picture's (H, W, 3) radiance, as `path_trace` gives it."""
+    height, width = radiance.shape[:2]
+    frames = DeviceFrames.allocate(1, width, height, has_rgb=True)
+    develop(
+        _ti.upload(radiance.astype(np.float32).ravel()),
+        frames.words,
+        frames.rgb_at(0),
+        1,
+        width,
+        height,
+        lambda _, size: _ti.upload(np.zeros(size, np.float32)),
     )
-    return picture
+    return frames.to_host()[0].rgb
 
 
 def filmic(radiance: FloatArray) -> FloatArray:
@@ -48,23 +73,16 @@ def srgb_bytes(linear: FloatArray) -> npt.NDArray[np.uint8]:
     return np.round(encoded * 255).astype(np.uint8)
 
 
-_CURVE = srgb_bytes(filmic(np.linspace(0, 1, CURVE_STEPS, dtype=np.float32) ** 2 * np.float32(BRIGHTEST)))
+@functools.cache
+def _curve() -> Any:
+    """Bytes for even steps of the root of radiance, from black to `BRIGHTEST`."""
+    return _ti.upload(srgb_bytes(filmic(np.linspace(0, 1, CURVE_STEPS, dtype=np.float32) ** 2 * np.float32(BRIGHTEST))))
 
 
-def _scatter(small: FloatArray, width: float) -> FloatArray:
-    """Spread light as a lens does: the mean of two Gaussians, at low resolution."""
-    blurred = np.zeros_like(small)
-    for share in BLOOM_WIDTHS:
-        sigma = max(share * width, 0.5)
-        vertical, horizontal = _gaussian(small.shape[0], sigma), _gaussian(small.shape[1], sigma)
-        across = np.einsum("ab,bwc->awc", vertical, small, optimize=True)
-        blurred += np.einsum("dw,awc->adc", horizontal, across, optimize=True) / len(BLOOM_WIDTHS)
-    return blurred
-
-
-def _gaussian(cells: int, sigma: float) -> FloatArray:
-    """(cells, cells) blur that keeps the sum inside the picture."""
-    offset = np.arange(cells)[:, None] - np.arange(cells)[None, :]
-    matrix = np.exp(-0.5 * (offset / sigma) ** 2)
-    blur: FloatArray = (matrix / matrix.sum(axis=1, keepdims=True)).astype(np.float32)
-    return blur
+@functools.cache
+def _lens(width: int) -> tuple[Any, int]:
+    """How light scatters: both Gaussians' weights by distance in cells, and the largest distance."""
+    sigmas = np.maximum(np.array(BLOOM_WIDTHS) * width / BLOOM_CELL_PIXELS, 0.5)
+    distance = np.arange(int(np.ceil(BLOOM_REACH * sigmas.max())) + 1)
+    weights = np.exp(-0.5 * (distance[:, None] / sigmas) ** 2)
+    return _ti.upload(weights.astype(np.float32).ravel()), len(distance) - 1

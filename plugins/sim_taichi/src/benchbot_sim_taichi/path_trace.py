@@ -20,7 +20,7 @@ def path_trace(
     from benchbot_sim_taichi.kernels import path
 
     device, size = renderer.device, (intrinsics.width, intrinsics.height)
-    camera = _ti.upload(renderer.camera_record(camera_to_map, intrinsics))
+    camera = _ti.upload(renderer.camera_records(np.asarray(camera_to_map)[None], intrinsics))
     total = _ti.upload(np.zeros(size[0] * size[1] * 3, np.float32))
     path.trace_paths(
         *device.tree,

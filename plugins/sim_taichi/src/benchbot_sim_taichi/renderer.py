@@ -1,5 +1,6 @@
 """Pictures, depth, instance ids and laser ranges of a scene."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -8,10 +9,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from benchbot.core.errors import BenchbotError
 from benchbot_sim_taichi import _ti, camera_response, device_scene, irradiance
+from benchbot_sim_taichi.frames import DeviceFrames, Frame, FrameBatch
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.scene import SceneGeometry
+from benchbot_sim_taichi.tables import CAMERA_STRIDE
 
+__all__ = ["DeviceFrames", "Frame", "FrameBatch", "Intrinsics", "Renderer"]
+
+PIXELS_AT_ONCE = 2**20  # 200 bytes of working memory each
 MIDDLE_GREY = 0.16
 WHITE_BALANCE_STRENGTH = 0.6
 
@@ -37,19 +44,6 @@ class Intrinsics:
         """Square pixels, optical axis through the centre."""
         focal = width / (2.0 * np.tan(np.radians(hfov_deg) / 2.0))
         return cls(width, height, float(focal), float(focal), width / 2.0, height / 2.0)
-
-
-@dataclass(frozen=True)
-class Frame:
-    """All channels of one exposure, taken from the same primary hit per pixel.
-
-    `rgb` (H, W, 3) uint8 sRGB; `depth_m` (H, W) float32 planar Z in metres (REP-118), +inf where nothing was hit;
-    `instance` (H, W) int32, an `Instance.index` or 0 where nothing was hit.
-    """
-
-    rgb: npt.NDArray[np.uint8]
-    depth_m: npt.NDArray[np.float32]
-    instance: npt.NDArray[np.int32]
 
 
 class Renderer:
@@ -95,35 +89,69 @@ class Renderer:
 
         Without `rgb` the picture stays black and only depth and instances are worked out.
         """
-        from benchbot_sim_taichi.kernels import filtering, illumination, primary, resolve
-        from benchbot_sim_taichi.kernels.traversal import FAR
+        return self.render_batch(np.asarray(camera_to_map)[None], intrinsics, rgb=rgb)[0]
 
-        width, height = intrinsics.width, intrinsics.height
-        camera = _ti.upload(self.camera_record(camera_to_map, intrinsics, exposed=rgb))
-        depth, instance = np.empty(width * height, np.float32), np.empty(width * height, np.int32)
-        pixels = self._buffer("pixels", width * height * primary.PIXEL_STRIDE if rgb else 1)
-        guide = self._buffer("guide", width * height * primary.GUIDE_STRIDE if rgb else 1)
-        device, size = self.device, (width, height)
+    def render_batch(
+        self, camera_poses: npt.NDArray[np.floating], intrinsics: Intrinsics | Sequence[Intrinsics], *, rgb: bool = True
+    ) -> FrameBatch:
+        """Take the pictures of N cameras together; (N, 4, 4) poses as in `render`, and the same bytes as from there.
+
+        `intrinsics` are all cameras' or one for each, all of one width and height. Raises BenchbotError when shapes
+        and sizes do not agree.
+        """
+        return self.render_on_device(camera_poses, intrinsics, rgb=rgb).to_host()
+
+    def render_on_device(
+        self, camera_poses: npt.NDArray[np.floating], intrinsics: Intrinsics | Sequence[Intrinsics], *, rgb: bool = True
+    ) -> DeviceFrames:
+        """Like `render_batch`, but leave the pictures where they were worked out."""
+        poses = np.asarray(camera_poses, np.float64)
+        width, height = _common_size(poses, intrinsics)
+        frames = DeviceFrames.allocate(len(poses), width, height, has_rgb=rgb)
+        records = self.camera_records(poses, intrinsics, exposed=rgb).reshape(-1, CAMERA_STRIDE)
+        at_once = max(PIXELS_AT_ONCE // max(width * height, 1), 1)
+        for first in range(0, len(poses), at_once):
+            self._take(records[first : first + at_once], frames, first)
+        return frames
+
+    def _take(self, records: npt.NDArray[np.float32], frames: DeviceFrames, first: int) -> None:
+        """Take pictures `first` … of `frames` in one launch of each kernel."""
+        from benchbot_sim_taichi.kernels import filtering, illumination, primary, resolve
+
+        size = (len(records), frames.width, frames.height)
+        pixel_count = len(records) * frames.width * frames.height
+        cameras = _ti.upload(records.ravel())
+        pixels = self._buffer("pixels", pixel_count * primary.PIXEL_STRIDE if frames.has_rgb else 1)
+        guide = self._buffer("guide", pixel_count * primary.GUIDE_STRIDE if frames.has_rgb else 1)
+        device = self.device
         primary.see(
-            *device.tree, device.sheer_root, *device.surfaces, camera, pixels, guide, depth, instance, *size, int(rgb)
+            *device.tree,
+            device.sheer_root,
+            *device.surfaces,
+            cameras,
+            pixels,
+            guide,
+            frames.words,
+            frames.depth_at(first),
+            frames.instance_at(first),
+            *size,
+            int(frames.has_rgb),
         )
-        depth[depth >= FAR] = np.inf
-        shape = (height, width)
-        if not rgb:
-            return Frame(np.zeros((*shape, 3), np.uint8), depth.reshape(shape), instance.reshape(shape))
-        light = self._buffer("light", width * height * illumination.LIGHT_PIXEL_STRIDE)
-        smooth = self._buffer("smooth", width * height * illumination.LIGHT_PIXEL_STRIDE)
+        if not frames.has_rgb:
+            return
+        light = self._buffer("light", pixel_count * illumination.LIGHT_PIXEL_STRIDE)
+        smooth = self._buffer("smooth", pixel_count * illumination.LIGHT_PIXEL_STRIDE)
         tree, cells, seed = device.tree, self._cells, self._seed
-        seen = (camera, pixels, guide)
+        seen = (cameras, pixels, guide)
         illumination.light_indirectly(*tree, device.surfaces[0], *cells, *seen, light, *size, seed)
         illumination.light_directly(*tree, *device.lights, *seen, light, *size, seed)
-        illumination.reflect(*tree, *device.surfaces, device.lights[0], *cells, camera, pixels, light, *size, seed)
+        illumination.reflect(*tree, *device.surfaces, device.lights[0], *cells, cameras, pixels, light, *size, seed)
         for step in (1, 4):
-            filtering.smooth(camera, guide, light, smooth, *size, 0, step)
-            filtering.smooth(camera, guide, smooth, light, *size, 1, step)
-        radiance = self._buffer("radiance", width * height * 3)
-        centers = self._buffer("centers", width * height * 3)
-        resolve.shade_centers(device.lights[0], camera, pixels, light, centers, *size)
+            filtering.smooth(cameras, guide, light, smooth, *size, 0, step)
+            filtering.smooth(cameras, guide, smooth, light, *size, 1, step)
+        radiance = self._buffer("radiance", pixel_count * 3)
+        centers = self._buffer("centers", pixel_count * 3)
+        resolve.shade_centers(device.lights[0], cameras, pixels, light, centers, *size)
         resolve.resolve(
             *tree,
             device.sheer_root,
@@ -136,8 +164,7 @@ class Renderer:
             radiance,
             *size,
         )
-        picture = camera_response.develop(radiance, width, height)
-        return Frame(picture.reshape(*shape, 3), depth.reshape(shape), instance.reshape(shape))
+        camera_response.develop(radiance, frames.words, frames.rgb_at(first), *size, self._buffer)
 
     def cast(
         self, origins: npt.NDArray[np.floating], directions: npt.NDArray[np.floating], range_max_m: float
@@ -164,20 +191,56 @@ class Renderer:
         distances[distances >= range_max_m] = np.inf
         return distances
 
-    def camera_record(
-        self, camera_to_map: npt.NDArray[np.floating], intrinsics: Intrinsics, *, exposed: bool = True
+    def camera_records(
+        self,
+        camera_poses: npt.NDArray[np.floating],
+        intrinsics: Intrinsics | Sequence[Intrinsics],
+        *,
+        exposed: bool = True,
     ) -> npt.NDArray[np.float32]:
-        """(19,), as kernels take it: rotation by rows, position, fx, fy, cx, cy, exposure of red, green and blue."""
-        pose = np.asarray(camera_to_map, np.float64)
-        lens = (intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy)
-        exposure = self.exposure if exposed else np.ones(3)
-        return np.concatenate([pose[:3, :3].ravel(), pose[:3, 3], lens, exposure]).astype(np.float32)
+        """(N * 19,), as kernels take it: rotation by rows, position, fx, fy, cx, cy, exposure of red, green, blue."""
+        records = np.ones((len(camera_poses), CAMERA_STRIDE), np.float32)
+        records[:, 0:9] = camera_poses[:, :3, :3].reshape(-1, 9)
+        records[:, 9:12] = camera_poses[:, :3, 3]
+        lenses = [intrinsics] if isinstance(intrinsics, Intrinsics) else intrinsics
+        if len(records):
+            records[:, 12:16] = [(lens.fx, lens.fy, lens.cx, lens.cy) for lens in lenses]
+            records[:, 16:19] = self.exposure if exposed else 1.0
+        return records.ravel()
 
     def _buffer(self, name: str, size: int) -> Any:
         """Working memory that stays between frames; it holds nothing that a frame reads before it writes."""
         if self._buffers.get(name, (0, None))[0] < size:
             self._buffers[name] = (size, _ti.upload(np.zeros(size, np.float32)))
         return self._buffers[name][1]
+
+
+def _common_size(
+    camera_poses: npt.NDArray[np.float64], intrinsics: Intrinsics | Sequence[Intrinsics]
+) -> tuple[int, int]:
+    """Width and height of all pictures of a batch."""
+    if camera_poses.ndim != 3 or camera_poses.shape[1:] != (4, 4):
+        raise BenchbotError(
+            f"These are no camera poses: an array of shape {camera_poses.shape}",
+            "A batch takes one 4 x 4 matrix for each of its N cameras.",
+            "Give an array of shape (N, 4, 4), such as np.stack([pose.matrix() for pose in poses]).",
+        )
+    if isinstance(intrinsics, Intrinsics):
+        return intrinsics.width, intrinsics.height
+    if len(intrinsics) != len(camera_poses):
+        raise BenchbotError(
+            f"There are {len(camera_poses)} camera poses but {len(intrinsics)} intrinsics",
+            "Either all cameras of a batch share one, or each has its own.",
+            "Give one Intrinsics, or as many as there are poses.",
+        )
+    sizes = sorted({(lens.width, lens.height) for lens in intrinsics})
+    if len(sizes) > 1:
+        raise BenchbotError(
+            "The cameras of this batch differ in size: " + ", ".join(f"{width} x {height}" for width, height in sizes),
+            "The pictures of a batch come as one array.",
+            "Take the pictures of each size in a batch of their own.",
+        )
+    return sizes[0] if sizes else (0, 0)
 
 
 def _exposure(light: irradiance.Irradiance, declared: float | None) -> npt.NDArray[np.float64]:

@@ -151,16 +151,6 @@ def mount(values: Mapping[str, Any]) -> Pose:
     return Pose.from_xyz_rpy_deg(values["xyz"], values.get("rpy_deg", (0.0, 0.0, 0.0)))
 
 
-def pose_record(pose: Pose, parent_frame: str) -> dict[str, Any]:
-    """Return a pose as the channel `poses` has it: metres, radians, all float64."""
-    return {
-        "parent_frame": parent_frame,
-        "translation_xyz": np.array(pose.translation_xyz, np.float64),
-        "rotation_rpy": np.array(pose.rpy_rad, np.float64),
-        "rotation_xyzw": np.array(pose.rotation_xyzw, np.float64),
-    }
-
-
 def _range(values: Sequence[float]) -> tuple[float, float]:
     nearest_m, farthest_m = (float(value) for value in values)
     if not 0 <= nearest_m < farthest_m:

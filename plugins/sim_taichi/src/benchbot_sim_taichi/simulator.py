@@ -18,7 +18,7 @@ from benchbot_sim_taichi.odometry import Odometry
 from benchbot_sim_taichi.renderer import Frame, Renderer
 from benchbot_sim_taichi.robot import Footprint, Robot
 from benchbot_sim_taichi.scene import SceneGeometry
-from benchbot_sim_taichi.sensors import Labels, pose_record
+from benchbot_sim_taichi.sensors import Labels
 
 CONTROL_PERIOD_S = 0.05
 PICTURES = ("image_rgb", "image_depth", "image_segment")
@@ -144,7 +144,7 @@ class RayTracedSimulator:
         if name == "poses":
             base = self.odometry() if self._spec.localisation == "noisy" else self.pose()
             poses = self._robot.poses(base, self._start_pose)
-            return {frame: pose_record(pose, self._robot.global_frame) for frame, pose in poses.items()}
+            return {frame: pose.record(self._robot.global_frame) for frame, pose in poses.items()}
         if frame is None or name not in PICTURES:
             return self._robot.camera.info()
         pictures: dict[str, Callable[[Frame], Any]] = {

@@ -10,6 +10,7 @@ from benchbot_sim_taichi.scene import FloatArray, IntArray, Material, SceneGeome
 
 TRIANGLE_STRIDE = 24
 MATERIAL_STRIDE = 20
+CAMERA_STRIDE = 19
 
 
 def triangle_records(scene: SceneGeometry) -> FloatArray:

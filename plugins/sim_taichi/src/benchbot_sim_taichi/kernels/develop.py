@@ -1,29 +1,95 @@
 # mypy: ignore-errors
-"""The last step of a picture: bloom added, tone curve, transfer function, bytes."""
+"""The last steps of a picture: bloom, tone curve, transfer function, bytes."""
 
 from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.frames import PIXELS_PER_GROUP, WORDS_PER_GROUP
 from benchbot_sim_taichi.kernels.surface import load3
-from benchbot_sim_taichi.kernels.traversal import floats, vec3
+from benchbot_sim_taichi.kernels.traversal import floats, ints, vec3
 
 bytes_ = ti.types.ndarray(dtype=ti.u8, ndim=1)
 
 
 @ti.kernel
-def shrink(radiance: floats, small: floats, width: ti.i32, height: ti.i32, cell: ti.i32, brightest: ti.f32):
+def shrink(
+    radiance: floats, small: floats, count: ti.i32, width: ti.i32, height: ti.i32, cell: ti.i32, brightest: ti.f32
+):
     """Means of squares of `cell` pixels, each pixel at most `brightest`."""
     columns = (width + cell - 1) // cell
     rows = (height + cell - 1) // cell
-    for index in range(columns * rows):
+    for index in range(count * columns * rows):
+        picture = index // (columns * rows)
+        inside = index - picture * (columns * rows)
+        left = inside % columns * cell
+        top = inside // columns * cell
         total = vec3(0.0)
-        count = 0.0
+        pixels = 0.0
         for k in range(cell * cell):
-            x = index % columns * cell + k % cell
-            y = index // columns * cell + k // cell
+            x = left + k % cell
+            y = top + k // cell
             if x < width and y < height:
-                total += ti.min(load3(radiance, (y * width + x) * 3), brightest)
-                count += 1.0
+                total += ti.min(load3(radiance, ((picture * height + y) * width + x) * 3), brightest)
+                pixels += 1.0
         for i in ti.static(range(3)):
-            small[index * 3 + i] = total[i] / count
+            small[index * 3 + i] = total[i] / pixels
+
+
+@ti.kernel
+def scatter_down(
+    small: floats, lens: floats, scattered: floats, count: ti.i32, columns: ti.i32, rows: ti.i32, reach: ti.i32
+):
+    """Two blurs of each column, one after the other (6 per cell); `lens` has both weights of every distance."""
+    for index in range(count * columns * rows):
+        y = index // columns % rows
+        narrow = vec3(0.0)
+        wide = vec3(0.0)
+        narrow_sum = 0.0
+        wide_sum = 0.0
+        for d in range(-ti.min(reach, y), ti.min(reach, rows - 1 - y) + 1):
+            value = load3(small, (index + d * columns) * 3)
+            narrow += value * lens[ti.abs(d) * 2]
+            wide += value * lens[ti.abs(d) * 2 + 1]
+            narrow_sum += lens[ti.abs(d) * 2]
+            wide_sum += lens[ti.abs(d) * 2 + 1]
+        for i in ti.static(range(3)):
+            scattered[index * 6 + i] = narrow[i] / narrow_sum
+            scattered[index * 6 + 3 + i] = wide[i] / wide_sum
+
+
+@ti.kernel
+def scatter_across(
+    scattered: floats, lens: floats, bloom: floats, count: ti.i32, columns: ti.i32, rows: ti.i32, reach: ti.i32
+):
+    """The same along rows, and the mean of both blurs."""
+    for index in range(count * columns * rows):
+        x = index % columns
+        narrow = vec3(0.0)
+        wide = vec3(0.0)
+        narrow_sum = 0.0
+        wide_sum = 0.0
+        for d in range(-ti.min(reach, x), ti.min(reach, columns - 1 - x) + 1):
+            narrow += load3(scattered, (index + d) * 6) * lens[ti.abs(d) * 2]
+            wide += load3(scattered, (index + d) * 6 + 3) * lens[ti.abs(d) * 2 + 1]
+            narrow_sum += lens[ti.abs(d) * 2]
+            wide_sum += lens[ti.abs(d) * 2 + 1]
+        for i in ti.static(range(3)):
+            bloom[index * 3 + i] = 0.5 * (narrow[i] / narrow_sum + wide[i] / wide_sum)
+
+
+@ti.func
+def bloom_at(bloom: ti.template(), picture, x, y, columns, rows):
+    """Interpolate between the middles of cells; `x` and `y` are in cells."""
+    x = ti.math.clamp(x - 0.5, 0.0, ti.cast(columns - 1, ti.f32))
+    y = ti.math.clamp(y - 0.5, 0.0, ti.cast(rows - 1, ti.f32))
+    x0 = ti.min(ti.cast(x, ti.i32), ti.max(columns - 2, 0))
+    y0 = ti.min(ti.cast(y, ti.i32), ti.max(rows - 2, 0))
+    x1 = ti.min(x0 + 1, columns - 1)
+    fx = x - ti.cast(x0, ti.f32)
+    fy = y - ti.cast(y0, ti.f32)
+    upper = (picture * rows + y0) * columns
+    lower = (picture * rows + ti.min(y0 + 1, rows - 1)) * columns
+    top = load3(bloom, (upper + x0) * 3) * (1.0 - fx) + load3(bloom, (upper + x1) * 3) * fx
+    bottom = load3(bloom, (lower + x0) * 3) * (1.0 - fx) + load3(bloom, (lower + x1) * 3) * fx
+    return top * (1.0 - fy) + bottom * fy
 
 
 @ti.kernel
@@ -31,31 +97,36 @@ def expose(
     radiance: floats,
     bloom: floats,
     curve: bytes_,
-    picture: bytes_,
+    words: ints,
+    rgb_at: ti.i32,
+    count: ti.i32,
     width: ti.i32,
     height: ti.i32,
     cell: ti.i32,
     bloom_share: ti.f32,
     brightest: ti.f32,
 ):
-    """Mix in the bloom, interpolated, and look the bytes up: `curve` has even steps of the root of radiance."""
+    """Mix in the bloom and look the bytes up: `curve` has even steps of the root of radiance.
+
+    The 12 bytes of each 4 pixels make 3 of the `words` from `rgb_at` on; every picture starts a new word.
+    """
     columns = (width + cell - 1) // cell
     rows = (height + cell - 1) // cell
-    for pixel in range(width * height):
-        x = (ti.cast(pixel % width, ti.f32) + 0.5) / ti.cast(cell, ti.f32) - 0.5
-        y = (ti.cast(pixel // width, ti.f32) + 0.5) / ti.cast(cell, ti.f32) - 0.5
-        x = ti.math.clamp(x, 0.0, ti.cast(columns - 1, ti.f32))
-        y = ti.math.clamp(y, 0.0, ti.cast(rows - 1, ti.f32))
-        x0 = ti.min(ti.cast(x, ti.i32), ti.max(columns - 2, 0))
-        y0 = ti.min(ti.cast(y, ti.i32), ti.max(rows - 2, 0))
-        x1 = ti.min(x0 + 1, columns - 1)
-        y1 = ti.min(y0 + 1, rows - 1)
-        fx = x - ti.cast(x0, ti.f32)
-        fy = y - ti.cast(y0, ti.f32)
-        top = load3(bloom, (y0 * columns + x0) * 3) * (1.0 - fx) + load3(bloom, (y0 * columns + x1) * 3) * fx
-        bottom = load3(bloom, (y1 * columns + x0) * 3) * (1.0 - fx) + load3(bloom, (y1 * columns + x1) * 3) * fx
-        color = load3(radiance, pixel * 3) * (1.0 - bloom_share) + (top * (1.0 - fy) + bottom * fy) * bloom_share
-        steps = ti.cast(curve.shape[0] - 1, ti.f32)
-        for i in ti.static(range(3)):
-            place = ti.sqrt(ti.math.clamp(color[i] / brightest, 0.0, 1.0)) * steps
-            picture[pixel * 3 + i] = curve[ti.cast(place + 0.5, ti.i32)]
+    groups = (width * height + PIXELS_PER_GROUP - 1) // PIXELS_PER_GROUP
+    for group in range(count * groups):
+        picture = group // groups
+        packed = ti.Vector([0, 0, 0])
+        for k in ti.static(range(PIXELS_PER_GROUP)):
+            pixel = (group - picture * groups) * PIXELS_PER_GROUP + k
+            if pixel < width * height:
+                x = (ti.cast(pixel % width, ti.f32) + 0.5) / ti.cast(cell, ti.f32)
+                y = (ti.cast(pixel // width, ti.f32) + 0.5) / ti.cast(cell, ti.f32)
+                color = load3(radiance, (picture * width * height + pixel) * 3) * (1.0 - bloom_share)
+                color += bloom_at(bloom, picture, x, y, columns, rows) * bloom_share
+                steps = ti.cast(curve.shape[0] - 1, ti.f32)
+                for i in ti.static(range(3)):
+                    place = ti.sqrt(ti.math.clamp(color[i] / brightest, 0.0, 1.0)) * steps
+                    value = ti.cast(curve[ti.cast(place + 0.5, ti.i32)], ti.i32)
+                    packed[(k * 3 + i) // 4] |= value << ((k * 3 + i) % 4 * 8)
+        for i in ti.static(range(WORDS_PER_GROUP)):
+            words[rgb_at + group * WORDS_PER_GROUP + i] = packed[i]

@@ -9,7 +9,7 @@ geometry is smooth all strata of the 8x8 tile count alike: 64, or 32 where pixel
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.illumination import GLOSSY, GLOSSY_UNSEEN, LIGHT_PIXEL_STRIDE, NO_SAMPLE
 from benchbot_sim_taichi.kernels.neighbours import fit, pixel_plane
-from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE
+from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, locate
 from benchbot_sim_taichi.kernels.surface import load3
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, vec3
 
@@ -29,10 +29,11 @@ def binomial(distance):
 
 @ti.kernel
 def smooth(
-    camera: floats,
+    cameras: floats,
     guide: floats,
     source: floats,
     target: floats,
+    count: ti.i32,
     width: ti.i32,
     height: ti.i32,
     down: ti.i32,
@@ -42,9 +43,8 @@ def smooth(
 
     Reflections in rough surfaces are smoothed two taps wide in either pass, those in mirrors and panes not at all.
     """
-    for pixel in range(width * height):
-        x = pixel % width
-        y = pixel // width
+    for pixel in range(count * width * height):
+        x, y, _, eye = locate(pixel, width, height)
         out = pixel * LIGHT_PIXEL_STRIDE
         kind = source[out + 7]
         irradiance = load3(source, out)
@@ -52,7 +52,7 @@ def smooth(
         reflection = load3(source, out + 4)
         if guide[pixel * GUIDE_STRIDE + 3] < FAR:
             is_glossy = GLOSSY_UNSEEN <= kind <= GLOSSY
-            plane = pixel_plane(camera, guide, x, y, width)
+            plane = pixel_plane(cameras, eye, guide, pixel, x, y)
             irradiance_sum = vec3(0.0)
             reflection_sum = vec3(0.0)
             sun_sum = 0.0
@@ -63,7 +63,7 @@ def smooth(
                 dx = ti.select(down == 0, k * step, 0)
                 dy = ti.select(down == 0, 0, k * step)
                 if 0 <= x + dx < width and 0 <= y + dy < height:
-                    other = (y + dy) * width + x + dx
+                    other = pixel + dy * width + dx
                     alike = fit(guide, plane, dx, dy, other)
                     at = other * LIGHT_PIXEL_STRIDE
                     if alike > 0.0:

@@ -13,7 +13,7 @@ from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.cells import INV_PI, NEAR_M, OFFSET_M, interpolate_cells, nearest_cell
 from benchbot_sim_taichi.kernels.light import sample_light, sky_radiance
 from benchbot_sim_taichi.kernels.neighbours import fit, pixel_plane
-from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE, camera_origin, camera_ray
+from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE, camera_origin, camera_ray, locate
 from benchbot_sim_taichi.kernels.sampling import (
     cosine_direction,
     interleave_index,
@@ -48,22 +48,22 @@ def glossy_direction(direction, normal, roughness, xi):
 
 
 @ti.func
-def surface_point(camera: ti.template(), pixels: ti.template(), x, y, width):
+def surface_point(cameras: ti.template(), eye, pixels: ti.template(), pixel, x, y):
     """Position of a pixel's opaque surface, lifted off it."""
-    base = (y * width + x) * PIXEL_STRIDE
+    base = pixel * PIXEL_STRIDE
     t = pixels[base]
-    ray = camera_ray(camera, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
-    return camera_origin(camera) + ray * t + load3(pixels, base + 4) * (OFFSET_M + 1e-4 * t)
+    ray = camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
+    return camera_origin(cameras, eye) + ray * t + load3(pixels, base + 4) * (OFFSET_M + 1e-4 * t)
 
 
 @ti.func
-def sample_count(camera: ti.template(), guide: ti.template(), x, y, width, height):
+def sample_count(cameras: ti.template(), eye, guide: ti.template(), pixel, x, y, width, height):
     """Samples of each light that a pixel takes by itself.
 
     4 where few neighbours show the same surface to average with, otherwise 1; none on the black squares of a
     chessboard whose neighbours to the left and right can speak for them.
     """
-    plane = pixel_plane(camera, guide, x, y, width)
+    plane = pixel_plane(cameras, eye, guide, pixel, x, y)
     alike = 0
     beside = 0
     for k in range(8):
@@ -71,7 +71,7 @@ def sample_count(camera: ti.template(), guide: ti.template(), x, y, width, heigh
         dx = ti.select(k & 2 == 0, distance, 0)
         dy = distance - dx
         inside = 0 <= x + dx < width and 0 <= y + dy < height
-        other = ti.select(inside, (y + dy) * width + x + dx, y * width + x)
+        other = pixel + ti.select(inside, dy * width + dx, 0)
         if inside and fit(guide, plane, dx, dy, other) > 0.5:
             alike += 1
             beside += ti.select(k < 2, 1, 0)
@@ -94,10 +94,11 @@ def light_indirectly(
     grid: ints,
     cells: floats,
     layout: floats,
-    camera: floats,
+    cameras: floats,
     pixels: floats,
     guide: floats,
     light_pixels: floats,
+    count: ti.i32,
     width: ti.i32,
     height: ti.i32,
     seed: ti.i32,
@@ -107,19 +108,18 @@ def light_indirectly(
     Starts the pixel's light, to be run before the other kernels here: leaves whether the cells know of sunlight in
     place of the sun's share, and the number of samples that the pixel takes in the last value.
     """
-    for pixel in range(width * height):
-        x = pixel % width
-        y = pixel // width
+    for pixel in range(count * width * height):
+        x, y, _, eye = locate(pixel, width, height)
         base = pixel * PIXEL_STRIDE
         samples = 0
         sun = NO_SAMPLE
         radiance = vec3(0.0)
         if pixels[base] < FAR:
-            samples = sample_count(camera, guide, x, y, width, height)
+            samples = sample_count(cameras, eye, guide, pixel, x, y, width, height)
         if samples > 0:
             normal = load3(guide, pixel * GUIDE_STRIDE)
             face = load3(pixels, base + 4)
-            point = surface_point(camera, pixels, x, y, width)
+            point = surface_point(cameras, eye, pixels, pixel, x, y)
             stored = interpolate_cells(grid, cells, layout, point, normal)
             sun = stored.sun
             for s in range(samples):
@@ -150,24 +150,24 @@ def light_directly(
     lights: floats,
     portals: ti.i32,
     lamps: ti.i32,
-    camera: floats,
+    cameras: floats,
     pixels: floats,
     guide: floats,
     light_pixels: floats,
+    count: ti.i32,
     width: ti.i32,
     height: ti.i32,
     seed: ti.i32,
 ):
     """Shadow rays to windows, lamps and, where the cells around know of sunlight, the sun."""
-    for pixel in range(width * height):
+    for pixel in range(count * width * height):
         out = pixel * LIGHT_PIXEL_STRIDE
         samples = ti.cast(light_pixels[out + 7], ti.i32)
         if samples > 0:
-            x = pixel % width
-            y = pixel // width
+            x, y, _, eye = locate(pixel, width, height)
             normal = load3(guide, pixel * GUIDE_STRIDE)
             face = load3(pixels, pixel * PIXEL_STRIDE + 4)
-            point = surface_point(camera, pixels, x, y, width)
+            point = surface_point(cameras, eye, pixels, pixel, x, y)
             irradiance = vec3(0.0)
             sun = 0.0
             sun_rays = ti.select(light_pixels[out + 3] > 0.0, 1, 0)
@@ -216,17 +216,17 @@ def reflect(
     grid: ints,
     cells: floats,
     layout: floats,
-    camera: floats,
+    cameras: floats,
     pixels: floats,
     light_pixels: floats,
+    count: ti.i32,
     width: ti.i32,
     height: ti.i32,
     seed: ti.i32,
 ):
     """What smooth surfaces and panes mirror."""
-    for pixel in range(width * height):
-        x = pixel % width
-        y = pixel // width
+    for pixel in range(count * width * height):
+        x, y, _, eye = locate(pixel, width, height)
         base = pixel * PIXEL_STRIDE
         has_pane = pixels[base + 14] < FAR
         roughness = ti.select(has_pane, 0.0, pixels[base + 13])
@@ -237,11 +237,11 @@ def reflect(
             kind = ti.select(is_mirror, MIRROR, ti.select(light_pixels[out + 3] == NO_SAMPLE, GLOSSY_UNSEEN, GLOSSY))
         light_pixels[out + 7] = kind
         if kind >= GLOSSY:
-            ray = camera_ray(camera, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
+            ray = camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
             direction = ray.normalized()
             normal = load3(pixels, base + ti.select(has_pane, 15, 1))
             face = load3(pixels, base + ti.select(has_pane, 15, 4))
-            origin = camera_origin(camera) + ray * ti.select(has_pane, pixels[base + 14], pixels[base])
+            origin = camera_origin(cameras, eye) + ray * ti.select(has_pane, pixels[base + 14], pixels[base])
             origin += face * OFFSET_M
             toward = direction - normal * (2.0 * direction.dot(normal))
             if not is_mirror:
@@ -268,7 +268,7 @@ def reflect(
                 reflection = sky_radiance(env, toward)
             if not is_mirror:
                 # A rare bright hit would show as a square of the filter; beyond white, brighter looks the same.
-                brightness = (reflection * load3(camera, 16)).max()
+                brightness = (reflection * load3(cameras, eye + 16)).max()
                 reflection *= ti.min(1.0, BRIGHTEST_REFLECTION / ti.max(brightness, 1e-6))
             for i in ti.static(range(3)):
                 light_pixels[out + 4 + i] = reflection[i]

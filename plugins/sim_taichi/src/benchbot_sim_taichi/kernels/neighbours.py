@@ -22,18 +22,18 @@ class PixelPlane:
 
 
 @ti.func
-def pixel_plane(camera: ti.template(), guide: ti.template(), x, y, width):
+def pixel_plane(cameras: ti.template(), eye, guide: ti.template(), pixel, x, y):
     """The plane that `fit` compares neighbours with."""
-    at = (y * width + x) * GUIDE_STRIDE
+    at = pixel * GUIDE_STRIDE
     normal = load3(guide, at)
     t = guide[at + 3]
-    slope = normal.dot(camera_ray(camera, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5))
+    slope = normal.dot(camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5))
     return PixelPlane(
         normal=normal,
         offset=slope * t,
         slope=slope,
-        slope_across=normal.dot(vec3(camera[0], camera[3], camera[6])) / camera[12],
-        slope_down=normal.dot(vec3(camera[1], camera[4], camera[7])) / camera[13],
+        slope_across=normal.dot(vec3(cameras[eye], cameras[eye + 3], cameras[eye + 6])) / cameras[eye + 12],
+        slope_down=normal.dot(vec3(cameras[eye + 1], cameras[eye + 4], cameras[eye + 7])) / cameras[eye + 13],
         tolerance=1.0 / (0.004 + 0.004 * t),
     )
 

@@ -48,9 +48,9 @@ def trace_paths(
         for _ in range(samples):
             px, state = draw(state)
             py, state = draw(state)
-            origin = camera_origin(camera)
+            origin = camera_origin(camera, 0)
             direction = camera_ray(
-                camera, ti.cast(pixel % width, ti.f32) + px, ti.cast(pixel // width, ti.f32) + py
+                camera, 0, ti.cast(pixel % width, ti.f32) + px, ti.cast(pixel // width, ti.f32) + py
             ).normalized()
             through = vec3(1.0)
             radiance = vec3(0.0)

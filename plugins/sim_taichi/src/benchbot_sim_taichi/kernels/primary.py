@@ -1,6 +1,10 @@
 # mypy: ignore-errors
 """Camera rays, laser rays, and the first surface that they meet.
 
+A launch takes one or many pictures of one size, one after the other, each with a camera of its own: `locate` says where
+a pixel belongs. Nothing is read across the border between two pictures, so that a picture comes out the same, to the
+bit, whatever it is taken together with.
+
 A pixel's record (`PIXEL_STRIDE` values): depth of the opaque surface (FAR none), shading normal, face normal, diffuse
 and specular reflectance, roughness, depth of a pane before it (FAR none), the pane's normal, opaque instance,
 emission. Its guide (`GUIDE_STRIDE` values): normal without normal map and depth again; what filters need, kept close
@@ -10,29 +14,41 @@ together.
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.surface import Surface, load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
-from benchbot_sim_taichi.tables import TRIANGLE_STRIDE
+from benchbot_sim_taichi.tables import CAMERA_STRIDE, TRIANGLE_STRIDE
 
 PIXEL_STRIDE = 24
 GUIDE_STRIDE = 4
+INFINITY_BITS = 0x7F800000
 MAX_LAYERS = 12
 
 
 @ti.func
-def camera_ray(camera: ti.template(), x, y):
-    """Direction through a point of the image plane with unit depth: distances along it are planar depth (REP-118)."""
-    cx = (x - camera[14]) / camera[12]
-    cy = (y - camera[15]) / camera[13]
+def locate(pixel, width, height):
+    """Column and row of a pixel in its picture, the picture's first pixel, the start of its camera's record."""
+    picture = pixel // (width * height)
+    first = picture * (width * height)
+    return (pixel - first) % width, (pixel - first) // width, first, picture * CAMERA_STRIDE
+
+
+@ti.func
+def camera_ray(cameras: ti.template(), eye, x, y):
+    """Direction through a point of the image plane with unit depth: distances along it are planar depth (REP-118).
+
+    `eye` is where the camera's record starts.
+    """
+    cx = (x - cameras[eye + 14]) / cameras[eye + 12]
+    cy = (y - cameras[eye + 15]) / cameras[eye + 13]
     return vec3(
-        camera[0] * cx + camera[1] * cy + camera[2],
-        camera[3] * cx + camera[4] * cy + camera[5],
-        camera[6] * cx + camera[7] * cy + camera[8],
+        cameras[eye] * cx + cameras[eye + 1] * cy + cameras[eye + 2],
+        cameras[eye + 3] * cx + cameras[eye + 4] * cy + cameras[eye + 5],
+        cameras[eye + 6] * cx + cameras[eye + 7] * cy + cameras[eye + 8],
     )
 
 
 @ti.func
-def camera_origin(camera: ti.template()):
+def camera_origin(cameras: ti.template(), eye):
     """Centre of projection."""
-    return load3(camera, 9)
+    return load3(cameras, eye + 9)
 
 
 @ti.kernel
@@ -44,21 +60,26 @@ def see(
     materials: floats,
     texels: ints,
     images: ints,
-    camera: floats,
+    cameras: floats,
     pixels: floats,
     guide: floats,
-    depth: floats,
-    instance: ints,
+    words: ints,
+    depth_at: ti.i32,
+    instance_at: ti.i32,
+    count: ti.i32,
     width: ti.i32,
     height: ti.i32,
     with_surface: ti.i32,
 ):
-    """Depth and instance of every pixel, and its record when `with_surface`."""
-    for pixel in range(width * height):
-        x = pixel % width
-        y = pixel // width
-        origin = camera_origin(camera)
-        ray = camera_ray(camera, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
+    """Depth and instance of every pixel of `count` pictures, and its record when `with_surface`.
+
+    Bits of depth go into `words` from `depth_at` on (as integers: infinity would not survive fast arithmetic),
+    instances from `instance_at` on.
+    """
+    for pixel in range(count * width * height):
+        x, y, _, eye = locate(pixel, width, height)
+        origin = camera_origin(cameras, eye)
+        ray = camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
         length = ray.norm()
         direction = ray / length
         base = pixel * PIXEL_STRIDE
@@ -88,7 +109,7 @@ def see(
                         hit.u,
                         hit.v,
                         direction,
-                        t / camera[12],
+                        t / cameras[eye + 12],
                     )
                 if surface.is_cut == 0 and t < near_t:
                     near_t = t
@@ -121,8 +142,8 @@ def see(
             pixels[base + 14] = sheer_t
             if solid_t == FAR:
                 pixels[base + 19] = 0.0
-        depth[pixel] = near_t
-        instance[pixel] = near_instance
+        words[depth_at + pixel] = ti.select(near_t < FAR, ti.bit_cast(near_t, ti.i32), INFINITY_BITS)
+        words[instance_at + pixel] = near_instance
 
 
 @ti.kernel

@@ -5,7 +5,7 @@ from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.cells import INV_PI, interpolate_cells
 from benchbot_sim_taichi.kernels.illumination import GLOSSY, LIGHT_PIXEL_STRIDE
 from benchbot_sim_taichi.kernels.light import sky_radiance
-from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE, camera_origin, camera_ray
+from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE, camera_origin, camera_ray, locate
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
 
@@ -80,15 +80,15 @@ def expand(color):
 
 
 @ti.func
-def has_contrast(centers: ti.template(), x, y, width, height):
+def has_contrast(centers: ti.template(), first, x, y, width, height):
     """Whether the colours around differ by more than `VISIBLE_STEP`, on the scale of the root of compressed light."""
-    here = load3(centers, (y * width + x) * 3)
+    here = load3(centers, (first + y * width + x) * 3)
     lowest = here
     highest = here
     for k in range(9):
         sx = ti.math.clamp(x + k % 3 - 1, 0, width - 1)
         sy = ti.math.clamp(y + k // 3 - 1, 0, height - 1)
-        beside = load3(centers, (sy * width + sx) * 3)
+        beside = load3(centers, (first + sy * width + sx) * 3)
         lowest = ti.min(lowest, beside)
         highest = ti.max(highest, beside)
     # d sqrt(c) = dc / (2 sqrt(c)), squared to do without the root; the constant term spares noise in the dark.
@@ -97,22 +97,22 @@ def has_contrast(centers: ti.template(), x, y, width, height):
 
 
 @ti.func
-def needs_more(pixels: ti.template(), guide: ti.template(), x, y, width, height):
+def needs_more(pixels: ti.template(), guide: ti.template(), first, x, y, width, height):
     """Whether a pixel touches an edge of an object, a crease or a jump in depth."""
-    base = (y * width + x) * PIXEL_STRIDE
+    base = (first + y * width + x) * PIXEL_STRIDE
     found = False
     for k in range(8):
         d = ti.select(k >= 4, k + 1, k)
         sx = ti.math.clamp(x + d % 3 - 1, 0, width - 1)
         sy = ti.math.clamp(y + d // 3 - 1, 0, height - 1)
-        other = (sy * width + sx) * PIXEL_STRIDE
+        other = (first + sy * width + sx) * PIXEL_STRIDE
         if pixels[other + 19] != pixels[base + 19]:
             found = True
         if (pixels[other + 14] < FAR) != (pixels[base + 14] < FAR):
             found = True
         if pixels[base] < FAR and pixels[other] < FAR:
-            beside = (sy * width + sx) * GUIDE_STRIDE
-            if load3(guide, (y * width + x) * GUIDE_STRIDE).dot(load3(guide, beside)) < 0.85:
+            beside = (first + sy * width + sx) * GUIDE_STRIDE
+            if load3(guide, (first + y * width + x) * GUIDE_STRIDE).dot(load3(guide, beside)) < 0.85:
                 found = True
             t = pixels[base]
             if ti.abs(pixels[other] - t) > 0.05 * t:
@@ -124,16 +124,22 @@ def needs_more(pixels: ti.template(), guide: ti.template(), x, y, width, height)
 
 @ti.kernel
 def shade_centers(
-    env: floats, camera: floats, pixels: floats, light_pixels: floats, centers: floats, width: ti.i32, height: ti.i32
+    env: floats,
+    cameras: floats,
+    pixels: floats,
+    light_pixels: floats,
+    centers: floats,
+    count: ti.i32,
+    width: ti.i32,
+    height: ti.i32,
 ):
     """Exposed radiance seen through the middle of each pixel, compressed (3 per pixel)."""
-    for pixel in range(width * height):
-        x = pixel % width
-        y = pixel // width
+    for pixel in range(count * width * height):
+        x, y, _, eye = locate(pixel, width, height)
         base = pixel * PIXEL_STRIDE
         at = pixel * LIGHT_PIXEL_STRIDE
         center = vec3(0.0)
-        ray = camera_ray(camera, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
+        ray = camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
         direction = ray.normalized()
         if pixels[base] < FAR:
             center = shade(
@@ -153,7 +159,7 @@ def shade_centers(
         if pixels[base + 14] < FAR:
             mirrored = glass_fresnel(-load3(pixels, base + 15).dot(direction))
             center = center * (1.0 - mirrored) + load3(light_pixels, at + 4) * mirrored
-        color = compress(center * load3(camera, 16))
+        color = compress(center * load3(cameras, eye + 16))
         for i in ti.static(range(3)):
             centers[pixel * 3 + i] = color[i]
 
@@ -171,29 +177,29 @@ def resolve(
     grid: ints,
     cells: floats,
     layout: floats,
-    camera: floats,
+    cameras: floats,
     pixels: floats,
     guide: floats,
     light_pixels: floats,
     centers: floats,
     radiance: floats,
+    count: ti.i32,
     width: ti.i32,
     height: ti.i32,
 ):
     """Exposed linear radiance (3 per pixel), from its `centers` alone where the neighbours look the same."""
-    for pixel in range(width * height):
-        x = pixel % width
-        y = pixel // width
-        exposure = load3(camera, 16)
+    for pixel in range(count * width * height):
+        x, y, first, eye = locate(pixel, width, height)
+        exposure = load3(cameras, eye + 16)
         color = load3(centers, pixel * 3)
-        if has_contrast(centers, x, y, width, height) and needs_more(pixels, guide, x, y, width, height):
-            origin = camera_origin(camera)
+        if has_contrast(centers, first, x, y, width, height) and needs_more(pixels, guide, first, x, y, width, height):
+            origin = camera_origin(cameras, eye)
             total = color
             for s in range(SUBSAMPLES):
                 # Rotated grid: four rows, four columns, one sample in each.
                 px = ti.cast(x, ti.f32) + (ti.cast((s * 2 + s // 2) % 4, ti.f32) + 0.5) * 0.25
                 py = ti.cast(y, ti.f32) + (ti.cast(s, ti.f32) + 0.5) * 0.25
-                sub_ray = camera_ray(camera, px, py)
+                sub_ray = camera_ray(cameras, eye, px, py)
                 sub_direction = sub_ray.normalized()
                 value = sky_radiance(env, sub_direction)
                 pane = 1.0
@@ -213,7 +219,7 @@ def resolve(
                             hit.u,
                             hit.v,
                             sub_direction,
-                            hit.t / camera[12],
+                            hit.t / cameras[eye + 12],
                         )
                         # Light is borrowed from the neighbour whose surface is most alike.
                         best = -1
@@ -222,24 +228,24 @@ def resolve(
                         for k in range(9):
                             sx = ti.math.clamp(x + k % 3 - 1, 0, width - 1)
                             sy = ti.math.clamp(y + k // 3 - 1, 0, height - 1)
-                            other = (sy * width + sx) * PIXEL_STRIDE
+                            other = (first + sy * width + sx) * PIXEL_STRIDE
                             if surface.is_glass == 1:
                                 if pixels[other + 14] < FAR:
-                                    best = sy * width + sx
+                                    best = first + sy * width + sx
                             elif pixels[other] < FAR:
-                                alignment = surface.smooth.dot(load3(guide, (sy * width + sx) * GUIDE_STRIDE))
+                                alignment = surface.smooth.dot(load3(guide, (first + sy * width + sx) * GUIDE_STRIDE))
                                 same = ti.cast(pixels[other + 19] == ti.cast(surface.instance, ti.f32), ti.f32)
                                 fit = alignment - 0.3 * (1.0 - same)
                                 if fit > best_fit:
                                     place = (
                                         origin
-                                        + camera_ray(camera, ti.cast(sx, ti.f32) + 0.5, ti.cast(sy, ti.f32) + 0.5)
+                                        + camera_ray(cameras, eye, ti.cast(sx, ti.f32) + 0.5, ti.cast(sy, ti.f32) + 0.5)
                                         * pixels[other]
                                     )
-                                    fit -= (place - point).norm() / hit.t * camera[12] * 0.1
+                                    fit -= (place - point).norm() / hit.t * cameras[eye + 12] * 0.1
                                     if fit > best_fit:
                                         best_fit = fit
-                                        best = sy * width + sx
+                                        best = first + sy * width + sx
                         irradiance = vec3(0.0)
                         reflection = vec3(0.0)
                         sun = 0.0
