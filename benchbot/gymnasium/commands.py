@@ -1,0 +1,87 @@
+"""What the robot can be told in one step, and the action space that the default choice of it makes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from benchbot.core.channels import ACTIONS
+from benchbot.core.errors import BenchbotError, FailureClass
+from benchbot.core.selection import Selection
+
+NEXT_SCENE = "next_scene"
+# What float32 policies add to 1.
+ROUNDING = 1e-5
+
+
+@dataclass(frozen=True)
+class Move:
+    """An action of the task with its argument in its own unit (m, degrees), or `next_scene`."""
+
+    action: str
+    argument: float = 0.0
+
+
+@dataclass(frozen=True)
+class Velocity:
+    """A velocity that is held for a while, in whole control ticks of the platform; the robot need not stop after it."""
+
+    linear_mps: float
+    angular_radps: float
+    duration_s: float
+
+
+Command = Move | Velocity
+
+
+def action_names(selection: Selection) -> tuple[str, ...]:
+    """Return what each number of the `action` space means: the task's actions, in the order of `channels.ACTIONS`.
+
+    A task of several scenes has one more at the end: `next_scene`.
+    """
+    names = tuple(name for name in ACTIONS if name in selection.actions)
+    return (*names, NEXT_SCENE) if len(selection.environments) > 1 else names
+
+
+def action_space(names: tuple[str, ...]) -> spaces.Dict:
+    """Return `{action: Discrete(n), argument: Box(-1, 1, (1,))}`; no `argument` when no action has one."""
+    space: dict[str, spaces.Space[Any]] = {"action": spaces.Discrete(len(names))}
+    if any(_has_argument(name) for name in names):
+        space["argument"] = spaces.Box(-1.0, 1.0, (1,), np.float32)
+    return spaces.Dict(space)
+
+
+def decode(action: Any, names: tuple[str, ...], largest: Mapping[str, float]) -> Command:
+    """Return the command that an element of the action space stands for; a command stands for itself.
+
+    `largest` is what an argument of 1 means, by action, in the action's unit. Raises BenchbotError for anything else.
+    """
+    if isinstance(action, Move | Velocity):
+        return action
+    try:
+        number = int(action["action"])
+        share = float(np.asarray(action["argument"]).item()) if "argument" in action else 0.0
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise _wrong(action, names, f"It cannot be read ({type(error).__name__}: {error}).") from error
+    if not 0 <= number < len(names):
+        raise _wrong(action, names, f"There is no action {number}.")
+    if not abs(share) <= 1.0 + ROUNDING:
+        raise _wrong(action, names, f"The argument {share} is not between -1 and 1.")
+    name = names[number]
+    return Move(name, share * largest[name]) if _has_argument(name) else Move(name)
+
+
+def _has_argument(name: str) -> bool:
+    return name != NEXT_SCENE and ACTIONS[name].argument is not None
+
+
+def _wrong(action: Any, names: tuple[str, ...], why: str) -> BenchbotError:
+    numbers = ", ".join(f"{number} {name}" for number, name in enumerate(names))
+    return BenchbotError(
+        f"{action!r} is not an action of this environment.",
+        f"{why} The actions: {numbers}.",
+        "Take an element of env.action_space, such as env.action_space.sample(), or a Move or Velocity.",
+        failure=FailureClass.AGENT,
+    )

@@ -1,0 +1,149 @@
+"""Observations as arrays of known shape and finite bounds: the space, derived from declarations, and the way into it.
+
+The space is one flat Dict, since most learning libraries read no nested ones. What is constant within a scene (camera
+models, beam angles, class numbers) is no observation: see `constants`.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from benchbot.core.channels import OBSERVATIONS
+from benchbot.core.errors import BenchbotError
+
+Arrays = dict[str, NDArray[Any]]
+
+# Nothing that BenchBot drives in is larger; Gymnasium asks for finite bounds.
+FARTHEST_POSITION_M = 1000.0
+# Ranges of common MEMS devices, +-2000 degrees/s and +-16 g, at which they saturate.
+FASTEST_TURN_RADPS = 35.0
+STRONGEST_ACCELERATION_MPS2 = 160.0
+INFO_SUFFIX = "_info"
+
+
+def observation_space(channels: Sequence[str], robot: Mapping[str, Any]) -> spaces.Dict:
+    """Return the space of a task's channels on a robot; raises BenchbotError when its declaration lacks a size.
+
+    Reads the robot's `camera` {width, height, range_m}, `laser` {beams, range_m} and `poses`.
+    """
+    boxes: dict[str, spaces.Space[Any]] = {}
+    for channel in channels:
+        if not channel.endswith(INFO_SUFFIX):
+            try:
+                boxes |= _boxes(channel, robot)
+            except (KeyError, TypeError, ValueError, IndexError) as error:
+                raise BenchbotError(
+                    f"The robot '{robot.get('name')}' does not say how large its '{channel}' is.",
+                    f"Its declaration lacks something, or has it in another form: {type(error).__name__}: {error}.",
+                    "Declare 'camera: {width, height, range_m: [m, m]}' and 'laser: {beams, range_m: [m, m]}' in it.",
+                ) from error
+    if not boxes:
+        raise BenchbotError(
+            "The task shows nothing that can be learnt from.",
+            f"Its observations are: {', '.join(channels)}.",
+            "Choose a task with pictures, laser, imu or poses.",
+        )
+    return spaces.Dict(boxes)
+
+
+def encode(observations: Mapping[str, Any], space: spaces.Dict) -> Arrays:
+    """Return what a platform observed as an element of the space; raises BenchbotError when it does not fit.
+
+    Depth and laser ranges stay in metres: 0 is "nothing measured" (NaN, or nearer than the sensor's range), the upper
+    bound is "as far or farther" (+inf).
+    """
+    arrays: Arrays = {}
+    for channel, value in observations.items():
+        if not channel.endswith(INFO_SUFFIX):
+            arrays |= _flat(channel, value)
+    return {name: _fitted(name, array, _box(space, name)) for name, array in arrays.items()}
+
+
+def constants(observations: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what does not change within a scene: camera models, `class_ids`, `laser_angles_rad` (N,)."""
+    found = {name: dict(value) for name, value in observations.items() if name.endswith(INFO_SUFFIX)}
+    if "image_segment" in observations:
+        found["class_ids"] = dict(observations["image_segment"]["class_ids"])
+    if "laser" in observations:
+        found["laser_angles_rad"] = observations["laser"]["scans"][:, 1].copy()
+    return found
+
+
+def resized(robot: Mapping[str, Any], width: int, height: int) -> dict[str, Any]:
+    """Return the declaration of a robot with pictures of another size, square pixels and the same view sideways."""
+    try:
+        camera = dict(robot["camera"])
+        scale = width / camera["width"]
+        camera["cx"], camera["cy"] = camera["cx"] * scale, camera["cy"] * height / camera["height"]
+        camera["fx"] = camera["fy"] = camera["fx"] * scale
+    except (KeyError, TypeError) as error:
+        raise BenchbotError(
+            f"The pictures of the robot '{robot.get('name')}' cannot be resized.",
+            f"Its declaration has no complete camera: {type(error).__name__}: {error}.",
+            "Leave image_size out, or declare the camera's width, height, fx, fy, cx and cy.",
+        ) from error
+    return {**robot, "camera": {**camera, "width": width, "height": height}}
+
+
+def _boxes(channel: str, robot: Mapping[str, Any]) -> dict[str, spaces.Box]:
+    if channel.startswith("image_"):
+        shape = (int(robot["camera"]["height"]), int(robot["camera"]["width"]))
+        if channel == "image_rgb":
+            return {channel: spaces.Box(0, 255, (*shape, 3), np.uint8)}
+        if channel == "image_depth":
+            return {channel: spaces.Box(0.0, float(robot["camera"]["range_m"][1]), shape, np.float32)}
+        return {
+            "class_segment_img": spaces.Box(0, 255, shape, np.uint8),
+            "instance_segment_img": spaces.Box(0, 65535, shape, np.uint16),
+        }
+    if channel == "laser":
+        return {channel: spaces.Box(0.0, float(robot["laser"]["range_m"][1]), (int(robot["laser"]["beams"]),))}
+    if channel == "imu":
+        return {
+            "imu_orientation_xyzw": spaces.Box(-1.0, 1.0, (4,)),
+            "imu_angular_velocity_radps": spaces.Box(-FASTEST_TURN_RADPS, FASTEST_TURN_RADPS, (3,)),
+            "imu_linear_acceleration_mps2": spaces.Box(-STRONGEST_ACCELERATION_MPS2, STRONGEST_ACCELERATION_MPS2, (3,)),
+        }
+    if channel == "poses":
+        high = np.array([FARTHEST_POSITION_M] * 3 + [1.0] * 4, np.float32)
+        # The contract of `poses`: the frames that the robot declares, and the camera's optical one.
+        return {f"pose_{frame}": spaces.Box(-high, high) for frame in {*robot["poses"], "camera"}}
+    raise ValueError(f"no such channel: {channel}; known: {', '.join(OBSERVATIONS)}")
+
+
+def _flat(channel: str, value: Any) -> Arrays:
+    if channel == "image_segment":
+        return {name: value[name] for name in ("class_segment_img", "instance_segment_img")}
+    if channel == "laser":
+        return {channel: value["scans"][:, 0]}
+    if channel == "imu":
+        return {f"imu_{name}": array for name, array in value.items()}
+    if channel == "poses":
+        return {
+            f"pose_{frame}": np.concatenate([pose["translation_xyz"], pose["rotation_xyzw"]])
+            for frame, pose in value.items()
+        }
+    return {channel: value}
+
+
+def _box(space: spaces.Dict, name: str) -> spaces.Box | None:
+    box = space.spaces.get(name)
+    return box if isinstance(box, spaces.Box) else None
+
+
+def _fitted(name: str, array: NDArray[Any], box: spaces.Box | None) -> NDArray[Any]:
+    if box is None or array.shape != box.shape:
+        declared = "nothing of that name" if box is None else f"the shape {box.shape}"
+        raise BenchbotError(
+            f"The simulator's '{name}' does not fit the robot's declaration.",
+            f"It has the shape {array.shape}, and the declaration promises {declared}.",
+            "Mend the robot's camera, laser or poses, or leave image_size out if the simulator cannot resize.",
+        )
+    if box.dtype.kind == "u":
+        return array.astype(box.dtype, copy=False)
+    finite = np.nan_to_num(array, nan=0.0, posinf=np.inf, neginf=0.0)
+    fitted: NDArray[Any] = np.clip(finite, box.low, box.high).astype(box.dtype)
+    return fitted
