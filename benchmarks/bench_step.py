@@ -1,7 +1,9 @@
 """The overhead of one step: a colour, depth and segmentation observation of 640x480 from a simulator that does nothing.
 
-The floor is the same number of bytes over a bare socket, measured in turn with the rest. The rows build up: what the
-platform's process costs, and what the supervisor adds over TCP or a unix socket, until the client has its arrays.
+The simulator takes no time, so each row is a round trip minus the simulation, until the solution has arrays of its own:
+in this process; in the platform's process; through the supervisor, over TCP or a unix socket, the arrays as bytes or in
+shared memory. The floor is the same number of bytes over a bare socket. The ways are measured in turn, so that each has
+the same share of what else the machine does; before each step, the solution thinks for some milliseconds.
 """
 
 import argparse
@@ -14,6 +16,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +26,11 @@ from benchbot.api.client import Client
 from benchbot.core.catalog import Declaration
 from benchbot.core.geometry import Pose
 from benchbot.core.hookspecs import Simulator, hookimpl
+from benchbot.core.host import InProcessHost
+from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot.core.selection import Selection
+from benchbot.core.session import Session
 from benchbot.supervisor.backend import serve
 from benchbot.supervisor.platform_host import ChildHost
 from benchbot.supervisor.run_state import Connection, RunState
@@ -132,11 +138,12 @@ def serve_for_parent(folder: Path) -> None:
     serve(selection(), port=0, unix_socket=folder / "socket", on_ready=tell)
 
 
-def measure(calls: dict[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:
-    """Return the milliseconds of each call, all of them in turn in every round."""
+def measure(calls: dict[str, Callable[[], object]], rounds: int, thinking_s: float = 0.0) -> dict[str, list[float]]:
+    """Return the milliseconds of each call, all of them in turn in every round, with a pause before each."""
     taken_ms: dict[str, list[float]] = {name: [] for name in calls}
     for number in range(rounds + 5):
         for name, call in calls.items():
+            time.sleep(thinking_s)
             start_s = time.perf_counter()
             call()
             if number >= 5:
@@ -144,43 +151,66 @@ def measure(calls: dict[str, Callable[[], object]], rounds: int) -> dict[str, li
     return taken_ms
 
 
-def run(folder: Path, rounds: int) -> dict[str, list[float]]:
+def in_process() -> InProcessHost:
+    chosen = selection()
+    platform = StillSimulator(PlatformSpec(chosen.robot.data, chosen.localisation, Path()))
+    scenes = [Scene(scene.data, scene.path.parent) for scene in chosen.environments]
+    return InProcessHost(platform, scenes, MotionConfig.from_robot(chosen.robot.data, chosen.localisation))
+
+
+def bare_transfer(stack: ExitStack, port: int) -> Callable[[], None]:
+    """Return what fetches the bytes of an observation over a bare socket."""
+    bare = stack.enter_context(socket.create_connection(("127.0.0.1", port)))
+    buffer = bytearray(payload_bytes())
+
+    def transfer() -> None:
+        bare.sendall(b"x")
+        view = memoryview(buffer)
+        while view:
+            view = view[bare.recv_into(view) :]
+
+    return transfer
+
+
+def step_through(connection: Connection, *, shares_memory: bool) -> Callable[[], object]:
+    client = Client(connection, shares_memory=shares_memory)
+    return lambda: client.step(None)
+
+
+def run(folder: Path, rounds: int, thinking_s: float) -> dict[str, list[float]]:
     command = [sys.executable, "-m", "benchmarks.bench_step", "--serve", str(folder)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process, ExitStack() as stack:
         assert process.stdout is not None
         told = json.loads(process.stdout.readline())
         connection = Connection(**told["state"]["connection"])
-        over_tcp = Client(Connection(connection.url, None, connection.token))
-        over_unix = Client(Connection(None, connection.socket, connection.token))
-        over_tcp.reset()
-        host = ChildHost(selection(), folder / "platform.log")
+        over_tcp = Connection(connection.url, None, connection.token)
+        over_unix = Connection(None, connection.socket, connection.token)
+        first = Client(over_tcp)
+        first.reset()
+        stack.callback(first.stop)
+        host = ChildHost(selection(), folder / "platform.log", lends=True)
+        stack.callback(host.close)
         host.load(0, 0)
-        bare = socket.create_connection(("127.0.0.1", told["floor"]))
-        buffer = bytearray(payload_bytes())
-
-        def transfer() -> None:
-            bare.sendall(b"x")
-            view = memoryview(buffer)
-            while view:
-                view = view[bare.recv_into(view) :]
-
-        calls: dict[str, Callable[[], object]] = {
-            FLOOR: transfer,
+        here = in_process()
+        session = Session(selection(), in_process)
+        session.reset()
+        ways: dict[str, Callable[[], object]] = {
+            FLOOR: bare_transfer(stack, told["floor"]),
+            "in process": lambda: here.observe(CHANNELS),
+            "in process, session, digest": lambda: session.step(None),
             "platform process": lambda: host.observe(CHANNELS),
-            "step over TCP": lambda: over_tcp.step(None),
-            "step over a unix socket": lambda: over_unix.step(None),
+            "TCP, bytes": step_through(over_tcp, shares_memory=False),
+            "unix socket, bytes": step_through(over_unix, shares_memory=False),
+            "TCP, shared memory": step_through(over_tcp, shares_memory=True),
+            "unix socket, shared memory": step_through(over_unix, shares_memory=True),
         }
-        try:
-            return measure(calls, rounds)
-        finally:
-            host.close()
-            bare.close()
-            over_tcp.stop()
+        return measure(ways, rounds, thinking_s)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=200)
+    parser.add_argument("--thinking-ms", type=float, default=4.0, help="before each step; 0 is a solution in a hurry")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the numbers there")
     parser.add_argument("--serve", type=Path, help=argparse.SUPPRESS)
     options = parser.parse_args()
@@ -189,7 +219,7 @@ def main() -> None:
         return
     with tempfile.TemporaryDirectory(prefix="bb-") as folder:
         install(Path(folder))
-        taken_ms = run(Path(folder), options.rounds)
+        taken_ms = run(Path(folder), options.rounds, options.thinking_ms / 1e3)
     rows = [
         {
             "what": name,
@@ -200,9 +230,9 @@ def main() -> None:
         for name, values in taken_ms.items()
     ]
     print(f"step(None), {WIDTH}x{HEIGHT} colour + depth + segmentation, {payload_bytes() / 1e6:.1f} MB")
-    print(f"{'':<26}{'median ms':>10}{'p99 ms':>10}{'ratio':>10}")
+    print(f"{'':<28}{'median ms':>10}{'p99 ms':>10}{'ratio':>10}")
     for row in rows:
-        print(f"{row['what']:<26}{row['median_ms']:>10.2f}{row['p99_ms']:>10.2f}{row['ratio_to_floor']:>9.1f}x")
+        print(f"{row['what']:<28}{row['median_ms']:>10.2f}{row['p99_ms']:>10.2f}{row['ratio_to_floor']:>9.1f}x")
     if options.json:
         options.json.write_text(json.dumps({"bytes": payload_bytes(), "rows": rows}, indent=1))
 

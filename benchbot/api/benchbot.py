@@ -2,13 +2,16 @@
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
 from benchbot.api.agent import ActionResult, Agent
 from benchbot.api.client import Client
+from benchbot.api.errors import WrongMomentError, WrongValueError, raised_as
 from benchbot.core import resources
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.supervisor.run_state import Connection, find
@@ -25,8 +28,18 @@ class BenchBot:
     """A robot in a task, reached through a running back end: observe, act, save a result.
 
     `BenchBot(agent).run()` does it all; `reset`, `step` and `next_scene` are for loops of your own. Every method raises
-    BenchbotError, which says what went wrong, why, and what to do.
+    BenchbotError, which says what went wrong, why, and what to do; where v2 raised ValueError or RuntimeError, it is
+    one of those as well.
     """
+
+    class RouteType(StrEnum):
+        """The parts of v2's supervisor, by their path. This client needs none of them; v2's had them."""
+
+        CONNECTION = "connections"
+        CONFIG = "config"
+        ROBOT = "robot"
+        RESULTS = "results_functions"
+        EXPLICIT = ""
 
     def __init__(
         self, agent: Agent | None = None, supervisor_address: str | None = None, auto_start: bool = True
@@ -87,17 +100,17 @@ class BenchBot:
 
     def start(self) -> None:
         """Connect to the supervisor and begin a new episode in the start of the first scene."""
-        print("Waiting to establish connection to a running supervisor ... ", end="", flush=True)
-        client = Client(self._connection())
-        self._session = client.session()
-        self._client = client
-        print("Connected!", flush=True)
+        with _announced("Waiting to establish connection to a running supervisor"):
+            client = Client(self._connection())
+            self._session = client.session()
+            self._client = client
+            print("Connected!", flush=True)
         self._take(client.reset)
 
     def set_agent(self, agent: Agent | None) -> None:
-        """Set the agent that `run` runs; raises BenchbotError for something that is not an Agent."""
+        """Set the agent that `run` runs, or none; raises WrongValueError for something that is not an Agent."""
         if agent is not None and not isinstance(agent, Agent):
-            raise BenchbotError(
+            raise WrongValueError(
                 f"'{type(agent).__name__}' is not an agent.",
                 "An agent is an object of a class that derives from benchbot.api.Agent.",
                 "Write: class MyAgent(Agent): … and pass an object of it: BenchBot(MyAgent())",
@@ -109,9 +122,9 @@ class BenchBot:
         """Return to the first scene's start, unless the current scene is clean; return observations and result."""
         client = self._running()
         if not self._clean:
-            print("Dirty robot state detected. Performing reset ... ", end="", flush=True)
-            self._take(client.reset)
-            print("Complete.", flush=True)
+            with _announced("Dirty robot state detected. Performing reset"):
+                self._take(client.reset)
+                print("Complete.", flush=True)
         elif self._unseen is None:
             self._take(lambda: client.step(None))
         return self._give()
@@ -121,22 +134,24 @@ class BenchBot:
     ) -> tuple[Observations, ActionResult]:
         """Take an action and observe: `step("move_distance", distance=0.5)`. `step(None)` only observes.
 
-        Returns the observations by name, and the action's result.
+        Returns the observations by name, and the action's result. Raises WrongValueError for an action that is unknown,
+        unavailable now or wrongly used.
         """
         client = self._running()
         kwargs = {**(arguments or {}), **action_kwargs}
         if action is not None:
             print(f"Sending action '{action}' with args: {kwargs}", flush=True)
-        self._take(lambda: client.step(action, kwargs))
+        with raised_as(WrongValueError):
+            self._take(lambda: client.step(action, kwargs))
         return self._give()
 
     def next_scene(self) -> bool:
-        """Advance to the next scene; return False when there is none. Raises BenchbotError after a collision."""
+        """Advance to the next scene; return False when there is none. Raises WrongMomentError after a collision."""
         client = self._running()
-        print("Moving to next scene ... ", end="", flush=True)
-        self._take(client.next_scene)
-        advanced = bool(self._state["advanced"])
-        print("Done." if advanced else "Failed.", flush=True)
+        with _announced("Moving to next scene"), raised_as(WrongMomentError):
+            self._take(client.next_scene)
+            advanced = bool(self._state["advanced"])
+            print("Done." if advanced else "Failed.", flush=True)
         return advanced
 
     def empty_results(self) -> dict[str, Any]:
@@ -161,7 +176,7 @@ class BenchBot:
             self.set_agent(agent)
         agent = self.agent
         if agent is None:
-            raise BenchbotError(
+            raise WrongMomentError(
                 "There is no agent to run.",
                 "BenchBot was made without one.",
                 "Pass one: BenchBot(agent).run() or BenchBot().run(agent)",
@@ -235,6 +250,17 @@ class BenchBot:
         """Hand out the observations of the last answer, once."""
         observations, self._unseen = self._unseen, None
         return observations or {}, ActionResult[self._state["result"]]
+
+
+@contextmanager
+def _announced(what: str) -> Iterator[None]:
+    """Print what is about to be done, on a line that ends with how it went; an error is told on a line of its own."""
+    print(f"{what} ... ", end="", flush=True)
+    try:
+        yield
+    except BenchbotError:
+        print(flush=True)
+        raise
 
 
 def _call_remote(client: Client, name: str, *args: Any, **kwargs: Any) -> Any:

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
+from benchbot.api.shared_memory import SharedMemory
 from benchbot.api.transport import Transport
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.supervisor import wire
@@ -18,10 +19,20 @@ class Client:
 
     A lost connection is a BenchbotError with failure `infrastructure`, and so is an answer that does not come within
     `answer_timeout_s`, if given: an action may take as long as it takes. Not thread-safe: one client per thread.
+    Arrays come through shared memory where the supervisor's can be opened from here, and `shares_memory` is true; else
+    as bytes. They are the caller's to keep and to write on either way.
     """
 
-    def __init__(self, connection: Connection | None = None, answer_timeout_s: float | None = None) -> None:
+    def __init__(
+        self,
+        connection: Connection | None = None,
+        answer_timeout_s: float | None = None,
+        *,
+        shares_memory: bool = True,
+    ) -> None:
         self.connection = connection or find()
+        self._shares_memory = shares_memory
+        self._memory: SharedMemory | None = None
         self._transport = Transport(self.connection.url, self.connection.socket, answer_timeout_s)
 
     def health(self) -> dict[str, Any]:
@@ -34,15 +45,15 @@ class Client:
 
     def reset(self) -> dict[str, Any]:
         """Start anew in the first scene; return the first observations and the state."""
-        return self._call("POST", "reset")
+        return self._observe("reset")
 
     def step(self, action: str | None, arguments: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Take one action (None only observes); return observations, result, available actions and state."""
-        return self._call("POST", "step", {"action": action, "arguments": dict(arguments or {})})
+        return self._observe("step", {"action": action, "arguments": dict(arguments or {})})
 
     def next_scene(self) -> dict[str, Any]:
         """Advance to the next scene; `advanced` is false (and there are no observations) when there is none."""
-        return self._call("POST", "next_scene")
+        return self._observe("next_scene")
 
     def result(self, document: Mapping[str, Any], solution: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Have a result checked and completed with provenance; return `{document, path, timings}`.
@@ -77,9 +88,45 @@ class Client:
     def close(self) -> None:
         """Close the connection."""
         self._transport.close()
+        self._forget_memory()
 
-    def _call(self, method: str, route: str, body: Mapping[str, Any] | None = None) -> dict[str, Any]:
-        headers = {"Accept": MSGPACK, "Authorization": f"Bearer {self.connection.token}"}
+    def _observe(self, route: str, body: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Send a request that is answered with observations, which may lie in shared memory (docs/wire.md)."""
+        if not self._shares_memory:
+            return self._call("POST", route, body)
+        memory = self._memory
+        opened = "none" if memory is None else memory.nonce
+        answer = self._call("POST", route, body, {wire.ARENA_HEADER: opened}, memory.read if memory else None)
+        told = answer.pop("arena", None)
+        if not isinstance(told, dict):
+            return answer
+        if "descriptor" in told:
+            self._forget_memory()
+            self._memory = SharedMemory.open(told)
+            self._shares_memory = self._memory is not None
+            return answer
+        if memory is None or told.get("nonce") != memory.nonce:
+            raise _foreign_memory(told.get("nonce"), opened)
+        if "observations" in answer and not memory.holds(told.get("sequence")):
+            # Another client has observed meanwhile. What is asked for again belongs together, and comes as bytes.
+            again = self._call("POST", "step", {"action": None})
+            return {**answer, **again, "outcome": answer["outcome"]}
+        return answer
+
+    def _forget_memory(self) -> None:
+        if self._memory is not None:
+            self._memory.close()
+            self._memory = None
+
+    def _call(
+        self,
+        method: str,
+        route: str,
+        body: Mapping[str, Any] | None = None,
+        more_headers: Mapping[str, str] | None = None,
+        fetch: wire.Fetch | None = None,
+    ) -> dict[str, Any]:
+        headers = {"Accept": MSGPACK, "Authorization": f"Bearer {self.connection.token}", **(more_headers or {})}
         data = b""
         if body is not None:
             headers["Content-Type"] = MSGPACK
@@ -87,7 +134,7 @@ class Client:
         status, content_type, content = self._transport.request(method, f"/api/v1/{route}", data, headers)
         if status >= 300 or content_type != MSGPACK:
             raise _error(status, bytes(content))
-        answer = wire.decode(content)
+        answer = wire.decode(content, fetch)
         if not isinstance(answer, dict):
             raise _error(status, bytes(content))
         return answer
@@ -103,6 +150,16 @@ def _within_cap(data: bytes) -> bytes:
             failure=FailureClass.AGENT,
         )
     return data
+
+
+def _foreign_memory(named: Any, opened: str) -> BenchbotError:
+    return BenchbotError(
+        "The answer lies in memory that this client has not opened.",
+        f"It names the arena {named!r}, and the client has opened {opened!r}.",
+        "Run again; if it happens again, report it.",
+        exit_code=ExitCode.INTERNAL,
+        failure=FailureClass.INFRASTRUCTURE,
+    )
 
 
 def _error(status: int, content: bytes) -> BenchbotError:

@@ -1,6 +1,7 @@
 """A digest of everything that a solution was shown, so that two runs can be proven identical."""
 
 from collections.abc import Mapping
+from concurrent.futures import Executor, Future
 from hashlib import sha256
 from typing import Any
 
@@ -16,6 +17,9 @@ class ObservationDigest:
     def update(self, observations: Mapping[str, Any]) -> None:
         """Add what a solution was shown at one step."""
         self._add(observations)
+
+    def wait(self) -> None:
+        """Return when the arrays of the last update are no longer needed: at once, here."""
 
     def hexdigest(self) -> str:
         """Return the digest of everything so far."""
@@ -33,3 +37,38 @@ class ObservationDigest:
             self._hash.update(np.ascontiguousarray(value).data)
         else:
             self._hash.update(f"{value!r};".encode())
+
+
+class BackgroundDigest(ObservationDigest):
+    """The same digest, computed in a thread, from `begin` on, while whoever was shown the observations thinks.
+
+    The arrays of an update must stay as they are until `wait` has returned.
+    """
+
+    def __init__(self, executor: Executor) -> None:
+        super().__init__()
+        self._executor = executor
+        self._noted: Mapping[str, Any] | None = None
+        self._begun: Future[None] | None = None
+
+    def update(self, observations: Mapping[str, Any]) -> None:
+        """Note what a solution was shown at one step."""
+        self.wait()
+        self._noted = observations
+
+    def begin(self) -> None:
+        """Add what is noted, in the thread: call it when nothing more urgent is left to do."""
+        if self._noted is not None and self._begun is None:
+            self._begun = self._executor.submit(super().update, self._noted)
+
+    def wait(self) -> None:
+        """Return when the arrays of the last update are no longer needed."""
+        self.begin()
+        begun, self._begun, self._noted = self._begun, None, None
+        if begun is not None:
+            begun.result()
+
+    def hexdigest(self) -> str:
+        """Return the digest of everything so far."""
+        self.wait()
+        return super().hexdigest()

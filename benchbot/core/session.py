@@ -22,18 +22,24 @@ T = TypeVar("T")
 class Session:
     """Runs a selection on a host. Not thread-safe: the caller serialises `reset`, `step` and `next_scene`.
 
-    `start_host` makes the host at the first `reset`, and anew at the `reset` that follows a dead one.
+    `start_host` makes the host at the first `reset`, and anew at the `reset` that follows a dead one. `digest` makes
+    that of an episode.
     """
 
     def __init__(
-        self, selection: Selection, start_host: Callable[[], Host], recordings: Sequence[Recording] = ()
+        self,
+        selection: Selection,
+        start_host: Callable[[], Host],
+        recordings: Sequence[Recording] = (),
+        digest: Callable[[], ObservationDigest] = ObservationDigest,
     ) -> None:
         self.selection = selection
         self.recordings = tuple(recordings)
         self.progress = Progress()
-        self.digest = ObservationDigest()
+        self.digest = digest()
         self.scenes = tuple(Scene(declaration.data, declaration.path.parent) for declaration in selection.environments)
         self._start_host = start_host
+        self._new_digest = digest
         self._host: Host | None = None
         self._trajectory: tuple[Pose, ...] = ()
         self._simulated_before_s = 0.0
@@ -65,8 +71,9 @@ class Session:
         """
         if self._safety_stop is not None:
             raise self._safety_stop
+        self.digest.wait()
         self.progress = Progress()
-        self.digest = ObservationDigest()
+        self.digest = self._new_digest()
         self._simulated_before_s = 0.0
         self._active_since_s = time.monotonic()
         self._tell_recordings(lambda recording: recording.reset())
@@ -120,6 +127,30 @@ class Session:
             self.progress.state = State.DIRTY
         return self._observe(host, outcome, action, arguments)
 
+    def move_by(self, name: str, arguments: Mapping[str, Any], move: Callable[[], Status]) -> Step:
+        """Move the robot by other means than an action of the task, and observe; it counts as a step.
+
+        `move` moves it and says where it ended up: for velocity control in training, which no task offers. The caller
+        sees to limits. Raises BenchbotError when no action could be taken either.
+        """
+        host = self._require_started()
+        if not self.actions:
+            raise BenchbotError(
+                f"The robot cannot move any more: {self.result}.",
+                f"The scene is {self.progress.state}.",
+                "Go on with next_scene() or reset().",
+                failure=FailureClass.AGENT,
+            )
+        self.progress.last_action = name
+        self.progress.steps += 1
+        status = self._guarded(move)
+        self._note(status)
+        if status.collided:
+            self._end(State.COLLIDED, FailureClass.COLLISION, f"The robot hit something during {name}.")
+        else:
+            self.progress.state = State.DIRTY
+        return self._observe(host, None, name, arguments)
+
     def fail(self, failure: FailureClass, why: str) -> None:
         """Record that the episode ended badly for a reason outside the robot: the first one stays."""
         self._end(State.FAILED, failure, why)
@@ -171,6 +202,7 @@ class Session:
     def _observe(
         self, host: Host, outcome: Outcome | None, action: str | None = None, arguments: Mapping[str, Any] | None = None
     ) -> Step:
+        self.digest.wait()
         observations = self._guarded(lambda: host.observe(self.selection.observations))
         self.progress.frames += 1
         self.digest.update(observations)

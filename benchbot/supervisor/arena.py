@@ -1,30 +1,44 @@
-"""Shared memory between the supervisor and the platform's process, with no name and so nothing to leak.
+"""Shared memory for arrays, with no name and so nothing to leak: an anonymous file that the platform's process writes.
 
-The memory is an anonymous file whose descriptor the child inherits. When both ends are gone, so is the memory.
+The supervisor made it, and reads it; a client of the same user may, too (docs/wire.md). When the last of them is gone,
+so is the memory. It begins with 64 bytes: a nonce (16), by which a client knows that it has opened the right file, and
+a sequence number (8, little-endian), which is odd while arrays are being written and grows by 2 with every writing.
 """
 
 import fcntl
 import mmap
 import os
-import tempfile
+import secrets
+import struct
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+NAME = "benchbot-arena"
 ALIGNMENT_BYTES = 64
+HEADER_BYTES = 64
+NONCE_BYTES = 16
+_SEQUENCE = struct.Struct("<Q")
 
 
 def create() -> int:
-    """Return the descriptor of a new, empty anonymous file."""
+    """Return the descriptor of a new anonymous file that holds a header and no arrays."""
     if hasattr(os, "memfd_create"):
-        handle = os.memfd_create("benchbot-arena", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
-        # A file that cannot shrink cannot take mapped pages away from the reader (SIGBUS).
+        handle = os.memfd_create(NAME, os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
+        # A file that cannot shrink cannot take mapped pages away from a reader (SIGBUS).
         fcntl.fcntl(handle, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK)
-        return handle
-    with tempfile.TemporaryFile() as file:
-        return os.dup(file.fileno())
+        # Whoever opens it anew opens it for reading: the child writes through the descriptor that it inherits.
+        os.fchmod(handle, 0o400)
+    else:
+        import tempfile
+
+        with tempfile.TemporaryFile() as file:
+            handle = os.dup(file.fileno())
+    os.ftruncate(handle, mmap.PAGESIZE)
+    os.pwrite(handle, secrets.token_bytes(NONCE_BYTES), 0)
+    return handle
 
 
 class ArenaWriter:
@@ -32,48 +46,92 @@ class ArenaWriter:
 
     def __init__(self, handle: int) -> None:
         self._handle = handle
-        self._map: mmap.mmap | None = None
+        self._map = mmap.mmap(handle, os.fstat(handle).st_size)
+        (self._sequence,) = _SEQUENCE.unpack_from(self._map, NONCE_BYTES)
 
     def write(self, arrays: Sequence[NDArray[Any]]) -> list[int]:
         """Write the arrays in C order and return their offsets in bytes. What was written before is overwritten."""
-        offsets, end = [], 0
+        if not arrays:
+            return []
+        offsets, end = [], HEADER_BYTES
         for array in arrays:
             offsets.append(end)
             end += -(-array.nbytes // ALIGNMENT_BYTES) * ALIGNMENT_BYTES
         memory = self._memory(end)
+        self._count(memory)
         for offset, array in zip(offsets, arrays, strict=True):
             target = np.frombuffer(memory, array.dtype, array.size, offset).reshape(array.shape)
             np.copyto(target, array)
+        self._count(memory)
         return offsets
 
+    def _count(self, memory: mmap.mmap) -> None:
+        self._sequence += 1
+        _SEQUENCE.pack_into(memory, NONCE_BYTES, self._sequence)
+
     def _memory(self, size: int) -> mmap.mmap:
-        size = max(size, mmap.PAGESIZE)
-        if self._map is None or len(self._map) < size:
-            size = max(size, os.fstat(self._handle).st_size)
+        if len(self._map) < size:
             os.ftruncate(self._handle, size)
             self._map = mmap.mmap(self._handle, size)
         return self._map
 
 
 class ArenaReader:
-    """The supervisor's end: copies arrays out."""
+    """The end of the supervisor or of a client: looks at arrays, or copies them out.
+
+    Raises ValueError for a file that is too short to be an arena. The descriptor is the caller's to close.
+    """
 
     def __init__(self, handle: int) -> None:
-        self._handle = handle
-        self._map: mmap.mmap | None = None
+        self.handle = handle
+        self._remap(os.fstat(handle).st_size)
 
-    def read(self, dtype: str, shape: Sequence[int], offset: int) -> NDArray[Any]:
-        """Return a copy of the array at an offset; raises ValueError when it lies outside of the memory."""
+    @property
+    def nonce(self) -> str:
+        """The nonce, as hexadecimal digits."""
+        return self._map[:NONCE_BYTES].hex()
+
+    @property
+    def sequence(self) -> int:
+        """The number of the last writing; odd while it is under way."""
+        number: int = _SEQUENCE.unpack_from(self._map, NONCE_BYTES)[0]
+        return number
+
+    def view(self, dtype: str, shape: Sequence[int], offset: int) -> NDArray[Any]:
+        """Return the array at an offset, read-only, as long as nothing else is written.
+
+        Raises ValueError when it lies outside of the memory.
+        """
         kind = np.dtype(dtype)
-        if kind.hasobject or offset < 0 or any(size < 0 for size in shape):
+        if kind.hasobject or offset < HEADER_BYTES or any(size < 0 for size in shape):
             raise ValueError(f"not an array: {dtype} {list(shape)} at {offset}")
         count = int(np.prod(shape, dtype=object))
         end = offset + count * kind.itemsize
-        available = os.fstat(self._handle).st_size
-        if end > available:
-            raise ValueError(f"the array ends at byte {end} of {available}")
+        if end > len(self._map):
+            self._remap(os.fstat(self.handle).st_size)
+        if end > len(self._map):
+            raise ValueError(f"the array ends at byte {end} of {len(self._map)}")
         if count == 0:
             return np.empty(tuple(shape), kind)
-        if self._map is None or len(self._map) < end:
-            self._map = mmap.mmap(self._handle, available, access=mmap.ACCESS_READ)
-        return np.frombuffer(self._map, kind, count, offset).reshape(tuple(shape)).copy()
+        return np.frombuffer(self._map, kind, count, offset).reshape(tuple(shape))
+
+    def read(self, dtype: str, shape: Sequence[int], offset: int) -> NDArray[Any]:
+        """Return a copy of the array at an offset; raises ValueError when it lies outside of the memory."""
+        return self.view(dtype, shape, offset).copy()
+
+    def offset_of(self, array: NDArray[Any]) -> int | None:
+        """Return where an array lies, or None when it is not a contiguous part of this memory."""
+        address: int = array.__array_interface__["data"][0]
+        offset = address - self._address
+        inside = offset >= HEADER_BYTES and offset + array.nbytes <= len(self._map)
+        return offset if inside and array.nbytes and array.flags.c_contiguous else None
+
+    def close(self) -> None:
+        """Let go of the memory; raises BufferError while views of it are in use."""
+        self._map.close()
+
+    def _remap(self, size: int) -> None:
+        if size < HEADER_BYTES:
+            raise ValueError(f"an arena has at least {HEADER_BYTES} bytes, not {size}")
+        self._map = mmap.mmap(self.handle, size, access=mmap.ACCESS_READ)
+        self._address: int = np.frombuffer(self._map, np.uint8).__array_interface__["data"][0]

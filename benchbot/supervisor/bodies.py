@@ -16,23 +16,23 @@ JSON = "application/json"
 T = TypeVar("T")
 
 
-async def read(request: Request, kind: type[T]) -> T:
+async def read(request: Request, kind: type[T], max_bytes: int = wire.MAX_BODY_BYTES) -> T:
     """Return a request's body as `kind`, an empty body as an empty mapping.
 
     Raises RefusedError 413 for a body over the cap, 415 for another content type, 400 for a body that does not fit.
     """
-    body = await _limited(request)
-    content_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    body = await _limited(request, max_bytes)
+    kind_of_body = content_type(request)
     if not body:
         value: Any = {}
-    elif content_type == MSGPACK:
+    elif kind_of_body == MSGPACK:
         value = wire.decode(body)
-    elif content_type == JSON:
+    elif kind_of_body == JSON:
         value = _decode_json(bytes(body))
     else:
         raise RefusedError(
             415,
-            f"Bodies of type '{content_type or 'unknown'}' are not understood.",
+            f"Bodies of type '{kind_of_body or 'unknown'}' are not understood.",
             f"The supervisor reads {MSGPACK} and {JSON}.",
             f"Send one of these, with its Content-Type header, for example: Content-Type: {JSON}",
         )
@@ -44,6 +44,11 @@ async def read(request: Request, kind: type[T]) -> T:
         ) from error
 
 
+def content_type(request: Request) -> str:
+    """Return the media type of a request's body, in lower case and without parameters; empty when none is named."""
+    return request.headers.get("content-type", "").partition(";")[0].strip().lower()
+
+
 def require_msgpack(request: Request) -> None:
     """Raise RefusedError 406 when the client does not accept what carries arrays, before anything has happened."""
     if not _accepts(request, MSGPACK):
@@ -53,11 +58,16 @@ def require_msgpack(request: Request) -> None:
 def respond(request: Request, value: Any) -> Response:
     """Return a response as the client accepts it: MessagePack unless only JSON is acceptable."""
     if _accepts(request, MSGPACK):
-        return Response(wire.encode(value), media_type=MSGPACK)
+        return encoded(wire.encode(value))
     try:
         return Response(msgspec.json.encode(value), media_type=JSON)
     except TypeError as error:
         raise _not_json(request) from error
+
+
+def encoded(body: bytes) -> Response:
+    """Return the response with a body that is MessagePack already."""
+    return Response(body, media_type=MSGPACK)
 
 
 def respond_error(error: BenchbotError) -> Response:
@@ -81,20 +91,20 @@ def _accepts(request: Request, media_type: str) -> bool:
     return not accepted.isdisjoint({media_type, "application/*", "*/*"})
 
 
-async def _limited(request: Request) -> bytearray:
+async def _limited(request: Request, max_bytes: int) -> bytearray:
     too_large = RefusedError(
         413,
         "The request's body is too large.",
-        f"The supervisor reads at most {wire.MAX_BODY_BYTES // 2**20} MiB.",
+        f"The supervisor reads at most {max_bytes} bytes here.",
         "Send less: a result of this size is most likely not what the task asks for.",
     )
     declared = request.headers.get("content-length", "0")
-    if declared.isdigit() and int(declared) > wire.MAX_BODY_BYTES:
+    if declared.isdigit() and int(declared) > max_bytes:
         raise too_large
     body = bytearray()
     async for chunk in request.stream():
         body += chunk
-        if len(body) > wire.MAX_BODY_BYTES:
+        if len(body) > max_bytes:
             raise too_large
     return body
 

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.geometry import Pose
 from benchbot.core.platform import Localisation
-from benchbot.supervisor.arena import ArenaReader, ArenaWriter
+from benchbot.supervisor.arena import ArenaWriter
+from benchbot.supervisor.wire import Fetch
 
 ARENA_CODE = 2
 MAX_MESSAGE_BYTES = 64 * 2**20
@@ -177,17 +178,17 @@ def decode_message(data: bytes | bytearray) -> Reply | Question | Resumed:
     return _message_decoder.decode(data)
 
 
-def value_of(reply: Reply, kind: type[T], arena: ArenaReader | None = None) -> T:
-    """Return the value of a reply, or raise the BenchbotError in it; arrays are copied out of the arena."""
+def value_of(reply: Reply, kind: type[T], fetch: Fetch | None = None) -> T:
+    """Return the value of a reply, or raise the BenchbotError in it; arrays are fetched from the arena."""
     if isinstance(reply, Failed):
         raise reply.error()
 
-    def fetch(code: int, where: memoryview) -> NDArray[Any]:
-        if arena is None or code != ARENA_CODE:
+    def array(code: int, where: memoryview) -> NDArray[Any]:
+        if fetch is None or code != ARENA_CODE:
             raise ValueError(f"extension type {code} is not known")
-        return arena.read(*msgspec.msgpack.decode(where, type=tuple[str, list[int], int]))
+        return fetch(*msgspec.msgpack.decode(where, type=tuple[str, list[int], int]))
 
-    return msgspec.msgpack.Decoder(kind, ext_hook=fetch).decode(reply.value)
+    return msgspec.msgpack.Decoder(kind, ext_hook=array).decode(reply.value)
 
 
 def _collect_arrays(value: Any, arrays: list[NDArray[Any]]) -> None:

@@ -47,6 +47,7 @@ class ChildHost:
     Every method raises BenchbotError with failure `platform` when the child dies or hangs; it is then gone for good.
     With a real robot that ends the run: it was stopped in the middle of something, and is not moved again.
     While the platform asks the `operator` for something, it does not count as hung; without one it cannot ask.
+    A host that `lends` observes without a copy: its arrays are read-only views of the arena, good until the next one.
     """
 
     def __init__(
@@ -57,6 +58,7 @@ class ChildHost:
         options: Mapping[str, Any] | None = None,
         timeouts: Timeouts | None = None,
         operator: Operator | None = None,
+        lends: bool = False,
     ) -> None:
         self._log = log
         self._timeouts = timeouts or Timeouts()
@@ -84,7 +86,8 @@ class ChildHost:
                 pass_fds=handles,
                 start_new_session=True,
             )
-        self._arena = arena.ArenaReader(self._arena_handle)
+        self.arena = arena.ArenaReader(self._arena_handle)
+        self._fetch = self.arena.view if lends else self.arena.read
         self._start: channel.Start | None = _start_message(selection, options or {}, can_ask=operator is not None)
         self._looked = False
 
@@ -143,7 +146,7 @@ class ChildHost:
         with self._busy:
             try:
                 self._send(request)
-                return channel.value_of(self._reply(timeout_s), kind, self._arena)
+                return channel.value_of(self._reply(timeout_s), kind, self._fetch)
             except TimeoutError as error:
                 self._kill()
                 raise self._hung(request, timeout_s) from error

@@ -3,13 +3,16 @@
 import logging
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from benchbot.core import formats, results
 from benchbot.core.catalog import Declaration
 from benchbot.core.channels import ACTIONS, OBSERVATIONS
+from benchbot.core.digest import BackgroundDigest
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.host import Host
 from benchbot.core.progress import Progress, Step
@@ -17,12 +20,16 @@ from benchbot.core.provenance import timings
 from benchbot.core.recording import Recording
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
+from benchbot.supervisor import lending
 from benchbot.supervisor.events import Events
 from benchbot.supervisor.operator import Operator
+from benchbot.supervisor.platform_host import ChildHost
 from benchbot.supervisor.refused import RefusedError
 
 ACTION_WAIT_S = 150.0
 HUNG_UP = "The solution hung up while the robot was moving."
+
+T = TypeVar("T")
 
 log = logging.getLogger("benchbot.supervisor")
 
@@ -38,6 +45,7 @@ class Run:
     """A session behind a lock. Methods block: call them in worker threads. `describe` and `progress` never wait.
 
     Those that may move the robot are given their caller, so that a real robot does not move for nobody: see `hang_up`.
+    They return what `deliver` makes of the answer while its arrays, which may be lent, are sure to stay as they are.
     """
 
     def __init__(
@@ -52,7 +60,15 @@ class Run:
         self.stop_asked = threading.Event()
         self.result_path = result_path
         self.platform_failed = False
-        self._session = Session(selection, start_host, recordings)
+        self._host: Host | None = None
+        self._digesting = ThreadPoolExecutor(1, "benchbot-digest")
+        self._digest = self._new_digest()
+        self._session = Session(
+            selection,
+            partial(self._start_host, start_host),
+            [lending.KeepingRecording(recording) for recording in recordings],
+            self._new_digest,
+        )
         self._lock = threading.Lock()
         self._callers = threading.Lock()
         self._caller: Caller | None = None
@@ -92,29 +108,35 @@ class Run:
         with self._exclusively(ACTION_WAIT_S):
             self._noting_failures(self._session.prepare)
 
-    def reset(self, caller: Caller | None = None) -> dict[str, Any]:
+    def reset(self, caller: Caller | None = None, deliver: lending.Deliver[T] = lending.keep) -> T:
         """Start anew in the first scene. Waits for an action that a solution, maybe a dead one, has left under way."""
         with self._exclusively(ACTION_WAIT_S, caller):
             step = self._noting_failures(self._session.reset)
             self._started = True
             self._tell("scene")
-            return self._step_document(step)
+            return self._deliver(self._step_document(step), deliver)
 
-    def step(self, action: str | None, arguments: Mapping[str, Any], caller: Caller | None = None) -> dict[str, Any]:
+    def step(
+        self,
+        action: str | None,
+        arguments: Mapping[str, Any],
+        caller: Caller | None = None,
+        deliver: lending.Deliver[T] = lending.keep,
+    ) -> T:
         """Take one action; raises RefusedError (409) while another request uses the session."""
         with self._exclusively(caller=caller):
             step = self._noting_failures(lambda: self._session.step(action, arguments))
             self._tell("step")
-            return self._step_document(step)
+            return self._deliver(self._step_document(step), deliver)
 
-    def next_scene(self, caller: Caller | None = None) -> dict[str, Any]:
+    def next_scene(self, caller: Caller | None = None, deliver: lending.Deliver[T] = lending.keep) -> T:
         """Advance to the next scene; raises RefusedError (409) while another request uses the session."""
         with self._exclusively(caller=caller):
             step = self._noting_failures(self._session.next_scene)
             if step is None:
-                return {"advanced": False, **self._state_document()}
+                return self._deliver({"advanced": False, **self._state_document()}, deliver)
             self._tell("scene")
-            return {"advanced": True, **self._step_document(step)}
+            return self._deliver({"advanced": True, **self._step_document(step)}, deliver)
 
     def finish(
         self, document: dict[str, Any] | None, solution: dict[str, Any] | None, failure: tuple[FailureClass, str] | None
@@ -211,6 +233,20 @@ class Run:
                 self._closed = True
                 self._session.close()
                 self._tell("closed")
+
+    def _start_host(self, start: Callable[[], Host]) -> Host:
+        self._host = start()
+        return self._host
+
+    def _new_digest(self) -> BackgroundDigest:
+        self._digest = BackgroundDigest(self._digesting)
+        return self._digest
+
+    def _deliver(self, answer: dict[str, Any], deliver: lending.Deliver[T]) -> T:
+        try:
+            return deliver(answer, self._host.arena if isinstance(self._host, ChildHost) else None)
+        finally:
+            self._digest.begin()
 
     @contextmanager
     def _exclusively(self, wait_s: float = 0.0, caller: Caller | None = None) -> Iterator[None]:

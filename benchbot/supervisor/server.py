@@ -37,7 +37,8 @@ def bind_tcp(host: str, port: int, *, allow_remote: bool = False) -> socket.sock
         )
     try:
         address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
-        listener = socket.socket(address[0], socket.SOCK_STREAM)
+        # Named, so that asyncio knows it for TCP and sends what is small at once (TCP_NODELAY).
+        listener = socket.socket(address[0], socket.SOCK_STREAM, socket.IPPROTO_TCP)
     except OSError as error:
         raise _cannot_listen(f"{host}:{port}", error) from error
     try:
@@ -95,6 +96,7 @@ class Server:
                 log_config=None,
                 access_log=False,
                 server_header=False,
+                proxy_headers=False,
                 timeout_keep_alive=KEEP_ALIVE_S,
                 timeout_graceful_shutdown=SHUTDOWN_S,
             ),

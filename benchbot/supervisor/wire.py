@@ -2,12 +2,13 @@
 
 An array is extension type 1. Its data: one byte, the length n of the header; n bytes, the header, itself MessagePack:
 `[dtype.str, [size, …]]` (`"<f4"`, `[480, 640]`); then the elements, C order, little-endian, without padding.
+Extension type 2 is an array that lies in shared memory: MessagePack `[dtype.str, [size, …], offset]`.
 MessagePack: https://github.com/msgpack/msgpack/blob/master/spec.md
 """
 
 import math
 import struct
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import msgspec
@@ -16,40 +17,53 @@ from numpy.typing import NDArray
 
 from benchbot.core.errors import BenchbotError
 
+ARENA_HEADER = "X-BenchBot-Arena"
 MAX_BODY_BYTES = 64 * 2**20
 ARRAY_CODE = 1
+PLACE_CODE = 2
 MAX_NDIM = 8
+# A smaller array is copied sooner than it is aligned.
+ALIGNED_FROM_BYTES = 4096
 MAX_ARRAY_BYTES = 256 * 2**20
 DTYPES = frozenset({"|b1", "|i1", "|u1", "<i2", "<u2", "<i4", "<u4", "<i8", "<u8", "<f2", "<f4", "<f8"})
 
+Locate = Callable[[NDArray[Any]], int | None]
+"""Returns where an array lies in shared memory, or None for one that does not."""
+Fetch = Callable[[str, list[int], int], NDArray[Any]]
+"""Returns the array of a dtype and shape that lies at an offset in shared memory; raises ValueError for none."""
+
 _header_decoder = msgspec.msgpack.Decoder(tuple[str, list[int]])
+_place_decoder = msgspec.msgpack.Decoder(tuple[str, list[int], int])
 
 
-def encode(value: Any) -> bytes:
+def encode(value: Any, locate: Locate | None = None) -> bytes:
     """Return a value as MessagePack; raises BenchbotError for one that the wire cannot carry.
+
+    With `locate`, of an array that lies in shared memory only its place is sent.
 
     It carries None, bool, int (64 bits), float, str, bytes, list, tuple, dict with string keys, and numpy's arrays and
     scalars of bool, int, uint and float.
     """
-    parts: list[bytes | memoryview] = []
+    message = _Message(locate)
     try:
-        _append(parts, value)
+        message.append(value)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:
         raise BenchbotError(
             "A value cannot be sent.",
             str(error),
             "Use dicts, lists, strings, numbers, booleans, None and numpy arrays of bool, int, uint or float.",
         ) from error
-    return b"".join(parts)
+    return b"".join(message.parts)
 
 
-def decode(data: bytes | bytearray | memoryview) -> Any:
+def decode(data: bytes | bytearray | memoryview, fetch: Fetch | None = None) -> Any:
     """Return the value in a MessagePack message; arrays in a bytearray are views into it where alignment permits.
 
+    `fetch` returns those that lie in shared memory.
     Raises BenchbotError for everything that is not a whole message within the caps of this module.
     """
     try:
-        return _decoder.decode(data)
+        return (_decoder if fetch is None else _decoder_with(fetch)).decode(data)
     except (msgspec.DecodeError, TypeError, ValueError, RecursionError) as error:
         raise BenchbotError(
             "A message cannot be read.",
@@ -58,21 +72,62 @@ def decode(data: bytes | bytearray | memoryview) -> Any:
         ) from error
 
 
-def _append(parts: list[bytes | memoryview], value: Any) -> None:
-    """Append the encoding of a value. Arrays stay where they are: joining the parts is the only copy of an image."""
-    if isinstance(value, np.ndarray):
-        _append_array(parts, value)
-    elif isinstance(value, dict) and _holds_array(value.values()):
-        parts.append(_map_header(len(value)))
-        for key, item in value.items():
-            parts.append(_encoder.encode(key))
-            _append(parts, item)
-    elif isinstance(value, list | tuple) and _holds_array(value):
-        parts.append(_array_header(len(value)))
-        for item in value:
-            _append(parts, item)
-    else:
-        parts.append(_encoder.encode(value))
+class _Message:
+    """A message being put together. Arrays stay where they are: joining the parts is the only copy of an image."""
+
+    def __init__(self, locate: Locate | None) -> None:
+        self.parts: list[bytes | memoryview] = []
+        self._size = 0
+        self._locate = locate
+
+    def append(self, value: Any) -> None:
+        """Append the encoding of a value."""
+        if isinstance(value, np.ndarray):
+            self._append_array(value)
+        elif isinstance(value, dict) and _holds_array(value.values()):
+            self._add(struct.pack(">BI", 0xDF, len(value)))
+            for key, item in value.items():
+                self._add(_encoder.encode(key))
+                self.append(item)
+        elif isinstance(value, list | tuple) and _holds_array(value):
+            self._add(struct.pack(">BI", 0xDD, len(value)))
+            for item in value:
+                self.append(item)
+        else:
+            self._add(_encoder.encode(value))
+
+    def _append_array(self, array: NDArray[Any]) -> None:
+        """Append an array or its place; raises ValueError for a dtype, rank or size outside of the caps."""
+        dtype = array.dtype.newbyteorder("<") if array.dtype.kind in "iuf" else array.dtype
+        size = _check(dtype.str, list(array.shape))
+        offset = self._locate(array) if self._locate and dtype == array.dtype else None
+        if offset is not None:
+            self._add(
+                _encoder.encode(msgspec.msgpack.Ext(PLACE_CODE, _encoder.encode((dtype.str, array.shape, offset))))
+            )
+            return
+        header = _encoder.encode((dtype.str, array.shape))
+        if size >= ALIGNED_FROM_BYTES:
+            header = _widened(header, -(self._size + 7 + len(header)) % dtype.itemsize, len(array.shape))
+        self._add(struct.pack(">BIbB", 0xC9, 1 + len(header) + size, ARRAY_CODE, len(header)) + header)
+        if size:
+            self._add(np.ascontiguousarray(array, dtype).reshape(-1).view(np.uint8).data)
+
+    def _add(self, part: bytes | memoryview) -> None:
+        self.parts.append(part)
+        self._size += len(part)
+
+
+def _widened(header: bytes, padding: int, rank: int) -> bytes:
+    """Return an array's header, 0 to 7 bytes longer: what MessagePack writes in one byte, it also reads in more.
+
+    So the elements lie aligned in the message, and a reader need not copy them.
+    """
+    text_end = 2 + (header[1] & 0x1F)
+    pair = b"\xdc\x00\x02" if padding & 2 else header[:1]
+    text = (b"\xd9" + bytes([header[1] & 0x1F]) if padding & 1 else header[1:2]) + header[2:text_end]
+    sizes = struct.pack(">BI", 0xDD, rank) if padding & 4 else header[text_end : text_end + 1]
+    return pair + text + sizes + header[text_end + 1 :]
 
 
 def _holds_array(values: Iterable[Any]) -> bool:
@@ -84,24 +139,6 @@ def _holds_array(values: Iterable[Any]) -> bool:
         if isinstance(value, list | tuple) and _holds_array(value):
             return True
     return False
-
-
-def _append_array(parts: list[bytes | memoryview], array: NDArray[Any]) -> None:
-    """Append an array as extension data; raises ValueError for a dtype, rank or size outside of the caps."""
-    dtype = array.dtype.newbyteorder("<") if array.dtype.kind in "iuf" else array.dtype
-    size = _check(dtype.str, list(array.shape))
-    header = _encoder.encode((dtype.str, array.shape))
-    parts.append(struct.pack(">BIbB", 0xC9, 1 + len(header) + size, ARRAY_CODE, len(header)) + header)
-    if size:
-        parts.append(np.ascontiguousarray(array, dtype).reshape(-1).view(np.uint8).data)
-
-
-def _map_header(count: int) -> bytes:
-    return struct.pack(">BI", 0xDF, count)
-
-
-def _array_header(count: int) -> bytes:
-    return struct.pack(">BI", 0xDD, count)
 
 
 def _encode_scalar(value: Any) -> Any:
@@ -142,6 +179,17 @@ def _decode_hook(code: int, data: memoryview) -> NDArray[Any]:
     if code != ARRAY_CODE:
         raise ValueError(f"extension type {code} is not known")
     return unpack_array(data)
+
+
+def _decoder_with(fetch: Fetch) -> "msgspec.msgpack.Decoder[Any]":
+    def hook(code: int, data: memoryview) -> NDArray[Any]:
+        if code != PLACE_CODE:
+            return _decode_hook(code, data)
+        dtype, shape, offset = _place_decoder.decode(data)
+        _check(dtype, shape)
+        return fetch(dtype, shape, offset)
+
+    return msgspec.msgpack.Decoder(ext_hook=hook)
 
 
 _encoder = msgspec.msgpack.Encoder(enc_hook=_encode_scalar)

@@ -131,6 +131,21 @@ def test_observing_alone_takes_no_step() -> None:
     assert (ride.progress.steps, ride.progress.frames) == (0, 2)
 
 
+def test_a_robot_that_is_moved_by_other_means_takes_a_step() -> None:
+    host = RailHost()
+    ride = session("move_distance", host=host)
+    ride.reset()
+
+    def push(distance: float) -> Status:
+        return host.act("move_distance", {"distance": distance}, None)[1]
+
+    moved = ride.move_by("push", {"distance": 1.0}, lambda: push(1.0))
+    assert (moved.state, moved.observations["poses"], ride.progress.steps) == (State.DIRTY, 1.0, 1)
+    assert ride.move_by("push", {}, lambda: push(9.0)).result is ActionResult.COLLISION
+    with pytest.raises(BenchbotError, match="cannot move any more"):
+        ride.move_by("push", {}, lambda: push(1.0))
+
+
 @pytest.mark.parametrize(
     ("action", "arguments", "title"),
     [

@@ -122,5 +122,45 @@ def test_arrays_in_a_bytearray_are_not_copied() -> None:
     assert arrived[-1, -1, -1] == 255
 
 
+@settings(deadline=None, max_examples=200)
+@given(
+    st.text(max_size=9), st.sampled_from(["<u2", "<f4", "<f8"]), st.lists(st.sampled_from([1, 9, 70, 300]), max_size=4)
+)
+def test_large_arrays_are_aligned_wherever_they_begin(name: str, dtype: str, sizes: list[int]) -> None:
+    array = np.zeros([2100, *sizes[:1]], dtype)
+    message = bytearray(wire.encode({name: array, "next": [array, sizes]}))
+    arrived = wire.decode(message)
+    for image in (arrived[name], arrived["next"][0]):
+        assert image.shape == array.shape
+        # A view of the message, not a copy that had to be made.
+        assert image.base is not None
+        assert image.flags.aligned
+
+
+def test_the_place_of_an_array_is_sent_instead_of_it() -> None:
+    lent, own = np.arange(6, dtype="<u2").reshape(2, 3), np.zeros(3)
+    message = wire.encode({"lent": lent, "own": own}, lambda array: 4096 if array is lent else None)
+    place = b"\x93\xa3<u2\x92\x02\x03\xcd\x10\x00"
+    assert b"\xc7" + bytes([len(place)]) + b"\x02" + place in message
+    arrived = wire.decode(message, lambda *asked: np.array([str(asked)]))
+    assert arrived["lent"].tolist() == ["('<u2', [2, 3], 4096)"]
+    assert arrived["own"].tolist() == [0, 0, 0]
+
+
+def test_what_is_not_little_endian_is_sent_itself() -> None:
+    array = np.arange(3, dtype=">u2")
+    assert wire.decode(wire.encode(array, lambda array: 64)).tolist() == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    "place", [("|O", [1], 64), ("<f4", [2**40], 64), ("<f4", [-1], 64), ("<f4", [1] * 9, 64), ("<f4", [1]), 3, "x"]
+)
+def test_a_place_that_is_not_within_the_caps_is_refused(place: Any) -> None:
+    message = msgspec.msgpack.encode(msgspec.msgpack.Ext(wire.PLACE_CODE, msgspec.msgpack.encode(place)))
+    for fetch in (None, lambda *asked: np.zeros(1)):
+        with pytest.raises(BenchbotError, match="cannot be read"):
+            wire.decode(message, fetch)
+
+
 def test_numpy_scalars_travel_as_numbers() -> None:
     assert wire.decode(wire.encode([np.float32(0.5), np.int64(3), np.bool_(True)])) == [0.5, 3, True]
