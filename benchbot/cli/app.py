@@ -11,7 +11,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from benchbot import __version__
-from benchbot.cli import report
+from benchbot.cli import addons, report
 from benchbot.cli.options import QUICK
 from benchbot.core.errors import BenchbotError, ExitCode
 
@@ -33,6 +33,11 @@ COMMANDS: dict[str, tuple[str, str]] = {
 
 EPILOGUE = """\
 Plug-ins may add commands: benchbot list commands.
+
+\b
+Add-ons of BenchBot v2, for run, submit, eval, picture, list, show, check and doctor:
+  --addons FOLDER  use those in this folder, too; repeatable
+  --trust-addons   let their Python code run, until it changes
 
 \b
 Exit codes:
@@ -78,6 +83,8 @@ class LazyGroup(TyperGroup):
         if args[0] not in self.commands:
             self._add_commands_of_plugins()
         name, command, rest = super().resolve_command(ctx, args)
+        if name in addons.COMMANDS and not ctx.resilient_parsing:
+            rest = addons.take(rest)
         return name, command.load() if isinstance(command, Stub) else command, rest
 
     def _add_commands_of_plugins(self) -> None:

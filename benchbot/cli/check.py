@@ -52,7 +52,7 @@ def kind_of(document: dict[str, Any], path: Path) -> str | None:
     from benchbot.core import schema
     from benchbot.core.catalog import KINDS
 
-    folders = {**KINDS, "ground_truths": "ground_truth"}
+    folders = {**KINDS, "ground_truths": "ground_truth", "evaluation_methods": "evaluation_method"}
     if path.absolute().parent.name in folders:
         return folders[path.absolute().parent.name]
 
@@ -68,6 +68,8 @@ def _files(path: Path) -> list[Path]:
     if not path.is_dir():
         return [path]
     found = sorted(file for file in path.rglob("*") if file.suffix in (".yaml", ".yml", ".json") and file.is_file())
+    # What examples and add-ons need beside their declarations is in folders whose names start with a dot.
+    found = [file for file in found if not any(part.startswith(".") for part in file.relative_to(path).parts)]
     if not found:
         raise BenchbotError(
             f"There is nothing to check in {path}.",

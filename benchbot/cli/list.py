@@ -50,7 +50,10 @@ def declared(kind: str, as_json: bool = False) -> None:
     from benchbot.core.catalog import Catalog
 
     _, columns = DECLARED[kind]
-    pool = Catalog(_loaded()).pool(kind)
+    catalog = Catalog(_loaded())
+    pool = catalog.pool(kind)
+    for error in catalog.broken:
+        report.note(f"Left out: {error.title} {error.why}")
     rows = [_row(pool[name], columns) for name in sorted(pool)]
     _print(rows, ["name", *columns, "distribution"], as_json)
 
@@ -101,7 +104,7 @@ def methods(as_json: Json = False) -> None:
         {
             "name": name,
             "version": provided.value.version,
-            "headline": provided.value.headline,
+            "headline": provided.value.headline or None,
             "result_formats": sorted(provided.value.result_formats),
             "ground_truth_formats": sorted(provided.value.ground_truth_formats),
             "distribution": provided.distribution,

@@ -1,6 +1,7 @@
 """`benchbot run`: a robot in an environment, ready for a solution."""
 
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -52,6 +53,10 @@ def run(
     unix_socket: Annotated[
         Path | None, typer.Option(metavar="PATH", help="Listen on a unix socket that only you can use.")
     ] = None,
+    no_token: Annotated[
+        bool,
+        typer.Option("--no-token", help="Let solutions in that use the client of BenchBot v2: it knows no token."),
+    ] = False,
     max_steps: MaxSteps = None,
     max_simulated_time: MaxSimulatedTime = None,
     max_wall_time: MaxWallTime = None,
@@ -89,7 +94,13 @@ def run(
             status.show_progress(document, len(selection.environments))
 
         ended_by = serve(
-            selection, port=port, unix_socket=unix_socket, record=recorded, on_ready=_announce, on_progress=show
+            selection,
+            port=port,
+            unix_socket=unix_socket,
+            open_to_v2=no_token,
+            record=recorded,
+            on_ready=partial(_announce, no_token=no_token),
+            on_progress=show,
         )
     report.note("The back end has ended.")
     if ended_by is not None:
@@ -129,8 +140,19 @@ def _limits(limits: "Limits") -> str:
     return ", ".join(f"{limit:g} {unit}" for limit, unit in asked if limit is not None) or "none"
 
 
-def _announce(state: "RunState") -> None:
+def _announce(state: "RunState", *, no_token: bool) -> None:
     where = " and ".join(filter(None, (state.connection.url, state.connection.socket)))
     report.note(f"{'Listening':<13}{where}")
     report.note(f"{'Logs':<13}{state.folder}")
+    if no_token:
+        report.note(f"{'Token':<13}not needed by BenchBot v2's client, which has none: {_who_may(state)}")
     report.note("\nReady. In another terminal: benchbot submit --native python my_solution.py   (Ctrl-C ends the run)")
+
+
+def _who_may(state: "RunState") -> str:
+    if state.connection.url is None:
+        return "every program of yours can move the robot, and see what it sees."
+    return (
+        "every user and program of this machine can move the robot, and see what it sees.\n"
+        f"{'':<13}In the solution: BenchBot(agent, supervisor_address='{state.connection.url}')"
+    )

@@ -38,8 +38,11 @@ def record(kind: str, name: str, as_json: bool = False) -> None:
 
     from benchbot.core.plugins import load
 
-    found = load().record(kind, name)
-    document: dict[str, Any] = {"name": name, "distribution": load().pool(kind)[name].distribution}
+    pool = load().pool(kind)
+    if name not in pool:
+        raise load().unknown(kind, name)
+    found = pool[name].value
+    document: dict[str, Any] = {"name": name, "distribution": pool[name].distribution}
     for field in ("version", "headline", "result_formats", "ground_truth_formats", "description"):
         if hasattr(found, field):
             value = getattr(found, field)

@@ -40,7 +40,7 @@ class Solution:
             self._process = subprocess.Popen(
                 self.command,
                 cwd=self._folder,
-                env={**os.environ, "PYTHONUNBUFFERED": "1", **self._variables},
+                env={**_environment(), "PYTHONUNBUFFERED": "1", **self._variables},
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
@@ -86,6 +86,11 @@ class Solution:
             while chunk := os.read(pipe.fileno(), 65536):
                 self._tail = (self._tail + chunk)[-TAIL_BYTES:]
                 self._output(chunk)
+
+
+def _environment() -> dict[str, str]:
+    """Return this process's environment without the folders of add-ons: ground truths are in them."""
+    return {name: value for name, value in os.environ.items() if name != "BENCHBOT_ADDONS"}
 
 
 def cannot_start(command: Sequence[str], why: str) -> BenchbotError:

@@ -4,12 +4,15 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from benchbot.core import schema
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.plugins import Plugins, Provided, conflict
 from benchbot.core.resources import declaration_files
+
+if TYPE_CHECKING:
+    from benchbot.core.v2_addons import Addon
 
 KINDS: dict[str, str] = {
     "tasks": "task",
@@ -24,13 +27,14 @@ KINDS: dict[str, str] = {
 
 @dataclass(frozen=True)
 class Declaration:
-    """One declared thing: its data as written, the file and the distribution it came from."""
+    """One declared thing: its data as written, the file and the distribution (or v2's add-ons) it came from."""
 
     kind: str
     name: str
     path: Path
     distribution: str
     data: dict[str, Any] = field(hash=False)
+    addon: "Addon | None" = None
 
 
 class Catalog:
@@ -53,12 +57,21 @@ class Catalog:
         return self._pools[kind]
 
     def get(self, kind: str, name: str) -> Declaration:
-        """Return a validated declaration; raises BenchbotError with the nearest known name."""
+        """Return a validated declaration; raises BenchbotError with the nearest known name.
+
+        And for a format with code that the user has not said to trust.
+        """
         pool = self.pool(kind)
         if name not in pool:
             raise self.unknown(kind, name)
         declaration = pool[name]
         schema.check(declaration.data, KINDS[kind], declaration.path)
+        if declaration.addon is not None and declaration.data.get("functions"):
+            from benchbot.core import v2_trust
+
+            v2_trust.require(declaration.addon)
+            # Now, not at the end of an episode, is the time to find a function that is not there.
+            declaration.addon.code.functions(declaration.path, declaration.data["functions"])
         return declaration
 
     def unknown(self, kind: str, name: str) -> BenchbotError:
@@ -109,7 +122,7 @@ class Catalog:
                 except BenchbotError as error:
                     self.broken.append(error)
                 else:
-                    yield Declaration(kind, name, path, source.distribution, data)
+                    yield Declaration(kind, name, path, source.distribution, data, source.addon)
 
 
 def name_of(kind: str, data: dict[str, Any], path: Path) -> str:

@@ -9,10 +9,12 @@ from benchbot.core.errors import BenchbotError, ExitCode
 
 
 def functions(declaration: Declaration) -> dict[str, Callable[..., Any]]:
-    """Return a format's functions by name (`create`, `validate`, …), imported from the installed plug-in.
+    """Return a format's functions by name (`create`, `validate`, …), imported from the plug-in or v2's add-on.
 
     Raises BenchbotError naming the declaration when one cannot be imported.
     """
+    if declaration.addon is not None:
+        return declaration.addon.code.functions(declaration.path, declaration.data["functions"])
     resolved = {}
     for name, target in declaration.data["functions"].items():
         try:
@@ -29,7 +31,7 @@ def functions(declaration: Declaration) -> dict[str, Callable[..., Any]]:
 def call(declaration: Declaration, name: str, args: list[Any], kwargs: dict[str, Any]) -> Any:
     """Call one of a format's functions for a solution.
 
-    Raises BenchbotError for an unknown function, for arguments that do not fit, and what `validate` raises.
+    Raises BenchbotError for an unknown function, for arguments that do not fit, and for whatever the function raises.
     """
     known = functions(declaration)
     if name not in known:
@@ -44,6 +46,16 @@ def call(declaration: Declaration, name: str, args: list[Any], kwargs: dict[str,
         raise BenchbotError(
             f"{name}() was called with arguments that do not fit.",
             str(error),
+            f"See the format with: benchbot show format {declaration.name}",
+            exit_code=ExitCode.SUBMISSION_FAILED,
+        ) from error
+    except BenchbotError:
+        raise
+    # A format's author may fail in any way at all; those of BenchBot v2 validate with `assert`.
+    except Exception as error:
+        raise BenchbotError(
+            f"{name}() failed.",
+            f"{type(error).__name__}: {error}",
             f"See the format with: benchbot show format {declaration.name}",
             exit_code=ExitCode.SUBMISSION_FAILED,
         ) from error

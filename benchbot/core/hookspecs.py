@@ -68,7 +68,8 @@ class Combine(Protocol):
 class Evaluator:
     """A method of evaluation.
 
-    `headline` names the score that stands for a result; `version` changes whenever the numbers do.
+    `headline` names the score that stands for a result, the first one when it is empty; `version` changes whenever the
+    numbers do.
     """
 
     name: str

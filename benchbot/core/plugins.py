@@ -5,12 +5,15 @@ import pkgutil
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pluggy
 
 from benchbot.core import entry_points, hookspecs
 from benchbot.core.errors import BenchbotError, did_you_mean
+
+if TYPE_CHECKING:
+    from benchbot.core.v2_addons import Addon
 
 GROUP = "benchbot"
 
@@ -35,10 +38,11 @@ class BrokenPlugin:
 
 @dataclass(frozen=True)
 class Provided:
-    """A record or a declaration's source, with the distribution that it came from."""
+    """A record or a declaration's source, with the distribution (or the folder of v2's add-ons) that it came from."""
 
     value: Any
     distribution: str
+    addon: "Addon | None" = None
 
 
 def installed() -> list[PluginInfo]:
@@ -60,8 +64,9 @@ def installed() -> list[PluginInfo]:
 class Plugins:
     """The loaded plug-ins: their records by pool and name, and the sources of their declarations."""
 
-    def __init__(self, infos: Sequence[PluginInfo]) -> None:
+    def __init__(self, infos: Sequence[PluginInfo], addons: "Sequence[Addon]" = ()) -> None:
         self.broken: list[BrokenPlugin] = []
+        self._addons = addons
         self._infos: dict[str, PluginInfo] = {}
         self._manager = pluggy.PluginManager(hookspecs.PROJECT)
         self._manager.add_hookspecs(hookspecs)
@@ -83,8 +88,9 @@ class Plugins:
             self._infos[name] = info
 
     def sources(self, kind: str) -> list[Provided]:
-        """Return the files and folders that plug-ins declare for a kind (`tasks`, `robots`, …)."""
-        return list(self._call(kind))
+        """Return the files and folders that plug-ins and v2's add-ons declare for a kind (`tasks`, `robots`, …)."""
+        folders = ((addon, folder) for addon in self._addons for folder in addon.sources(kind))
+        return [*self._call(kind), *(Provided(folder, str(addon.root), addon) for addon, folder in folders)]
 
     def pool(self, kind: str) -> dict[str, Provided]:
         """Return the records of a kind (`simulators`, `evaluators`, …) by name.
@@ -93,7 +99,7 @@ class Plugins:
         """
         record_type: Any = hookspecs.KINDS[kind]
         pool: dict[str, Provided] = {}
-        for provided in self._call(kind):
+        for provided in [*self._call(kind), *self._records_of_addons(kind)]:
             record: Any = provided.value
             if not isinstance(record, record_type):
                 raise BenchbotError(
@@ -108,12 +114,18 @@ class Plugins:
         return pool
 
     def record(self, kind: str, name: str) -> Any:
-        """Return one record by name; raises BenchbotError that lists what is installed."""
+        """Return one record by name; raises BenchbotError for an unknown one, and for code that is not trusted."""
         pool = self.pool(kind)
-        if name in pool:
-            return pool[name].value
+        if name not in pool:
+            raise self.unknown(kind, name)
+        _require_trust(pool[name].addon)
+        return pool[name].value
+
+    def unknown(self, kind: str, name: str) -> BenchbotError:
+        """Return the error for a name that a pool does not hold; it lists what is installed."""
+        pool = self.pool(kind)
         noun = kind.rstrip("s").replace("_", " ")
-        raise BenchbotError(
+        return BenchbotError(
             f"'{name}' is not an installed {noun}.",
             f"Installed: {', '.join(sorted(pool)) or 'none'}.{did_you_mean(name, list(pool))}{self.broken_hint()}",
             f"Install the plug-in that provides it, for example: pip install benchbot-{name.replace('_', '-')}",
@@ -138,8 +150,24 @@ class Plugins:
             else:
                 yield from (Provided(value, info.distribution) for value in values)
 
+    def _records_of_addons(self, kind: str) -> Iterator[Provided]:
+        if kind != "evaluators" or not self._addons:
+            return
+        from benchbot.core import v2_methods
+
+        for addon in self._addons:
+            for found in v2_methods.evaluators(addon):
+                if isinstance(found, BenchbotError):
+                    self._note(
+                        BrokenPlugin(PluginInfo(addon.name, "", str(addon.root), ""), f"{found.title} {found.why}")
+                    )
+                else:
+                    yield Provided(found, str(addon.root), addon)
+
     def _report(self, info: PluginInfo, error: BaseException) -> None:
-        broken = BrokenPlugin(info, f"{type(error).__name__}: {error}")
+        self._note(BrokenPlugin(info, f"{type(error).__name__}: {error}"))
+
+    def _note(self, broken: BrokenPlugin) -> None:
         if broken not in self.broken:
             self.broken.append(broken)
 
@@ -147,15 +175,30 @@ class Plugins:
 def conflict(kind: str, name: str, first: str, second: str) -> BenchbotError:
     """Return the error for one name provided twice."""
     if first == second:
-        why = f"The distribution '{first}' provides it twice."
+        why = f"'{first}' provides it twice."
         fix = f"Report this to the author of '{first}'."
     else:
         why = f"Both '{first}' and '{second}' provide it, and BenchBot never picks one silently."
-        fix = f"Uninstall one of them: pip uninstall {second}   or: pip uninstall {first}"
+        fix = f"Keep one of them: {_removal(second)}   or: {_removal(first)}"
     return BenchbotError(f"Two {kind.replace('_', ' ')} are called '{name}'.", why, fix)
+
+
+def _removal(origin: str) -> str:
+    return f"leave out --addons {origin}" if os.sep in origin else f"pip uninstall {origin}"
+
+
+def _require_trust(addon: "Addon | None") -> None:
+    if addon is not None:
+        from benchbot.core import v2_trust
+
+        v2_trust.require(addon)
 
 
 @cache
 def load() -> Plugins:
-    """Load all installed plug-ins, once per process."""
-    return Plugins(installed())
+    """Load all installed plug-ins and the add-ons of v2 that `BENCHBOT_ADDONS` names, once per process."""
+    if "BENCHBOT_ADDONS" not in os.environ:
+        return Plugins(installed())
+    from benchbot.core import v2_addons
+
+    return Plugins(installed(), v2_addons.from_environment())

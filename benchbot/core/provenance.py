@@ -3,7 +3,7 @@
 import platform as python_platform
 import subprocess
 from functools import cache
-from hashlib import sha256
+from hashlib import file_digest, sha256
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,8 +11,10 @@ from typing import Any
 
 import benchbot
 from benchbot.core import plugins
+from benchbot.core.catalog import Declaration
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
+from benchbot.core.v2_addons import Addon
 
 
 def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, Any]:
@@ -28,8 +30,11 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
     return {
         "benchbot": benchbot.__version__,
         "plugins": {
-            name: {"version": version(name), "sha256": distribution_hash(name)}
-            for name in sorted(distributions_used(selection))
+            **{
+                name: {"version": version(name), "sha256": distribution_hash(name)}
+                for name in sorted(distributions_used(selection))
+            },
+            **{addon.name: {"version": "v2", "sha256": addon.content_hash()} for addon in addons_used(selection)},
         },
         "selection": {
             "task": selection.task.name,
@@ -66,10 +71,19 @@ def distributions_used(selection: Selection) -> set[str]:
     loaded = plugins.load()
     kind = selection.robot.data["type"]
     runs_on = {**loaded.pool("simulators"), **loaded.pool("robot_drivers")}[kind].distribution
-    declared = [selection.task, selection.robot, *selection.environments]
-    if selection.results_format is not None:
-        declared.append(selection.results_format)
+    declared = (declaration for declaration in _declared(selection) if declaration.addon is None)
     return {"benchbot", runs_on, *(declaration.distribution for declaration in declared)}
+
+
+def addons_used(selection: Selection) -> list[Addon]:
+    """Return the add-ons of v2 that a run's declarations come from."""
+    found = (declaration.addon for declaration in _declared(selection) if declaration.addon is not None)
+    return list(dict.fromkeys(found))
+
+
+def _declared(selection: Selection) -> list[Declaration]:
+    results_format = [] if selection.results_format is None else [selection.results_format]
+    return [selection.task, selection.robot, *selection.environments, *results_format]
 
 
 @cache
@@ -89,7 +103,10 @@ def distribution_hash(distribution: str) -> str:
 
 
 def solution_details(command: list[str], folder: Path) -> dict[str, Any]:
-    """Return what ran as the solution: its command and, inside a git work tree, its revision."""
+    """Return what ran as the solution: its command, the SHA-256 of each file that it names and its git revision.
+
+    Files are named relative to `folder`, where the command runs; outside a git work tree there is no revision.
+    """
 
     def git(*arguments: str) -> str | None:
         try:
@@ -104,9 +121,16 @@ def solution_details(command: list[str], folder: Path) -> dict[str, Any]:
             return None
         return done.stdout.strip()
 
-    details: dict[str, Any] = {"command": command}
+    named = {word: folder / word for word in command[1:] if not word.startswith("-")}
+    files = {word: _file_hash(path) for word, path in named.items() if path.is_file()}
+    details: dict[str, Any] = {"command": command, "files": files}
     revision = git("rev-parse", "HEAD")
     if revision is not None:
         details["git_revision"] = revision
         details["git_dirty"] = git("status", "--porcelain", "--untracked-files=no") != ""
     return details
+
+
+def _file_hash(path: Path) -> str:
+    with path.open("rb") as file:
+        return file_digest(file, "sha256").hexdigest()

@@ -15,6 +15,7 @@ KINDS = (
     "robot",
     "environment",
     "format",
+    "evaluation_method",
     "ground_truth",
     "example",
     "batch",

@@ -8,6 +8,9 @@ from benchbot.core.channels import ACTIONS, OBSERVATIONS
 from benchbot.core.errors import BenchbotError
 from benchbot.core.platform import Localisation
 
+V2_TYPES = ("sim_omni", "sim_unreal", "real")
+"""What v2's own robots and environments ran on."""
+
 
 @dataclass(frozen=True)
 class Limits:
@@ -144,7 +147,13 @@ def _types(robot: Declaration, scenes: list[Declaration]) -> Iterator[BenchbotEr
 def _runs(catalog: Catalog, robot: Declaration) -> Iterator[BenchbotError]:
     kind = robot.data["type"]
     platforms = {**catalog.plugins.pool("simulators"), **catalog.plugins.pool("robot_drivers")}
-    if kind not in platforms:
+    if kind in V2_TYPES and kind not in platforms:
+        yield BenchbotError(
+            f"The robot '{robot.name}' is of type '{kind}', which BenchBot v2 ran and this one does not.",
+            f"Installed simulators and drivers: {', '.join(sorted(platforms)) or 'none'}.",
+            "Choose a robot that runs here (benchbot list robots), and an environment for it: see docs/v2.md",
+        )
+    elif kind not in platforms:
         yield BenchbotError(
             f"Nothing installed can run robots of type '{kind}'.",
             f"Installed simulators and drivers: {', '.join(sorted(platforms)) or 'none'}."

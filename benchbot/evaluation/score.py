@@ -121,7 +121,11 @@ def _document(
 ) -> Document:
     return {
         "version": scores.VERSION,
-        "method": {"name": evaluator.name, "version": evaluator.version, "headline": evaluator.headline},
+        "method": {
+            "name": evaluator.name,
+            "version": evaluator.version,
+            "headline": evaluator.headline or next(iter(combined)),
+        },
         "task_details": result["task_details"],
         "environment_details": environment_details,
         "scores": combined,

@@ -6,26 +6,27 @@ import os
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any
 
 import msgspec
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
+from starlette.middleware import Middleware
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response, StreamingResponse
 from starlette.routing import Route
 
 import benchbot
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.supervisor import bodies
+from benchbot.supervisor import bodies, lending, v2_routes, wire
 from benchbot.supervisor.refused import RefusedError
-from benchbot.supervisor.run import Caller, Run
+from benchbot.supervisor.run import Run
+from benchbot.supervisor.waiting import while_there
 
 PROGRESS_PERIOD_S = 0.1
 HEARTBEAT_S = 15.0
 
-T = TypeVar("T")
 Endpoint = Callable[[Request], Awaitable[Response]]
 
 
@@ -68,10 +69,11 @@ class Nothing(msgspec.Struct, forbid_unknown_fields=True):
     """The body of a request that has nothing to say."""
 
 
-def create_app(run: Run, token: str, operator_token: str) -> Starlette:
+def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = False) -> Starlette:
     """Return the application of one run. Every route but `/` and `/api/v1/health` needs the bearer token.
 
-    The operator's route needs a token of its own: a solution must not confirm what a person is asked to do.
+    The operator's route needs a token of its own: a solution must not confirm what a person is asked to do. With
+    `open_to_v2`, the routes of BenchBot v2 need none, since v2's client has none.
     """
 
     async def health(request: Request) -> Response:
@@ -84,18 +86,17 @@ def create_app(run: Run, token: str, operator_token: str) -> Starlette:
     async def reset(request: Request) -> Response:
         bodies.require_msgpack(request)
         await bodies.read(request, Nothing)
-        return bodies.respond(request, await _while_there(request, run, run.reset))
+        return await _observed(request, run, run.reset)
 
     async def step(request: Request) -> Response:
         bodies.require_msgpack(request)
         body = await bodies.read(request, StepRequest)
-        step_once = partial(run.step, body.action, body.arguments)
-        return bodies.respond(request, await _while_there(request, run, step_once))
+        return await _observed(request, run, partial(run.step, body.action, body.arguments))
 
     async def next_scene(request: Request) -> Response:
         bodies.require_msgpack(request)
         await bodies.read(request, Nothing)
-        return bodies.respond(request, await _while_there(request, run, run.next_scene))
+        return await _observed(request, run, run.next_scene)
 
     async def result(request: Request) -> Response:
         body = await bodies.read(request, ResultRequest)
@@ -144,9 +145,16 @@ def create_app(run: Run, token: str, operator_token: str) -> Starlette:
 
         return checked
 
+    def local(endpoint: Endpoint) -> Endpoint:
+        async def checked(request: Request) -> Response:
+            v2_routes.check_local_name(request)
+            return await endpoint(request)
+
+        return checked
+
     return Starlette(
         routes=[
-            Route("/", health),
+            *v2_routes.routes(run, local if open_to_v2 else private),
             Route("/api/v1/health", health),
             Route("/api/v1/session", private(session)),
             Route("/api/v1/events", private(events)),
@@ -158,6 +166,7 @@ def create_app(run: Run, token: str, operator_token: str) -> Starlette:
             Route("/api/v1/stop", private(stop), methods=["POST"]),
             Route("/api/v1/operator", operator, methods=["POST"]),
         ],
+        middleware=[Middleware(v2_routes.MergedSlashes)],
         exception_handlers={
             BenchbotError: _benchbot_error,
             HTTPException: _http_error,
@@ -167,21 +176,11 @@ def create_app(run: Run, token: str, operator_token: str) -> Starlette:
     )
 
 
-async def _while_there(request: Request, run: Run, call: Callable[[Caller], T]) -> T:
-    """Return what a call that may move the robot returns; the run is told when its client hangs up meanwhile."""
-    caller = Caller()
-
-    async def watch() -> None:
-        while (await request.receive())["type"] != "http.disconnect":
-            pass
-        # Not among the threads of the requests: those may all be waiting for their turn.
-        await asyncio.to_thread(run.hang_up, caller)
-
-    watching = asyncio.create_task(watch())
-    try:
-        return await run_in_threadpool(call, caller)
-    finally:
-        watching.cancel()
+async def _observed(request: Request, run: Run, call: Callable[..., bytes]) -> Response:
+    """Return the response with what a call observes, encoded while the memory of its arrays is lent to this request."""
+    opened = request.headers.get(wire.ARENA_HEADER)
+    encode = partial(lending.encode, opened=opened)
+    return bodies.encoded(await while_there(request, run, partial(call, deliver=encode)))
 
 
 def _has_token(request: Request, token: str) -> bool:
@@ -262,7 +261,7 @@ async def _http_error(request: Request, error: Any) -> Response:
             error.status_code,
             f"There is nothing at {path}.",
             f"{error.detail}.",
-            "The routes are listed in docs/wire.md; they begin with /api/v1/.",
+            "The routes are listed in docs/wire.md.",
         )
     return bodies.respond_error(refused)
 

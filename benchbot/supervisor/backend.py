@@ -41,6 +41,7 @@ def serve(
     port: int | None = DEFAULT_PORT,
     unix_socket: Path | None = None,
     allow_remote: bool = False,
+    open_to_v2: bool = False,
     options: Mapping[str, Any] | None = None,
     timeouts: Timeouts | None = None,
     record: Mapping[str, Path] | None = None,
@@ -54,8 +55,14 @@ def serve(
     no TCP at all. `record` names recorders and the folders that they write into. `on_ready` and `on_progress` are
     called in the main thread. Leaves no process, socket or state file behind; the run's folder stays when it holds a
     result, or the log of a platform that failed. Raises BenchbotError when the address is taken or not on loopback
-    (`allow_remote` permits others).
+    (`allow_remote` permits others). `open_to_v2` lets clients of BenchBot v2 in without a token, on this machine only.
     """
+    if open_to_v2 and allow_remote:
+        raise BenchbotError(
+            "A run without a token cannot be open to other machines.",
+            "Everybody on the network could move the robot.",
+            "Leave one of the two away: let BenchBot v2's client run on this machine.",
+        )
     with ExitStack() as stack:
         received = stack.enter_context(_received_signals())
         folder = RunFolder()
@@ -63,7 +70,7 @@ def serve(
         recordings = _start_recordings(record or {})
         run = Run(
             selection,
-            lambda: ChildHost(selection, log, options=options, timeouts=timeouts, operator=run.operator),
+            lambda: ChildHost(selection, log, options=options, timeouts=timeouts, operator=run.operator, lends=True),
             folder.result,
             recordings,
         )
@@ -71,7 +78,7 @@ def serve(
         stack.enter_context(_logging_to(folder.path / "supervisor.log"))
         listeners, connection = _listen(stack, host, port, unix_socket, allow_remote=allow_remote)
         state = _state(selection, folder, connection, log)
-        app = create_app(run, connection.token, state.operator_token)
+        app = create_app(run, connection.token, state.operator_token, open_to_v2=open_to_v2)
         running = stack.enter_context(server.Server(app, listeners))
         stack.callback(run.close)
         run.prepare()

@@ -1,6 +1,7 @@
 import os
 import signal
 import socket
+from urllib.request import urlopen
 
 import pytest
 
@@ -38,6 +39,23 @@ def test_a_run_on_a_unix_socket_listens_nowhere_else(cli: CommandLine) -> None:
 
     assert where.split() == ["Listening", str(cli.home / "s")]
     wait_for(process, "Ready.")
+    assert cli("stop").returncode == 0
+    assert process.wait(30) == 0
+    assert cli.nothing_is_left()
+
+
+def test_a_run_that_needs_no_token_says_what_that_means(cli: CommandLine) -> None:
+    process = cli.start("run", *SELECTION, "--port", "0", "--no-token")
+
+    url = wait_for(process, "Listening").split()[1]
+    warning = wait_for(process, "Token")
+    hint = wait_for(process, "supervisor_address")
+    wait_for(process, "Ready.")
+
+    assert "every user and program of this machine can move the robot" in warning
+    assert f"BenchBot(agent, supervisor_address='{url}')" in hint
+    with urlopen(f"{url}/robot/is_running", timeout=60) as answer:
+        assert answer.read() == b'{"is_running":true}\n'
     assert cli("stop").returncode == 0
     assert process.wait(30) == 0
     assert cli.nothing_is_left()

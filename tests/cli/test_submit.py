@@ -1,3 +1,4 @@
+import hashlib
 import json
 import os
 import resource
@@ -54,7 +55,9 @@ def test_one_command_runs_everything_and_leaves_a_result_and_nothing_else(cli: C
     assert provenance["failure"] is None
     assert provenance["steps"] == 3
     assert provenance["selection"]["seed"] == 7
-    assert provenance["solution"]["command"][-1].endswith("solution.py")
+    (script, digest), *others = provenance["solution"]["files"].items()
+    assert (script, others) == (provenance["solution"]["command"][-1], [])
+    assert digest == hashlib.sha256((cli.folder / "solution.py").read_bytes()).hexdigest()
     assert cli.nothing_is_left()
     assert [path.name for path in cli.folder.iterdir() if path.name.startswith(".")] == []
 

@@ -26,18 +26,21 @@ def serve(tmp_path: Path) -> Iterator[Callable[..., Served]]:
     """Serves a selection on a free port, its platform in a real child process."""
     with ExitStack() as stack:
 
-        def start(selection: Selection | None = None, timeouts: Timeouts | None = None) -> Served:
+        def start(
+            selection: Selection | None = None, timeouts: Timeouts | None = None, *, open_to_v2: bool = False
+        ) -> Served:
             chosen = selection or sample_selection()
             hosts: list[ChildHost] = []
 
             def start_host() -> Host:
                 log = tmp_path / "platform.log"
-                hosts.append(ChildHost(chosen, log, timeouts=timeouts, operator=run.operator))
+                hosts.append(ChildHost(chosen, log, timeouts=timeouts, operator=run.operator, lends=True))
                 return hosts[-1]
 
             run = Run(chosen, start_host, tmp_path / "result.json")
             listener = stack.enter_context(server.bind_tcp("127.0.0.1", 0))
-            stack.enter_context(server.Server(create_app(run, TOKEN, OPERATOR_TOKEN), [listener]))
+            app = create_app(run, TOKEN, OPERATOR_TOKEN, open_to_v2=open_to_v2)
+            stack.enter_context(server.Server(app, [listener]))
             stack.callback(run.close)
             return Served(run, server.url_of(listener), hosts)
 

@@ -8,6 +8,7 @@ from benchbot.core.errors import BenchbotError
 
 LENGTH_LIMIT_M = 1e6
 WEIGHT_LIMIT = 1e9
+COUNT_LIMIT = 100_000
 _SHOWN = 10
 
 
@@ -51,11 +52,14 @@ def names(value: Any, path: str) -> Iterator[str]:
         return
     if not value:
         yield f"{path}: must name at least one"
+    seen = set()
     for i, name in enumerate(value):
         if not isinstance(name, str) or not name:
             yield f"{path}[{i}]: must be a non-empty string, not {'empty' if name == '' else kind(name)}"
-        elif name in value[:i]:
+        elif name in seen:
             yield f"{path}[{i}]: '{name}' is named twice"
+        else:
+            seen.add(name)
 
 
 def box(item: dict[str, Any], path: str) -> Iterator[str]:
@@ -97,3 +101,14 @@ def kind(value: Any) -> str:
         dict: "a mapping",
     }
     return known.get(type(value), type(value).__name__)
+
+
+def count(value: Any, name: str) -> int:
+    """Return how many classes or states an object has; raises BenchbotError for a number that makes no sense."""
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= COUNT_LIMIT:
+        raise BenchbotError(
+            f"{name} is not a number of things.",
+            f"It must be an integer from 0 to {COUNT_LIMIT}.",
+            "Pass the length of the map's list of them.",
+        )
+    return value

@@ -21,7 +21,7 @@ def create(class_list: list[str] | None = None) -> dict[str, Any]:
 def create_object(num_classes: int | None = None) -> dict[str, Any]:
     """Return an object with `num_classes` class probabilities, a centroid and a full extent in metres, all zero."""
     return {
-        "label_probs": [0] * (len(CLASS_LIST) if num_classes is None else num_classes),
+        "label_probs": [0] * (len(CLASS_LIST) if num_classes is None else checks.count(num_classes, "num_classes")),
         "centroid": [0, 0, 0],
         "extent": [0, 0, 0],
     }

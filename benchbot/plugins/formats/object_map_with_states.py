@@ -16,7 +16,7 @@ def create(class_list: list[str] | None = None, state_list: list[str] | None = N
 
 def create_object(num_classes: int | None = None, num_states: int | None = None) -> dict[str, Any]:
     """Return an object as in `object_map`, with `num_states` state probabilities, all zero."""
-    count = len(STATE_LIST) if num_states is None else num_states
+    count = len(STATE_LIST) if num_states is None else checks.count(num_states, "num_states")
     return {**object_map.create_object(num_classes), "state_probs": [0] * count}
 
 
