@@ -1,4 +1,4 @@
-"""The plug-in's hooks: tasks and an example that solves them."""
+"""The plug-in's hooks: tasks, and examples that solve them."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,5 +16,5 @@ def benchbot_tasks() -> Iterator[Path]:
 
 @hookimpl
 def benchbot_examples() -> Iterator[Path]:
-    """Yield a semantic mapper."""
+    """Yield a semantic mapper, an explorer and a finder of changes."""
     yield _FOLDER / "examples"

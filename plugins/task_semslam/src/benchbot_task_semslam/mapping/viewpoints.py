@@ -1,0 +1,94 @@
+"""Where to look next: the viewpoint that shows most of what lies beyond the frontier, for the way to it.
+
+A frontier is where what has been looked at ends and there is more to see (Yamauchi, "A frontier-based approach for
+autonomous exploration", CIRA 1997). Viewpoints are weighed by what they would show and how far they are (González-Baños
+and Latombe, "Navigation strategies for exploring indoor environments", IJRR 21, 2002).
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from benchbot_task_semslam.mapping.occupancy import Cell, Mask, OccupancyGrid, Point
+
+RAYS = 120
+SPACING_M = 0.25
+DISCOUNT_PER_M = 0.35
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What the camera sees well: its field of view, and the distances from which to which it shows the floor."""
+
+    field_of_view_rad: float
+    near_m: float
+    far_m: float
+
+
+@dataclass(frozen=True)
+class Viewpoint:
+    """A place to go to, the heading to look in, and how many cells that have not been looked at it should show."""
+
+    cell: Cell
+    heading_rad: float
+    gain: int
+
+
+def look(grid: OccupancyGrid, position: Point, heading_rad: float, sight: Sight) -> None:
+    """Mark the cells that are seen from here as looked at."""
+    half = sight.field_of_view_rad / 2
+    angles = heading_rad + np.linspace(-half, half, RAYS, dtype=np.float64)
+    i, j, seen = _rays(grid, np.array([grid.cell(position)]), angles, sight)
+    grid.looked_at[i[seen], j[seen]] = True
+
+
+def best_viewpoint(grid: OccupancyGrid, drivable: Mask, robot: Cell, sight: Sight, least_gain: int) -> Viewpoint | None:
+    """Return the best reachable viewpoint, or None when no frontier is left: none shows `least_gain` new cells."""
+    labels, _ = ndimage.label(drivable, np.ones((3, 3)))
+    reachable = (labels == labels[robot]) & drivable
+    stride = max(1, round(SPACING_M / grid.resolution_m))
+    on_raster = np.zeros_like(reachable)
+    on_raster[robot[0] % stride :: stride, robot[1] % stride :: stride] = True
+    candidates = np.argwhere(reachable & on_raster)
+    if not len(candidates):
+        return None
+    angles = np.arange(RAYS) * (2 * math.pi / RAYS)
+    i, j, seen = _rays(grid, candidates, angles, sight)
+    # Rays spread: the farther away, the more cells each stands for.
+    weight = np.arange(1, i.shape[-1] + 1) * (2 * math.pi / RAYS)
+    new = ((seen & ~grid.looked_at[i, j]) * weight).sum(axis=-1)
+    width = max(1, round(sight.field_of_view_rad / (2 * math.pi) * RAYS))
+    gains = _circular_window(new, width)
+    best = gains.max(axis=1)
+    away_m = np.hypot(*(candidates - robot).T) * grid.resolution_m
+    worth = np.where(best >= least_gain, best * np.exp(-DISCOUNT_PER_M * away_m), 0.0)
+    chosen = int(np.argmax(worth))
+    if worth[chosen] <= 0:
+        return None
+    heading = angles[int(np.argmax(gains[chosen]))] + (width - 1) / 2 * (2 * math.pi / RAYS)
+    return Viewpoint((int(candidates[chosen, 0]), int(candidates[chosen, 1])), float(heading), int(best[chosen]))
+
+
+def _rays(
+    grid: OccupancyGrid, origins: NDArray[np.int64], angles: NDArray[np.floating], sight: Sight
+) -> tuple[NDArray[np.int64], NDArray[np.int64], Mask]:
+    """Return the cells (origins, angles, steps) along rays, and which of them are seen: up to the first wall."""
+    steps = np.arange(1, round(sight.far_m / grid.resolution_m) + 1)
+    offsets = np.stack([np.cos(angles), np.sin(angles)])[:, :, None] * steps
+    i = np.rint(origins[:, 0, None, None] + offsets[0]).astype(np.int64)
+    j = np.rint(origins[:, 1, None, None] + offsets[1]).astype(np.int64)
+    within = (i >= 0) & (i < grid.cells) & (j >= 0) & (j < grid.cells)
+    i, j = np.clip(i, 0, grid.cells - 1), np.clip(j, 0, grid.cells - 1)
+    walls = grid.walls[i, j]
+    behind = np.cumsum(walls, axis=-1) - walls
+    return i, j, within & (behind == 0) & (steps * grid.resolution_m >= sight.near_m)
+
+
+def _circular_window(values: NDArray[np.float64], width: int) -> NDArray[np.float64]:
+    """Return the sums of `width` values in a row (N, RAYS), beginning at each, around the circle."""
+    twice = np.cumsum(np.concatenate([np.zeros((len(values), 1)), values, values], axis=1), axis=1)
+    sums: NDArray[np.float64] = twice[:, width : width + RAYS] - twice[:, :RAYS]
+    return sums

@@ -1,0 +1,148 @@
+"""Every command of docs/examples.md runs as it stands there, and does what it says."""
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from benchbot.core.catalog import Catalog
+from benchbot.core.plugins import load
+
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("main job")]
+
+PAGE = (Path(__file__).parents[2] / "docs" / "examples.md").read_text("utf-8")
+START_TIMEOUT_S = 120.0
+
+
+@dataclass(frozen=True)
+class Section:
+    """A back end, and what is submitted to it."""
+
+    run: str
+    submissions: list[str]
+
+
+SECTIONS = [
+    Section(run, re.findall(r"\| `(benchbot submit .*?)` \|", table))
+    for run, table in re.findall(r"```bash\n(benchbot run .*?)\n```\n(.*?)(?=\n## |\Z)", PAGE, re.DOTALL)
+]
+
+
+def words(command: str, folder: Path) -> list[str]:
+    """Return a command's words as a shell in `folder` would; `benchbot` is that of this Python."""
+    program, *rest = shlex.split(command.replace("$PWD", str(folder)))
+    assert program == "benchbot"
+    return [sys.executable, "-m", "benchbot.cli.app", *rest]
+
+
+@contextmanager
+def back_end(command: str, folder: Path) -> Iterator[dict[str, str]]:
+    """Run a back end, on any free port, and yield the variables that lead to it."""
+    environment = {**os.environ, "BENCHBOT_STATE_DIR": str(folder / "state")}
+    with (folder / "run.log").open("w") as log:
+        running = subprocess.Popen([*words(command, folder), "--port", "0"], env=environment, stderr=log, stdout=log)
+        try:
+            deadline_s = time.monotonic() + START_TIMEOUT_S
+            while not list(folder.glob("state/runs/*/run.json")):
+                assert running.poll() is None, (folder / "run.log").read_text()
+                assert time.monotonic() < deadline_s
+                time.sleep(0.05)
+            yield environment
+        finally:
+            running.terminate()
+            running.wait()
+
+
+@dataclass(frozen=True)
+class Output:
+    """What an example left: the folder it was submitted from, what was printed, and the result."""
+
+    folder: Path
+    data: str
+    notes: str
+    document: dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def outputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Output]:
+    outputs = {}
+    for section in SECTIONS:
+        folder = tmp_path_factory.mktemp("examples")
+        with back_end(section.run, folder) as environment:
+            for command in section.submissions:
+                done = subprocess.run(
+                    words(command, folder), cwd=folder, env=environment, capture_output=True, text=True, check=False
+                )
+                assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
+                # The back end keeps one result, that of the last submission.
+                (path,) = re.findall(r"^Result: (.*)$", done.stderr, re.MULTILINE)
+                document = json.loads(Path(path).read_text())
+                outputs[shlex.split(command)[3]] = Output(folder, done.stdout, done.stderr, document)
+    return outputs
+
+
+def test_every_example_of_the_distributions_is_on_the_page() -> None:
+    ours = [item for item in Catalog(load()).pool("examples").values() if item.distribution.startswith("benchbot")]
+    examples = {item.name for item in ours if item.distribution in {"benchbot", "benchbot-task-semslam"}}
+
+    assert {shlex.split(command)[3] for section in SECTIONS for command in section.submissions} == examples
+
+
+@pytest.mark.parametrize("name", ["hello_passive", "hello_args", "gym_loop", "data_collect", "hello_active"])
+def test_the_small_ones_save_a_map_without_objects(outputs: dict[str, Output], name: str) -> None:
+    assert outputs[name].document["results"]["objects"] == []
+
+
+def test_arguments_arrive(outputs: dict[str, Output]) -> None:
+    assert len(re.findall(r"^Hi from \(.*\) m", outputs["hello_args"].notes, re.MULTILINE)) == 3
+
+
+def test_collected_data_can_be_read(outputs: dict[str, Output]) -> None:
+    folder = outputs["data_collect"].folder / "data" / "miniroom_1" / "000000"
+    camera = json.loads((folder / "cameras.json").read_text())["image_depth_info"]
+    poses = [json.loads(path.read_text()) for path in sorted(folder.glob("*_poses.json"))]
+    depth, classes, instances, laser = (
+        np.load(folder / f"0005_{name}.npy") for name in ("depth", "class", "instance", "laser")
+    )
+
+    shape = camera["height"], camera["width"]
+    assert len(poses) == 6
+    assert len(poses[0]["camera"]["translation_xyz"]) == 3
+    assert Image.open(folder / "0005_rgb.png").size == shape[::-1]
+    assert depth.shape == classes.shape == instances.shape == shape
+    assert (depth.dtype, classes.dtype, instances.dtype) == (np.float32, np.uint8, np.uint16)
+    assert laser.shape == (900, 2)
+    assert "chair" in json.loads((folder / "classes.json").read_text())
+
+
+@pytest.mark.parametrize("name", ["segmentation_mapper", "frontier"])
+def test_those_that_map_score_what_the_page_says(outputs: dict[str, Output], name: str) -> None:
+    said = float(re.findall(rf"`benchbot submit --example {name} .*OMQ ([0-9.]+)", PAGE)[0])
+
+    assert float(outputs[name].data.removeprefix("OMQ ")) == pytest.approx(said, abs=0.02)
+    assert len(outputs[name].document["results"]["objects"]) == 18
+
+
+def test_the_explorer_ends_by_itself_and_touches_nothing(outputs: dict[str, Output]) -> None:
+    assert "No frontier is left" in outputs["frontier"].notes
+    assert outputs["frontier"].document["provenance"]["failure"] is None
+
+
+def test_a_scene_that_stays_the_same_has_no_changes(outputs: dict[str, Output]) -> None:
+    output = outputs["scene_change_mapper"]
+
+    assert "0 changes" in output.notes
+    assert output.document["results"]["objects"] == []
+    assert len(output.document["environment_details"]) == 2
