@@ -54,7 +54,8 @@ def run(order: Order, connection: Connection, died: Callable[[], BenchbotError |
     solution = solution_details(order.command, order.folder)
     with tempfile.TemporaryDirectory(prefix="benchbot-") as folder:
         result_path = Path(folder) / "result.json"
-        problem = _watch(order, client, connection, result_path, session)
+        seen: dict[str, Any] = {}
+        problem = _watch(order, client, connection, result_path, session, seen)
         if problem is None:
             try:
                 answer = client.result(_saved(result_path), solution)
@@ -62,7 +63,7 @@ def run(order: Order, connection: Connection, died: Callable[[], BenchbotError |
                 problem = error
             else:
                 return Episode(answer["document"], Path(answer["path"]), _safety_stop(client, Path(answer["path"])))
-    problem = _with_cause(problem, client, died)
+    problem = _with_cause(problem, client, died, seen)
     failure = problem.failure or FailureClass.AGENT
     problem.failure = failure
     problem.exit_code = EXIT_CODES.get(failure, ExitCode.SUBMISSION_FAILED)
@@ -81,9 +82,17 @@ def run(order: Order, connection: Connection, died: Callable[[], BenchbotError |
 
 
 def _watch(
-    order: Order, client: Client, connection: Connection, result_path: Path, session: Mapping[str, Any]
+    order: Order,
+    client: Client,
+    connection: Connection,
+    result_path: Path,
+    session: Mapping[str, Any],
+    seen: dict[str, Any],
 ) -> BenchbotError | None:
-    """Run the solution to its end; return what went wrong, or None when it ended well."""
+    """Run the solution to its end; return what went wrong, or None when it ended well.
+
+    `seen` holds the run's progress as it was seen last.
+    """
     variables = {**connection.environment(), "BENCHBOT_RESULT": str(result_path), **order.variables}
     looked_s = time.monotonic()
     deadline_s = None if order.timeout_s is None else looked_s + order.timeout_s
@@ -93,6 +102,7 @@ def _watch(
                 progress = client.session()["progress"]
             except BenchbotError as error:
                 return error
+            seen.update(progress)
             status.show_progress(progress, session["scene_count"])
             before_s, looked_s = looked_s, time.monotonic()
             if deadline_s is not None and progress["waiting_for"]:
@@ -133,16 +143,18 @@ def _saved(path: Path) -> dict[str, Any]:
         ) from error
 
 
-def _with_cause(problem: BenchbotError, client: Client, died: Callable[[], BenchbotError | None]) -> BenchbotError:
+def _with_cause(
+    problem: BenchbotError, client: Client, died: Callable[[], BenchbotError | None], seen: Mapping[str, Any]
+) -> BenchbotError:
     """Return the problem behind a problem: a solution cannot end well when what it talks to is gone."""
     death = died()
-    if death is not None:
+    try:
+        progress = seen if death is not None else client.session()["progress"]
+    except BenchbotError as gone:
+        death, progress = gone, seen
+    if death is not None and progress.get("failure") != FailureClass.PLATFORM:
         death.failure = FailureClass.INFRASTRUCTURE
         return death
-    try:
-        progress = client.session()["progress"]
-    except BenchbotError as gone:
-        return gone
     if progress["failure"] == FailureClass.PLATFORM:
         return BenchbotError(
             "The simulator or robot failed, so the episode could not be finished.",

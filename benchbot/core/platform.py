@@ -1,9 +1,9 @@
 """The one abstraction over simulated and real robots: what a simulator or a driver implements."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, Protocol, Self, runtime_checkable
 
 from benchbot.core.geometry import Pose
 
@@ -104,3 +104,14 @@ class Simulation(Platform, Protocol):
 
     def place(self, base: Pose) -> None:
         """Put the robot, at rest, at a pose in the map frame. Its wheels, and so its odometry, do not notice."""
+
+
+@runtime_checkable
+class ManyCameras(Protocol):
+    """What a simulator has besides when many robots of one process can share its scenes and look at once."""
+
+    def twin(self) -> Self:
+        """Return another simulator of the same spec, not yet loaded, that shares what scenes are made of."""
+
+    def observe_many(self, platforms: Sequence[Self], channels: Iterable[str]) -> list[dict[str, Any]]:
+        """Return what each of this one's twins (itself may be one) would observe now, to the byte."""

@@ -124,9 +124,8 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
 
     async def stop(request: Request) -> Response:
         await bodies.read(request, Nothing)
-        run.stop_asked.set()
         # It is the emergency stop: the robot does not wait for whoever serves the run to wake up and end it in order.
-        asyncio.get_running_loop().run_in_executor(None, run.close)
+        asyncio.get_running_loop().run_in_executor(None, run.stop)
         return bodies.respond(request, {"stopping": True})
 
     async def operator(request: Request) -> Response:

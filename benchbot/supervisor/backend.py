@@ -32,6 +32,7 @@ DEFAULT_PORT = 10000
 ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 SIGNAL_PERIOD_S = 0.1
 STOP_TIMEOUT_S = 15.0
+STOPPED_ANSWERS_S = 1.0
 
 
 def serve(
@@ -91,6 +92,9 @@ def serve(
             if on_progress is not None and time.monotonic() - told_s >= progress_interval_s:
                 told_s = time.monotonic()
                 on_progress(run.progress)
+        if run.stopped_in_use:
+            # The robot has been stopped; whoever submitted learns of it, and why, before nobody answers any more.
+            time.sleep(STOPPED_ANSWERS_S)
         return received[0] if received else None
 
 

@@ -27,6 +27,7 @@ from benchbot.supervisor.platform_host import ChildHost
 from benchbot.supervisor.refused import RefusedError
 
 ACTION_WAIT_S = 150.0
+STOPPED = "The run was stopped by its user (benchbot stop)."
 HUNG_UP = "The solution hung up while the robot was moving."
 
 T = TypeVar("T")
@@ -58,6 +59,7 @@ class Run:
         self.selection = selection
         self.events = Events()
         self.stop_asked = threading.Event()
+        self.stopped_in_use = False
         self.result_path = result_path
         self.platform_failed = False
         self._host: Host | None = None
@@ -224,6 +226,15 @@ class Run:
                 "Wait until the run asks for something: its terminal shows it.",
             )
         return request
+
+    def stop(self) -> None:
+        """End the run because somebody asked for it: the emergency stop, for whoever uses the robot just then."""
+        with self._callers:
+            under_way = self._caller is not None
+        if under_way:
+            self._session.fail(FailureClass.PLATFORM, STOPPED)
+            self.stopped_in_use = True
+        self.close()
 
     def close(self) -> None:
         """Stop the robot and end the platform, even in the middle of an action. Safe to call from several threads."""

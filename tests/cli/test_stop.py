@@ -1,3 +1,4 @@
+import json
 import os
 import signal
 import subprocess
@@ -52,6 +53,9 @@ def test_a_robot_in_the_middle_of_an_action_is_stopped(cli: CommandLine) -> None
     assert "is ending" in done.stderr
     assert back_end.wait(30) == 0
     assert solution.wait(30) == 3
+    failure = json.loads((cli.folder / "result.json").read_text("utf-8"))["provenance"]["failure"]
+    assert failure["class"] == "platform"
+    assert "stopped by its user" in failure["why"]
     assert cli.nothing_is_left()
 
 

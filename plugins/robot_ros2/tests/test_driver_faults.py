@@ -172,3 +172,24 @@ def test_a_camera_that_fails_between_actions(tmp_path: Path, fault: dict[str, An
         there.set(**{name: type(value)() for name, value in fault.items()})
         if "stamp_offset_s" not in fault:
             assert set(platform.observe(["image_rgb"])) == {"image_rgb"}
+
+
+@pytest.mark.parametrize(("simulated", "delay_s"), [(False, 1.5), (True, 3.0)], ids=["real", "simulated"])
+def test_a_picture_that_comes_late_is_waited_for(tmp_path: Path, simulated: bool, delay_s: float) -> None:
+    late = {"stamp_offset_s": {"/image": -delay_s}}
+    with (
+        unicycle(simulated=simulated, **late),
+        driver(declaration(use_sim_time=simulated), tmp_path) as platform,
+    ):
+        platform.load(scene(), 0)
+
+        assert set(platform.observe(["image_rgb", "laser"])) == {"image_rgb", "laser"}
+
+
+def test_a_picture_that_comes_too_late_is_of_another_clock(tmp_path: Path) -> None:
+    with unicycle(stamp_offset_s={"/image": -3.0}), driver(declaration(), tmp_path) as platform:
+        platform.load(scene(), 0)
+        with pytest.raises(BenchbotError, match=r"differ by 3\.\d s") as failure:
+            platform.observe(["image_rgb"])
+
+    assert "/image are behind; driver.timing.skew_s allows 2 s" in failure.value.why

@@ -17,12 +17,12 @@ PATIENCE_S = 30.0
 
 
 class Unicycle:
-    """The robot of `unicycle_robot.py`, in a process of its own."""
+    """The robot of `unicycle_robot.py`, in a process of its own, started through `prefix`."""
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, *prefix: str, **options: Any) -> None:
         program = Path(__file__).with_name("unicycle_robot.py")
         self.process = subprocess.Popen(
-            [sys.executable, str(program), json.dumps(options)],
+            [*prefix, sys.executable, str(program), json.dumps(options)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -52,8 +52,8 @@ class Unicycle:
 
 
 @contextmanager
-def unicycle(**options: Any) -> Iterator[Unicycle]:
-    robot = Unicycle(**options)
+def unicycle(*prefix: str, **options: Any) -> Iterator[Unicycle]:
+    robot = Unicycle(*prefix, **options)
     try:
         yield robot
     finally:

@@ -7,6 +7,8 @@ the input ends the robot.
 
 import json
 import math
+import os
+import subprocess
 import sys
 import threading
 import time
@@ -41,6 +43,10 @@ DEFAULTS: dict[str, Any] = {
     "frames": {},  # other frames, by topic
     "reliability": {},  # by topic
     "compressed": False,  # the image has another type than usual
+    "pressed": False,  # the emergency stop
+    "held": True,  # the dead-man switch
+    "motion_pace": None,  # from the first velocity command on; its own clock is what is looked at then
+    "strike": None,  # what the robot does `beyond_m` of its way: {"kill": [signal, pid, …]}, {"run": […]}, {"set": {…}}
 }
 TICK_S, ACCELERATION_MPS2, ACCELERATION_RADPS2, COMMAND_TIMEOUT_S = 0.02, 2.0, 4.0, 0.2
 RADIUS_M, LASER_X_M, BEAMS = 0.2, 0.05, 72
@@ -51,6 +57,8 @@ TOPICS = {
     "/image": Image,
     "/camera_info": CameraInfo,
     "/collision": Bool,
+    "/e_stop": Bool,
+    "/dead_man": Bool,
     "/clock": Clock,
 }
 FRAMES = {"/odom": "odom", "/truth": "map", "/scan": "lidar", "/image": "camera", "/camera_info": "camera"}
@@ -64,6 +72,11 @@ class Robot:
         self.collided = False
         self.command, self.commanded_s = (0.0, 0.0), -math.inf
         self.time_s = 100.0
+        # By the robot's clock: the strike, the last velocity that came, the first zero after it, the rest after that.
+        self.struck_s: float | None = None
+        self.moved_s: float | None = None
+        self.zeroed_s: float | None = None
+        self.rested_s: float | None = None
         self.frozen: dict[str, float] = {}
         self.late: list[tuple[float, Odometry]] = []
         self.random = np.random.default_rng(0)
@@ -83,12 +96,30 @@ class Robot:
 
     def _on_command(self, message: Twist) -> None:
         self.command, self.commanded_s = (message.linear.x, message.angular.z), self.time_s
+        if self.command != (0.0, 0.0):
+            self.moved_s, self.zeroed_s, self.rested_s = self.clock_s(), None, None
+            self.options["pace"] = self.options["motion_pace"] or self.options["pace"]
+        elif self.zeroed_s is None:
+            self.zeroed_s = self.clock_s()
 
     def _on_reset(self, _request: Any, response: Any) -> Any:
         self.x, self.y, self.yaw, self.v, self.w, self.travelled = self.options["off_start_m"], 0.0, 0.0, 0.0, 0.0, 0.0
         self.collided = False
         response.success = True
         return response
+
+    def clock_s(self) -> float:
+        """Return the robot's time, which nobody sets."""
+        return self.time_s if self.options["simulated"] else time.monotonic()
+
+    def strike(self, blow: dict[str, Any]) -> None:
+        self.struck_s = self.clock_s()
+        number, *pids = blow.get("kill", [0])
+        for pid in pids:
+            os.kill(pid, number)
+        if "run" in blow:
+            subprocess.run(blow["run"], check=True)
+        self.options |= blow.get("set", {})
 
     def now_s(self) -> float:
         simulated: float = self.time_s + self.options["clock_offset_s"]
@@ -104,6 +135,11 @@ class Robot:
             self.collided, self.v, x = True, 0.0, self.x
         self.y += self.v * dt * math.sin(self.yaw + self.w * dt / 2)
         self.x, self.yaw, self.travelled = x, self.yaw + self.w * dt, self.travelled + abs(self.v) * dt
+        if (self.v, self.w) == (0.0, 0.0) and self.rested_s is None:
+            self.rested_s = self.clock_s()
+        blow = self.options["strike"]
+        if blow is not None and self.struck_s is None and self.travelled > blow["beyond_m"]:
+            self.strike(blow)
         self.publish(tick)
 
     def publish(self, tick: int) -> None:
@@ -113,6 +149,8 @@ class Robot:
         while self.late and self.late[0][0] <= self.time_s + 1e-9:
             self.send("/odom", self.late.pop(0)[1])
         self.send("/truth", self.odometry("/truth"))
+        self.send("/e_stop", Bool(data=self.options["pressed"]))
+        self.send("/dead_man", Bool(data=self.options["held"]))
         if tick % 5 == 0:
             self.send("/scan", self.scan())
             self.send("/image", self.image())
@@ -166,7 +204,8 @@ class Robot:
         return self.headed(Image(height=6, width=8, encoding="rgb8", step=24, data=bytes([value] * 144)), "/image")
 
     def state(self) -> dict[str, Any]:
-        return {"x": self.x, "y": self.y, "yaw": self.yaw, "v": self.v, "w": self.w, "collided": self.collided}
+        names = ("x", "y", "yaw", "v", "w", "collided", "struck_s", "moved_s", "zeroed_s", "rested_s")
+        return {name: getattr(self, name) for name in names} | {"time_s": self.clock_s()}
 
 
 def stamp(seconds: float) -> Time:

@@ -15,10 +15,21 @@ from benchbot_robot_ros2.declaration import LocalisedByTopic, LocalisedByTransfo
 from benchbot_robot_ros2.failures import failed
 from benchbot_robot_ros2.guard.link import Guard
 from benchbot_robot_ros2.localisation import Localisation
-from benchbot_robot_ros2.observing import Channel, Wait, check_frame, check_skew, frame_of, missing, wrong_frame
+from benchbot_robot_ros2.observing import (
+    Channel,
+    Wait,
+    check_frame,
+    check_skew,
+    frame_of,
+    longest_delay_s,
+    missing,
+    wrong_frame,
+)
 from benchbot_robot_ros2.robot_clock import RobotClock
 from benchbot_robot_ros2.standstill import rested, twist
-from benchbot_robot_ros2.streams import Sample, Stream
+from benchbot_robot_ros2.streams import HISTORY_NS, Sample, Stream
+
+PICTURES = frozenset({"sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"})
 
 
 class ConnectedRobot:
@@ -51,7 +62,7 @@ class ConnectedRobot:
                 name: Channel(
                     name,
                     callback,
-                    {part: self._stream(topic) for part, topic in robot.observations[name].parts().items()},
+                    {part: self._observed(topic) for part, topic in robot.observations[name].parts().items()},
                     frame_of(name, robot),
                 )
                 for name, callback in callbacks.items()
@@ -142,6 +153,12 @@ class ConnectedRobot:
 
     def _stream(self, topic: Topic) -> Stream:
         return Stream(self.node, topic, self.clock, self.changed)
+
+    def _observed(self, topic: Topic) -> Stream:
+        # Pictures are large and come late: what is small is kept until the picture of its instant is there.
+        timing, pictures = self.robot.settings.timing, topic.ros_type in PICTURES
+        delay_s = 0.0 if pictures else longest_delay_s(timing, simulated=self.clock.simulated)
+        return Stream(self.node, topic, self.clock, self.changed, history_ns=HISTORY_NS + round(delay_s * 1e9))
 
     def _transforms(self) -> Any:
         from benchbot_robot_ros2 import transforms

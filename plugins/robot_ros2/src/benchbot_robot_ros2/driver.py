@@ -5,8 +5,6 @@ import threading
 from collections.abc import Iterable
 from typing import Any
 
-import numpy as np
-
 from benchbot.core.channels import OBSERVATIONS
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.geometry import Pose, wrap_angle_rad
@@ -219,7 +217,7 @@ class Ros2Driver:
         }
         if self._robot.camera_frame is not None:
             frames["camera"] = base @ robot.mount(self._robot.camera_frame)
-        return {frame: _pose_record(pose, self._robot.global_frame) for frame, pose in frames.items()}
+        return {frame: pose.record(self._robot.global_frame) for frame, pose in frames.items()}
 
     def _note(self, command: Velocity, now_s: float) -> None:
         if command == REST and self._command != REST:
@@ -290,12 +288,3 @@ def _set_back(seconds: float) -> tuple[str, str]:
         "slew the clocks instead of setting them."
     )
     return f"ROS time jumped back by {seconds:.2f} s.", fix
-
-
-def _pose_record(pose: Pose, parent_frame: str) -> dict[str, Any]:
-    return {
-        "parent_frame": parent_frame,
-        "translation_xyz": np.array(pose.translation_xyz, np.float64),
-        "rotation_rpy": np.array(pose.rpy_rad, np.float64),
-        "rotation_xyzw": np.array(pose.rotation_xyzw, np.float64),
-    }

@@ -87,9 +87,21 @@ def wrong_frame(topic: str, found: str, frame: str) -> BenchbotError:
     )
 
 
-def check_skew(stream: Stream, sample: Sample, timing: Timing) -> None:
-    """Raise BenchbotError when a stamp is so far from the clock that the clocks must differ."""
-    if stream.holds or abs(sample.skew_s) <= timing.skew_s:
+def longest_delay_s(timing: Timing, *, simulated: bool) -> float:
+    """Return how long after its stamp an observation may come.
+
+    A simulated robot has one clock, which does not wait for a slow camera: as long as we would wait for a picture.
+    """
+    return timing.wait_s if simulated else timing.skew_s
+
+
+def check_skew(stream: Stream, sample: Sample, timing: Timing, delay_s: float | None = None) -> None:
+    """Raise BenchbotError when a stamp is so far from the clock that the clocks must differ.
+
+    It may be `delay_s` behind, `timing.skew_s` by default, and `timing.skew_s` ahead.
+    """
+    delay_s = timing.skew_s if delay_s is None else delay_s
+    if stream.holds or -timing.skew_s <= sample.skew_s <= delay_s:
         return
     topic = stream.topic.ros_topic
     if sample.stamp_ns == 0:
@@ -168,7 +180,7 @@ def _since(channel: Channel, since: Moment, timing: Timing) -> list[Stamped]:
 def _newer(stream: Stream, since: Moment, timing: Timing) -> list[Sample]:
     samples = [s for s in stream.samples if s.stamp_ns >= since.stamp_ns and s.arrived_s >= since.arrived_s]
     for sample in samples[-1:]:
-        check_skew(stream, sample, timing)
+        check_skew(stream, sample, timing, longest_delay_s(timing, simulated=stream.simulated))
     return samples
 
 

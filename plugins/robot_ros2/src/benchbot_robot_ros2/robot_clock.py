@@ -23,7 +23,7 @@ class RobotClock:
         from rclpy.duration import Duration
 
         self._clock = node.get_clock()
-        self._simulated = simulated
+        self.simulated = simulated
         self._changed = changed
         self._lock = threading.Lock()
         self._ros_ns = self._clock.now().nanoseconds
@@ -82,7 +82,7 @@ class RobotClock:
         ros_ns, steady_ns = self.now_ns(), time.monotonic_ns()
         ros_step_ns, steady_step_ns = ros_ns - self._ros_ns, steady_ns - self._steady_ns
         self._ros_ns, self._steady_ns = ros_ns, steady_ns
-        if self._simulated:
+        if self.simulated:
             step_ns, back_ns = max(0, ros_step_ns), -ros_step_ns
         else:
             step_ns, back_ns = steady_step_ns, steady_step_ns - ros_step_ns - SET_BACK_NS

@@ -36,7 +36,7 @@ class Sample:
 
 
 class Stream:
-    """Subscribes a topic, with QoS that follows its publishers, and keeps the last second of its messages.
+    """Subscribes a topic, with QoS that follows its publishers, and keeps the messages of the last `history_ns`.
 
     A message whose stamp is not newer than those before it is counted as nothing new. Of messages that hold until the
     next one (`holds`), and of those without a stamp, only the newest is kept. `changed` is the lock of all that
@@ -50,12 +50,15 @@ class Stream:
         clock: RobotClock,
         changed: threading.Condition,
         told: Callable[[Any], None] | None = None,
+        history_ns: int = HISTORY_NS,
     ) -> None:
         self.topic = topic
+        self.simulated = clock.simulated
         self._node = node
         self._clock = clock
         self._changed = changed
         self._told = told
+        self._history_ns = history_ns
         self._type = message_type(topic.ros_type)
         self._samples: deque[Sample] = deque()
         self._repeated = 0
@@ -79,7 +82,7 @@ class Stream:
 
     @property
     def samples(self) -> list[Sample]:
-        """What has come in the last second, oldest first."""
+        """What has come lately, oldest first."""
         with self._changed:
             return list(self._samples)
 
@@ -164,7 +167,7 @@ class Stream:
             if self.holds:
                 self._samples.clear()
             self._samples.append(sample)
-            while sample.stamp_ns - self._samples[0].stamp_ns > HISTORY_NS:
+            while sample.stamp_ns - self._samples[0].stamp_ns > self._history_ns:
                 self._samples.popleft()
             if self._told is not None:
                 self._told(message)

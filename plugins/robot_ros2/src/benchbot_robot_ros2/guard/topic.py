@@ -43,6 +43,12 @@ class VelocityPublisher:
         """Whether somebody receives what is published."""
         return bool(self._publisher.get_subscription_count())
 
+    def acknowledged(self, wait_s: float) -> bool:
+        """Wait until all who listen reliably have acknowledged the last velocity; say whether they have."""
+        from rclpy.duration import Duration
+
+        return bool(self._publisher.wait_for_all_acked(Duration(seconds=wait_s)))
+
     def unheard(self, robot: str, waited_s: float) -> BenchbotError:
         """Return the error for a robot that does not listen, with the reason why."""
         name, ours = self._topic.ros_topic, self._topic.ros_type

@@ -20,6 +20,8 @@ CLOCK_STALL_S = 2.0
 # Looking at the graph costs little, but not nothing.
 GRAPH_PERIOD_S = 0.1
 LAST_ZEROS_STOPPED, LAST_ZEROS_AT_REST, LAST_ZEROS_PERIOD_S = 20, 4, 0.05
+# A network that was gone keeps packets for about so long, and delivers them when it is back (Linux: 3 ARP requests).
+STALE_COMMANDS_S = 3.0
 
 Change = Callable[[GuardState, float], None]
 
@@ -126,10 +128,19 @@ class GuardedVelocity:
                 self.publisher.publish(velocity)
 
     def finish(self) -> None:
-        """Publish the last zeros: for a second when the robot was stopped, as a network may lose some."""
+        """Publish the last zeros: for a second when the robot was stopped, as a network may lose some.
+
+        Where the base does not say that it has them, a few more: a velocity that is still on its way is not to be the
+        last word.
+        """
         for _ in range(LAST_ZEROS_AT_REST if self.trip is None else LAST_ZEROS_STOPPED):
             self.publisher.publish(REST)
             time.sleep(LAST_ZEROS_PERIOD_S)
+        deadline_s = time.monotonic() + STALE_COMMANDS_S
+        while self.trip is not None and time.monotonic() < deadline_s:
+            if self.publisher.acknowledged(LAST_ZEROS_PERIOD_S):
+                break
+            self.publisher.publish(REST)
 
     def _look_around(self, now_s: float) -> None:
         wall_s = time.monotonic()
