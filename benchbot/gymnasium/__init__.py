@@ -30,14 +30,19 @@ __all__ = [
 ]
 
 _ENTRY_POINT = "benchbot.gymnasium.environment:TaskEnv"
+_VECTOR_ENTRY_POINT = "benchbot.gymnasium.vector:TaskVectorEnv"
 _ON_CARTER = {"robot": "carter_lowres"}
 
-gymnasium.register("benchbot/Task-v0", _ENTRY_POINT)
+gymnasium.register("benchbot/Task-v0", _ENTRY_POINT, vector_entry_point=_VECTOR_ENTRY_POINT)
 gymnasium.register(
     "benchbot/SemanticSlam-v0",
     _ENTRY_POINT,
+    vector_entry_point=_VECTOR_ENTRY_POINT,
     kwargs={**_ON_CARTER, "task": "semantic_slam:active:ground_truth:segmentation", "env": "miniroom:1"},
 )
 gymnasium.register(
-    "benchbot/SceneChange-v0", _ENTRY_POINT, kwargs={**_ON_CARTER, "task": "scd:active:ground_truth:segmentation"}
+    "benchbot/SceneChange-v0",
+    _ENTRY_POINT,
+    vector_entry_point=_VECTOR_ENTRY_POINT,
+    kwargs={**_ON_CARTER, "task": "scd:active:ground_truth:segmentation"},
 )

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from benchbot.core import plugins, resources
 from benchbot.core.catalog import Catalog
 from benchbot.core.channels import ACTIONS
+from benchbot.core.digest import ObservationDigest
 from benchbot.core.errors import BenchbotError, FailureClass, did_you_mean
+from benchbot.core.hookspecs import Simulator
 from benchbot.core.host import InProcessHost, Status
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import Platform, PlatformSpec, Scene
@@ -39,6 +41,8 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 4}  # noqa: RUF012
+    _host_type: type[InProcessHost] = InProcessHost
+    _digest_type: type[ObservationDigest] = ObservationDigest
 
     def __init__(
         self,
@@ -101,7 +105,7 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
         if self._session is not None and self._session.progress.state is State.FAILED:
             self._platform = None  # closed by the session that it failed
         selection = replace(self._select(name), seed=episode_seed)
-        self._session = Session(selection, lambda: self._host(selection))
+        self._session = Session(selection, lambda: self._host(selection), digest=self._digest_type)
         self._steps = 0
         step = self._last = self._session.reset()
         self._reward(self._transition(selection, step, None))
@@ -181,11 +185,14 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
     def _host(self, selection: Selection) -> InProcessHost:
         robot = selection.robot.data
         if self._platform is None:
-            simulator = self._catalog.plugins.record("simulators", robot["type"])
             spec = PlatformSpec(robot, selection.localisation, resources.cache_dir(), self._platform_options)
-            self._platform = simulator.create(spec)
+            self._platform = self._start(selection, spec)
         scenes = [Scene(declaration.data, declaration.path.parent) for declaration in selection.environments]
-        return InProcessHost(self._platform, scenes, self.motion)
+        return self._host_type(self._platform, scenes, self.motion)
+
+    def _start(self, selection: Selection, spec: PlatformSpec) -> Platform:
+        simulator: Simulator = self._catalog.plugins.record("simulators", selection.robot.data["type"])
+        return simulator.create(spec)
 
     def _take(self, session: Session, command: Command) -> tuple[Step, str]:
         if isinstance(command, Velocity):

@@ -62,11 +62,12 @@ class Camera:
             "matrix_projection": np.hstack([matrix, np.zeros((3, 1))]),
         }
 
-    def expose(self, renderer: Renderer, camera_pose: Pose, *, rgb: bool) -> Frame:
-        """Take one picture from a pose of the optical frame in the map frame."""
+    def expose(self, renderer: Renderer, camera_poses: Sequence[Pose], *, rgb: bool) -> list[Frame]:
+        """Take a picture from each pose of the optical frame in the map frame, all of them together."""
         # The renderer puts the centre of the first pixel at one half.
         intrinsics = Intrinsics(self.width, self.height, self.fx, self.fy, self.cx + 0.5, self.cy + 0.5)
-        return renderer.render(camera_pose.matrix(), intrinsics, rgb=rgb)
+        batch = renderer.render_batch(np.stack([pose.matrix() for pose in camera_poses]), intrinsics, rgb=rgb)
+        return [batch[i] for i in range(len(batch))]
 
     def depth(self, frame: Frame) -> npt.NDArray[np.float32]:
         """Return planar depth (H, W) in metres: +inf is beyond the camera's range, -inf before it (REP-117)."""
@@ -92,16 +93,20 @@ class Laser:
         """Read a robot's `laser` mapping; raises KeyError, TypeError or ValueError when it is not one."""
         return cls(str(values["frame"]), int(values["beams"]), _range(values["range_m"]))
 
-    def scan(self, renderer: Renderer, laser_pose: Pose) -> dict[str, Any]:
-        """Return one scan from a pose in the map frame; +inf is beyond the range, -inf before it (REP-117)."""
+    def scan(self, renderer: Renderer, laser_poses: Sequence[Pose]) -> list[dict[str, Any]]:
+        """Return a scan from each pose in the map frame; +inf is beyond the range, -inf before it (REP-117)."""
         nearest_m, farthest_m = self.range_m
         angles_rad = np.linspace(-np.pi, np.pi, self.beams, endpoint=False)
         along = np.stack([np.cos(angles_rad), np.sin(angles_rad), np.zeros(self.beams)], 1)
-        matrix = laser_pose.matrix()
-        origins = np.broadcast_to(matrix[:3, 3], along.shape)
-        ranges_m = renderer.cast(origins, along @ matrix[:3, :3].T, farthest_m).astype(np.float64)
+        matrices = [pose.matrix() for pose in laser_poses]
+        origins = np.concatenate([np.broadcast_to(matrix[:3, 3], along.shape) for matrix in matrices])
+        directions = np.concatenate([along @ matrix[:3, :3].T for matrix in matrices])
+        ranges_m = renderer.cast(origins, directions, farthest_m).astype(np.float64)
         ranges_m[ranges_m < nearest_m] = -np.inf
-        return {"scans": np.stack([ranges_m, angles_rad], 1), "range_min": nearest_m, "range_max": farthest_m}
+        return [
+            {"scans": np.stack([scan, angles_rad], 1), "range_min": nearest_m, "range_max": farthest_m}
+            for scan in ranges_m.reshape(-1, self.beams)
+        ]
 
 
 @dataclass(frozen=True)

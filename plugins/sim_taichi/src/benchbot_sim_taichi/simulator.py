@@ -1,9 +1,9 @@
 """The simulator: a differential-drive robot in a ray-traced scene, as one platform."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.geometry import Pose
@@ -66,6 +66,16 @@ class RayTracedSimulator:
 
     def observe(self, channels: Iterable[str]) -> dict[str, Any]:
         """Return the asked channels; pictures share one exposure, and what nobody asks for is not worked out."""
+        return self.observe_many([self], channels)[0]
+
+    def twin(self) -> Self:
+        """Return another simulator of the same robot, not yet loaded, that shares the scenes that either loads."""
+        twin = type(self)(self._spec)
+        twin._worlds = self._worlds
+        return twin
+
+    def observe_many(self, platforms: Sequence[Self], channels: Iterable[str]) -> list[dict[str, Any]]:
+        """Return what each of this simulator's twins observes now, with one launch for the pictures of a scene."""
         wanted = tuple(channels)
         unknown = [name for name in wanted if name not in CHANNELS]
         if unknown:
@@ -74,8 +84,14 @@ class RayTracedSimulator:
                 f"It simulates: {', '.join(CHANNELS)}.{did_you_mean(unknown[0], CHANNELS)}",
                 "Choose a task that asks for these only.",
             )
-        frame = self._expose(wanted)
-        return {name: self._channel(name, frame) for name in wanted}
+        observed: list[dict[str, Any]] = [{} for _ in platforms]
+        for world in {id(platform._world): platform._world for platform in platforms}.values():
+            there = [i for i, platform in enumerate(platforms) if platform._world is world]
+            poses = [platforms[i].pose() for i in there]
+            frames, scans = self._expose(world, poses, wanted), self._scan(world, poses, wanted)
+            for i, frame, scan in zip(there, frames, scans, strict=True):
+                observed[i] = {name: platforms[i]._channel(name, frame, scan) for name in wanted}
+        return observed
 
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
         """Apply one control tick; at contact the robot stands still, `collided`, for the rest of it."""
@@ -124,23 +140,29 @@ class RayTracedSimulator:
         """Do nothing: a simulated robot moves inside `drive` only."""
 
     def close(self) -> None:
-        """Let go of all scenes."""
-        self._worlds.clear()
+        """Let go of all scenes; twins keep them."""
+        self._worlds = {}
 
     def _clearance_m(self, state: State) -> float:
         return self._world.obstacles.distance_m(state.x, state.y) - self._robot.footprint.radius_m
 
-    def _expose(self, wanted: tuple[str, ...]) -> Frame | None:
+    def _expose(self, world: "_World", bases: Sequence[Pose], wanted: tuple[str, ...]) -> Sequence[Frame | None]:
         if not any(name in PICTURES for name in wanted):
-            return None
+            return [None] * len(bases)
         camera = self._robot.camera
-        camera_pose = self.pose() @ self._robot.mounts[camera.frame]
-        return camera.expose(self._world.renderer, camera_pose, rgb="image_rgb" in wanted)
+        mount = self._robot.mounts[camera.frame]
+        return camera.expose(world.renderer, [base @ mount for base in bases], rgb="image_rgb" in wanted)
 
-    def _channel(self, name: str, frame: Frame | None) -> Any:
+    def _scan(self, world: "_World", bases: Sequence[Pose], wanted: tuple[str, ...]) -> Sequence[dict[str, Any] | None]:
+        if "laser" not in wanted:
+            return [None] * len(bases)
+        laser = self._robot.laser
+        mount = self._robot.mounts[laser.frame]
+        return laser.scan(world.renderer, [base @ mount for base in bases])
+
+    def _channel(self, name: str, frame: Frame | None, scan: dict[str, Any] | None) -> Any:
         if name == "laser":
-            laser = self._robot.laser
-            return laser.scan(self._world.renderer, self.pose() @ self._robot.mounts[laser.frame])
+            return scan
         if name == "poses":
             base = self.odometry() if self._spec.localisation == "noisy" else self.pose()
             poses = self._robot.poses(base, self._start_pose)
