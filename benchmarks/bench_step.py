@@ -34,10 +34,13 @@ from benchbot.core.session import Session
 from benchbot.supervisor.backend import serve
 from benchbot.supervisor.platform_host import ChildHost
 from benchbot.supervisor.run_state import Connection, RunState
+from tests.supervisor.v2_client import V2Client
 
 WIDTH, HEIGHT = 640, 480
 CHANNELS = ["image_rgb", "image_depth", "image_segment"]
 FLOOR = "bare socket"
+# An action that is over at once, since v2's client is shown something new after an action only.
+ACTION, V2_ACTION = "an action: TCP, shared memory", "an action: v2's client, TCP"
 
 
 class StillSimulator:
@@ -177,6 +180,12 @@ def step_through(connection: Connection, *, shares_memory: bool) -> Callable[[],
     return lambda: client.step(None)
 
 
+def act_as_v2(client: V2Client) -> None:
+    """Take an action that is over at once, and observe, by the requests that v2's client makes."""
+    client.step("move_distance", distance=0.0)
+    client.transcript.clear()
+
+
 def run(folder: Path, rounds: int, thinking_s: float) -> dict[str, list[float]]:
     command = [sys.executable, "-m", "benchmarks.bench_step", "--serve", str(folder)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process, ExitStack() as stack:
@@ -188,6 +197,9 @@ def run(folder: Path, rounds: int, thinking_s: float) -> dict[str, list[float]]:
         first = Client(over_tcp)
         first.reset()
         stack.callback(first.stop)
+        v2 = V2Client(over_tcp.url or "", over_tcp.token)
+        stack.callback(v2.close)
+        v2.start()
         host = ChildHost(selection(), folder / "platform.log", lends=True)
         stack.callback(host.close)
         host.load(0, 0)
@@ -203,6 +215,8 @@ def run(folder: Path, rounds: int, thinking_s: float) -> dict[str, list[float]]:
             "unix socket, bytes": step_through(over_unix, shares_memory=False),
             "TCP, shared memory": step_through(over_tcp, shares_memory=True),
             "unix socket, shared memory": step_through(over_unix, shares_memory=True),
+            ACTION: lambda: first.step("move_distance", {"distance": 0.0}),
+            V2_ACTION: lambda: act_as_v2(v2),
         }
         return measure(ways, rounds, thinking_s)
 
@@ -230,9 +244,11 @@ def main() -> None:
         for name, values in taken_ms.items()
     ]
     print(f"step(None), {WIDTH}x{HEIGHT} colour + depth + segmentation, {payload_bytes() / 1e6:.1f} MB")
-    print(f"{'':<28}{'median ms':>10}{'p99 ms':>10}{'ratio':>10}")
+    print(f"{'':<30}{'median ms':>10}{'p99 ms':>10}{'ratio':>10}")
     for row in rows:
-        print(f"{row['what']:<28}{row['median_ms']:>10.2f}{row['p99_ms']:>10.2f}{row['ratio_to_floor']:>9.1f}x")
+        print(f"{row['what']:<30}{row['median_ms']:>10.2f}{row['p99_ms']:>10.2f}{row['ratio_to_floor']:>9.1f}x")
+    ratios = np.array(taken_ms[V2_ACTION]) / np.array(taken_ms[ACTION])
+    print(f"v2's protocol takes {np.median(ratios):.1f} times as long as ours")
     if options.json:
         options.json.write_text(json.dumps({"bytes": payload_bytes(), "rows": rows}, indent=1))
 
