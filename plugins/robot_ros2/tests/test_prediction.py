@@ -1,7 +1,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 
@@ -69,6 +69,7 @@ def test_a_start_that_is_hardly_one_is_not_measured(speed_mps: float) -> None:
 
 
 @given(st.floats(0.0, 5.0), st.floats(-0.6, 1.5), st.floats(-1.0, 1.0))
+@example(5e-324, 0.5, 0.0)
 def test_what_is_carried_on_is_bounded(late_s: float, linear_mps: float, angular_radps: float) -> None:
     prediction = Prediction(MOTION)
     prediction.note(Velocity(linear_mps, angular_radps), 0.0)

@@ -50,14 +50,15 @@ class Prediction:
         self._measure(odometry)
         newest = odometry[-1]
         velocity = REST if still(newest.message) else Velocity(*twist(newest.message))
-        pose, time_s = Pose(), newest.arrived_s - self.dead_time_s
-        while time_s < now_s:
-            step_s = min(STEP_S, now_s - time_s)
-            before, velocity = velocity, ramped(velocity, self._commanded(time_s), step_s, self._motion)
+        pose, begin_s = Pose(), newest.arrived_s - self.dead_time_s
+        count = math.ceil(max(0.0, now_s - begin_s) / STEP_S)
+        for index in range(count):
+            step_s = (now_s - begin_s) / count
+            commanded = self._commanded(begin_s + index * step_s)
+            before, velocity = velocity, ramped(velocity, commanded, step_s, self._motion)
             way_m = (before.linear_mps + velocity.linear_mps) / 2 * step_s
             turned_rad = (before.angular_radps + velocity.angular_radps) / 2 * step_s
             pose = pose @ Pose.planar(way_m * math.cos(turned_rad / 2), way_m * math.sin(turned_rad / 2), turned_rad)
-            time_s += step_s
         return pose, velocity
 
     def _commanded(self, time_s: float) -> Velocity:
