@@ -45,15 +45,15 @@ class Provided:
     addon: "Addon | None" = None
 
 
-def installed() -> list[PluginInfo]:
-    """Return the installed plug-ins, sorted by name, from metadata only.
+def installed(group: str = GROUP) -> list[PluginInfo]:
+    """Return the installed plug-ins of an entry-point group, sorted by name, from metadata only.
 
     `BENCHBOT_PLUGINS=a,b` restricts them to the named distributions (beside benchbot's own), for reproducible runs.
     """
     wanted = os.environ.get("BENCHBOT_PLUGINS")
     names = None if wanted is None else {*filter(None, wanted.split(",")), "benchbot"}
     found: dict[tuple[str, str], PluginInfo] = {}
-    for point in entry_points.find(GROUP):
+    for point in entry_points.find(group):
         if names is None or point.distribution in names:
             info = PluginInfo(point.name, point.value, point.distribution, point.version)
             # The first on sys.path is the one that Python would import; an older copy behind it is shadowed.

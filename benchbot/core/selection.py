@@ -1,7 +1,8 @@
 """Selection: is a run of this task on this robot in these scenes possible, and if not, every reason why."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from benchbot.core.catalog import Catalog, Declaration
 from benchbot.core.channels import ACTIONS, OBSERVATIONS
@@ -90,7 +91,7 @@ def select(
     if task_found and robot_found:
         errors += _capabilities(task_found, robot_found)
     if robot_found and scenes:
-        errors += _types(robot_found, scenes)
+        errors += [error for scene in scenes for error in misfits(robot_found.data, scene)]
     if robot_found:
         errors += _runs(catalog, robot_found)
     if task_found and scenes:
@@ -126,22 +127,21 @@ def _capabilities(task: Declaration, robot: Declaration) -> Iterator[BenchbotErr
             )
 
 
-def _types(robot: Declaration, scenes: list[Declaration]) -> Iterator[BenchbotError]:
-    worlds = robot.data.get("runs_in", [robot.data["type"]])
-    for scene in scenes:
-        if scene.data["type"] not in worlds:
-            yield BenchbotError(
-                f"The robot '{robot.name}' cannot run in the environment '{scene.name}'.",
-                f"The robot runs in environments of type {' or '.join(worlds)}, "
-                f"this one is of type {scene.data['type']}.",
-                "Choose a robot and an environment that fit; benchbot list robots shows the types.",
-            )
-        if scene.data.get("robots") and robot.name not in scene.data["robots"]:
-            yield BenchbotError(
-                f"The environment '{scene.name}' is not made for the robot '{robot.name}'.",
-                f"It names these robots: {', '.join(scene.data['robots'])}.",
-                f"Choose one of them with --robot, or another environment than '{scene.name}'.",
-            )
+def misfits(robot: Mapping[str, Any], scene: Declaration) -> Iterator[BenchbotError]:
+    """Yield every reason why a robot, by its declaration's data, cannot be in a scene."""
+    worlds = robot.get("runs_in", [robot["type"]])
+    if scene.data["type"] not in worlds:
+        yield BenchbotError(
+            f"The robot '{robot['name']}' cannot run in the environment '{scene.name}'.",
+            f"The robot runs in environments of type {' or '.join(worlds)}, this one is of type {scene.data['type']}.",
+            "Choose a robot and an environment that fit; benchbot list robots shows the types.",
+        )
+    if scene.data.get("robots") and robot["name"] not in scene.data["robots"]:
+        yield BenchbotError(
+            f"The environment '{scene.name}' is not made for the robot '{robot['name']}'.",
+            f"It names these robots: {', '.join(scene.data['robots'])}.",
+            f"Choose one of them with --robot, or another environment than '{scene.name}'.",
+        )
 
 
 def _runs(catalog: Catalog, robot: Declaration) -> Iterator[BenchbotError]:

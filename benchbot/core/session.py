@@ -299,6 +299,7 @@ class Session:
                 self._close_host()
             if error.ends_run:
                 self._safety_stop = error
+                self.progress.ends_run = True
             raise
 
     def _close_host(self) -> None:

@@ -289,7 +289,6 @@ class Run:
                 raise ended() from error
             if error.failure is FailureClass.PLATFORM:
                 self.platform_failed = True
-                self.progress.ends_run |= error.ends_run
             log.warning("%s", error)
             if self.progress.failure is not None:
                 self._tell("failure")

@@ -207,6 +207,7 @@ def test_there_is_no_way_back_from_a_safety_stop() -> None:
         ride.step("move_distance", {"distance": 1})
     assert stopped.value.ends_run
     assert (ride.progress.failure, ride.progress.state) == (FailureClass.PLATFORM, State.FAILED)
+    assert ride.progress.ends_run
     with pytest.raises(BenchbotError, match="The wagon was stopped") as again:
         ride.reset()
     assert again.value.ends_run

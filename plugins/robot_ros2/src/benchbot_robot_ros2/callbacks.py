@@ -4,17 +4,16 @@ A robot's declaration names a callback by `callback_robot`, or means the one of 
 one by an entry point of the group `benchbot.ros2_callbacks` that leads to a `Callback` of the entry point's name.
 """
 
-import os
 import pkgutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import msgspec
 import numpy as np
 
-from benchbot.core import entry_points
 from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.core.plugins import PluginInfo, installed
 from benchbot_robot_ros2 import images, sensors
 
 GROUP = "benchbot.ros2_callbacks"
@@ -36,7 +35,7 @@ class Callback:
 
 def find(name: str) -> Callback:
     """Return a callback by name; raises BenchbotError when there is none, or two, or a plug-in's cannot be loaded."""
-    plugins = list(_plugins())
+    plugins = installed(GROUP)
     found = [plugin for plugin in plugins if plugin.name == name]
     if len(found) + (name in _BUILT_IN) > 1:
         owners = ["benchbot-robot-ros2"] * (name in _BUILT_IN) + [plugin.distribution for plugin in found]
@@ -57,27 +56,16 @@ def find(name: str) -> Callback:
     )
 
 
-def _plugins() -> Iterator[entry_points.EntryPoint]:
-    # The same restriction to named distributions as for all plug-ins (benchbot.core.plugins).
-    wanted = os.environ.get("BENCHBOT_PLUGINS")
-    seen = set()
-    for point in entry_points.find(GROUP):
-        # The first on sys.path is the one that Python would import; an older copy behind it is shadowed.
-        if (wanted is None or point.distribution in wanted.split(",")) and (point.distribution, point.name) not in seen:
-            seen.add((point.distribution, point.name))
-            yield point
-
-
-def _load(point: entry_points.EntryPoint) -> Callback:
+def _load(point: PluginInfo) -> Callback:
     try:
-        callback = pkgutil.resolve_name(point.value)
+        callback = pkgutil.resolve_name(point.module)
     # A third party's import may fail in any way at all.
     except (Exception, SystemExit) as error:  # noqa: BLE001
         cause = f"{type(error).__name__}: {error}"
     else:
         if isinstance(callback, Callback) and callback.name == point.name:
             return callback
-        cause = f"{point.value} is {callback!r}, not a Callback of that name"
+        cause = f"{point.module} is {callback!r}, not a Callback of that name"
     raise BenchbotError(
         f"The callback '{point.name}' of {point.distribution} cannot be used.",
         f"{cause}.",

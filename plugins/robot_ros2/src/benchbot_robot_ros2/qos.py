@@ -83,3 +83,13 @@ def _lacking(offered: "QoSProfile", asked: "QoSProfile") -> set[str]:
     if asked.durability == DurabilityPolicy.TRANSIENT_LOCAL and offered.durability != DurabilityPolicy.TRANSIENT_LOCAL:
         lacking.add("durability")
     return lacking
+
+
+def sending(depth: int) -> "QoSProfile":
+    """Return the quality of service of what is sent: reliable, since that serves every subscriber.
+
+    A best-effort publisher is not heard by those that ask for reliability, such as RViz and Nav2's by default.
+    """
+    from rclpy.qos import QoSProfile, ReliabilityPolicy
+
+    return QoSProfile(depth=depth, reliability=ReliabilityPolicy.RELIABLE)

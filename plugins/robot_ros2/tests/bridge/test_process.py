@@ -11,7 +11,7 @@ import pytest
 from benchbot.core import plugins
 from benchbot.core.catalog import Catalog
 from benchbot.core.platform import Simulation
-from benchbot_robot_ros2.bridge import ros_node
+from benchbot_robot_ros2 import ros
 from benchbot_robot_ros2.bridge.camera_process import Album
 from benchbot_robot_ros2.bridge.robot import BridgedRobot
 from benchbot_robot_ros2.messages import message_type
@@ -94,7 +94,7 @@ def test_an_invalid_namespace_is_explained(domain: int) -> None:
 def test_only_what_somebody_subscribes_to_is_pictured(domain: int) -> None:
     sample = BridgedRobot(Catalog(plugins.load()).get("robots", "sample_robot").data, "", {}, "unused")
     camera = Recalling(simulator("arena:1"))
-    with ros_node.node("camera", "") as node, listener() as somebody:
+    with ros.node("camera") as node, listener() as somebody:
         album = Album(node, sample)
         album.publish(camera, 1)
         assert camera.asked == []

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 from benchbot.core import plugins
 from benchbot.core.errors import BenchbotError
 from benchbot.core.platform import Simulation
-from benchbot_robot_ros2.bridge import camera_channel, ros_node
+from benchbot_robot_ros2 import qos, ros
+from benchbot_robot_ros2.bridge import camera_channel
 from benchbot_robot_ros2.bridge.camera_channel import Failed, Load, Look, Ready, Start
 from benchbot_robot_ros2.bridge.pace import Rate
 from benchbot_robot_ros2.bridge.robot import NODE, BridgedRobot, relative, topics
@@ -41,7 +42,7 @@ def main() -> None:
     os.nice(NICENESS)
     start = camera_channel.receive(connection)
     if isinstance(start, Start):
-        with ros_node.node(f"{NODE}_camera", start.robot.namespace) as node:
+        with ros.node(f"{NODE}_camera", namespace=start.robot.namespace) as node:
             _serve(connection, start, node)
 
 
@@ -84,11 +85,11 @@ class Album:
 
     def __init__(self, node: "Node", robot: BridgedRobot) -> None:
         # Who is late for a picture wants the next one.
-        qos = ros_node.sending(depth=1)
+        profile = qos.sending(depth=1)
         self._frame = robot.camera_frame
         self._publishers: dict[str, dict[str, Publisher[Any]]] = {
             channel: {
-                part: node.create_publisher(message_type(topic.ros_type), relative(topic), qos)
+                part: node.create_publisher(message_type(topic.ros_type), relative(topic), profile)
                 for part, topic in topics(channel).items()
             }
             for channel in robot.pictures

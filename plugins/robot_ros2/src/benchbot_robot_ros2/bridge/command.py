@@ -43,7 +43,7 @@ def ros2(
     """Present a simulated robot as a ROS 2 robot, in its own simulated time; Ctrl-C ends it."""
     from benchbot.core import plugins, resources
     from benchbot.core.catalog import Catalog
-    from benchbot_robot_ros2.bridge import ros_node
+    from benchbot_robot_ros2 import ros
     from benchbot_robot_ros2.bridge.camera import Camera
     from benchbot_robot_ros2.bridge.node import Bridge
     from benchbot_robot_ros2.bridge.pace import SimulatedTime, WallTime
@@ -60,7 +60,7 @@ def ros2(
         signal.signal(signal_number, _interrupt)
     with ExitStack() as stack:
         try:
-            node = stack.enter_context(ros_node.node(NODE, namespace))
+            node = stack.enter_context(ros.node(NODE, namespace=namespace))
             camera = stack.enter_context(closing(Camera(bridged, camera_rate_hz))) if bridged.pictures else None
             report.note(f"Loading {environment}; the very first time, the simulator compiles itself (up to a minute) …")
             platform = stack.enter_context(closing(bridged.create(catalog.plugins)))

@@ -13,6 +13,7 @@ from benchbot.core.catalog import Catalog, Declaration
 from benchbot.core.errors import BenchbotError
 from benchbot.core.platform import PlatformSpec, Scene, Simulation
 from benchbot.core.plugins import Plugins
+from benchbot.core.selection import misfits
 from benchbot_robot_ros2.declaration import Ros2Robot, Topic
 
 NODE = "benchbot_bridge"
@@ -135,18 +136,6 @@ def find_scene(catalog: Catalog, robot: Mapping[str, Any], environment: str) -> 
             "A bridged robot is in one scene at a time; the service benchbot/reset takes it to another.",
             f"Name one: {scenes[0].name}",
         )
-    data = scenes[0].data
-    worlds = robot.get("runs_in", [robot["type"]])
-    if data["type"] not in worlds:
-        raise BenchbotError(
-            f"The robot '{robot['name']}' cannot run in the environment '{environment}'.",
-            f"The robot runs in environments of type {' or '.join(worlds)}, this one is of type {data['type']}.",
-            "Choose a robot and an environment that fit; benchbot list robots shows the types.",
-        )
-    if data.get("robots") and robot["name"] not in data["robots"]:
-        raise BenchbotError(
-            f"The environment '{environment}' is not made for the robot '{robot['name']}'.",
-            f"It names these robots: {', '.join(data['robots'])}.",
-            "Choose one of them with --robot, or another environment.",
-        )
-    return Scene(data, scenes[0].path.parent)
+    for misfit in misfits(robot, scenes[0]):
+        raise misfit
+    return Scene(scenes[0].data, scenes[0].path.parent)

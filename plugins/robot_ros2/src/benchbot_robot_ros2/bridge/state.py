@@ -4,7 +4,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from benchbot.core.geometry import Pose
-from benchbot_robot_ros2.bridge import ros_node
+from benchbot_robot_ros2 import qos
 from benchbot_robot_ros2.bridge.pace import Rate
 from benchbot_robot_ros2.bridge.robot import (
     COLLISION,
@@ -32,15 +32,15 @@ class StatePublisher:
         self._odometry_type = message_type("nav_msgs/msg/Odometry")
         self._bool_type = message_type("std_msgs/msg/Bool")
         self._clock_type = message_type("rosgraph_msgs/msg/Clock")
-        qos = ros_node.sending(depth=10)
-        self._odometry = node.create_publisher(self._odometry_type, ODOMETRY, qos)
-        self._truth = node.create_publisher(self._odometry_type, GROUND_TRUTH, qos)
-        self._collision = node.create_publisher(self._bool_type, COLLISION, qos)
-        self._clock = node.create_publisher(self._clock_type, "/clock", qos) if simulated else None
+        profile = qos.sending(depth=10)
+        self._odometry = node.create_publisher(self._odometry_type, ODOMETRY, profile)
+        self._truth = node.create_publisher(self._odometry_type, GROUND_TRUTH, profile)
+        self._collision = node.create_publisher(self._bool_type, COLLISION, profile)
+        self._clock = node.create_publisher(self._clock_type, "/clock", profile) if simulated else None
         self._laser = None
         if robot.has_laser:
             topic = topics("laser")[""]
-            self._laser = node.create_publisher(message_type(topic.ros_type), relative(topic), qos)
+            self._laser = node.create_publisher(message_type(topic.ros_type), relative(topic), profile)
         self._transforms = Transforms(node, robot) if transforms_installed() else None
 
     def announce(self, world: World) -> None:
