@@ -50,7 +50,9 @@ def test_the_driver_is_killed(declared: Declared) -> None:
 
 def test_supervisor_and_driver_hang(declared: Declared) -> None:
     safety = {"command_timeout_s": 0.15}
-    with unicycle(**ROBOT) as robot, submission(declared(use_sim_time=True, safety=safety)) as submitted:
+    # Its 150 ms have to be long enough for a busy machine, too.
+    slow = ROBOT | {"motion_pace": 0.08}
+    with unicycle(**slow) as robot, submission(declared(use_sim_time=True, safety=safety)) as submitted:
         until_under_way(robot, submitted)
         hanging = [submitted.supervisor, submitted.driver]
         try:
