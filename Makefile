@@ -7,7 +7,7 @@ PLUGINS := sim_taichi task_semslam eval_omq envs_bear
 MORE_PLUGINS := robot_ros2 record_mcap
 EDITABLE := -e . $(foreach plugin,$(PLUGINS),-e plugins/$(plugin))
 EDITABLE_MORE := $(foreach plugin,$(MORE_PLUGINS),-e plugins/$(plugin))
-SOURCES := benchbot benchbot_api tests benchmarks plugins conftest.py
+SOURCES := benchbot benchbot_api benchbot_eval tests benchmarks plugins conftest.py
 
 .PHONY: help install install-test demo test lint format bench clean
 
@@ -16,7 +16,7 @@ help:  ## Say what each target does
 
 install: $(VENV)/.installed  ## Install BenchBot and its plug-ins into .venv
 
-install-test: $(VENV)/.interfaces  ## Install what the tests, linters and benchmarks need, too
+install-test: $(VENV)/.interfaces $(VENV)/.browser  ## Install what the tests, linters and benchmarks need, too
 
 $(VENV)/.installed: pyproject.toml constraints.txt $(wildcard plugins/*/pyproject.toml)
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -31,6 +31,10 @@ $(VENV)/.installed-test: $(VENV)/.installed requirements-dev.txt
 # Two ROS 2 interface packages that are not on PyPI, built from their definitions.
 $(VENV)/.interfaces: $(VENV)/.installed-test $(shell find plugins/robot_ros2/tests/interfaces -type f)
 	$(BIN)/python plugins/robot_ros2/tests/interfaces/build.py -c constraints.txt
+	touch $@
+
+$(VENV)/.browser: $(VENV)/.installed tests/evaluation/report/install_chromium.sh
+	tests/evaluation/report/install_chromium.sh
 	touch $@
 
 demo: install  ## Drive a robot through a ray-traced room, map it, score the map

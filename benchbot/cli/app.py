@@ -19,6 +19,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("benchbot.cli.run:run", "Start a robot in an environment, ready for a solution."),
     "submit": ("benchbot.cli.submit:submit", "Run a solution, against a running robot or with one of its own."),
     "eval": ("benchbot.cli.evaluate:evaluate", "Score result files."),
+    "report": ("benchbot.cli.report_command:report", "Make a page, tables or test cases of results."),
+    "compare": ("benchbot.cli.compare:compare", "Say whether one set of results scores higher than another."),
     "picture": ("benchbot.cli.picture:picture", "Draw a result beside the truth, with its score."),
     "list": ("benchbot.cli.list:app", "List tasks, robots, environments and everything else that is installed."),
     "show": ("benchbot.cli.show:app", "Print one declaration and where it is."),
@@ -35,7 +37,7 @@ EPILOGUE = """\
 Plug-ins may add commands: benchbot list commands.
 
 \b
-Add-ons of BenchBot v2, for run, submit, eval, picture, list, show, check and doctor:
+Add-ons of BenchBot v2, for run, submit, eval, report, compare, picture, list, show, check and doctor:
   --addons FOLDER  use those in this folder, too; repeatable
   --trust-addons   let their Python code run, until it changes
 

@@ -1,7 +1,7 @@
 """`benchbot eval`: results against ground truths."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -15,14 +15,18 @@ if TYPE_CHECKING:
 
 
 def evaluate(
-    results: Annotated[list[Path], typer.Argument(metavar="RESULT", help="Result files, and ZIP archives of them.")],
+    results: Annotated[
+        list[Path], typer.Argument(metavar="RESULT", help="Result files, ZIP archives and folders of them.")
+    ],
     method: Annotated[
         str | None,
-        typer.Option("--method", "-m", metavar="METHOD", help="How to score. [default: the one that fits the results]"),
+        typer.Option("--method", "-m", metavar="METHOD", help="How to score. [default: the one that fits the task]"),
     ] = None,
     ground_truth: Annotated[
         list[Path] | None,
-        typer.Option("--ground-truth", metavar="GT.json", help="A ground truth to use instead of the installed ones."),
+        typer.Option(
+            "--ground-truth", metavar="GT.json", help="Use this ground truth, or a folder of them; repeatable."
+        ),
     ] = None,
     output: Annotated[
         Path, typer.Option("--output-location", "-o", metavar="PATH", help="Write the scores here.")
@@ -32,10 +36,32 @@ def evaluate(
     ] = None,
     required_envs: Annotated[
         str | None,
-        typer.Option("--required-envs", metavar="ENV,ENV", help="These environments count; a missing one scores zero."),
+        typer.Option("--required-envs", metavar="ENV,ENV", help="These environments count, with a result or without."),
     ] = None,
     required_envs_batch: Annotated[
         str | None, typer.Option("--required-envs-batch", metavar="BATCH", help="The same, as a batch names them.")
+    ] = None,
+    missing: Annotated[
+        Literal["zero", "leave-out"],
+        typer.Option(
+            metavar="zero|leave-out",
+            help="How results that are missing, broken or of failed episodes count: as zero, or not at all.",
+        ),
+    ] = "zero",
+    over: Annotated[
+        Literal["places", "environments"],
+        typer.Option(
+            metavar="places|environments",
+            help="What intervals take for a sample of many: places, each with all its variants, or environments, to "
+            "speak of the variants of just these places.",
+        ),
+    ] = "places",
+    explain: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.json",
+            help="Write why: what became of each object. It holds ground truth: keep it from solutions.",
+        ),
     ] = None,
     validate_only: Annotated[
         bool, typer.Option("--validate-only", "-V", help="Check the results, score nothing.")
@@ -49,17 +75,19 @@ def evaluate(
 ) -> None:
     """Score results against the ground truth of their environments, and write a scores document.
 
-    The headline score goes to stdout, the table to stderr.
+    The headline score goes to stdout, the table to stderr. One result that cannot be scored does not stop the others.
     """
     from benchbot.cli import scoring
     from benchbot.core import scores
     from benchbot.core.catalog import Catalog
     from benchbot.core.plugins import load
-    from benchbot.evaluation import evaluate_files, validate_files
+    from benchbot.evaluation import explanation, validate_files
+    from benchbot.evaluation.intervals import Over
+    from benchbot.evaluation.score import score_files
 
     requirements = requirement.parse(require)
     catalog = Catalog(load())
-    environments = _required(catalog, required_envs, required_envs_batch)
+    environments = required_environments(catalog, required_envs, required_envs_batch)
     if required_task is not None:
         catalog.get("tasks", required_task)
     if validate_only:
@@ -71,22 +99,30 @@ def evaluate(
             raise typer.Exit(ExitCode.SUBMISSION_FAILED)
         return
     report.check_output(output)
-    document = evaluate_files(
+    report.check_output(explain)
+    evaluation = score_files(
         results,
+        catalog=catalog,
         method=method,
         ground_truth_paths=ground_truth,
         required_task=required_task,
         required_envs=environments,
-        catalog=catalog,
+        missing=missing,
+        over=Over(over),
     )
+    document = evaluation.document
+    explained = None if explain is None else explanation.explain(evaluation)
     scores.write(output, document)
     report.note(scoring.table(document))
     report.note(f"Scores: {output}")
+    if explain is not None and explained is not None:
+        explanation.write(explain, explained)
+        report.note(f"Explanation, with ground truth: {explain}")
     report.data_json(document) if as_json else report.data(scoring.headline(document))
     requirement.check(requirements, document["scores"])
 
 
-def _required(catalog: "Catalog", names: str | None, batch: str | None) -> list[str] | None:
+def required_environments(catalog: "Catalog", names: str | None, batch: str | None) -> list[str] | None:
     """Return the environments that count, each known to exist, or None when all do."""
     if names is not None and batch is not None:
         raise BenchbotError(

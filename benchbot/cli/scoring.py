@@ -1,5 +1,6 @@
 """Scores as people read them."""
 
+from collections import Counter
 from typing import Any
 
 
@@ -10,10 +11,11 @@ def headline(document: dict[str, Any]) -> str:
 
 
 def table(document: dict[str, Any]) -> str:
-    """Return a line per environment and a summary, the headline score first, and what is missing."""
+    """Return a line per result and a summary, the headline score first, its interval, and what is missing."""
     names = _ordered(document)
     lines = [["", *names]]
-    lines += [[row["environment"], *_numbers(row["scores"], names)] for row in document["rows"]]
+    rows = zip(_labels(document["rows"]), document["rows"], strict=True)
+    lines += [[label, *_numbers(row["scores"], names)] for label, row in rows]
     if len(document["rows"]) != 1 or document["coverage"]["missing"]:
         lines.append(["all", *_numbers(document["scores"], names)])
     widths = [max(len(line[column]) for line in lines) for column in range(len(names) + 1)]
@@ -21,16 +23,31 @@ def table(document: dict[str, Any]) -> str:
     for label, *cells in lines:
         aligned = (cell.rjust(width) for cell, width in zip(cells, widths[1:], strict=True))
         texts.append("  ".join([label.ljust(widths[0]), *aligned]))
-    return "\n".join([*texts, *_gaps(document["coverage"])])
+    return "\n".join([*texts, *_interval(document), *_gaps(document["coverage"])])
 
 
 def coverage(counts: dict[str, Any], word: str) -> list[str]:
     """Return lines that say how many results are `word` (scored, valid), what is missing, and what was left out."""
     lines = [f"{counts['scored']} of {counts['expected']} {word}"]
+    if counts.get("failures"):
+        classes = ", ".join(f"{count} {name}" for name, count in counts["failures"].items())
+        lines.append(f"  failed episodes: {classes}")
+    lines += [f"  warning: {warning}" for warning in counts.get("warnings", ())]
     for item in counts["missing"]:
-        what = " ".join(filter(None, [item["environment"], item["source"] and f"({item['source']})"]))
+        what = " ".join(filter(None, [_label(item), item["source"] and f"({item['source']})"]))
         lines.append(f"  missing: {what}: {item['reason']}")
     return lines + [f"  left out: {item['source']}: {item['reason']}" for item in counts["skipped"]]
+
+
+def _labels(rows: list[dict[str, Any]]) -> list[str]:
+    """Return the environment of each row, with what tells those of one environment apart."""
+    counts = Counter(row["environment"] for row in rows)
+    return [_label(row) if counts[row["environment"]] > 1 else row["environment"] for row in rows]
+
+
+def _label(row: dict[str, Any]) -> str:
+    said = [f"{key} {row[key]}" for key in ("seed", "episode", "repeat") if row.get(key) is not None]
+    return " ".join([row["environment"] or "", *said]).strip()
 
 
 def _ordered(document: dict[str, Any]) -> list[str]:
@@ -42,5 +59,18 @@ def _numbers(scores: dict[str, float], names: list[str]) -> list[str]:
     return [f"{scores[name]:.4f}" if name in scores else "-" for name in names]
 
 
+def _interval(document: dict[str, Any]) -> list[str]:
+    """Return a line such as `OMQ 0.62 [0.51, 0.71]`, how sure that is, or why it is not known."""
+    name = document["method"]["headline"]
+    interval = document.get("intervals", {}).get(name)
+    statistics = document.get("statistics", {})
+    if interval is None:
+        return [statistics["note"]] if statistics.get("note") and len(document["rows"]) > 1 else []
+    numbers = f"{name} {document['scores'][name]:.2f} [{interval['low']:.2f}, {interval['high']:.2f}]"
+    return [f"{numbers} ({interval['level'] * 100:g} % interval, {statistics['method']}: {statistics['clusters']})"]
+
+
 def _gaps(counts: dict[str, Any]) -> list[str]:
-    return coverage(counts, "scored; the missing count as zero") if counts["missing"] or counts["skipped"] else []
+    how = "are left out" if counts.get("missing_counts") == "leave-out" else "count as zero"
+    said = [counts[key] for key in ("missing", "skipped", "failures", "warnings") if counts.get(key)]
+    return coverage(counts, f"scored; the missing {how}" if counts["missing"] else "scored") if said else []

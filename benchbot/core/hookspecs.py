@@ -64,12 +64,23 @@ class Combine(Protocol):
         """Return the summary's scores by name; an empty dict in `scores` stands for a missing result."""
 
 
+class Explain(Protocol):
+    """Say how the scores of one result came about."""
+
+    def __call__(self, result: Document, ground_truths: Sequence[Document]) -> Document:
+        """Return what is added to the result's entry in an explanation (see its schema), such as `{"objects": […]}`.
+
+        Raises what `evaluate` raises.
+        """
+
+
 @dataclass(frozen=True)
 class Evaluator:
     """A method of evaluation.
 
     `headline` names the score that stands for a result, the first one when it is empty; `version` changes whenever the
-    numbers do.
+    numbers do. Without `ground_truth_formats`, `evaluate` gets no ground truth: the result says all that it needs.
+    `explain`, if given, tells a person how a result's scores came about; it may show the ground truth.
     """
 
     name: str
@@ -80,6 +91,7 @@ class Evaluator:
     evaluate: Evaluate
     combine: Combine
     description: str = ""
+    explain: Explain | None = None
 
 
 @dataclass(frozen=True)
@@ -143,6 +155,11 @@ def benchbot_examples() -> "Iterable[Traversable | Path]":  # type: ignore[empty
 @hookspec
 def benchbot_batches() -> "Iterable[Traversable | Path]":  # type: ignore[empty-body]
     """Yield batch declarations (named lists of environments): YAML files, or folders of them."""
+
+
+@hookspec
+def benchbot_episodes() -> "Iterable[Traversable | Path]":  # type: ignore[empty-body]
+    """Yield episode lists: JSON files, or folders of them."""
 
 
 @hookspec

@@ -19,8 +19,11 @@ KINDS = (
     "ground_truth",
     "example",
     "batch",
+    "episodes",
     "result",
     "scores",
+    "explanation",
+    "comparison",
 )
 
 # Not importlib.resources: it takes a tenth of the start-up time of a command that lists names.

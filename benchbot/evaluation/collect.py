@@ -8,7 +8,10 @@ from benchbot.core.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.evaluation import inputs
 from benchbot.evaluation.coverage import Coverage
-from benchbot.evaluation.inputs import Submission, Unreadable
+from benchbot.evaluation.duplicates import distinct
+from benchbot.evaluation.inputs import Other, Submission, Unreadable
+
+_SHOWN = 5
 
 
 def collect(
@@ -18,10 +21,10 @@ def collect(
     required_envs: Sequence[str] | None,
     coverage: Coverage,
 ) -> list[Submission]:
-    """Return the submissions that count, all of one task, those of failed episodes included.
+    """Return the submissions that count, all of one task and one for each episode, those of failed ones included.
 
-    Notes the others in `coverage`. Raises BenchbotError for an unknown required task or environment, for results of
-    several tasks, and when none counts.
+    Notes the others in `coverage`, and required environments without any result. Raises BenchbotError for an unknown
+    required task or environment, for results of several tasks, and when none counts.
     """
     if required_task is not None:
         catalog.get("tasks", required_task)
@@ -31,6 +34,8 @@ def collect(
     for item in inputs.read(paths):
         if isinstance(item, Unreadable):
             coverage.unreadable(item.source, item.error, counts=required_envs is None)
+        elif isinstance(item, Other):
+            coverage.skip(item.source, item.why)
         elif required_task is not None and item.task != required_task:
             coverage.skip(item.source, f"It is of the task '{item.task}'.")
         elif required_envs is not None and item.environment not in required_envs:
@@ -40,20 +45,33 @@ def collect(
     if not wanted:
         raise _nothing(coverage)
     _require_one_task(wanted)
-    return wanted
+    found = distinct(wanted, coverage)
+    coverage.absent(required_envs or (), wanted)
+    return found
 
 
 def has_valid_results(submission: Submission, catalog: Catalog, coverage: Coverage) -> bool:
     """Say whether a submission can be scored: it has results, and they keep to their format. Notes why not."""
-    if submission.failure is not None and submission.document.get("results") is None:
-        coverage.failed(submission)
-        return False
     try:
+        _require_no_flaw(submission)
+        if submission.failure is not None and submission.document.get("results") is None:
+            coverage.failed(submission)
+            return False
         _validate(submission, catalog)
     except BenchbotError as error:
         coverage.broken(submission, error)
         return False
     return True
+
+
+def _require_no_flaw(submission: Submission) -> None:
+    flaw = submission.flaw()
+    if flaw is not None:
+        raise BenchbotError(
+            f"{submission.source} is not a valid result.",
+            flaw,
+            "Save a document that is JSON: finite numbers only, and a few levels of lists and mappings.",
+        )
 
 
 def _validate(submission: Submission, catalog: Catalog) -> None:
@@ -80,14 +98,24 @@ def _validate(submission: Submission, catalog: Catalog) -> None:
 
 
 def _require_one_task(submissions: Sequence[Submission]) -> None:
-    first = submissions[0]
-    for other in submissions:
-        if (other.task, other.results_format) != (first.task, first.results_format):
-            raise BenchbotError(
-                "The results are of different tasks.",
-                f"{first.source} is of '{first.task}', {other.source} of '{other.task}'.",
-                f"Score one task at a time, for example with --required-task {first.task}",
-            )
+    sources: dict[tuple[str, str | None], list[str]] = {}
+    for submission in submissions:
+        sources.setdefault((submission.task, submission.results_format), []).append(submission.source)
+    if len(sources) > 1:
+        lines = [
+            f"of '{task}' ({results_format}): {_listed(names)}" for (task, results_format), names in sources.items()
+        ]
+        most, _ = max(sources, key=lambda key: len(sources[key]))
+        raise BenchbotError(
+            "The results are of different tasks.",
+            "\n".join(lines),
+            f"Score one task at a time, for example with --required-task {most}",
+        )
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
+    return ", ".join(names[:_SHOWN]) + more
 
 
 def _nothing(coverage: Coverage) -> BenchbotError:

@@ -1,20 +1,27 @@
 """Coverage: what was expected, what was scored, and why the rest is missing, so that no mean hides a gap."""
 
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.evaluation.inputs import Submission
 
+Missing = Literal["zero", "leave-out"]
+"""How results that are missing count."""
+
 
 @dataclass
 class Coverage:
-    """A tally, filled while results are read and scored. What is missing counts as zero, what is skipped not at all."""
+    """A tally, filled while results are read and scored. What is skipped never counts, what is missing as chosen."""
 
-    scored: int = 0
+    scored: list[Submission] = field(default_factory=list)
     missing: list[dict[str, Any]] = field(default_factory=list)
     skipped: list[dict[str, Any]] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
     errors: list[BenchbotError] = field(default_factory=list)
+    missing_counts: Missing = "zero"
 
     def skip(self, source: str, reason: str) -> None:
         """Note something that was handed in and does not count."""
@@ -24,32 +31,60 @@ class Coverage:
         """Note a file that holds no result; it counts unless what is missing is known by environment."""
         self.errors.append(error)
         if counts:
-            self._miss(source, None, error.why, None)
+            self._miss(source, None, error.why, {}, None)
         else:
             self.skip(source, error.why)
 
     def broken(self, submission: Submission, error: BenchbotError) -> None:
         """Note a result that cannot be scored."""
         self.errors.append(error)
-        self._miss(submission.source, submission.environment, f"{error.title} {error.why}", submission.failure)
+        why = f"{error.title} {error.why}"
+        self._miss(submission.source, submission.environment, why, submission.numbers, submission.failure)
 
     def failed(self, submission: Submission) -> None:
         """Note an episode that ended without a result."""
         reason = f"The episode failed: {submission.failure_why}"
-        self._miss(submission.source, submission.environment, reason, submission.failure)
+        self._miss(submission.source, submission.environment, reason, submission.numbers, submission.failure)
 
-    def absent(self, environment: str) -> None:
-        """Note an environment that was asked for and that nothing was handed in for."""
-        self._miss(None, environment, "There is no result of this environment.", None)
+    def absent(self, required: Iterable[str], handed_in: Sequence[Submission]) -> None:
+        """Note the required environments that nothing was handed in for.
+
+        Each is missing as often as the environment with the most results is there, so that it weighs as much.
+        """
+        counts = Counter(submission.environment for submission in handed_in)
+        fullest = max(counts, key=lambda environment: counts[environment], default=None)
+        numbers = [submission.numbers for submission in handed_in if submission.environment == fullest] or [{}]
+        for environment in dict.fromkeys(required):
+            for said in numbers if environment not in counts else ():
+                self._miss(None, environment, "There is no result of this environment.", said, None)
+
+    def rows_of_missing(self) -> list[dict[str, Any]]:
+        """Return what is missing and counts, as rows without scores."""
+        counts = self.missing_counts == "zero"
+        return [{**item, "scores": {}} for item in self.missing] if counts else []
 
     def as_dict(self) -> dict[str, Any]:
         """Return what a scores document says of it."""
+        failures = [submission.failure for submission in self.scored] + [item["failure"] for item in self.missing]
+        tally = Counter(failure.value for failure in failures if failure is not None)
         return {
-            "expected": self.scored + len(self.missing),
-            "scored": self.scored,
+            "expected": len(self.scored) + len(self.missing),
+            "scored": len(self.scored),
+            "missing_counts": self.missing_counts,
+            "failures": {failure.value: tally[failure.value] for failure in FailureClass if tally[failure.value]},
+            "warnings": self.warnings,
             "missing": self.missing,
             "skipped": self.skipped,
         }
 
-    def _miss(self, source: str | None, environment: str | None, reason: str, failure: FailureClass | None) -> None:
-        self.missing.append({"source": source, "environment": environment, "reason": reason, "failure": failure})
+    def _miss(
+        self,
+        source: str | None,
+        environment: str | None,
+        reason: str,
+        numbers: Mapping[str, int | None],
+        failure: FailureClass | None,
+    ) -> None:
+        said = {name: numbers.get(name) for name in ("seed", "episode", "repeat")}
+        about = {"source": source, "environment": environment, **said}
+        self.missing.append({**about, "reason": reason, "failure": failure})

@@ -9,6 +9,7 @@ from typing import Any
 from benchbot.core import schema
 from benchbot.core.catalog import Catalog
 from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.core.resources import declaration_files
 
 Document = dict[str, Any]
 
@@ -34,8 +35,8 @@ class GroundTruths:
 
     @classmethod
     def of(cls, catalog: Catalog, paths: Sequence[Path] | None) -> "GroundTruths":
-        """Return those in `paths` when given, else those that plug-ins declare."""
-        return cls(catalog.ground_truth_files if paths is None else paths)
+        """Return those in `paths` (JSON files, and folders of them) when given, else those that plug-ins declare."""
+        return cls(catalog.ground_truth_files if paths is None else tuple(declaration_files(paths, (".json",))))
 
     def find(self, environment: str, formats: Collection[str]) -> Document:
         """Return the truth of `name:variant` in one of `formats`; raises BenchbotError that names what there is."""

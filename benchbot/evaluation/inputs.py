@@ -1,62 +1,26 @@
-"""Results as people hand them in: JSON files, and ZIP archives of them. Nothing is ever extracted to disk."""
+"""Results as people hand them in: JSON files, ZIP archives and folders of them. Nothing is ever extracted to disk."""
 
-import json
 import lzma
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import Any
 
-from benchbot.core import results, schema
-from benchbot.core.errors import BenchbotError, FailureClass
+from benchbot.core.errors import BenchbotError
+from benchbot.evaluation import submission
+from benchbot.evaluation.submission import MadeOfResultsError, Submission, refused
+
+__all__ = ["Item", "Other", "Submission", "Unreadable", "read"]
 
 SIZE_LIMIT_BYTES = 64 * 2**20
-MEMBER_LIMIT = 10_000
+ARCHIVE_LIMIT_BYTES = 512 * 2**20
+"""How large all members of an archive may be together; those of an archive may overlap, so that each looks harmless."""
+FILE_LIMIT = 10_000
 RATIO_LIMIT = 500
 """How much larger than its compressed form a member may be; JSON seldom reaches 100."""
 
-_IGNORED = "submission.json"
-
-
-@dataclass(frozen=True)
-class Submission:
-    """One result document and where it came from: a path, or `archive:member`."""
-
-    source: str
-    document: dict[str, Any]
-
-    @property
-    def task(self) -> str:
-        """The task's name."""
-        return str(self.document["task_details"]["name"])
-
-    @property
-    def results_format(self) -> str | None:
-        """The name of the format of its results, if the task has one."""
-        name: str | None = self.document["task_details"].get("results_format")
-        return name
-
-    @property
-    def environment(self) -> str:
-        """The environment string: `name:variant[:variant…]`."""
-        scenes = self.document["environment_details"]
-        return ":".join([str(scenes[0]["name"]), *(str(scene["variant"]) for scene in scenes)])
-
-    @property
-    def failure(self) -> FailureClass | None:
-        """Whose fault it is that the episode did not end well, if it did not."""
-        failure = self._failure()
-        return None if failure is None else FailureClass(failure["class"])
-
-    @property
-    def failure_why(self) -> str:
-        """What went wrong, if something did."""
-        return str((self._failure() or {}).get("why", ""))
-
-    def _failure(self) -> dict[str, Any] | None:
-        return (self.document.get("provenance") or {}).get("failure")
+_IGNORED = ("scores.json", "submission.json")
 
 
 @dataclass(frozen=True)
@@ -67,90 +31,118 @@ class Unreadable:
     error: BenchbotError
 
 
-def read(paths: Iterable[Path]) -> Iterator[Submission | Unreadable]:
-    """Yield the results in files and archives, in order; what cannot be read comes with its error."""
+@dataclass(frozen=True)
+class Other:
+    """A document of another kind that lies among results, such as their scores, and why it is none."""
+
+    source: str
+    why: str
+
+
+Item = Submission | Unreadable | Other
+
+
+def read(paths: Iterable[Path]) -> Iterator[Item]:
+    """Yield the results in files, archives and folders; what cannot be read comes with its error.
+
+    Folders are searched through for `*.json` and `*.zip`, sorted by path, hidden ones left out. In folders and archives
+    `scores.json` and `submission.json` are passed over, and what else was made of results comes as `Other`.
+    """
     for path in paths:
         try:
-            if zipfile.is_zipfile(path):
-                yield from _members(path)
+            if path.is_dir():
+                for file in _files(path):
+                    yield from _among_others(_contents(file))
             else:
-                yield _submission(str(path), _file(path))
+                yield from _contents(path)
         except BenchbotError as error:
             yield Unreadable(str(path), error)
 
 
+def _contents(path: Path) -> Iterator[Item]:
+    """Yield the result in a file, or those in an archive."""
+    try:
+        if zipfile.is_zipfile(path):
+            yield from _among_others(_members(path))
+        else:
+            yield submission.parse(str(path), _file(path))
+    except BenchbotError as error:
+        yield Unreadable(str(path), error)
+
+
+def _among_others(items: Iterable[Item]) -> Iterator[Item]:
+    """Yield the items; what was made of results is in order where it was not named but lies beside them."""
+    for item in items:
+        if isinstance(item, Unreadable) and isinstance(item.error, MadeOfResultsError):
+            yield Other(item.source, item.error.why)
+        else:
+            yield item
+
+
+def _files(folder: Path) -> list[Path]:
+    """Return the JSON files and archives in a folder and those below it, sorted."""
+    found = []
+    for path in folder.rglob("*"):
+        parts = path.relative_to(folder).parts
+        if path.suffix.lower() not in (".json", ".zip") or path.name in _IGNORED or not path.is_file():
+            continue
+        if not any(part.startswith(".") for part in parts):
+            found.append(path)
+    if not found:
+        raise refused(str(folder), "The folder holds no JSON file and no ZIP archive.")
+    if len(found) > FILE_LIMIT:
+        raise refused(str(folder), f"It holds {len(found)} files; at most {FILE_LIMIT} are read.")
+    return sorted(found)
+
+
 def _members(path: Path) -> Iterator[Submission | Unreadable]:
-    """Yield the JSON members of an archive except `submission.json`, sorted by name."""
+    """Yield the JSON members of an archive, sorted by name."""
     found = False
     try:
         with zipfile.ZipFile(path) as archive:
             members = archive.infolist()
-            if len(members) > MEMBER_LIMIT:
-                raise _refused(str(path), f"It has {len(members)} members; at most {MEMBER_LIMIT} are read.")
+            if len(members) > FILE_LIMIT:
+                raise refused(str(path), f"It has {len(members)} members; at most {FILE_LIMIT} are read.")
+            if sum(member.file_size for member in members) > ARCHIVE_LIMIT_BYTES:
+                raise refused(str(path), f"Its members are larger than {ARCHIVE_LIMIT_BYTES >> 20} MiB together.")
             for member in sorted(members, key=lambda info: info.filename):
                 name = PurePosixPath(member.filename)
-                if name.suffix.lower() != ".json" or name.name == _IGNORED or "__MACOSX" in name.parts:
+                if name.suffix.lower() != ".json" or name.name in _IGNORED or "__MACOSX" in name.parts:
                     continue
                 found = True
                 source = f"{path}:{member.filename}"
                 try:
-                    yield _submission(source, _member(archive, member, source))
+                    yield submission.parse(source, _member(archive, member, source))
                 except BenchbotError as error:
                     yield Unreadable(source, error)
     except (zipfile.BadZipFile, OSError) as error:
-        raise _refused(str(path), f"It is not a readable ZIP archive: {error}.") from error
+        raise refused(str(path), f"It is not a readable ZIP archive: {error}.") from error
     if not found:
-        raise _refused(str(path), "The archive holds no JSON file.")
+        raise refused(str(path), "The archive holds no JSON file.")
 
 
 def _member(archive: zipfile.ZipFile, member: zipfile.ZipInfo, source: str) -> bytes:
+    if member.filename.startswith("/") or ".." in PurePosixPath(member.filename).parts:
+        raise refused(source, "Its name leads out of the archive, as no result's does.")
     if member.file_size > SIZE_LIMIT_BYTES:
-        raise _refused(source, f"It is larger than {SIZE_LIMIT_BYTES >> 20} MiB.")
+        raise refused(source, f"It is larger than {SIZE_LIMIT_BYTES >> 20} MiB.")
     if member.file_size > RATIO_LIMIT * max(member.compress_size, 1024):
-        raise _refused(source, f"It is compressed more than {RATIO_LIMIT}-fold, as no result is.")
+        raise refused(source, f"It is compressed more than {RATIO_LIMIT}-fold, as no result is.")
     try:
         # zipfile never yields more than file_size bytes, whatever the compressed stream holds.
         return archive.read(member)
     except (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, OSError) as error:
-        raise _refused(source, f"It is damaged: {error}.") from error
+        raise refused(source, f"It is damaged: {error}.") from error
     except (RuntimeError, NotImplementedError) as error:
-        raise _refused(source, f"It is encrypted or in an unknown compression: {error}.") from error
+        raise refused(source, f"It is encrypted or in an unknown compression: {error}.") from error
 
 
 def _file(path: Path) -> bytes:
     if not path.is_file():
-        raise _refused(str(path), "There is no such file.")
+        raise refused(str(path), "There is no such file.")
     try:
         if path.stat().st_size > SIZE_LIMIT_BYTES:
-            raise _refused(str(path), f"It is larger than {SIZE_LIMIT_BYTES >> 20} MiB.")
+            raise refused(str(path), f"It is larger than {SIZE_LIMIT_BYTES >> 20} MiB.")
         return path.read_bytes()
     except OSError as error:
-        raise _refused(str(path), f"{error.strerror}.") from error
-
-
-def _submission(source: str, content: bytes) -> Submission:
-    try:
-        document = json.loads(content)
-    except RecursionError as error:
-        raise _refused(source, "It is nested too deeply.") from error
-    except ValueError as error:  # broken JSON, text that is not Unicode, absurdly long numbers
-        raise _refused(source, f"It is not valid JSON: {error}.") from error
-    if not isinstance(document, dict):
-        raise _refused(source, f"It holds a {type(document).__name__} where a result's mapping should be.")
-    version = document.get("version", results.VERSION)
-    if version != results.VERSION:
-        raise _refused(
-            source,
-            f"It is a result of version {version!r:.20}; this BenchBot reads version {results.VERSION} "
-            "and results of BenchBot v2.",
-        )
-    schema.check(document, "result", Path(source))
-    return Submission(source, document)
-
-
-def _refused(source: str, why: str) -> BenchbotError:
-    return BenchbotError(
-        f"{source} is not a result.",
-        why,
-        "Give JSON files that a solution saved, or ZIP archives of them.",
-    )
+        raise refused(str(path), f"{error.strerror}.") from error

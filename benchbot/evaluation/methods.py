@@ -1,8 +1,22 @@
 """Methods of evaluation: choosing the one that scores a task's results."""
 
+from typing import Any
+
+from benchbot.core.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.hookspecs import Evaluator
 from benchbot.core.plugins import Plugins
+
+
+def for_task(catalog: Catalog, name: str | None, task_details: dict[str, Any]) -> Evaluator:
+    """Return the named method, or the task's `evaluation_method`, or the only one that scores its results format.
+
+    The task is asked as the result tells of it, else the installed one of its name. Raises BenchbotError as `choose`.
+    """
+    named = name or task_details.get("evaluation_method")
+    if named is None and task_details["name"] in catalog.names("tasks"):
+        named = catalog.get("tasks", task_details["name"]).data.get("evaluation_method")
+    return choose(catalog.plugins, named, task_details.get("results_format"))
 
 
 def choose(plugins: Plugins, name: str | None, results_format: str | None) -> Evaluator:

@@ -2,16 +2,17 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Required, TypedDict, Unpack
 
 from benchbot.core import plugins, scores
 from benchbot.core.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.hookspecs import Evaluator
-from benchbot.evaluation import methods
+from benchbot.evaluation import intervals, methods
 from benchbot.evaluation.collect import collect, has_valid_results
-from benchbot.evaluation.coverage import Coverage
+from benchbot.evaluation.coverage import Coverage, Missing
 from benchbot.evaluation.ground_truths import GroundTruths, digest, environment_of
 from benchbot.evaluation.inputs import Submission
 
@@ -26,54 +27,77 @@ def evaluate(result: Document, ground_truths: Sequence[Document], method: str = 
     submission = Submission("", result)
     evaluator = methods.choose(plugins.load(), method, submission.results_format)
     row = _row(evaluator, submission, ground_truths) | {"source": None}
-    return _document(evaluator, result, result["environment_details"], [row], row["scores"], Coverage(scored=1))
+    coverage = Coverage(scored=[submission])
+    return _document(evaluator, result, result["environment_details"], [row], row["scores"], coverage)
 
 
-def evaluate_files(
-    paths: Sequence[Path],
-    *,
-    catalog: Catalog,
-    method: str | None = None,
-    ground_truth_paths: Sequence[Path] | None = None,
-    required_task: str | None = None,
-    required_envs: Sequence[str] | None = None,
-) -> Document:
-    """Return the scores document of all results in `paths`: JSON files and ZIP archives of them.
+class Options(TypedDict, total=False):
+    """How files are scored; `catalog` is required."""
 
-    `required_task` leaves out results of other tasks, `required_envs` those of other environments. A file that cannot
-    be scored does not stop the others: it is listed in `coverage.missing` with the reason and counts as zero, and so
-    do failed episodes and required environments without a result. The method is the one for the task's results format
-    unless it is named; ground truths are those of the plug-ins unless `ground_truth_paths` names others.
-    Raises BenchbotError when nothing at all can be scored.
+    catalog: Required[Catalog]
+    method: str | None
+    """Its name; the one that fits the task when it is None."""
+    ground_truth_paths: Sequence[Path] | None
+    """Files to use instead of the ground truths of the plug-ins."""
+    required_task: str | None
+    """Leave out results of other tasks."""
+    required_envs: Sequence[str] | None
+    """Leave out results of other environments, and count those of these that are missing."""
+    missing: Missing
+    """How results count that are missing, broken or of failed episodes; zero without it."""
+    over: intervals.Over
+    """What intervals take for a sample of many; places without it."""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What came of scoring files: the scores document, and every scored result with its ground truths, as its rows."""
+
+    document: Document
+    evaluator: Evaluator
+    scored: Sequence[tuple[Submission, Sequence[Document]]]
+
+
+def evaluate_files(paths: Sequence[Path], **options: Unpack[Options]) -> Document:
+    """Return the scores document of all results in `paths`: JSON files, ZIP archives and folders of them.
+
+    A file that cannot be scored does not stop the others: it is listed in `coverage.missing` with the reason, and so
+    are failed episodes and required environments without a result; `missing` says whether these count as zero or are
+    left out. Raises BenchbotError when nothing at all can be scored.
     """
-    coverage = Coverage()
-    submissions = collect(paths, catalog, required_task, required_envs, coverage)
-    evaluator = methods.choose(catalog.plugins, method, submissions[0].results_format)
-    truths = GroundTruths.of(catalog, ground_truth_paths)
-    scored: list[Submission] = []
+    return score_files(paths, **options).document
+
+
+def score_files(paths: Sequence[Path], **options: Unpack[Options]) -> Evaluation:
+    """Score as `evaluate_files` does, and keep what the scores came from."""
+    catalog, missing = options["catalog"], options.get("missing", "zero")
+    coverage = Coverage(missing_counts=missing)
+    submissions = collect(paths, catalog, options.get("required_task"), options.get("required_envs"), coverage)
+    if not submissions:
+        raise _nothing_scored(coverage)
+    evaluator = methods.for_task(catalog, options.get("method"), submissions[0].document["task_details"])
+    truths = GroundTruths.of(catalog, options.get("ground_truth_paths"))
+    scored: list[tuple[Submission, Sequence[Document]]] = []
     rows: list[Document] = []
     for submission in submissions:
         if not has_valid_results(submission, catalog, coverage):
             continue
         try:
-            found = [
-                truths.find(environment_of(scene), evaluator.ground_truth_formats)
-                for scene in submission.document["environment_details"]
-            ]
+            scenes = submission.document["environment_details"] if evaluator.ground_truth_formats else []
+            found = [truths.find(environment_of(scene), evaluator.ground_truth_formats) for scene in scenes]
             rows.append(_row(evaluator, submission, found))
-            scored.append(submission)
+            scored.append((submission, found))
         except BenchbotError as error:
             coverage.broken(submission, error)
-    if not rows and coverage.errors:
+    if not rows and (coverage.errors or missing == "leave-out"):
         raise _nothing_scored(coverage)
-    handed_in = {submission.environment for submission in submissions}
-    for environment in dict.fromkeys(required_envs or ()):
-        if environment not in handed_in:
-            coverage.absent(environment)
-    coverage.scored = len(rows)
-    combined = evaluator.combine([*(row["scores"] for row in rows), *({} for _ in coverage.missing)])
-    scenes = [submission.document["environment_details"] for submission in scored]
-    return _document(evaluator, submissions[0].document, scenes, rows, combined, coverage)
+    coverage.scored = [submission for submission, _ in scored]
+    counted = [*rows, *coverage.rows_of_missing()]
+    combined = evaluator.combine([row["scores"] for row in counted])
+    details = [submission.document["environment_details"] for submission in coverage.scored]
+    document = _document(evaluator, submissions[0].document, details, rows, combined, coverage)
+    document |= intervals.of_rows(counted, evaluator.combine, over=options.get("over", intervals.Over.PLACES))
+    return Evaluation(document, evaluator, scored)
 
 
 def validate_files(
@@ -86,7 +110,7 @@ def validate_files(
     """Return the coverage of `evaluate_files` before any scoring: how many results are valid, why others are not."""
     coverage = Coverage()
     submissions = collect(paths, catalog, required_task, required_envs, coverage)
-    coverage.scored = sum(has_valid_results(submission, catalog, coverage) for submission in submissions)
+    coverage.scored = [submission for submission in submissions if has_valid_results(submission, catalog, coverage)]
     return coverage.as_dict()
 
 
@@ -102,6 +126,7 @@ def _row(evaluator: Evaluator, submission: Submission, ground_truths: Sequence[D
     return {
         "source": submission.source,
         "environment": submission.environment,
+        **submission.numbers,
         "scores": {name: float(value) for name, value in values.items()},
         "ground_truths": [
             {"environment": environment_of(truth["environment"]), "sha256": digest(truth)} for truth in ground_truths
@@ -135,10 +160,11 @@ def _document(
 
 
 def _nothing_scored(coverage: Coverage) -> BenchbotError:
-    if len(coverage.errors) == 1:
+    if len(coverage.errors) == 1 == len(coverage.missing):
         return coverage.errors[0]
+    fixes = dict.fromkeys(error.fix for error in coverage.errors)
     return BenchbotError(
         "None of the results can be scored.",
-        "\n".join(f"{item['source']}: {item['reason']}" for item in coverage.missing),
-        "\n".join(dict.fromkeys(error.fix for error in coverage.errors)),
+        "\n".join(f"{item['source'] or item['environment']}: {item['reason']}" for item in coverage.missing),
+        "\n".join(fixes) or "Hand in the result of an episode that did not fail, or count what is missing as zero.",
     )

@@ -104,6 +104,7 @@ def test_an_unknown_kind_is_refused(cli: CommandLine, here: Here) -> None:
         ("ground_truth", {"environment": {}, "format": {}, "ground_truth": {}}),
         ("example", {"name": "x", "native_command": ""}),
         ("batch", {"name": "x", "environments": []}),
+        ("episodes", {"version": 1, "task": "x", "environment": "y:1", "episodes": []}),
         ("result", {"task_details": {}, "environment_details": [], "results": {}}),
         ("scores", {"task_details": {}, "environment_details": [], "scores": {}}),
     ],

@@ -42,8 +42,8 @@ def test_a_wrong_key_is_named_with_its_line_and_the_nearest_one(tmp_path: Path) 
     path = write(tmp_path, TASK + "scene_cuont: 2\n")
     (message,) = messages(path)
     assert message == (
-        ":6: unknown key 'scene_cuont'. Did you mean 'scene_count'? Allowed: actions, description, limits, "
-        "localisation, name, observations, results_format, scene_count, type"
+        ":6: unknown key 'scene_cuont'. Did you mean 'scene_count'? Allowed: actions, description, "
+        "episodes, evaluation_method, limits, localisation, name, observations, results_format, scene_count, type"
     )
 
 

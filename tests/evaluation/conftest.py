@@ -58,6 +58,7 @@ def catalog(tmp_path: Path) -> Iterator[Catalog]:
 
 
 Make = Callable[..., dict[str, Any]]
+MakeRun = Callable[..., dict[str, Any]]
 Save = Callable[[str, Any], Path]
 
 
@@ -92,17 +93,28 @@ def save(tmp_path: Path) -> Save:
 
 
 @pytest.fixture
-def failed_episode(make_result: Make) -> dict[str, Any]:
+def make_run(make_result: Make) -> MakeRun:
+    """Make a result as `make_result` does, with provenance; keys such as `seed` go into what was selected."""
+
+    def make(*places: float, variant: int = 1, **selection: Any) -> dict[str, Any]:
+        provenance = {
+            "benchbot": "0.1.0",
+            "plugins": {},
+            "selection": {"task": "t", "robot": "r", "environment": f"flat:{variant}", "seed": 0, **selection},
+            "steps": 3,
+            "simulated_time_s": 1.0,
+            "failure": None,
+            "observation_digest": "00",
+        }
+        return make_result(*places, variant=variant, provenance=provenance)
+
+    return make
+
+
+@pytest.fixture
+def failed_episode(make_run: MakeRun) -> dict[str, Any]:
     """What is left of an episode in flat:2 whose solution crashed."""
-    document = make_result(variant=2)
+    document = make_run(variant=2)
     del document["results"]
-    document["provenance"] = {
-        "benchbot": "0.1.0",
-        "plugins": {},
-        "selection": {"task": "t", "robot": "r", "environment": "flat:2", "seed": 0},
-        "steps": 3,
-        "simulated_time_s": 1.0,
-        "failure": {"class": "agent", "why": "It exited with status 1."},
-        "observation_digest": "00",
-    }
+    document["provenance"]["failure"] = {"class": "agent", "why": "It exited with status 1."}
     return document

@@ -1,3 +1,4 @@
+import json
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -8,11 +9,11 @@ from hypothesis import strategies as st
 
 from benchbot.core.errors import BenchbotError
 from benchbot.evaluation import inputs
-from benchbot.evaluation.inputs import Submission, Unreadable
+from benchbot.evaluation.inputs import Other, Submission, Unreadable
 from tests.evaluation.conftest import Make, Save
 
 
-def only(path: Path) -> Submission | Unreadable:
+def only(path: Path) -> inputs.Item:
     items = list(inputs.read([path]))
     assert len(items) == 1
     return items[0]
@@ -68,8 +69,42 @@ def test_what_is_no_result_is_told(save: Save, text: str, why: str) -> None:
     assert why in item.error.why
 
 
-def test_a_folder_is_no_result(tmp_path: Path) -> None:
-    assert "no such file" in only_unreadable(tmp_path).error.why
+def test_a_folder_counts_as_the_results_below_it_in_the_order_of_their_paths(
+    tmp_path: Path, make_result: Make, save: Save
+) -> None:
+    (tmp_path / "b").mkdir()
+    (tmp_path / ".hidden").mkdir()
+    for name in ("c.json", "b/two.JSON", ".hidden/three.json"):
+        save(name, make_result())
+    for name in ("scores.json", "b/submission.json", "notes.txt"):
+        save(name, "not looked at")
+    archive_of(tmp_path / "a.zip", json.dumps(make_result()))
+
+    sources = [item.source for item in inputs.read([tmp_path])]
+
+    assert sources == [f"{tmp_path}/a.zip:result.json", f"{tmp_path}/b/two.JSON", f"{tmp_path}/c.json"]
+
+
+def test_what_was_made_of_results_is_passed_over_beside_them_and_refused_by_name(tmp_path: Path, save: Save) -> None:
+    path = save("batch_scores.json", {"task_details": {}, "environment_details": [], "scores": {"OMQ": 0.5}})
+    save("why.json", {"version": 1, "method": {"name": "omq", "version": "1.0"}, "results": []})
+
+    others = list(inputs.read([tmp_path]))
+
+    assert all(isinstance(item, Other) for item in others)
+    assert len(others) == 2
+    assert only_unreadable(path).error.why == "It holds scores."
+
+
+def test_a_folder_without_results_is_told(tmp_path: Path) -> None:
+    assert "holds no JSON file" in only_unreadable(tmp_path).error.why
+
+
+@pytest.mark.parametrize("key", ["seed", "repeat"])
+def test_a_seed_that_is_no_number_is_told_with_its_place(failed_episode: dict[str, Any], save: Save, key: str) -> None:
+    failed_episode["provenance"]["selection"][key] = "3"
+
+    assert f"at /provenance/selection/{key}" in only_unreadable(save("a.json", failed_episode)).error.why
 
 
 def test_an_overgrown_file_is_refused_unread(tmp_path: Path) -> None:
@@ -100,15 +135,35 @@ def test_an_archive_without_results_is_told(tmp_path: Path) -> None:
     assert "no JSON file" in only_unreadable(path).error.why
 
 
-def test_members_that_climb_out_of_the_archive_are_only_read(tmp_path: Path, make_result: Make) -> None:
-    import json
+@pytest.mark.parametrize("name", ["../../outside.json", "/outside.json", "a/../../outside.json"])
+def test_members_that_climb_out_of_the_archive_are_refused_and_the_others_read(
+    tmp_path: Path, make_result: Make, name: str
+) -> None:
+    path = archive_of(tmp_path / "a.zip", json.dumps(make_result()))
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr(name, json.dumps(make_result()))
 
-    path = tmp_path / "a.zip"
-    with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("../../outside.json", json.dumps(make_result()))
+    refused, read = sorted(inputs.read([path]), key=lambda item: isinstance(item, Submission))
 
-    assert isinstance(only(path), Submission)
+    assert isinstance(refused, Unreadable)
+    assert "leads out of the archive" in refused.error.why
+    assert isinstance(read, Submission)
     assert [entry.name for entry in tmp_path.iterdir()] == ["a.zip"]
+
+
+def test_an_archive_whose_members_are_large_together_is_refused_unread(tmp_path: Path) -> None:
+    path = tmp_path / "overlapping.zip"
+    # As many entries in the directory as one likes may point to the same bytes.
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("0.json", b"[" + b" " * (2**20))
+        member = archive.infolist()[0]
+        for number in range(1, 600):
+            copy = zipfile.ZipInfo(f"{number}.json")
+            for key in ("compress_type", "CRC", "compress_size", "file_size", "header_offset"):
+                setattr(copy, key, getattr(member, key))
+            archive.filelist.append(copy)
+
+    assert "larger than 512 MiB together" in only_unreadable(path).error.why
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)

@@ -36,7 +36,9 @@ def test_a_file_is_scored_by_the_method_and_the_truth_that_belong_to_it(
 
     assert document["method"]["name"] == "omq"
     assert document["scores"]["OMQ"] == 0.5
-    assert document["coverage"] == {"expected": 1, "scored": 1, "missing": [], "skipped": []}
+    coverage = document["coverage"]
+    assert (coverage["expected"], coverage["scored"], coverage["missing_counts"]) == (1, 1, "zero")
+    assert not any(coverage[key] for key in ("failures", "warnings", "missing", "skipped"))
     assert schema.problems(document, "scores", tmp_path) == []
 
 
@@ -161,6 +163,19 @@ def test_a_named_ground_truth_goes_before_the_installed_ones(catalog: Catalog, m
     truth = save("truth.json", ground_truth(1, chair(9.0)))
 
     document = evaluate_files([save("a.json", make_result(9.0))], catalog=catalog, ground_truth_paths=[truth])
+
+    assert document["scores"]["OMQ"] == 1.0
+
+
+def test_a_folder_of_ground_truths_may_be_named(
+    catalog: Catalog, make_result: Make, save: Save, tmp_path: Path
+) -> None:
+    (tmp_path / "truths").mkdir()
+    for variant in (1, 2):
+        save(f"truths/{variant}.json", ground_truth(variant, chair(9.0)))
+    files = [save("a.json", make_result(9.0)), save("b.json", make_result(9.0, variant=2))]
+
+    document = evaluate_files(files, catalog=catalog, ground_truth_paths=[tmp_path / "truths"])
 
     assert document["scores"]["OMQ"] == 1.0
 

@@ -5,7 +5,7 @@ BenchBot 2, whose numbers these equal to 1e-6 wherever it gives any.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,17 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from benchbot.core.errors import BenchbotError
-from benchbot.plugins.formats import object_map, object_map_ground_truth, object_map_with_states
-from benchbot_eval_omq.boxes import Boxes, intersections_over_unions
-from benchbot_eval_omq.classes import Classes, normalised
+from benchbot_eval_omq.qualities import ADDED, REMOVED, Array, Qualities, qualities
 
-Array = NDArray[np.float64]
-Object = Mapping[str, Any]
-
-ADDED, REMOVED = 0, 1
-NEGLIGIBLE = 2.0**-25
-"""Qualities below this are none: the published implementation stores 1 - quality in single precision."""
 _KEYS = ("OMQ", "avg_pairwise", "avg_label", "avg_spatial", "avg_fp_quality")
 
 
@@ -33,7 +24,7 @@ class Comparison:
 
     `pairs` holds rows of (index among the true objects, index among the estimates); `pairwise`, `spatial`, `label` and
     `state` (None without states) hold a quality in (0, 1] for each. `false_positives` are indices of estimates and
-    `costs` what each costs, in [0, 1].
+    `costs` what each costs, in [0, 1]. `ignored` are indices of estimates that are parts of true groups.
     """
 
     pairs: NDArray[np.int64]
@@ -44,6 +35,7 @@ class Comparison:
     missed: NDArray[np.int64]
     false_positives: NDArray[np.int64]
     costs: Array
+    ignored: NDArray[np.int64]
 
 
 def evaluate(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any]]) -> dict[str, float]:
@@ -79,118 +71,47 @@ def combine(scores: Sequence[Mapping[str, float]]) -> dict[str, float]:
 
 def compare(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any]]) -> Comparison:
     """Match the objects of a map to the true ones; errors as for `evaluate`."""
-    with_states = _checked(result, ground_truths)
-    classes = Classes.of(ground_truths)
-    true_objects, true_states = _true_objects(ground_truths, with_states)
-    true_classes = np.array([_class_index(item, classes) for item in true_objects], int)
-    results = result["results"]
-    estimates = results["objects"]
-    labels = classes.probabilities([item["label_probs"] for item in estimates], results["class_list"])
-    states = None
-    if with_states:
-        weights = np.array([item["state_probs"] for item in estimates], float)
-        states = normalised(weights.reshape(-1, len(object_map_with_states.STATE_LIST)))
+    return matched(qualities(result, ground_truths))
 
-    true_boxes, boxes = Boxes.of(true_objects), Boxes.of(estimates)
-    intersections = true_boxes.intersections(boxes)
-    spatial = intersections_over_unions(intersections, true_boxes.volumes, boxes.volumes)
-    label = labels.T[true_classes]
-    state = None if states is None else states.T[true_states]
-    pairwise = np.sqrt(label * spatial) if state is None else np.cbrt(label * spatial * state)
-    pairwise[pairwise < NEGLIGIBLE] = 0.0
 
-    rows, columns = linear_sum_assignment(1.0 - pairwise)
-    hit = pairwise[rows, columns] > 0
+def matched(table: Qualities) -> Comparison:
+    """Pair true objects with estimates so that the sum of qualities is the largest possible."""
+    rows, columns = linear_sum_assignment(1.0 - table.pairwise)
+    hit = table.pairwise[rows, columns] > 0
     rows, columns = rows[hit], columns[hit]
-    missed = np.setdiff1d(np.arange(len(true_objects)), rows)
-    unmatched = np.setdiff1d(np.arange(len(estimates)), columns)
-    groups = np.array([bool(item.get("isgroup", False)) for item in true_objects], bool)
-    ignored = _parts_of_groups(unmatched, pairwise, groups, true_classes, labels, intersections, boxes.volumes)
+    unmatched = np.setdiff1d(np.arange(len(table.estimates)), columns)
+    ignored = _parts_of_groups(unmatched, table)
     false_positives = unmatched[~ignored]
+    changes = None if table.states is None or not table.true_objects else table.states[false_positives]
     return Comparison(
         np.stack([rows, columns], axis=1),
-        pairwise[rows, columns],
-        spatial[rows, columns],
-        label[rows, columns],
-        None if state is None else state[rows, columns],
-        missed,
+        table.pairwise[rows, columns],
+        table.spatial[rows, columns],
+        table.label[rows, columns],
+        None if table.state is None else table.state[rows, columns],
+        np.setdiff1d(np.arange(len(table.true_objects)), rows),
         false_positives,
-        _costs(labels[false_positives], states[false_positives] if states is not None and true_objects else None),
+        _costs(table.labels[false_positives], changes),
+        unmatched[ignored],
     )
 
 
-def _checked(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any]]) -> bool:
-    """Return whether the map has states; raises BenchbotError unless formats and number of scenes fit."""
-    name = result.get("task_details", {}).get("results_format")
-    formats: dict[str, tuple[Callable[[Any], None], int]] = {
-        "object_map": (object_map.validate, 1),
-        "object_map_with_states": (object_map_with_states.validate, 2),
-    }
-    if name not in formats:
-        raise BenchbotError(
-            "OMQ cannot score this result.",
-            f"Its task_details.results_format is {name!r}; OMQ reads: {', '.join(formats)}.",
-            "Score it with the method that belongs to its task: benchbot list methods",
-        )
-    validate, scenes = formats[name]
-    validate(result.get("results"))
-    if len(ground_truths) < scenes:
-        raise BenchbotError(
-            "There are too few ground truths.",
-            f"A result of the format '{name}' is scored against {scenes}, not {len(ground_truths)}.",
-            "Give one for each scene of the result.",
-        )
-    for document in ground_truths:
-        object_map_ground_truth.validate(document.get("ground_truth"))
-    return scenes == 2
-
-
-def _true_objects(
-    ground_truths: Sequence[Mapping[str, Any]], with_states: bool
-) -> tuple[list[Object], NDArray[np.int64]]:
-    """Return the true objects and their states; with states these are the ones that only one of two scenes has."""
-    before: list[Object] = ground_truths[0]["ground_truth"]["objects"]
-    if not with_states:
-        return before, np.zeros(len(before), int)
-    after: list[Object] = ground_truths[1]["ground_truth"]["objects"]
-    removed = [item for item in before if item not in after]
-    added = [item for item in after if item not in before]
-    return removed + added, np.array([REMOVED] * len(removed) + [ADDED] * len(added), int)
-
-
-def _class_index(item: Object, classes: Classes) -> int:
-    index = classes.index(item["class"])
-    if index is None:
-        raise BenchbotError(
-            "A ground truth names a class that it does not list.",
-            f"'{item['class']}' is neither in its class_list nor a synonym of a class there.",
-            "Mend the ground truth.",
-        )
-    return index
-
-
-def _parts_of_groups(
-    unmatched: NDArray[np.int64],
-    pairwise: Array,
-    groups: NDArray[np.bool_],
-    true_classes: NDArray[np.int64],
-    labels: Array,
-    intersections: Array,
-    volumes: Array,
-) -> NDArray[np.bool_]:
+def _parts_of_groups(unmatched: NDArray[np.int64], table: Qualities) -> NDArray[np.bool_]:
     """Say which unmatched estimates are parts of a true group and so neither hit nor false positive.
 
     Such a part is nearest to a group of its own most likely class, and at least half of it lies inside the group.
     """
-    if not len(groups) or not len(unmatched):
+    if not table.true_objects or not len(unmatched):
         return np.zeros(len(unmatched), bool)
-    quality = pairwise[:, unmatched]
+    # v2's own format of ground truths creates objects with `is_group`; its ground truths and its OMQ say `isgroup`.
+    groups = np.array([bool(item.get("isgroup", item.get("is_group", False))) for item in table.true_objects], bool)
+    quality = table.pairwise[:, unmatched]
     nearest = quality.argmax(axis=0)
     return np.asarray(
         (quality.max(axis=0) > 0)
         & groups[nearest]
-        & (labels[unmatched, :-1].argmax(axis=1) == true_classes[nearest])
-        & (intersections[nearest, unmatched] >= 0.5 * volumes[unmatched])
+        & (table.labels[unmatched, :-1].argmax(axis=1) == table.true_classes[nearest])
+        & (table.intersections[nearest, unmatched] >= 0.5 * table.volumes[unmatched])
     )
 
 

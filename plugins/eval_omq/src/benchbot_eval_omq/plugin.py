@@ -19,6 +19,12 @@ def _combine(scores: Sequence[dict[str, float]]) -> dict[str, float]:
     return omq.combine(scores)
 
 
+def _explain(result: dict[str, Any], ground_truths: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    from benchbot_eval_omq import explanation
+
+    return explanation.explain(result, ground_truths)
+
+
 @hookimpl
 def benchbot_evaluators() -> Iterator[Evaluator]:
     """Yield object map quality."""
@@ -31,4 +37,5 @@ def benchbot_evaluators() -> Iterator[Evaluator]:
         evaluate=_evaluate,
         combine=_combine,
         description="Object map quality: how well boxes, classes and states of a map agree with the truth.",
+        explain=_explain,
     )

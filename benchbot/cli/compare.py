@@ -1,0 +1,113 @@
+"""`benchbot compare`: sets of results, pair by pair."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from benchbot.cli import report
+from benchbot.cli.options import Json
+
+
+def compare(
+    sets: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="[NAME=]PATH",
+            help="Two sets of results or more: a folder, ZIP archive or result file each, or a scores document.",
+        ),
+    ],
+    score: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Which score. [default: the method's headline]")
+    ] = None,
+    over: Annotated[
+        Literal["places", "environments"],
+        typer.Option(
+            metavar="places|environments",
+            help="What is a sample of many: places, each with all its variants, or environments, to speak of the "
+            "variants of just these places.",
+        ),
+    ] = "places",
+    ignore_seeds: Annotated[
+        bool, typer.Option("--ignore-seeds", help="Pair the results of an environment in order, whatever their seeds.")
+    ] = False,
+    method: Annotated[
+        str | None,
+        typer.Option("--method", "-m", metavar="METHOD", help="How to score. [default: the one that fits the task]"),
+    ] = None,
+    ground_truth: Annotated[
+        list[Path] | None,
+        typer.Option("--ground-truth", metavar="GT.json", help="A ground truth to use instead of the installed ones."),
+    ] = None,
+    missing: Annotated[
+        Literal["zero", "leave-out"],
+        typer.Option(
+            metavar="zero|leave-out",
+            help="How results that are missing, broken or of failed episodes count: as zero, or not at all.",
+        ),
+    ] = "zero",
+    as_json: Json = False,
+) -> None:
+    """Say whether one set of results scores higher than another, and how sure that is.
+
+    Results of the same environment and seed are paired. Differences are tested by a permutation test over places; the
+    p-values of several comparisons are adjusted. Results are scored first; scores documents are taken as they are.
+    """
+    from benchbot.core.catalog import Catalog
+    from benchbot.core.plugins import load
+    from benchbot.evaluation import comparison, result_sets
+    from benchbot.evaluation.intervals import Over
+
+    catalog = Catalog(load())
+    named = result_sets.read(sets, catalog=catalog, method=method, ground_truth_paths=ground_truth, missing=missing)
+    evaluator = result_sets.evaluator_of(named, catalog)
+    document = comparison.compare(named, evaluator, score, over=Over(over), ignore_seeds=ignore_seeds)
+    for line in document["notes"]:
+        report.note(line)
+    for item in document["comparisons"]:
+        _tell_of_gaps(item, over)
+    if as_json:
+        report.data_json(document)
+        return
+    report.table(
+        ("", document["score"], "95 % interval", "scored", "failed"), [_set(item) for item in document["sets"]]
+    )
+    report.note()
+    report.table(
+        ("", "difference", "95 % interval", "p", "p (Holm)", "pairs", document["over"]),
+        [_comparison(item) for item in document["comparisons"]],
+    )
+    report.data("\n" + "\n".join(item["sentence"] for item in document["comparisons"]))
+
+
+def _set(item: dict[str, Any]) -> tuple[str, ...]:
+    failures = ", ".join(f"{count} {name}" for name, count in item["failures"].items()) or "-"
+    scored = f"{item['scored']}/{item['expected']}"
+    return item["name"], f"{item['score']:.4f}", _interval(item["interval"]), scored, failures
+
+
+def _comparison(item: dict[str, Any]) -> tuple[str, ...]:
+    return (
+        f"{item['a']} - {item['b']}",
+        f"{item['difference']:+.4f}",
+        _interval(item["interval"]),
+        f"{item['p']:.3g}",
+        f"{item['p_holm']:.3g}",
+        str(item["pairs"]),
+        str(item["clusters"]),
+    )
+
+
+def _interval(interval: dict[str, float] | None) -> str:
+    return "-" if interval is None else f"[{interval['low']:.4f}, {interval['high']:.4f}]"
+
+
+def _tell_of_gaps(item: dict[str, Any], over: str) -> None:
+    """Name what does not take part in a comparison, and the way out when there is too little of it."""
+    for name, side in ((item["a"], "a"), (item["b"], "b")):
+        if item["unpaired"][side]:
+            report.note(f"Only in {name}, left out: {'; '.join(item['unpaired'][side])}")
+    if item["verdict"] == "too_few" and over == "places":
+        report.note("To speak of the environments in just these places: --over environments")
+    if item["unpaired"]["without_score"]:
+        report.note(f"Without this score, left out: {'; '.join(item['unpaired']['without_score'])}")

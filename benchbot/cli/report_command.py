@@ -1,0 +1,118 @@
+"""`benchbot report`: results as a page for people, tables for papers and programs, test cases for CI."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from benchbot.cli import report as printing
+from benchbot.core.errors import BenchbotError
+
+DEFAULT = Path("report.html")
+
+
+def report(
+    results: Annotated[
+        list[Path], typer.Argument(metavar="RESULT", help="Result files, ZIP archives and folders of them.")
+    ],
+    output: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--output-location",
+            "-o",
+            metavar="PATH",
+            help="Write it here, as the name ends: .html, .csv, .tex, .md, .xml (JUnit); repeatable. "
+            f"[default: {DEFAULT}]",
+        ),
+    ] = None,
+    wanted: Annotated[
+        Literal["html", "csv", "tex", "md", "xml"] | None,
+        typer.Option(
+            "--format",
+            metavar="html|csv|tex|md|xml",
+            help="Write this, whatever the name ends in; to stdout without -o.",
+        ),
+    ] = None,
+    method: Annotated[
+        str | None,
+        typer.Option("--method", "-m", metavar="METHOD", help="How to score. [default: the one that fits the task]"),
+    ] = None,
+    name: Annotated[
+        str | None,
+        typer.Option("--name", metavar="TEXT", help="What the solution is called. [default: the name of its file]"),
+    ] = None,
+    frames: Annotated[
+        Path | None,
+        typer.Option(
+            "--frames",
+            metavar="FOLDER",
+            help="What submit --record frames=FOLDER wrote, for a single result. [default: 'frames' beside the result]",
+        ),
+    ] = None,
+    ground_truth: Annotated[
+        list[Path] | None,
+        typer.Option("--ground-truth", metavar="GT.json", help="A ground truth to use instead of the installed ones."),
+    ] = None,
+    required_task: Annotated[
+        str | None, typer.Option("--required-task", metavar="TASK", help="Leave out results of other tasks.")
+    ] = None,
+    required_envs: Annotated[
+        str | None,
+        typer.Option(
+            "--required-envs", metavar="ENV,ENV", help="These environments count, also those without a result."
+        ),
+    ] = None,
+    required_envs_batch: Annotated[
+        str | None, typer.Option("--required-envs-batch", metavar="BATCH", help="The same, as a batch names them.")
+    ] = None,
+    missing: Annotated[
+        Literal["zero", "leave-out"],
+        typer.Option(
+            metavar="zero|leave-out",
+            help="How results that are missing, broken or of failed episodes count: as zero, or not at all.",
+        ),
+    ] = "zero",
+) -> None:
+    """Make a report of results, to be read by somebody who was not there; prints the paths of what it wrote.
+
+    The page holds ground truth and needs no other file, no network and no script.
+    """
+    from benchbot.cli.evaluate import required_environments
+    from benchbot.core.catalog import Catalog
+    from benchbot.core.plugins import load
+    from benchbot.evaluation.report import format_of, gather, render, write
+    from benchbot.evaluation.score import score_files
+
+    paths = output or ([] if wanted else [DEFAULT])
+    formats = {path: wanted or format_of(path) for path in paths}
+    for path in paths:
+        printing.check_output(path)
+    if frames is not None and not any(frames.glob("*.jpg")):
+        raise BenchbotError(
+            f"There are no frames in {frames}.",
+            "It holds no JPEG files.",
+            f"Record them with the result: benchbot submit … --record frames={frames}",
+        )
+    catalog = Catalog(load())
+    evaluation = score_files(
+        results,
+        catalog=catalog,
+        method=method,
+        ground_truth_paths=ground_truth,
+        required_task=required_task,
+        required_envs=required_environments(catalog, required_envs, required_envs_batch),
+        missing=missing,
+    )
+    if frames is not None and evaluation.document["coverage"]["expected"] > 1:
+        raise BenchbotError(
+            "The frames are not known to belong to one result.",
+            f"--frames {frames} was given with {evaluation.document['coverage']['expected']} results.",
+            "Keep each result in a folder of its own, with its frames in 'frames' beside it, and leave --frames out.",
+        )
+    material = gather(evaluation, results, catalog=catalog, name=name, frames=frames)
+    texts = {name: render(material, name) for name in dict.fromkeys(formats.values())}
+    for path, form in formats.items():
+        write(path, texts[form])
+        printing.data(str(path))
+    if wanted is not None and not paths:
+        printing.data(render(material, wanted).rstrip("\n"))

@@ -1,0 +1,216 @@
+"""Comparing sets of results, pair by pair: how much higher one scores, and how sure that is."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.core.hookspecs import Combine, Evaluator
+from benchbot.evaluation import intervals, permutation, student_t
+from benchbot.evaluation.intervals import Over
+from benchbot.evaluation.pairing import Pair, label, pair
+from benchbot.evaluation.result_sets import ResultSet
+from benchbot.evaluation.verdicts import ALPHA, Finding
+
+VERSION = 1
+POWER = 0.8
+
+Document = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Design:
+    """What is compared: a score, the method that makes it, and what the clusters and the pairs are."""
+
+    evaluator: Evaluator
+    score: str
+    over: Over
+    ignore_seeds: bool
+
+
+def compare(
+    sets: Sequence[ResultSet],
+    evaluator: Evaluator,
+    score: str | None = None,
+    *,
+    over: Over = Over.PLACES,
+    ignore_seeds: bool = False,
+) -> Document:
+    """Return the comparison document of all pairs of sets (see its schema).
+
+    `score` is the method's headline unless it is named. Raises BenchbotError for a score that a set does not have, and
+    for two sets that have no result in common.
+    """
+    design = Design(evaluator, score or str(sets[0].document["method"]["headline"]), over, ignore_seeds)
+    for results in sets:
+        _require_score(results, design.score)
+    found = [_comparison(a, b, design) for a, b in combinations(sets, 2)]
+    adjusted = permutation.holm([comparison["p"] for comparison in found])
+    comparisons = [_judged(item, p, len(found), design) for item, p in zip(found, adjusted, strict=True)]
+    return {
+        "version": VERSION,
+        "method": {"name": evaluator.name, "version": evaluator.version},
+        "task": sets[0].document["task_details"]["name"],
+        "score": design.score,
+        "over": design.over.value,
+        "alpha": ALPHA,
+        "power": POWER,
+        "sets": [_summary(results, design) for results in sets],
+        "comparisons": comparisons,
+        "notes": _notes(sets),
+    }
+
+
+def _comparison(a: ResultSet, b: ResultSet, design: Design) -> Document:
+    paired = pair(a.rows, b.rows, ignore_seeds=design.ignore_seeds)
+    valued = [(item, _values(item, design)) for item in paired.pairs]
+    pairs = [item for item, values in valued if values is not None]
+    if not pairs:
+        raise BenchbotError(
+            f"'{a.name}' and '{b.name}' have no result in common.",
+            f"'{a.name}' has: {_listed(a)}. '{b.name}' has: {_listed(b)}.",
+            "Run both in the same environments with the same seeds, or compare with --ignore-seeds.",
+        )
+    combine, score = design.evaluator.combine, design.score
+
+    def difference(drawn: Sequence[Pair]) -> dict[str, float]:
+        scores_a, scores_b = (combine([row["scores"] for row in rows]) for rows in _sides(drawn))
+        return {score: scores_a[score] - scores_b[score]}
+
+    clusters = intervals.grouped(pairs, lambda item: item.environment, design.over)
+    means = [difference(cluster)[score] for cluster in clusters]
+    weighted = [mean * len(cluster) for mean, cluster in zip(means, clusters, strict=True)]
+    test = permutation.sign_flip(weighted)
+    smallest_p = permutation.smallest_p(weighted)
+    interval, detectable = _precision(clusters, difference, score, _bounded(valued))
+    return {
+        "a": a.name,
+        "b": b.name,
+        "pairs": len(pairs),
+        "clusters": len(clusters),
+        "difference": difference(pairs)[score],
+        "interval": interval,
+        "standardised": _standardised(means),
+        "p": test.p,
+        "arrangements": test.arrangements,
+        "exact": test.exact,
+        "smallest_p": smallest_p,
+        "minimum_detectable": detectable if smallest_p < ALPHA else None,
+        "rows": [
+            {"pair": item.label, "a": values[0], "b": values[1], "difference": values[0] - values[1]}
+            for item, values in valued
+            if values is not None
+        ],
+        "unpaired": {
+            "a": [label(row) for row in paired.only_a],
+            "b": [label(row) for row in paired.only_b],
+            "without_score": [item.label for item, values in valued if values is None],
+        },
+    }
+
+
+def _judged(comparison: Document, p_holm: float, comparisons: int, design: Design) -> Document:
+    """Return the comparison, one of so many, with what may be said of it."""
+    interval = comparison["interval"]
+    finding = Finding(
+        a=comparison["a"],
+        b=comparison["b"],
+        score=design.score,
+        over=design.over,
+        pairs=comparison["pairs"],
+        clusters=comparison["clusters"],
+        equal=all(row["difference"] == 0 for row in comparison["rows"]),
+        difference=comparison["difference"],
+        interval=None if interval is None else (interval["low"], interval["high"]),
+        p=p_holm,
+        reachable_p=min(1.0, comparison["smallest_p"] * comparisons),
+        detectable=comparison["minimum_detectable"],
+        comparisons=comparisons,
+    )
+    return {**comparison, "p_holm": p_holm, "verdict": finding.verdict.value, "sentence": finding.sentence}
+
+
+def _sides(pairs: Sequence[Pair]) -> tuple[list[Document], list[Document]]:
+    return [item.a for item in pairs], [item.b for item in pairs]
+
+
+def _values(item: Pair, design: Design) -> tuple[float, float] | None:
+    """Return the score of each side as the method counts it, None where it gives a missing result none."""
+    a, b = (_value(row, design.evaluator.combine, design.score) for row in (item.a, item.b))
+    return None if a is None or b is None else (a, b)
+
+
+def _value(row: Document, combine: Combine, score: str) -> float | None:
+    value = combine([row["scores"]]).get(score)
+    return value if value is not None and math.isfinite(value) else None
+
+
+def _bounded(valued: Sequence[tuple[Pair, tuple[float, float] | None]]) -> float:
+    """Return how large a difference can be."""
+    low, high = intervals.bounds([value for _, values in valued if values is not None for value in values])
+    return high - low
+
+
+def _precision(
+    clusters: Sequence[Sequence[Pair]], difference: intervals.Statistic[Pair], score: str, bound: float
+) -> tuple[Document | None, float | None]:
+    """Return the interval of the difference, and the difference that 80 % power would find (Bloom 1995)."""
+    count = len(clusters)
+    if count < intervals.FEWEST_CLUSTERS:
+        return None, None
+    statistic = intervals.linear(clusters, difference).get(score)
+    if statistic is None or not statistic.varies or not statistic.is_usable:
+        return None, None
+    low, high = intervals.bootstrap_t(statistic)
+    t = student_t.quantile(1 - ALPHA / 2, count - 1) + student_t.quantile(POWER, count - 1)
+    interval = {"low": max(low, -bound), "high": min(high, bound), "level": intervals.LEVEL}
+    return interval, t * statistic.standard_error
+
+
+def _standardised(means: Sequence[float]) -> float | None:
+    """Return the mean difference of clusters in standard deviations (Cohen 1988, d_z), None when none vary."""
+    count = len(means)
+    if count < 2:
+        return None
+    mean = math.fsum(means) / count
+    deviation = math.sqrt(math.fsum((value - mean) ** 2 for value in means) / (count - 1))
+    return mean / deviation if deviation > 1e-12 * max(map(abs, means)) else None
+
+
+def _summary(results: ResultSet, design: Design) -> Document:
+    found = intervals.of_rows(results.rows, design.evaluator.combine, over=design.over)
+    coverage = results.document["coverage"]
+    return {
+        "name": results.name,
+        "score": results.document["scores"][design.score],
+        "interval": found["intervals"].get(design.score),
+        "expected": coverage["expected"],
+        "scored": coverage["scored"],
+        "failures": results.failures,
+    }
+
+
+def _notes(sets: Sequence[ResultSet]) -> list[str]:
+    """Return what else differs between the sets, so that it may be the reason."""
+    robots = {results.name: ", ".join(results.robots) for results in sets if results.robots}
+    if len(set(robots.values())) < 2:
+        return []
+    return [f"The robots differ: {'; '.join(f'{name} on {robot}' for name, robot in robots.items())}."]
+
+
+def _require_score(results: ResultSet, score: str) -> None:
+    known = list(results.document["scores"])
+    if score not in known:
+        raise BenchbotError(
+            f"'{results.name}' has no score '{score}'.",
+            f"It has: {', '.join(known)}.{did_you_mean(score, known)}",
+            "Name one of these with --score.",
+        )
+
+
+def _listed(results: ResultSet) -> str:
+    labels = sorted(label(row) for row in results.rows)
+    more = f" and {len(labels) - 5} more" if len(labels) > 5 else ""
+    return "; ".join(labels[:5]) + more

@@ -1,0 +1,162 @@
+"""Named sets of results, as they are compared: each was scored, or is scored now, by one method on one task."""
+
+import json
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Unpack
+
+from benchbot.core import scores
+from benchbot.core.catalog import Catalog
+from benchbot.core.errors import BenchbotError
+from benchbot.core.hookspecs import Evaluator
+from benchbot.evaluation.inputs import SIZE_LIMIT_BYTES
+from benchbot.evaluation.score import Options, evaluate_files
+
+Document = dict[str, Any]
+
+_NAMED_BY_FOLDER = ("result.json", "scores.json")
+
+
+@dataclass(frozen=True)
+class ResultSet:
+    """A name and the scores document of all results of the set."""
+
+    name: str
+    document: Document
+
+    @property
+    def rows(self) -> list[Document]:
+        """The rows that count: what is missing is among them with no scores, unless it was left out."""
+        coverage = self.document["coverage"]
+        counts = coverage.get("missing_counts", "zero") == "zero"
+        missing = [{**item, "scores": {}} for item in coverage["missing"]] if counts else []
+        return [*self.document["rows"], *missing]
+
+    @property
+    def failures(self) -> dict[str, int]:
+        """How many episodes failed, by class."""
+        items = [*self.document["rows"], *self.document["coverage"]["missing"]]
+        return dict(sorted(Counter(str(item["failure"]) for item in items if item["failure"] is not None).items()))
+
+    @property
+    def robots(self) -> list[str]:
+        """The robots that it was run on, as far as the results say."""
+        selections = [(row["provenance"] or {}).get("selection") or {} for row in self.document["rows"]]
+        return sorted({str(selection["robot"]) for selection in selections if "robot" in selection})
+
+
+def read(texts: Sequence[str], **options: Unpack[Options]) -> list[ResultSet]:
+    """Return the sets that `texts` name: `PATH` or `NAME=PATH`, of result files, folders, archives or scores documents.
+
+    Results are scored as `evaluate_files` does with `options`. Raises BenchbotError for fewer than two sets, for equal
+    names and for sets that were not scored alike.
+    """
+    named = [_named(text) for text in texts]
+    if len(named) < 2:
+        raise BenchbotError(
+            "There is nothing to compare with.",
+            "One set of results was given.",
+            "Name two or more: benchbot compare A B",
+        )
+    for name, count in Counter(name for name, _ in named).items():
+        if count > 1:
+            raise BenchbotError(
+                f"{count} sets are called '{name}'.",
+                f"They are: {', '.join(str(path) for other, path in named if other == name)}.",
+                "Give them names: benchbot compare before=PATH after=PATH",
+            )
+    sets = [ResultSet(name, _scored(path, options)) for name, path in named]
+    for other in sets[1:]:
+        _require_alike(sets[0], other)
+    return sets
+
+
+def evaluator_of(sets: Sequence[ResultSet], catalog: Catalog) -> Evaluator:
+    """Return the method that the sets were scored by.
+
+    Raises BenchbotError when it is not installed as it was then, or does not get the sets' scores from their rows.
+    """
+    method = sets[0].document["method"]
+    evaluator: Evaluator = catalog.plugins.record("evaluators", method["name"])
+    if evaluator.version != method["version"]:
+        raise BenchbotError(
+            f"The scores are of another version of the method '{evaluator.name}'.",
+            f"They are of version {method['version']}; installed is {evaluator.version}.",
+            "Give the results instead of their scores, or install that version.",
+        )
+    for results in sets:
+        _require_sum(results, evaluator)
+    return evaluator
+
+
+def _named(text: str) -> tuple[str, Path]:
+    name, separator, path = text.partition("=")
+    if separator and name and "/" not in name and not Path(text).exists():
+        return name, Path(path)
+    found = Path(text)
+    if found.is_dir():
+        return found.resolve().name, found
+    return (found.resolve().parent.name if found.name in _NAMED_BY_FOLDER else found.stem), found
+
+
+def _scored(path: Path, options: Options) -> Document:
+    if path.suffix.lower() == ".json" and _holds_scores(path):
+        return scores.read(path)
+    return evaluate_files([path], **options)
+
+
+def _holds_scores(path: Path) -> bool:
+    """Say whether a file is a scores document; what cannot be read is none, and is told of when it is scored."""
+    try:
+        document = json.loads(path.read_bytes()) if path.stat().st_size <= SIZE_LIMIT_BYTES else None
+    except (OSError, ValueError, RecursionError):
+        return False
+    return isinstance(document, dict) and "scores" in document and "results" not in document
+
+
+def _require_alike(a: ResultSet, b: ResultSet) -> None:
+    alike_a, alike_b = _must_agree(a), _must_agree(b)
+    for what, value in alike_a.items():
+        if value != alike_b[what]:
+            raise BenchbotError(
+                f"'{a.name}' and '{b.name}' cannot be compared.",
+                f"The {what} differs: {value} and {alike_b[what]}.",
+                "Compare results of one task that were scored alike; given as results, they are scored anew.",
+            )
+    truths = _truths(a)
+    for row in b.document["rows"]:
+        for truth in row["ground_truths"]:
+            if truths.get(truth["environment"], truth["sha256"]) != truth["sha256"]:
+                raise BenchbotError(
+                    f"'{a.name}' and '{b.name}' cannot be compared.",
+                    f"They were scored against different ground truths of {truth['environment']}.",
+                    "Score both anew: give the results instead of their scores.",
+                )
+
+
+def _require_sum(results: ResultSet, evaluator: Evaluator) -> None:
+    combined = evaluator.combine([row["scores"] for row in results.rows])
+    for name, value in results.document["scores"].items():
+        if not math.isclose(combined.get(name, math.nan), value, rel_tol=1e-9, abs_tol=1e-12):
+            raise BenchbotError(
+                f"The scores of '{results.name}' do not follow from its rows.",
+                f"{name} is {value:.6g}; its rows give {combined.get(name, math.nan):.6g}.",
+                "The document was changed: score the results again with benchbot eval.",
+            )
+
+
+def _must_agree(results: ResultSet) -> dict[str, str]:
+    method, coverage = results.document["method"], results.document["coverage"]
+    return {
+        "task": results.document["task_details"]["name"],
+        "method": method["name"],
+        "version of the method": method["version"],
+        "way in which missing results count": coverage.get("missing_counts", "zero"),
+    }
+
+
+def _truths(results: ResultSet) -> dict[str, str]:
+    return {truth["environment"]: truth["sha256"] for row in results.document["rows"] for truth in row["ground_truths"]}

@@ -1,0 +1,135 @@
+"""One result document that was handed in: what it says of itself, and whether it can be one at all."""
+
+import json
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from benchbot.core import results, schema
+from benchbot.core.errors import BenchbotError, FailureClass
+
+DEPTH_LIMIT = 100
+
+
+@dataclass(frozen=True)
+class Submission:
+    """One result document and where it came from: a path, or `archive:member`."""
+
+    source: str
+    document: dict[str, Any]
+
+    @property
+    def task(self) -> str:
+        """The task's name."""
+        return str(self.document["task_details"]["name"])
+
+    @property
+    def results_format(self) -> str | None:
+        """The name of the format of its results, if the task has one."""
+        name: str | None = self.document["task_details"].get("results_format")
+        return name
+
+    @property
+    def environment(self) -> str:
+        """The environment string: `name:variant[:variant…]`."""
+        scenes = self.document["environment_details"]
+        return ":".join([str(scenes[0]["name"]), *(str(scene["variant"]) for scene in scenes)])
+
+    @property
+    def selection(self) -> dict[str, Any]:
+        """What ran, as provenance says: task, robot, environment, seed, and the repeat if there are several."""
+        selection: dict[str, Any] = (self.document.get("provenance") or {}).get("selection") or {}
+        return selection
+
+    @property
+    def numbers(self) -> dict[str, int | None]:
+        """The seed of its episode, the number of the episode, and that of the repeat; None for what it does not say."""
+        selection = self.selection
+        episode = (selection.get("episode") or {}).get("number")
+        return {"seed": selection.get("seed"), "episode": episode, "repeat": selection.get("repeat")}
+
+    @property
+    def about(self) -> str:
+        """What it is of, in words: `miniroom:1, seed 3`."""
+        said = [f"{name} {number}" for name, number in self.numbers.items() if number is not None]
+        return ", ".join([self.environment, *said])
+
+    @property
+    def failure(self) -> FailureClass | None:
+        """Whose fault it is that the episode did not end well, if it did not."""
+        failure = self._failure()
+        return None if failure is None else FailureClass(failure["class"])
+
+    @property
+    def failure_why(self) -> str:
+        """What went wrong, if something did."""
+        return str((self._failure() or {}).get("why", ""))
+
+    def flaw(self) -> str | None:
+        """Say what keeps it from being written as JSON again, and where: a number that is not finite, or its depth."""
+        left: list[tuple[int, str, Any]] = [(1, "", self.document)]
+        while left:
+            depth, pointer, value = left.pop()
+            if depth > DEPTH_LIMIT:
+                return f"It is nested deeper than {DEPTH_LIMIT} levels, at {pointer:.80}."
+            items: Iterable[tuple[str | int, Any]] = value.items() if isinstance(value, dict) else enumerate(value)
+            for key, item in items:
+                if isinstance(item, float):
+                    if not math.isfinite(item):
+                        return f"It holds a number that is not finite, at {pointer}/{key}."
+                elif isinstance(item, dict | list):
+                    left.append((depth + 1, f"{pointer}/{key}", item))
+        return None
+
+    def _failure(self) -> dict[str, Any] | None:
+        return (self.document.get("provenance") or {}).get("failure")
+
+
+class MadeOfResultsError(BenchbotError):
+    """A document that was made of results, such as their scores, where a result should be."""
+
+    def __init__(self, source: str, what: str) -> None:
+        super().__init__(
+            f"{source} is not a result.", f"It holds {what}.", "Give the results themselves, not what was made of them."
+        )
+
+
+def parse(source: str, content: bytes) -> Submission:
+    """Return the result document in `content`; raises BenchbotError that says what is wrong, and where in it."""
+    try:
+        document = json.loads(content)
+    except RecursionError as error:
+        raise refused(source, "It is nested too deeply.") from error
+    except ValueError as error:  # broken JSON, text that is not Unicode, absurdly long numbers
+        raise refused(source, f"It is not valid JSON: {error}.") from error
+    if not isinstance(document, dict):
+        raise refused(source, f"It holds a {type(document).__name__} where a result's mapping should be.")
+    if "scores" in document and "results" not in document:
+        raise MadeOfResultsError(source, "scores")
+    if "method" in document and "task_details" not in document:
+        raise MadeOfResultsError(source, "what a method says of results")
+    version = document.get("version", results.VERSION)
+    if version != results.VERSION:
+        raise refused(
+            source,
+            f"It is a result of version {version!r:.20}; this BenchBot reads version {results.VERSION} "
+            "and results of BenchBot v2.",
+        )
+    schema.check(document, "result", Path(source))
+    submission = Submission(source, document)
+    for key in ("seed", "repeat"):
+        value = submission.selection.get(key)
+        if value is not None and (isinstance(value, bool) or not isinstance(value, int)):
+            raise refused(source, f"{value!r:.40} is no {key}: a whole number is, at /provenance/selection/{key}.")
+    return submission
+
+
+def refused(source: str, why: str) -> BenchbotError:
+    """Return the error for something that is no result."""
+    return BenchbotError(
+        f"{source} is not a result.",
+        why,
+        "Give JSON files that a solution saved, or ZIP archives of them.",
+    )

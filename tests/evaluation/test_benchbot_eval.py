@@ -1,0 +1,96 @@
+"""The names of v2's evaluation, for people who call it from Python."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from benchbot.core import plugins, schema, scores
+from benchbot.core.catalog import Catalog
+from benchbot.core.errors import BenchbotError
+from benchbot_eval import Evaluator, GroundTruthCreator, Validator
+from benchbot_eval.evaluator import Validator as ValidatorOfEvaluator
+from tests.evaluation.conftest import Make, Save
+
+
+@pytest.fixture(autouse=True)
+def flats(catalog: Catalog, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """The plug-in with flats is among the installed ones, and nothing was validated yet."""
+    monkeypatch.setattr("benchbot_eval.validator._validated", [])
+    plugins.load.cache_clear()
+    yield
+    plugins.load.cache_clear()
+
+
+def test_what_was_validated_is_scored_as_in_v2(
+    make_result: Make, save: Save, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = [str(save("a.json", make_result(0.0, 3.0))), str(save("b.json", make_result(variant=2)))]
+
+    assert Validator(files, required_envs=["flat:1", "flat:3"]).validate_results_data()
+    document = Evaluator("omq", str(tmp_path / "scores.json")).evaluate()
+
+    assert document["scores"]["OMQ"] == 0.5
+    assert scores.read(tmp_path / "scores.json") == document
+    assert "missing: flat:3" in capsys.readouterr().out
+
+
+def test_a_single_file_may_be_named_alone(
+    make_result: Make, save: Save, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Validator(save("a.json", make_result(0.0, 3.0)))
+    evaluator = Evaluator(None, tmp_path / "scores.json", skip_load=True, print_all=False)
+    evaluator.load_validator()
+
+    assert evaluator.evaluate()["scores"]["OMQ"] == 1.0
+    assert capsys.readouterr().out == "OMQ 1.0000\n"
+
+
+def test_results_that_are_not_valid_are_told(make_result: Make, save: Save, tmp_path: Path) -> None:
+    broken = make_result(0.0)
+    broken["results"]["objects"][0]["extent"] = [1.0, -1.0, 1.0]
+
+    with pytest.raises(BenchbotError, match=r"b\.json.*extent\[1\]"):
+        ValidatorOfEvaluator([save("a.json", make_result()), save("b.json", broken)])
+    with pytest.raises(BenchbotError, match="no validated results"):
+        Evaluator("omq", tmp_path / "scores.json")
+
+
+def test_a_ground_truth_begins_with_its_environment_and_format(tmp_path: Path) -> None:
+    creator = GroundTruthCreator("object_map_ground_truth", "flat:2")
+
+    truth = creator.create_empty()
+    truth["ground_truth"]["objects"].append(creator.function("create_object")() | {"class": "chair"})
+
+    assert truth["environment"]["variant"] == 2
+    assert truth["format"]["name"] == "object_map_ground_truth"
+    assert creator.functions() == ["create", "create_object", "validate"]
+    assert schema.problems(json.loads(json.dumps(truth)), "ground_truth", tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("form", "environment", "text"),
+    [
+        ("object_map_ground_thruth", "flat:1", "Did you mean 'object_map_ground_truth'"),
+        ("object_map_ground_truth", "flat:9", "'flat:9' is not a known environment"),
+        ("object_map_ground_truth", "flat:1:2", "'flat:1:2' names 2 scenes"),
+    ],
+)
+def test_names_that_are_unknown_are_told(form: str, environment: str, text: str) -> None:
+    with pytest.raises(BenchbotError, match=text):
+        GroundTruthCreator(form, environment)
+
+
+def test_a_function_that_is_unknown_is_told() -> None:
+    with pytest.raises(BenchbotError, match="It has: create, create_object, validate"):
+        GroundTruthCreator("object_map_ground_truth", "flat:1").function("make")
+
+
+def test_importing_the_names_imports_nothing_heavy() -> None:
+    code = "import sys, benchbot_eval; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+
+    assert not {"numpy", "scipy", "jsonschema", "yaml"} & set(done.stdout.split())

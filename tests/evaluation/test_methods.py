@@ -1,0 +1,101 @@
+"""Which method scores: the one that is named, the task's own, or the only one that reads the format."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchbot.core.catalog import Catalog
+from benchbot.core.errors import BenchbotError
+from benchbot.core.plugins import Plugins, installed
+from benchbot.evaluation import evaluate_files
+from benchbot.evaluation.methods import for_task
+from tests.evaluation.conftest import Make, Save
+from tests.plugin_factory import PluginFactory
+
+COUNT = """\
+from pathlib import Path
+from benchbot import hookimpl
+from benchbot.core.hookspecs import Evaluator
+
+@hookimpl
+def benchbot_evaluators():
+    formats = frozenset({"object_map"})
+    yield Evaluator(
+        name="count",
+        version="1",
+        headline="count",
+        result_formats=formats,
+        ground_truth_formats=frozenset({"object_map_ground_truth"}),
+        evaluate=lambda result, truths: {"count": float(len(result["results"]["objects"]))},
+        combine=lambda scores: {"count": sum(score.get("count", 0.0) for score in scores)},
+    )
+    yield Evaluator(
+        name="length",
+        version="1",
+        headline="length",
+        result_formats=frozenset({"object_map"}),
+        ground_truth_formats=frozenset(),
+        evaluate=lambda result, truths: {"length": len(result["results"]["objects"]) + 100.0 * len(truths)},
+        combine=lambda scores: {"length": sum(score.get("length", 0.0) for score in scores)},
+    )
+
+@hookimpl
+def benchbot_tasks():
+    yield Path(__file__).parent / "tasks"
+"""
+COUNTING = """\
+name: counting
+actions: [move_next]
+observations: [poses]
+results_format: object_map
+evaluation_method: count
+"""
+
+
+@pytest.fixture
+def catalog(tmp_path: Path) -> Iterator[Catalog]:
+    """All installed plug-ins, and one with a second method for object maps and a task that asks for it."""
+    sys.path.insert(0, str(tmp_path))
+    PluginFactory(tmp_path).make("counting-for-evaluation", COUNT, {"tasks/counting.yaml": COUNTING})
+    yield Catalog(Plugins(installed()))
+    sys.path.remove(str(tmp_path))
+    sys.modules.pop("counting_for_evaluation", None)
+
+
+@pytest.mark.parametrize(
+    ("task", "name", "method"),
+    [
+        ({"name": "mapping", "results_format": "object_map", "evaluation_method": "count"}, None, "count"),
+        ({"name": "counting", "results_format": "object_map"}, None, "count"),
+        ({"name": "counting", "results_format": "object_map", "evaluation_method": "omq"}, None, "omq"),
+        ({"name": "counting", "results_format": "object_map"}, "omq", "omq"),
+        ({"name": "changes", "results_format": "object_map_with_states"}, None, "omq"),
+    ],
+)
+def test_the_named_method_goes_before_the_task_s_own_and_that_before_the_only_one(
+    catalog: Catalog, task: dict[str, Any], name: str | None, method: str
+) -> None:
+    assert for_task(catalog, name, task).name == method
+
+
+def test_of_several_methods_none_is_chosen_silently(catalog: Catalog) -> None:
+    with pytest.raises(BenchbotError, match="several methods") as caught:
+        for_task(catalog, None, {"name": "mapping", "results_format": "object_map"})
+
+    assert "count, length, omq" in caught.value.why
+    assert "--method" in caught.value.fix
+
+
+def test_a_task_whose_method_is_not_installed_is_told(catalog: Catalog) -> None:
+    with pytest.raises(BenchbotError, match="'cuont' is not an installed evaluator"):
+        for_task(catalog, None, {"name": "m", "results_format": "object_map", "evaluation_method": "cuont"})
+
+
+def test_a_method_without_ground_truth_is_given_none(catalog: Catalog, make_result: Make, save: Save) -> None:
+    document = evaluate_files([save("a.json", make_result(0.0, 1.0, variant=77))], catalog=catalog, method="length")
+
+    assert document["scores"] == {"length": 2.0}
+    assert document["rows"][0]["ground_truths"] == []

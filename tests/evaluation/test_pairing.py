@@ -1,0 +1,63 @@
+import random
+
+from benchbot.evaluation.pairing import Row, label, pair
+
+
+def row(environment: str | None, seed: int | None = None, source: str = "a.json", **keys: int | None) -> Row:
+    return {"environment": environment, "seed": seed, "source": source, "scores": {}, **keys}
+
+
+def test_rows_pair_by_environment_and_seed() -> None:
+    found = pair(
+        [row("flat:1", 0), row("flat:1", 1), row("flat:2", 0)], [row("flat:1", 1), row("flat:1", 2), row("flat:2", 0)]
+    )
+
+    assert [item.label for item in found.pairs] == ["flat:1, seed 1", "flat:2, seed 0"]
+    assert [label(item) for item in found.only_a] == ["flat:1, seed 0"]
+    assert [label(item) for item in found.only_b] == ["flat:1, seed 2"]
+
+
+def test_episodes_and_repeats_are_told_apart() -> None:
+    episodes = [row("flat:1", 0, episode=number) for number in range(3)]
+    repeats = [row("flat:2", 0, repeat=number) for number in range(2)]
+
+    found = pair([*episodes, *repeats], [*episodes[1:], *repeats[:1]])
+
+    assert [item.label for item in found.pairs] == [
+        "flat:1, seed 0, episode 1",
+        "flat:1, seed 0, episode 2",
+        "flat:2, seed 0, repeat 0",
+    ]
+    assert len(found.only_a) == 2
+
+
+def test_a_row_that_does_not_say_its_seed_pairs_with_what_is_left() -> None:
+    found = pair([row("flat:1"), row("flat:1", 0)], [row("flat:1", 0), row("flat:1", 7), row("flat:1", 8)])
+
+    assert [(item.a["seed"], item.b["seed"]) for item in found.pairs] == [(0, 0), (None, 7)]
+    assert [item["seed"] for item in found.only_b] == [8]
+
+
+def test_seeds_can_be_ignored() -> None:
+    rows_a, rows_b = [row("flat:1", 4), row("flat:1", 3)], [row("flat:1", 9), row("flat:1", 8)]
+
+    assert pair(rows_a, rows_b).pairs == []
+    found = pair(rows_a, rows_b, ignore_seeds=True)
+    assert [(item.a["seed"], item.b["seed"]) for item in found.pairs] == [(3, 8), (4, 9)]
+
+
+def test_what_is_of_no_known_environment_has_no_counterpart() -> None:
+    found = pair([row(None, source="torn.json")], [row(None)], ignore_seeds=True)
+
+    assert found.pairs == []
+    assert label(found.only_a[0]) == "torn.json"
+
+
+def test_the_order_of_rows_does_not_matter() -> None:
+    rows_a = [row(f"flat:{variant}", seed, f"{seed}.json") for variant in range(4) for seed in (0, 1, None)]
+    rows_b = [row(f"flat:{variant}", seed, f"{seed}.json") for variant in range(1, 5) for seed in (1, 2, 3)]
+    straight = pair(rows_a, rows_b)
+    random.Random(0).shuffle(rows_a)
+    random.Random(1).shuffle(rows_b)
+
+    assert pair(rows_a, rows_b) == straight
