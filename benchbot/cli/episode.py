@@ -62,7 +62,8 @@ def run(order: Order, connection: Connection, died: Callable[[], BenchbotError |
             except BenchbotError as error:
                 problem = error
             else:
-                return Episode(answer["document"], Path(answer["path"]), _safety_stop(client, Path(answer["path"])))
+                kept = Path(answer["path"])
+                return Episode(_kept(kept, answer["document"]), kept, _safety_stop(client, kept))
     problem = _with_cause(problem, client, died, seen)
     failure = problem.failure or FailureClass.AGENT
     problem.failure = failure
@@ -78,7 +79,7 @@ def run(order: Order, connection: Connection, died: Callable[[], BenchbotError |
         problem = stopped
     elif failure is FailureClass.PLATFORM:
         problem.fix = f"Run it again; if it fails again, report it with its log: {path.with_name('platform.log')}"
-    return Episode(answer["document"], path, problem)
+    return Episode(_kept(path, answer["document"]), path, problem)
 
 
 def _watch(
@@ -143,6 +144,11 @@ def _saved(path: Path) -> dict[str, Any]:
         ) from error
 
 
+def _kept(path: Path, answered: dict[str, Any]) -> dict[str, Any]:
+    """Return the result as the back end keeps it: it answers without the track where that is hidden from solutions."""
+    return schema.read(path) if path.is_file() else answered
+
+
 def _with_cause(
     problem: BenchbotError, client: Client, died: Callable[[], BenchbotError | None], seen: Mapping[str, Any]
 ) -> BenchbotError:
@@ -201,6 +207,7 @@ def _failed_without_supervisor(
         robot=chosen["robot"],
         environment=chosen["environment"],
         seed=chosen["seed"],
+        episode=chosen["episode"],
     )
     episode = Session(selection, _no_host)
     episode.fail(failure, why)

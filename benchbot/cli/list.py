@@ -37,6 +37,10 @@ DECLARED: dict[str, tuple[str, Columns]] = {
         {"functions": lambda declared: list(declared.get("functions") or ())},
     ),
     "examples": ("List the example solutions.", {"description": lambda example: example.get("description")}),
+    "episodes": (
+        "List the episodes: starts and goals in an environment.",
+        {"episodes": lambda listed: len(listed.get("episodes") or ())},
+    ),
     "batches": (
         "List the batches: named lists of environments.",
         {"environments": lambda batch: batch.get("environments")},

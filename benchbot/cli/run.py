@@ -13,6 +13,7 @@ from benchbot.cli.options import Record, recordings
 from benchbot.core.errors import ExitCode
 
 if TYPE_CHECKING:
+    from benchbot.core.episodes import Episode
     from benchbot.core.progress import Progress
     from benchbot.core.selection import Limits, Selection
     from benchbot.supervisor.run_state import RunState
@@ -24,6 +25,10 @@ Environment = Annotated[
     typer.Option(
         "--env", "-e", "--environment", metavar="NAME:VARIANT", help="Where; a task with scenes: NAME:VARIANT:VARIANT."
     ),
+]
+EpisodeNumber = Annotated[
+    int | None,
+    typer.Option("--episode", metavar="N", min=0, help="Which start and goal, in a task that has a list. [default: 0]"),
 ]
 Seed = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Everything stochastic draws from it.")]
 MaxSteps = Annotated[int | None, typer.Option("--max-steps", metavar="N", min=1, help="End it after N actions.")]
@@ -40,6 +45,7 @@ def run(
     task: Task,
     robot: Robot,
     environment: Environment,
+    episode: EpisodeNumber = None,
     seed: Seed = 0,
     port: Annotated[
         int | None,
@@ -82,7 +88,9 @@ def run(
 
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     recorded = recordings(record)
-    selection = select(Catalog(load()), task=task, robot=robot, environment=environment, seed=seed, limits=limits)
+    selection = select(
+        Catalog(load()), task=task, robot=robot, environment=environment, seed=seed, limits=limits, episode=episode
+    )
     report.note(summary(selection))
     if port is None and unix_socket is None:
         port = DEFAULT_PORT
@@ -114,6 +122,7 @@ def summary(selection: "Selection") -> str:
         ("Robot", f"{selection.robot.name} ({selection.robot.data['type']})"),
         ("Environment", selection.environment),
         *((f"  scene {number}", _scene(scene.data)) for number, scene in enumerate(selection.environments, 1)),
+        *(() if selection.episode is None else [("Episode", _episode(selection.episode))]),
         ("Results", "any JSON" if selection.results_format is None else selection.results_format.name),
         ("Seed", str(selection.seed)),
         ("Limits", _limits(selection.limits)),
@@ -129,6 +138,12 @@ def _scene(environment: dict[str, object]) -> str:
     poses = len(Scene(environment, Path()).trajectory)
     trajectory = f", trajectory of {poses} poses" if poses else ""
     return f"{environment['name']}:{environment['variant']}, starts at ({x:.2f}, {y:.2f}) m{trajectory}"
+
+
+def _episode(episode: "Episode") -> str:
+    goal = episode.goal
+    where = goal if isinstance(goal, str) else f"({goal[0]:.2f}, {goal[1]:.2f}) m from the start"
+    return f"{episode.number} of {len(episode.listed.data['episodes'])}, {episode.data['id']}: to {where}"
 
 
 def _limits(limits: "Limits") -> str:

@@ -95,6 +95,12 @@ def batch(name: Name, as_json: Json = False) -> None:
     declaration("batches", name, as_json)
 
 
+@app.command("episodes")
+def episodes(name: Name, as_json: Json = False) -> None:
+    """Print an episode list, given as task:name:variant."""
+    declaration("episodes", name, as_json)
+
+
 @app.command("method")
 def method(name: Name, as_json: Json = False) -> None:
     """Print a method of evaluation."""

@@ -14,7 +14,7 @@ import typer
 from benchbot.cli import report, requirement
 from benchbot.cli.asides import listing, showing
 from benchbot.cli.options import Json, Record, Requirements, recordings
-from benchbot.cli.run import MaxSimulatedTime, MaxSteps, MaxWallTime
+from benchbot.cli.run import EpisodeNumber, MaxSimulatedTime, MaxSteps, MaxWallTime
 from benchbot.core.errors import BenchbotError, ExitCode
 
 if TYPE_CHECKING:
@@ -58,6 +58,7 @@ def submit(
     environment: Annotated[
         str | None, typer.Option("--env", "--environment", metavar="NAME:VARIANT", help="and the environment.")
     ] = None,
+    episode_number: EpisodeNumber = None,
     seed: Annotated[
         int | None, typer.Option("--seed", metavar="N", min=0, help="Everything stochastic draws from it. [default: 0]")
     ] = None,
@@ -100,15 +101,15 @@ def submit(
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     chosen = _chosen(task, robot, environment)
     recorded = recordings(record)
-    if chosen is None and (seed is not None or recorded or limits != Limits()):
+    if chosen is None and (seed is not None or episode_number is not None or recorded or limits != Limits()):
         raise BenchbotError(
-            "The back end that is running has its own seed, limits and recordings.",
-            "--seed, --max-… and --record choose those of a back end that submit starts itself.",
+            "The back end that is running has its own episode, seed, limits and recordings.",
+            "--episode, --seed, --max-… and --record choose those of a back end that submit starts itself.",
             "Give them to benchbot run, or give --task, --robot and --env as well.",
         )
     with ExitStack() as stack:
         stack.enter_context(_interruptible())
-        connection, died = _back_end(stack, catalog, chosen, seed or 0, limits, evaluate_with, recorded)
+        connection, died = _back_end(stack, catalog, chosen, episode_number, seed or 0, limits, evaluate_with, recorded)
         ended = episode.run(order, connection, died)
     kept = _kept(ended, results_location)
     if ended.problem is not None or kept is None or evaluate_with is None:
@@ -137,7 +138,10 @@ def _kept(ended: "Episode", location: Path | None) -> Path | None:
             raise
     if path is not None:
         report.note(f"Result: {path}")
-    failure = ended.document["provenance"]["failure"]
+    provenance = ended.document["provenance"]
+    if "episode" in provenance["selection"] and provenance.get("restarts"):
+        report.note("The robot was put back after it had moved: an episode is one attempt, so this one is no success.")
+    failure = provenance["failure"]
     if failure is not None and ended.problem is None:
         report.note(f"The episode ended early ({failure['class']}): {failure['why']}")
     return path
@@ -232,6 +236,7 @@ def _back_end(
     stack: ExitStack,
     catalog: "Catalog",
     chosen: tuple[str, str, str] | None,
+    episode: int | None,
     seed: int,
     limits: "Limits",
     method: str | None,
@@ -247,7 +252,14 @@ def _back_end(
         return find(), lambda: None
     task, robot, environment = chosen
     selection = select(
-        catalog, task=task, robot=robot, environment=environment, method=method, seed=seed, limits=limits
+        catalog,
+        task=task,
+        robot=robot,
+        environment=environment,
+        method=method,
+        seed=seed,
+        limits=limits,
+        episode=episode,
     )
     report.note(summary(selection))
     backend = stack.enter_context(
@@ -257,6 +269,7 @@ def _back_end(
             environment=environment,
             seed=seed,
             limits=limits,
+            episode=episode,
             method=method,
             record=recorded,
         )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from benchbot.core import schema
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.plugins import Plugins, Provided, conflict
-from benchbot.core.resources import declaration_files
+from benchbot.core.resources import YAML_SUFFIXES, declaration_files
 
 if TYPE_CHECKING:
     from benchbot.core.v2_addons import Addon
@@ -21,8 +21,14 @@ KINDS: dict[str, str] = {
     "formats": "format",
     "examples": "example",
     "batches": "batch",
+    "episodes": "episodes",
 }
-"""Pools of YAML declarations, and the schema of each. Ground truths have their own way: `Catalog.ground_truths`."""
+"""Pools of declarations, and the schema of each: YAML files, but for episodes, which are JSON.
+
+Ground truths have their own way: `Catalog.ground_truth_files`.
+"""
+
+_NAMING_KEYS = {"environments": ("name", "variant"), "episodes": ("task", "environment")}
 
 
 @dataclass(frozen=True)
@@ -47,7 +53,7 @@ class Catalog:
         self._pools: dict[str, dict[str, Declaration]] = {}
 
     def names(self, kind: str) -> list[str]:
-        """Return the sorted names of a pool; environments as `name:variant`."""
+        """Return the sorted names of a pool; environments as `name:variant`, episodes as `task:name:variant`."""
         return sorted(self.pool(kind))
 
     def pool(self, kind: str) -> dict[str, Declaration]:
@@ -115,7 +121,7 @@ class Catalog:
 
     def _declarations(self, kind: str, sources: Iterable[Provided]) -> Iterable[Declaration]:
         for source in sources:
-            for path in declaration_files([source.value]):
+            for path in declaration_files([source.value], (".json",) if kind == "episodes" else YAML_SUFFIXES):
                 try:
                     data = schema.read(path)
                     name = name_of(kind, data, path)
@@ -127,7 +133,7 @@ class Catalog:
 
 def name_of(kind: str, data: dict[str, Any], path: Path) -> str:
     """Return a declaration's name in its pool; raises BenchbotError when the file gives none."""
-    keys = ("name", "variant") if kind == "environments" else ("name",)
+    keys = _NAMING_KEYS.get(kind, ("name",))
     missing = [key for key in keys if not isinstance(data.get(key), str | int) or data[key] == ""]
     if missing:
         raise BenchbotError(

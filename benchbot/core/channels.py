@@ -63,8 +63,16 @@ OBSERVATIONS: dict[str, Observation] = {
             "poses of the robot's frames, of 'initial_pose' and of 'camera' (the optical frame, z forwards, that depth "
             "projects back from) in the map frame, metres and radians",
         ),
+        Observation(
+            "goal",
+            "float64 (2,), or text",
+            "where to go in an episode: metres from the start pose, x forward, y to the left; or the name of a class",
+        ),
     )
 }
+
+GIVEN_BY_EPISODES = frozenset({"goal"})
+"""What a robot need not offer: it comes with the episode."""
 
 ACTIONS: dict[str, Action] = {
     action.name: action

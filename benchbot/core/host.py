@@ -7,15 +7,20 @@ from typing import Any, Protocol
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import Platform, Scene
+from benchbot.core.track import Trail, Way, followed
 
 
 @dataclass(frozen=True)
 class Status:
-    """Where the robot is and how it is: true pose in the map frame, seconds since the scene was loaded."""
+    """Where the robot is and how it is: true pose in the map frame, seconds since the scene was loaded.
+
+    `way` is what it has driven since the last status, or None where nobody has followed it.
+    """
 
     pose: Pose
     clock_s: float
     collided: bool
+    way: Way | None = None
 
 
 class Host(Protocol):
@@ -44,15 +49,18 @@ class InProcessHost:
         self._platform = platform
         self._scenes = scenes
         self._motion = motion
+        self._trail = Trail(platform)
+        self._followed = followed(platform, self._trail)
 
     def load(self, scene_index: int, seed: int) -> Status:
         """Put the robot into the clean start state of a scene of the selection."""
         self._platform.load(self._scenes[scene_index], seed)
+        self._trail.begin()
         return self.status()
 
     def act(self, action: str, arguments: Mapping[str, Any], goal: Pose | None) -> tuple[Outcome, Status]:
         """Execute one action to its end."""
-        outcome = execute(self._platform, action, arguments, goal, self._motion)
+        outcome = execute(self._followed, action, arguments, goal, self._motion)
         return outcome, self.status()
 
     def observe(self, channels: Iterable[str]) -> dict[str, Any]:
@@ -61,7 +69,7 @@ class InProcessHost:
 
     def status(self) -> Status:
         """Return where the robot is and how it is."""
-        return Status(self._platform.pose(), self._platform.clock(), self._platform.collided)
+        return Status(self._platform.pose(), self._platform.clock(), self._platform.collided, self._trail.take())
 
     def halt(self, why: str) -> None:
         """Stop a real robot in the middle of an action, for good."""

@@ -41,8 +41,10 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
             "robot": selection.robot.name,
             "environment": selection.environment,
             "seed": selection.seed,
+            **({} if selection.episode is None else {"episode": selection.episode.provenance()}),
         },
         "solution": solution,
+        "restarts": session.restarts,
         "steps": progress.steps,
         "frames": progress.frames,
         "simulated_time_s": round(progress.simulated_time_s, 9),
@@ -54,6 +56,11 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
             "architecture": python_platform.machine(),
         },
     }
+
+
+def source_of_pose(selection: Selection) -> str:
+    """Return whose word the track is: that of a `simulation`, or of a real `robot` about itself."""
+    return "robot" if selection.robot.data["type"] in plugins.load().pool("robot_drivers") else "simulation"
 
 
 def timings(session: Session) -> dict[str, float]:
@@ -83,7 +90,8 @@ def addons_used(selection: Selection) -> list[Addon]:
 
 def _declared(selection: Selection) -> list[Declaration]:
     results_format = [] if selection.results_format is None else [selection.results_format]
-    return [selection.task, selection.robot, *selection.environments, *results_format]
+    episodes = [] if selection.episode is None else [selection.episode.listed]
+    return [selection.task, selection.robot, *selection.environments, *results_format, *episodes]
 
 
 @cache

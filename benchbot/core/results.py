@@ -9,7 +9,7 @@ from typing import Any
 from benchbot.core import formats, schema
 from benchbot.core.catalog import Declaration
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.core.provenance import provenance
+from benchbot.core.provenance import provenance, source_of_pose
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
 
@@ -45,10 +45,10 @@ def public_environment(scene: Declaration) -> dict[str, Any]:
 
 
 def finish(document: dict[str, Any], session: Session, *, solution: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Return a solution's result, checked and completed: version, true details of task and scenes, provenance.
+    """Return a solution's result, checked and completed: version, true details of task and scenes, provenance, track.
 
-    What a solution claims about task, environment and provenance is replaced by what really ran. Raises BenchbotError
-    (failure `agent`) when `results` is missing or breaks the task's format.
+    What a solution claims about task, environment, provenance and track is replaced by what really ran and happened.
+    Raises BenchbotError (failure `agent`) when `results` is missing or breaks the task's format.
     """
     results_format = session.selection.results_format
     if "results" not in document:
@@ -84,6 +84,9 @@ def _complete(document: dict[str, Any], session: Session, solution: dict[str, An
     document["task_details"] = details["task_details"]
     document["environment_details"] = details["environment_details"]
     document["provenance"] = provenance(session, solution)
+    session.handed_in = True
+    source = source_of_pose(session.selection)
+    document["track"] = [track.as_dict(source) for track in session.tracks]
     return document
 
 

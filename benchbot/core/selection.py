@@ -4,8 +4,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from benchbot.core import episodes
 from benchbot.core.catalog import Catalog, Declaration
-from benchbot.core.channels import ACTIONS, OBSERVATIONS
+from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, OBSERVATIONS
 from benchbot.core.errors import BenchbotError
 from benchbot.core.platform import Localisation
 
@@ -24,7 +25,10 @@ class Limits:
 
 @dataclass(frozen=True)
 class Selection:
-    """A possible run: a task on a robot in one scene or more, and the seed of everything stochastic."""
+    """A possible run: a task on a robot in one scene or more, and the seed of everything stochastic.
+
+    With an `episode`, the scene starts where that does.
+    """
 
     task: Declaration
     robot: Declaration
@@ -32,6 +36,7 @@ class Selection:
     results_format: Declaration | None
     seed: int = 0
     limits: Limits = Limits()
+    episode: episodes.Episode | None = None
 
     @property
     def environment(self) -> str:
@@ -64,10 +69,12 @@ def select(
     method: str | None = None,
     seed: int = 0,
     limits: Limits | None = None,
+    episode: int | None = None,
 ) -> Selection:
     """Return the selection, or raise one BenchbotError that names every reason why it is impossible.
 
-    `method` is the evaluation method, when scoring was asked for.
+    `method` is the evaluation method, when scoring was asked for; `episode` the number of one, where the task has some
+    (the first one when None).
     """
     errors: list[BenchbotError] = []
 
@@ -98,6 +105,14 @@ def select(
         errors += _scenes(task_found, scenes)
     if method is not None:
         errors += _scoring(catalog, method, task_found)
+    chosen = None
+    if task_found and robot_found and scenes:
+        try:
+            chosen = episodes.choose(catalog, task_found, robot_found, scenes[0], episode)
+        except BenchbotError as error:
+            errors.append(error)
+        else:
+            scenes = scenes if chosen is None else [chosen.placed(scene) for scene in scenes]
 
     if len(errors) == 1:
         raise errors[0]
@@ -110,12 +125,12 @@ def select(
             fixes,
         )
     return Selection(
-        task_found, robot_found, tuple(scenes), results_format, seed, _limits(task_found, limits or Limits())
+        task_found, robot_found, tuple(scenes), results_format, seed, _limits(task_found, limits or Limits()), chosen
     )
 
 
 def _capabilities(task: Declaration, robot: Declaration) -> Iterator[BenchbotError]:
-    offered = set(robot.data["connections"])
+    offered = set(robot.data["connections"]) | (GIVEN_BY_EPISODES if "episodes" in task.data else set())
     for kind, known in (("actions", ACTIONS), ("observations", OBSERVATIONS)):
         missing = [name for name in task.data[kind] if name not in offered]
         if missing:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from typing import Any, TypeVar
 
-from benchbot.core.channels import ACTIONS
+from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES
 from benchbot.core.digest import ObservationDigest
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass, did_you_mean
 from benchbot.core.geometry import Pose
@@ -15,6 +15,7 @@ from benchbot.core.platform import Scene
 from benchbot.core.progress import ActionResult, Progress, State, Step
 from benchbot.core.recording import Recording
 from benchbot.core.selection import Selection
+from benchbot.core.track import Track, waypoint
 
 T = TypeVar("T")
 
@@ -36,6 +37,11 @@ class Session:
         self.selection = selection
         self.recordings = tuple(recordings)
         self.progress = Progress()
+        self.tracks: list[Track] = []
+        """Where the robot really went, scene by scene. It is not for solutions before they have handed in a result."""
+        self.restarts = 0
+        """How often the robot was put back after it had moved, since a result was last handed in."""
+        self.handed_in = False
         self.digest = digest()
         self.scenes = tuple(Scene(declaration.data, declaration.path.parent) for declaration in selection.environments)
         self._start_host = start_host
@@ -72,7 +78,10 @@ class Session:
         if self._safety_stop is not None:
             raise self._safety_stop
         self.digest.wait()
+        self.restarts = 0 if self.handed_in else self.restarts + (self.progress.steps > 0)
+        self.handed_in = False
         self.progress = Progress()
+        self.tracks = []
         self.digest = self._new_digest()
         self._simulated_before_s = 0.0
         self._active_since_s = time.monotonic()
@@ -170,6 +179,7 @@ class Session:
             self._close_host()
 
     def _enter(self, scene_index: int) -> Step:
+        self.tracks.append(Track(self.selection.environments[scene_index].name))
         host = self._guarded(self._running_host)
         # Each scene has its own stream of random numbers, so that scene 2 does not depend on what happened in scene 1.
         status = self._guarded(lambda: host.load(scene_index, self.selection.seed + scene_index))
@@ -203,12 +213,23 @@ class Session:
         self, host: Host, outcome: Outcome | None, action: str | None = None, arguments: Mapping[str, Any] | None = None
     ) -> Step:
         self.digest.wait()
-        observations = self._guarded(lambda: host.observe(self.selection.observations))
+        observations = self._guarded(lambda: self._look(host))
+        self.tracks[-1].observed(self.progress.frames)
         self.progress.frames += 1
         self.digest.update(observations)
         step = Step(observations, self.result, self.actions, self.progress.state, self.progress.scene_number, outcome)
         self._tell_recordings(lambda recording: recording.step(action, arguments or {}, step, self.progress))
         return step
+
+    def _look(self, host: Host) -> dict[str, Any]:
+        """Return what the robot senses, and the goal of the episode where the task shows one."""
+        episode = self.selection.episode
+        if episode is None:
+            return host.observe(self.selection.observations)
+        given = {"goal": episode.goal}
+        wanted = self.selection.observations
+        sensed = host.observe([name for name in wanted if name not in GIVEN_BY_EPISODES])
+        return {name: given[name] if name in given else sensed[name] for name in wanted}
 
     def _tell_recordings(self, tell: Callable[[Recording], None]) -> None:
         for recording in self.recordings:
@@ -283,6 +304,7 @@ class Session:
         x, y, _ = status.pose.translation_xyz
         self.progress.pose_xyyaw = (x, y, status.pose.yaw_rad)
         self.progress.simulated_time_s = self._simulated_before_s + status.clock_s
+        self.tracks[-1].follow(waypoint(status.pose, status.clock_s), status.way, collided=status.collided)
 
     def _end(self, state: State, failure: FailureClass, why: str) -> None:
         self.progress.state = state

@@ -111,6 +111,8 @@ def _boxes(channel: str, robot: Mapping[str, Any]) -> dict[str, spaces.Box]:
         high = np.array([FARTHEST_POSITION_M] * 3 + [1.0] * 4, np.float32)
         # The contract of `poses`: the frames that the robot declares, and the camera's optical one.
         return {f"pose_{frame}": spaces.Box(-high, high) for frame in {*robot["poses"], "camera"}}
+    if channel == "goal":
+        return {channel: spaces.Box(-FARTHEST_POSITION_M, FARTHEST_POSITION_M, (2,))}
     raise ValueError(f"no such channel: {channel}; known: {', '.join(OBSERVATIONS)}")
 
 
@@ -126,6 +128,12 @@ def _flat(channel: str, value: Any) -> Arrays:
             f"pose_{frame}": np.concatenate([pose["translation_xyz"], pose["rotation_xyzw"]])
             for frame, pose in value.items()
         }
+    if channel == "goal" and isinstance(value, str):
+        raise BenchbotError(
+            "The goal of this task is no observation that can be learnt from.",
+            f"It is the name of a class: '{value}'.",
+            "Choose a task whose goal is a point, or train without a goal.",
+        )
     return {channel: value}
 
 

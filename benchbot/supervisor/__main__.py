@@ -45,6 +45,7 @@ def _run(parent: socket.socket, order: Order) -> None:
         method=order.method,
         seed=order.seed,
         limits=order.limits,
+        episode=order.episode,
     )
     serve(
         selection,

@@ -194,6 +194,7 @@ class Backend:
         environment: str,
         seed: int = 0,
         limits: Limits | None = None,
+        episode: int | None = None,
         method: str | None = None,
         port: int | None = 0,
         unix_socket: Path | None = None,
@@ -219,6 +220,7 @@ class Backend:
             dict(options or {}),
             timeouts or Timeouts(),
             {name: str(path.absolute()) for name, path in (record or {}).items()},
+            episode,
         )
         with tempfile.TemporaryFile() as log:
             ours, theirs = socket.socketpair()
@@ -252,6 +254,7 @@ class Order(msgspec.Struct, frozen=True):
     options: dict[str, Any]
     timeouts: Timeouts
     record: dict[str, str]
+    episode: int | None = None
 
 
 def _hand_over(

@@ -17,7 +17,7 @@ from starlette.responses import HTMLResponse, Response
 from starlette.routing import Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from benchbot.core.channels import ACTIONS, OBSERVATIONS
+from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, OBSERVATIONS
 from benchbot.core.errors import did_you_mean
 from benchbot.core.results import public_environment
 from benchbot.core.selection import Selection
@@ -156,6 +156,7 @@ def config(selection: Selection) -> dict[str, Any]:
         name: {key: value for key, value in connection.items() if key != "callback_api"}
         for name, connection in selection.robot.data["connections"].items()
     }
+    connections |= {name: {"connection": "ros_to_api"} for name in selection.observations if name in GIVEN_BY_EPISODES}
     if "image_rgb" in connections:
         connections["image_rgb"]["callback_api"] = v2_encoding.IMAGE_RGB_CALLBACK
     results_format = selection.results_format

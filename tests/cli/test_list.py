@@ -13,6 +13,8 @@ def test_tasks_are_a_line_each_with_what_they_allow(here: Here) -> None:
     assert done.stderr == ""
     assert [line.split() for line in done.stdout.splitlines()] == [
         ["sample:active", "move_distance,move_angle", "ground_truth", "1", "object_map", "benchbot-sample"],
+        ["sample:goal", "move_distance,move_angle", "ground_truth", "1", "-", "benchbot-sample"],
+        ["sample:lost", "move_distance,move_angle", "noisy", "1", "-", "benchbot-sample"],
         ["sample:noisy", "move_distance,move_angle", "noisy", "1", "object_map", "benchbot-sample"],
         ["sample:passive", "move_next", "ground_truth", "1", "object_map", "benchbot-sample"],
         ["sample:two_scenes", "move_next", "ground_truth", "2", "object_map", "benchbot-sample"],
@@ -53,3 +55,11 @@ def test_a_broken_plugin_does_not_hide_the_others(cli: CommandLine, make_plugin:
 
     assert "sample:passive" in done.stdout
     assert "broken (ModuleNotFoundError: No module named 'no_such_module')" in done.stderr
+
+
+def test_episodes_are_listed_by_task_and_environment_and_shown(here: Here) -> None:
+    listed = here("list", "episodes")
+    assert [line.split() for line in listed.stdout.splitlines()] == [["point_goal:arena:1", "3", "benchbot-sample"]]
+
+    shown = here("show", "episodes", "point_goal:arena:1", "--json")
+    assert len(json.loads(shown.stdout)["declaration"]["episodes"]) == 3

@@ -1,9 +1,10 @@
-from benchbot.core.channels import ACTIONS, OBSERVATIONS
+from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, OBSERVATIONS
 from benchbot.core.schema import schema
 
 
 def test_a_robot_may_connect_exactly_what_is_defined() -> None:
-    assert schema("robot")["properties"]["connections"]["propertyNames"]["enum"] == [*OBSERVATIONS, *ACTIONS]
+    offered = [name for name in OBSERVATIONS if name not in GIVEN_BY_EPISODES]
+    assert schema("robot")["properties"]["connections"]["propertyNames"]["enum"] == [*offered, *ACTIONS]
 
 
 def test_a_task_may_ask_for_exactly_what_is_defined() -> None:

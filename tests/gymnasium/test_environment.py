@@ -31,6 +31,7 @@ def task_env(env: gymnasium.Env[Any, Any]) -> TaskEnv:
         ("sample:active", "arena:1"),
         ("sample:noisy", "arena:1"),
         ("sample:passive", "arena:1"),
+        ("sample:goal", "arena:1"),
         ("sample:two_scenes", "arena:1:2"),
     ],
 )

@@ -24,8 +24,17 @@ def sample_selection(
     robot: str = "sample_robot",
     seed: int = 0,
     limits: Limits | None = None,
+    episode: int | None = None,
 ) -> Selection:
-    return select(Catalog(plugins.load()), task=task, robot=robot, environment=environment, seed=seed, limits=limits)
+    return select(
+        Catalog(plugins.load()),
+        task=task,
+        robot=robot,
+        environment=environment,
+        seed=seed,
+        limits=limits,
+        episode=episode,
+    )
 
 
 @dataclass(frozen=True)

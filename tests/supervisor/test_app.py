@@ -67,6 +67,7 @@ def test_the_session_describes_the_run_without_what_is_to_be_found_out(serve: Se
         "robot": "sample_robot",
         "environment": "arena:1",
         "seed": 3,
+        "episode": None,
         "limits": {"steps": None, "simulated_time_s": None, "wall_time_s": None},
     }
     assert session["actions"] == {"move_next": {"argument": None, "unit": ""}}

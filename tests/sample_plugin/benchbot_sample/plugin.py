@@ -26,8 +26,14 @@ def benchbot_environments() -> "Iterable[Traversable]":
 
 @hookimpl
 def benchbot_tasks() -> "Iterable[Traversable]":
-    """Yield `sample:passive`, `sample:active`, `sample:noisy` and `sample:two_scenes`."""
+    """Yield `sample:passive`, `sample:active`, `sample:noisy`, `sample:two_scenes`, `sample:goal` and `sample:lost`."""
     yield files("benchbot_sample") / "tasks"
+
+
+@hookimpl
+def benchbot_episodes() -> "Iterable[Traversable]":
+    """Yield three ways across `arena:1`."""
+    yield files("benchbot_sample") / "episodes"
 
 
 @hookimpl

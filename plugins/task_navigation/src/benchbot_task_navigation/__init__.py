@@ -1,0 +1,1 @@
+"""Navigation for BenchBot: tasks, episode lists, floor plans, and how runs are scored."""

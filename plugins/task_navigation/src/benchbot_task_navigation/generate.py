@@ -1,0 +1,155 @@
+"""Generating episodes: starts and goals drawn on a floor plan, none of them trivial, with the shortest way of each."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from benchbot.core.errors import BenchbotError
+from benchbot_task_navigation.floor_plan import Floats, FloorPlan, Mask, Point
+from benchbot_task_navigation.ways import Ways, length_m
+
+# M. Savva et al., "Habitat: A Platform for Embodied AI Research", ICCV 2019: within 0.2 m of a point.
+# D. Batra et al., "ObjectNav Revisited", arXiv:2006.13171 (2020): within 1 m of an object.
+SUCCESS_DISTANCE_M = {"point_goal": 0.2, "object_goal": 1.0}
+MARGIN_M = 0.05
+LEAST_DISTANCE_M = 1.0
+LEAST_DETOUR = 1.05
+"""A way to a point must be so much longer than the straight line: else it shows no more than that a robot drives."""
+TRIES_PER_EPISODE = 400
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where episodes are made: an environment `name:variant`, its plan, its start (x, y, z) and the robot's radius."""
+
+    environment: str
+    plan: FloorPlan
+    start_xyz: tuple[float, float, float]
+    robot_radius_m: float
+
+
+def point_goals(place: Place, seed: int, count: int) -> dict[str, Any]:
+    """Return a list of episodes that end at a point; raises BenchbotError when there is no room for them."""
+    ways, spots = _ground(place)
+    random = np.random.default_rng(seed)
+    episodes: list[dict[str, Any]] = []
+    for _ in range(TRIES_PER_EPISODE * count):
+        start, goal = (_spot(spots, random) for _ in range(2))
+        straight_m = math.dist(start, goal)
+        if straight_m < LEAST_DISTANCE_M or ways.sees(start, goal):
+            continue
+        way = ways.between(start, goal)
+        if way is None or length_m(way) < LEAST_DETOUR * straight_m:
+            continue
+        position = [*goal, place.start_xyz[2]]
+        episodes.append(_episode(place, "point_goal", len(episodes), start, random, {"position": position}, way))
+        if len(episodes) == count:
+            return _listed(place, "point_goal", episodes)
+    raise _no_room(place, "point_goal", count, len(episodes))
+
+
+def object_goals(place: Place, objects: Sequence[Mapping[str, Any]], seed: int, count: int) -> dict[str, Any]:
+    """Return a list of episodes that end near an object; `objects` are those of the object map's ground truth.
+
+    The classes take turns. One that the robot cannot come near, or is always near, is left out.
+    """
+    ways, spots = _ground(place)
+    random = np.random.default_rng(seed)
+    reachable = ways.reachable(place.start_xyz[:2])
+    success_m = SUCCESS_DISTANCE_M["object_goal"]
+    boxes = {
+        name: [{"centroid": item["centroid"], "extent": item["extent"]} for item in objects if item["class"] == name]
+        for name in sorted({str(item["class"]) for item in objects})
+    }
+    near = {
+        name: reachable
+        & np.any([place.plan.within(box["centroid"][:2], box["extent"][:2], success_m) for box in found], axis=0)
+        for name, found in boxes.items()
+    }
+    episodes: list[dict[str, Any]] = []
+    for name in _in_turns(near):
+        found = next(_starts(ways, spots, near[name], random), None)
+        if found is None:
+            del near[name]
+            continue
+        start, way = found
+        goal = {"class": name, "instances": boxes[name]}
+        episodes.append(_episode(place, "object_goal", len(episodes), start, random, goal, way))
+        if len(episodes) == count:
+            return _listed(place, "object_goal", episodes)
+    raise _no_room(place, "object_goal", count, len(episodes))
+
+
+def _in_turns(classes: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the names of what is in the mapping over and over, until it is empty."""
+    while classes:
+        yield from [name for name in sorted(classes) if name in classes]
+
+
+def _starts(ways: Ways, spots: Floats, goals: Mask, random: np.random.Generator) -> Iterator[tuple[Point, Floats]]:
+    """Yield places from which the way to the goals is long enough, and that way, for so many tries."""
+    way_from = ways.towards(goals)
+    for _ in range(TRIES_PER_EPISODE if goals.any() else 0):
+        start = _spot(spots, random)
+        way = way_from(start)
+        if way is not None and length_m(way) >= LEAST_DISTANCE_M:
+            yield start, way
+
+
+def _ground(place: Place) -> tuple[Ways, Floats]:
+    """Return the ways of the robot, and the places where it may start and stop: with a margin, all connected."""
+    roomy = Ways(place.plan, place.robot_radius_m + MARGIN_M, reach=1).reachable(place.start_xyz[:2])
+    if not roomy.any():
+        raise _no_room(place, "any task", 1, 0)
+    return Ways(place.plan, place.robot_radius_m), place.plan.points(np.argwhere(roomy))
+
+
+def _spot(spots: Floats, random: np.random.Generator) -> Point:
+    x, y = spots[random.integers(len(spots))]
+    return _rounded(float(x)), _rounded(float(y))
+
+
+def _episode(
+    place: Place,
+    task: str,
+    number: int,
+    start: Point,
+    random: np.random.Generator,
+    goal: Mapping[str, Any],
+    way: Floats,
+) -> dict[str, Any]:
+    half_rad = math.radians(int(random.integers(360))) / 2
+    pose = [math.cos(half_rad), 0.0, 0.0, math.sin(half_rad), *start, place.start_xyz[2]]
+    return {
+        "id": f"{task}/{place.environment.replace(':', '_')}/{number:03d}",
+        "start_pose": [_rounded(value) for value in pose],
+        "goal": dict(goal),
+        "shortest_path_m": _rounded(length_m(way)),
+    }
+
+
+def _listed(place: Place, task: str, episodes: list[dict[str, Any]]) -> dict[str, Any]:
+    return {
+        "version": 1,
+        "task": task,
+        "environment": place.environment,
+        "robot_radius_m": place.robot_radius_m,
+        "success_distance_m": SUCCESS_DISTANCE_M[task],
+        "episodes": episodes,
+    }
+
+
+def _rounded(value: float) -> float:
+    return round(value, 6) + 0.0
+
+
+def _no_room(place: Place, task: str, count: int, found: int) -> BenchbotError:
+    return BenchbotError(
+        f"There are not {count} episodes of {task} in '{place.environment}'.",
+        f"{found} were found that are at least {LEAST_DISTANCE_M:g} m long and no mere straight line, "
+        f"for a robot of radius {place.robot_radius_m:g} m.",
+        "Ask for fewer, or for a smaller robot.",
+    )

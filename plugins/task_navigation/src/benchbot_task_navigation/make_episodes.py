@@ -1,0 +1,117 @@
+"""Make floor plan and episodes of an environment: `python -m benchbot_task_navigation.make_episodes miniroom:1`.
+
+The same environment, robot and seed give the same bytes. Needs benchbot-sim-taichi, which knows the scene's obstacles.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchbot.core import plugins, results
+from benchbot.core.catalog import Catalog, Declaration
+from benchbot.core.errors import BenchbotError
+from benchbot.core.platform import Scene
+from benchbot.evaluation.ground_truths import GroundTruths
+from benchbot_task_navigation.floor_plan import FloorPlan
+from benchbot_task_navigation.generate import Place, object_goals, point_goals
+from benchbot_task_navigation.ways import Ways
+
+RESOLUTION_M = 0.025
+BORDER_NODES = 4
+
+
+def floor_plan(scene: Scene, robot: dict[str, Any]) -> FloorPlan:
+    """Return the plan of what a robot can reach in a ray-traced scene, cut off a little beyond that."""
+    from benchbot_sim_taichi.collision import ObstacleMap
+    from benchbot_sim_taichi.gltf import load_scene
+
+    geometry = load_scene(scene.folder / scene.environment["map_path"])
+    x, y, z = scene.start_pose.translation_xyz
+    footprint = robot["footprint"]
+    obstacles = ObstacleMap(geometry, z + footprint["z_min_m"], z + footprint["z_max_m"])
+    corners = geometry.vertices[np.isfinite(geometry.vertices).all(1), :2]
+    low = np.floor(corners.min(0) / RESOLUTION_M).astype(int)
+    high = np.ceil(corners.max(0) / RESOLUTION_M).astype(int)
+    clearance_m = np.array(
+        [
+            [obstacles.distance_m(i * RESOLUTION_M, j * RESOLUTION_M) for j in range(low[1], high[1] + 1)]
+            for i in range(low[0], high[0] + 1)
+        ]
+    )
+    # Inside of furniture there is room, too, but no way in.
+    whole = FloorPlan(_place(low), RESOLUTION_M, clearance_m)
+    inside = np.argwhere(Ways(whole, footprint["radius_m"], reach=1).reachable((x, y)))
+    first = np.maximum(inside.min(0) - BORDER_NODES, 0)
+    last = inside.max(0) + BORDER_NODES + 1
+    cut = FloorPlan(_place(low + first), RESOLUTION_M, clearance_m[first[0] : last[0], first[1] : last[1]])
+    return FloorPlan.from_ground_truth(cut.as_ground_truth())
+
+
+def _place(node: Any) -> tuple[float, float]:
+    x, y = (round(float(value), 6) for value in node * RESOLUTION_M)
+    return x, y
+
+
+def main() -> int:
+    """Write the files; return the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchbot_task_navigation.make_episodes",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("environment", help="name:variant of an environment of type sim_taichi")
+    parser.add_argument("--robot", default="carter", help="whose radius and height count (carter)")
+    parser.add_argument("--seed", type=int, default=0, help="what the episodes are drawn from (0)")
+    parser.add_argument("--count", type=int, default=25, help="how many episodes of each task (25)")
+    parser.add_argument("--output", type=Path, default=Path(), metavar="FOLDER", help="where the files go (here)")
+    asked = parser.parse_args()
+    try:
+        _make(asked.environment, asked.robot, asked.seed, asked.count, asked.output)
+    except BenchbotError as error:
+        print(error, file=sys.stderr)
+        return error.exit_code
+    return 0
+
+
+def _make(environment: str, robot_name: str, seed: int, count: int, folder: Path) -> None:
+    catalog = Catalog(plugins.load())
+    (declared,) = catalog.environments(environment)[:1]
+    robot = catalog.get("robots", robot_name).data
+    if declared.data["type"] != "sim_taichi" or robot["type"] != "sim_taichi":
+        raise BenchbotError(
+            f"'{environment}' cannot be planned for '{robot_name}'.",
+            "Obstacles are known of ray-traced scenes and robots, those of type sim_taichi.",
+            "Choose such ones, or make a plan with benchbot_task_navigation.floor_plan and generate.",
+        )
+    scene = Scene(declared.data, declared.path.parent)
+    plan = floor_plan(scene, robot)
+    place = Place(declared.name, plan, scene.start_pose.translation_xyz, robot["footprint"]["radius_m"])
+    file_name = declared.name.replace(":", "_")
+    truth = _ground_truth(catalog, declared, plan)
+    written = {folder / "ground_truths" / f"floor_plan_{file_name}.json": truth}
+    written[folder / "episodes" / "point_goal" / f"{file_name}.json"] = point_goals(place, seed, count)
+    try:
+        objects = GroundTruths.of(catalog, None).find(declared.name, {"object_map_ground_truth"})
+    except BenchbotError as error:
+        print(f"No episodes of object_goal: {error.title}", file=sys.stderr)
+    else:
+        listed = object_goals(place, objects["ground_truth"]["objects"], seed, count)
+        written[folder / "episodes" / "object_goal" / f"{file_name}.json"] = listed
+    for path, document in written.items():
+        results.write_json(path, document)
+        print(path)
+
+
+def _ground_truth(catalog: Catalog, environment: Declaration, plan: FloorPlan) -> dict[str, Any]:
+    return {
+        "environment": environment.data,
+        "format": catalog.get("formats", "floor_plan").data,
+        "ground_truth": plan.as_ground_truth(),
+    }
+
+
+if __name__ == "__main__":
+    sys.exit(main())

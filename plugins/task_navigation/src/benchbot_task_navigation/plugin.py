@@ -1,0 +1,68 @@
+"""The plug-in's hooks. Its numpy and scipy are imported when something is scored."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from benchbot import hookimpl
+from benchbot.core.hookspecs import Evaluator
+
+_FOLDER = Path(__file__).parent
+
+
+@hookimpl
+def benchbot_tasks() -> Iterator[Path]:
+    """Yield navigation to a point and to an object of a class."""
+    yield _FOLDER / "tasks"
+
+
+@hookimpl
+def benchbot_formats() -> Iterator[Path]:
+    """Yield the formats of results and of floor plans."""
+    yield _FOLDER / "formats"
+
+
+@hookimpl
+def benchbot_episodes() -> Iterator[Path]:
+    """Yield starts and goals."""
+    yield _FOLDER / "episodes" / "point_goal"
+    yield _FOLDER / "episodes" / "object_goal"
+
+
+@hookimpl
+def benchbot_ground_truths() -> Iterator[Path]:
+    """Yield floor plans."""
+    yield _FOLDER / "ground_truths"
+
+
+@hookimpl
+def benchbot_examples() -> Iterator[Path]:
+    """Yield a solution that drives to a point."""
+    yield _FOLDER / "examples"
+
+
+def _evaluate(result: dict[str, Any], ground_truths: Sequence[dict[str, Any]]) -> dict[str, float]:
+    from benchbot_task_navigation import evaluator
+
+    return evaluator.evaluate(result, ground_truths)
+
+
+def _combine(scores: Sequence[dict[str, float]]) -> dict[str, float]:
+    from benchbot_task_navigation import evaluator
+
+    return evaluator.combine(scores)
+
+
+@hookimpl
+def benchbot_evaluators() -> Iterator[Evaluator]:
+    """Yield success, SPL and their kin."""
+    yield Evaluator(
+        name="navigation",
+        version="1.0",
+        headline="SPL",
+        result_formats=frozenset({"navigation"}),
+        ground_truth_formats=frozenset({"floor_plan"}),
+        evaluate=_evaluate,
+        combine=_combine,
+        description="Navigation: whether the robot stopped at its goal, and how short its way there was (SPL).",
+    )

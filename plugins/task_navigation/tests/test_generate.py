@@ -1,0 +1,104 @@
+"""Episodes: drawn from a seed, none of them trivial, and those that are shipped are the ones that the seed gives."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import benchbot_sample
+import numpy as np
+import pytest
+
+import benchbot_task_navigation
+from benchbot.core import schema
+from benchbot.core.catalog import Catalog
+from benchbot.core.errors import BenchbotError
+from benchbot.core.plugins import load
+from benchbot.evaluation.ground_truths import GroundTruths
+from benchbot_task_navigation import generate
+from benchbot_task_navigation.floor_plan import FloorPlan, distance_to_box_m
+from benchbot_task_navigation.generate import Place, object_goals, point_goals
+from benchbot_task_navigation.ways import Ways, length_m
+from plugins.task_navigation.tests.floors import arena, floor
+
+SHIPPED = Path(benchbot_task_navigation.__file__).parent
+ARENA = Place("arena:1", arena(), (-2.0, 0.0, 0.0), 0.2)
+
+
+def shipped(name: str) -> Any:
+    return json.loads((SHIPPED / name).read_text())
+
+
+def miniroom() -> Place:
+    plan = shipped("ground_truths/floor_plan_miniroom_1.json")["ground_truth"]
+    return Place("miniroom:1", FloorPlan.from_ground_truth(plan), (1.2, 1.5, 0.0), 0.3)
+
+
+def test_the_shipped_points_are_those_of_seed_zero() -> None:
+    assert point_goals(miniroom(), 0, 25) == shipped("episodes/point_goal/miniroom_1.json")
+
+
+def test_the_shipped_objects_are_those_of_seed_zero() -> None:
+    truth = GroundTruths.of(Catalog(load()), None).find("miniroom:1", {"object_map_ground_truth"})
+    objects = truth["ground_truth"]["objects"]
+
+    assert object_goals(miniroom(), objects, 0, 25) == shipped("episodes/object_goal/miniroom_1.json")
+
+
+def test_the_sample_arenas_are_those_of_seed_zero() -> None:
+    listed = Path(benchbot_sample.__file__).parent / "episodes" / "arena_1.json"
+
+    assert point_goals(ARENA, 0, 3) == json.loads(listed.read_text())
+
+
+def test_another_seed_gives_others() -> None:
+    first, second = (point_goals(ARENA, seed, 2) for seed in (1, 2))
+
+    assert first != second
+    assert first == point_goals(ARENA, 1, 2)
+
+
+def test_no_episode_is_trivial_and_the_robot_fits_at_both_ends() -> None:
+    listed = point_goals(ARENA, 7, 10)
+    schema.check(listed, "episodes", Path("a.json"))
+    assert len({episode["id"] for episode in listed["episodes"]}) == 10
+
+    ways = Ways(ARENA.plan, 0.2)
+    for episode in listed["episodes"]:
+        start, goal = episode["start_pose"][4:6], episode["goal"]["position"][:2]
+        straight_m = math.dist(start, goal)
+        assert straight_m >= generate.LEAST_DISTANCE_M
+        assert episode["shortest_path_m"] >= generate.LEAST_DETOUR * straight_m
+        assert not ways.sees(tuple(start), tuple(goal))
+        assert (ARENA.plan.clearance_at(np.array([start, goal])) >= 0.2 + generate.MARGIN_M - 1e-9).all()
+
+
+def test_the_way_to_an_object_ends_where_it_is_near_enough() -> None:
+    chair = {"class": "chair", "centroid": [1.5, 1.2, 0.5], "extent": [0.6, 0.6, 1.0], "isgroup": False}
+    unreachable = {"class": "lamp", "centroid": [9.0, 9.0, 2.0], "extent": [0.1, 0.1, 0.1]}
+    listed = object_goals(ARENA, [chair, unreachable], 0, 4)
+    schema.check(listed, "episodes", Path("a.json"))
+
+    ways = Ways(ARENA.plan, 0.2)
+    near = ARENA.plan.within((1.5, 1.2), (0.6, 0.6), 1.0)
+    for episode in listed["episodes"]:
+        assert episode["goal"]["class"] == "chair"
+        way = ways.towards(near)(tuple(episode["start_pose"][4:6]))
+        assert way is not None
+        assert length_m(way) == pytest.approx(episode["shortest_path_m"], abs=1e-6)
+        assert distance_to_box_m(tuple(way[-1]), (1.5, 1.2), (0.6, 0.6)) <= 1.0
+
+
+@pytest.mark.parametrize("size_m", [0.3, 1.5, 3.0])
+def test_where_there_is_no_room_for_episodes_it_says_so(size_m: float) -> None:
+    empty = floor(size_m, resolution_m=0.05)
+
+    with pytest.raises(BenchbotError, match="There are not"):
+        point_goals(Place("box:1", empty, (0.0, 0.0, 0.0), 0.3), 0, 2)
+
+
+def test_objects_that_are_always_near_make_no_episode() -> None:
+    everywhere = {"class": "table", "centroid": [0.0, 0.0, 0.5], "extent": [6.0, 4.0, 1.0]}
+
+    with pytest.raises(BenchbotError, match="0 were found"):
+        object_goals(ARENA, [everywhere], 0, 1)
