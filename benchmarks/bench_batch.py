@@ -1,9 +1,9 @@
 """Small pictures of many cameras in one scene: taken together, beside one after the other in the same run.
 
-python -m benchmarks.bench_batch [SCENE.glb] [--arch cuda] [--cameras 1 64 4096] [--json FILE]
+python -m benchmarks.bench_batch [SCENE.glb] [--arch cuda] [--quality fast] [--cameras 1 64 4096] [--json FILE]
 
 Rates are medians of interleaved rounds, in pictures per second of wall time; `in place` leaves them on the device,
-the others have them on the host.
+in memory that is used again, the others have them on the host.
 """
 
 import argparse
@@ -22,6 +22,7 @@ import numpy.typing as npt
 from benchbot_sim_taichi import _ti
 from benchbot_sim_taichi.gltf import load_scene
 from benchbot_sim_taichi.lighting import Lighting
+from benchbot_sim_taichi.quality import FAST, QUALITIES, REALTIME
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
 from benchmarks.bench_renderer import SHIPPED, looking
 
@@ -47,6 +48,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scene", nargs="?", type=Path, default=SHIPPED)
     parser.add_argument("--arch", choices=_ti.ARCHS, default="cpu")
+    parser.add_argument("--quality", choices=(FAST.name, REALTIME.name), default=REALTIME.name)
     parser.add_argument("--sizes", type=int, nargs="+", default=SIZES, metavar="PIXELS", help="width and height")
     parser.add_argument("--cameras", type=int, nargs="+", default=CAMERAS, metavar="N")
     parser.add_argument("--position", type=float, nargs=3, default=(1.2, 1.5, 1.05), metavar=("X", "Y", "Z"))
@@ -60,7 +62,8 @@ def main() -> None:
     )
     rows = []
     with tempfile.TemporaryDirectory() as cache:
-        renderer = Renderer(scene, Lighting(), cache_dir=Path(cache), arch=options.arch)
+        quality = QUALITIES[options.quality]
+        renderer = Renderer(scene, Lighting(), cache_dir=Path(cache), arch=options.arch, quality=quality)
         for rgb in (True, False):
             for size in options.sizes:
                 for cameras in options.cameras:
@@ -83,10 +86,11 @@ def measure(
     poses = np.stack([looking(position + offset, 360 * k / cameras) for k, offset in enumerate(spread)])
     singles = poses[:: -(-cameras // MOST_SINGLE_PICTURES)]
 
-    def in_place() -> Any:
-        frames = renderer.render_on_device(poses, camera, rgb=rgb)
+    frames = renderer.render_on_device(poses, camera, rgb=rgb)
+
+    def in_place() -> None:
+        renderer.render_on_device(poses, camera, rgb=rgb, out=frames)
         _ti.ti.sync()
-        return frames
 
     jobs: dict[str, tuple[int, Callable[[], Any]]] = {
         "one by one": (len(singles), lambda: [renderer.render(pose, camera, rgb=rgb) for pose in singles]),

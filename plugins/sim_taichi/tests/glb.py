@@ -34,6 +34,9 @@ class Glb:
         emission: tuple[float, float, float] = (0.0, 0.0, 0.0),
         glass: bool = False,
         image: np.ndarray | None = None,
+        glow_image: np.ndarray | None = None,
+        ior: float | None = None,
+        solid: bool = False,
     ) -> int:
         strength = max(1.0, *emission)
         entry: dict[str, Any] = {
@@ -47,11 +50,14 @@ class Glb:
         }
         if glass:
             entry["extensions"]["KHR_materials_transmission"] = {"transmissionFactor": 1.0}
+        if ior is not None:
+            entry["extensions"]["KHR_materials_ior"] = {"ior": ior}
+        if solid:
+            entry["extensions"]["KHR_materials_volume"] = {"thicknessFactor": 0.1}
         if image is not None:
-            encoded = io.BytesIO()
-            Image.fromarray(image).save(encoded, "PNG")
-            self.images.append({"bufferView": self._view(encoded.getvalue()), "mimeType": "image/png"})
-            entry["pbrMetallicRoughness"]["baseColorTexture"] = {"index": len(self.images) - 1}
+            entry["pbrMetallicRoughness"]["baseColorTexture"] = {"index": self._image(image)}
+        if glow_image is not None:
+            entry["emissiveTexture"] = {"index": self._image(glow_image)}
         self.materials.append(entry)
         return len(self.materials) - 1
 
@@ -115,6 +121,12 @@ class Glb:
         chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
         path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
         return path
+
+    def _image(self, image: np.ndarray) -> int:
+        encoded = io.BytesIO()
+        Image.fromarray(image).save(encoded, "PNG")
+        self.images.append({"bufferView": self._view(encoded.getvalue()), "mimeType": "image/png"})
+        return len(self.images) - 1
 
     def _view(self, data: bytes) -> int:
         self.binary += b"\0" * (-len(self.binary) % 4)

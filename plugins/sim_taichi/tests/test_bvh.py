@@ -16,18 +16,19 @@ from plugins.sim_taichi.tests.cameras import looking
 pytestmark = pytest.mark.xdist_group("renderer")
 
 
-def leaves(tree: bvh.Bvh, root: int) -> list[int]:
+def leaves(tree: bvh.Bvh, root: int, width: int = bvh.WIDTH) -> list[int]:
     """Triangle ids below `root`, checking on the way that each child lies in its parent's box."""
-    nodes = tree.nodes.reshape(-1, bvh.NODE_STRIDE)
+    nodes = tree.nodes.reshape(-1, 8 * width)
     blocks = tree.leaves.reshape(-1, bvh.LEAF_STRIDE)
     found = []
     pending = [(root, np.full(3, -np.inf), np.full(3, np.inf))]
     while pending:
         node, low, high = pending.pop()
-        for slot, child in enumerate(nodes[node, 48:56].view(np.int32)):
+        for slot, child in enumerate(nodes[node, 6 * width : 7 * width].view(np.int32)):
             if child == bvh.EMPTY_CHILD:
                 continue
-            box_low, box_high = nodes[node, slot:24:8], nodes[node, 24 + slot : 48 : 8]
+            box_low = nodes[node, slot : 3 * width : width]
+            box_high = nodes[node, 3 * width + slot : 6 * width : width]
             assert (box_low >= low).all()
             assert (box_high <= high).all()
             if child >= 0:
@@ -39,22 +40,36 @@ def leaves(tree: bvh.Bvh, root: int) -> list[int]:
 
 
 @settings(max_examples=30, deadline=None)
-@given(count=st.integers(0, 300), seed=st.integers(0, 2**31), spread=st.sampled_from([0.0, 1e-6, 1.0, 1e3]))
-def test_every_triangle_is_in_the_tree_once(count: int, seed: int, spread: float) -> None:
+@given(
+    count=st.integers(0, 300),
+    seed=st.integers(0, 2**31),
+    spread=st.sampled_from([0.0, 1e-6, 1.0, 1e3]),
+    width=st.sampled_from([4, 8]),
+)
+def test_every_triangle_is_in_the_tree_once(count: int, seed: int, spread: float, width: int) -> None:
     rng = np.random.default_rng(seed)
     centers = rng.uniform(-1, 1, (count, 1, 3)) * spread
     vertices = (centers + rng.uniform(-0.1, 0.1, (count, 3, 3))).reshape(-1, 3).astype(np.float32)
     triangles = np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
     odd, even = np.arange(1, count, 2), np.arange(0, count, 2)
-    tree = bvh.build(vertices, triangles, (even, odd))
-    assert sorted(leaves(tree, tree.roots[0])) == even.tolist()
-    assert sorted(leaves(tree, tree.roots[1])) == odd.tolist()
+    tree = bvh.build(vertices, triangles, (even, odd), width)
+    assert sorted(leaves(tree, tree.roots[0], width)) == even.tolist()
+    assert sorted(leaves(tree, tree.roots[1], width)) == odd.tolist()
 
 
 def test_identical_triangles_do_not_stop_the_build() -> None:
     corner = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32)
     tree = bvh.build(np.tile(corner, (1000, 1)), np.arange(3000, dtype=np.int32).reshape(-1, 3), (np.arange(1000),))
     assert sorted(leaves(tree, 0)) == list(range(1000))
+
+
+def test_leaves_are_filled() -> None:
+    """A leaf is tested as a whole, so that half-empty ones cost as much as full ones."""
+    rng = np.random.default_rng(5)
+    vertices = (rng.uniform(-1, 1, (4000, 1, 3)) + rng.uniform(-0.02, 0.02, (4000, 3, 3))).reshape(-1, 3)
+    triangles = np.arange(12000, dtype=np.int32).reshape(-1, 3)
+    tree = bvh.build(vertices.astype(np.float32), triangles, (np.arange(4000),))
+    assert len(tree.leaves) // bvh.LEAF_STRIDE < 4000 / 3.5
 
 
 def test_triangles_that_are_none_are_left_out() -> None:

@@ -5,6 +5,8 @@ from typing import Any
 import pytest
 
 from benchbot.core.errors import BenchbotError
+from benchbot_sim_taichi.daylight import Daylight
+from benchbot_sim_taichi.lamps import Lamps
 from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
 
 
@@ -24,9 +26,35 @@ def test_azimuth_turns_counterclockwise_from_x_and_elevation_upwards() -> None:
     assert Sun(azimuth_deg=10.0, elevation_deg=90.0).direction == pytest.approx((0.0, 0.0, 1.0))
 
 
+def test_a_time_of_day_gives_sun_and_sky() -> None:
+    lighting = Lighting.from_mapping({"time": "12:30", "date": "2023-06-21", "latitude_deg": 52, "turbidity": 4})
+    assert lighting.sky == Daylight(time_h=12.5, day=172, latitude_deg=52.0, turbidity=4.0)
+    assert lighting.sun.elevation_deg == pytest.approx(61.0, abs=0.5)
+    assert min(lighting.sun.irradiance) > 4
+
+
+def test_lamps_are_switched_and_tuned() -> None:
+    assert Lighting.from_mapping({"lamps": {"on": "all"}}).lamps == Lamps()
+    assert Lighting.from_mapping({"lamps": {"on": "none"}}).lamps == Lamps(on=())
+    given = {"on": ["desk", "ceiling"], "temperature_k": 2700, "scale": 0.5}
+    assert Lighting.from_mapping({"lamps": given}).lamps == Lamps(("desk", "ceiling"), 2700.0, 0.5)
+
+
 @pytest.mark.parametrize(
     ("mapping", "title"),
     [
+        ({"time": 1290}, "lighting.time is not a time of day"),
+        ({"time": "24:00"}, "lighting.time is not a time of day"),
+        ({"time": "12:00", "date": "2023-02-30"}, "lighting.date is not a date"),
+        ({"time": "12:00", "latitude_deg": 91}, "lighting.latitude_deg is out of range"),
+        ({"time": "12:00", "turbidity": 1}, "lighting.turbidity is out of range"),
+        ({"time": "12:00", "sun": {}}, "lighting.sun contradicts lighting.time"),
+        ({"latitude_deg": 50}, "lighting.latitude_deg says nothing without lighting.time"),
+        ({"lamps": {"on": "some"}}, "lighting.lamps.on is neither all nor none"),
+        ({"lamps": {"on": [1]}}, "lighting.lamps.on is neither all nor none"),
+        ({"lamps": {"temperature_k": 100}}, "lighting.lamps.temperature_k is out of range"),
+        ({"lamps": {"scale": -1}}, "lighting.lamps.scale is negative"),
+        ({"lamps": {"off": []}}, "lighting.lamps has an unknown key 'off'"),
         ([], "lighting is not a mapping"),
         ({"sunn": {}}, "unknown key 'sunn'"),
         ({"sun": 3}, "lighting.sun is not a mapping"),

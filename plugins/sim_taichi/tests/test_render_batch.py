@@ -136,6 +136,27 @@ def test_more_pictures_than_memory_can_be_addressed_are_refused(room: Renderer) 
     assert refused.value.fix == "Take at most 508400 pictures at a time."
 
 
+def test_frames_can_be_taken_into_the_memory_of_others(room: Renderer) -> None:
+    poses = around(4)
+    frames = room.render_on_device(poses[:2], SMALL)
+
+    again = room.render_on_device(poses[2:], SMALL, out=frames)
+
+    assert again is frames
+    for index in range(2):
+        assert_same(frames.to_host()[index], room.render(poses[2 + index], SMALL))
+
+
+@pytest.mark.parametrize(
+    ("count", "camera", "rgb"), [(3, SMALL, True), (2, ODD, True), (2, SMALL, False)], ids=["count", "size", "channels"]
+)
+def test_frames_of_another_shape_are_refused(room: Renderer, count: int, camera: Intrinsics, rgb: bool) -> None:
+    frames = room.render_on_device(around(2), SMALL)
+    with pytest.raises(BenchbotError, match="do not fit") as refused:
+        room.render_on_device(around(count), camera, rgb=rgb, out=frames)
+    assert "room for 2 pictures of 48 x 32 pixels with colour" in refused.value.why
+
+
 def test_on_a_cpu_frames_are_arrays_that_others_can_share(room: Renderer) -> None:
     frames = room.render_on_device(around(2), ODD)
     batch = frames.to_host()

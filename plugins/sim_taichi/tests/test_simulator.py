@@ -323,3 +323,17 @@ def test_an_unknown_channel_is_explained(loaded: RayTracedSimulator) -> None:
 def test_closing_twice_is_fine(loaded: RayTracedSimulator) -> None:
     loaded.close()
     loaded.close()
+
+
+@pytest.mark.parametrize(
+    ("changes", "title"),
+    [
+        ({"lighting": {"lamps": {"on": ["lanp"]}}}, r"lighting.lamps.on\[0\] names a lamp that is not there: 'lanp'"),
+        ({"options": {"quality": "reel"}}, "no quality 'reel'"),
+    ],
+)
+def test_a_scene_says_what_is_wrong_with_its_light_when_it_is_loaded(
+    room: Scene, changes: dict[str, Any], title: str
+) -> None:
+    with pytest.raises(BenchbotError, match=title):
+        simulator().load(replace(room, environment={**room.environment, **changes}), seed=0)

@@ -12,12 +12,16 @@ import numpy.typing as npt
 
 from benchbot.core import resources
 from benchbot.core.errors import BenchbotError
+from benchbot_sim_taichi import _cuda
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 
 ti: Any = importlib.import_module(os.environ.get("BENCHBOT_TAICHI", "taichi"))
 
 ARCHS = ("cpu", "cuda")
+CHUNKS_PER_THREAD = 32
+_SHORT_NAMES = {"float32": "f32", "int32": "i32", "uint8": "u8", "uint32": "u32"}
+_NAMES = {getattr(ti, short): name for name, short in _SHORT_NAMES.items()}
 _started: str | None = None
 
 
@@ -53,7 +57,15 @@ def start(arch: str, cache_dir: Path) -> None:
             log_level=ti.ERROR,
             enable_fallback=False,
         )
+    # A loop is cut into this many pieces, by default one a thread, so that a thread whose part of the picture is easy
+    # waits for the others. The threads themselves are started by then.
+    ti.lang.impl.current_cfg().cpu_max_num_threads *= CHUNKS_PER_THREAD
     _started = arch
+
+
+def is_on_gpu() -> bool:
+    """Whether kernels run on a GPU."""
+    return _started == "cuda"
 
 
 def upload(array: npt.NDArray[Any]) -> Any:
@@ -62,8 +74,16 @@ def upload(array: npt.NDArray[Any]) -> Any:
     if _started == "cpu":
         return contiguous
     device = ti.ndarray(dtype=getattr(ti, _SHORT_NAMES[contiguous.dtype.name]), shape=contiguous.shape)
-    device.from_numpy(contiguous)
+    write(device, contiguous)
     return device
+
+
+def write(target: Any, array: npt.NDArray[Any]) -> None:
+    """Put contiguous values at the start of an array that `upload` returned, as of the next kernel."""
+    if isinstance(target, np.ndarray):
+        target[: len(array)] = array
+    else:
+        _cuda.write(_address(target), array)
 
 
 def empty_words(size: int) -> Any:
@@ -74,12 +94,17 @@ def empty_words(size: int) -> Any:
 def address(array: Any) -> int:
     """Where a device array's first value lies; all kernels started before have finished when this returns."""
     ti.sync()
+    return _address(array)
+
+
+def _address(array: Any) -> int:
     return int(ti.lang.impl.get_runtime().prog.get_ndarray_data_ptr_as_int(array.arr))
 
 
-_SHORT_NAMES = {"float32": "f32", "int32": "i32", "uint8": "u8", "uint32": "u32"}
-
-
 def download(array: Any) -> npt.NDArray[Any]:
-    """The host's view of an array that `upload` returned."""
-    return array if isinstance(array, np.ndarray) else np.asarray(array.to_numpy())
+    """The host's view of an array that `upload` returned: itself on a CPU, elsewhere a new array, after one copy."""
+    if isinstance(array, np.ndarray):
+        return array
+    host = np.empty(array.shape, _NAMES[array.dtype])
+    _cuda.read(address(array), host)
+    return host

@@ -1,4 +1,4 @@
-"""Bounding volume hierarchy: binned SAH built level by level in numpy, collapsed to eight-wide nodes.
+"""Bounding volume hierarchy: binned SAH built level by level in numpy, collapsed to wide nodes.
 
 Split heuristic: Wald, "On fast construction of SAH-based bounding volume hierarchies", RT 2007.
 Collapse: Wald, Benthin, Boulos, "Getting rid of packets", RT 2008 (open the child of largest area first).
@@ -14,7 +14,7 @@ IndexArray = npt.NDArray[np.int64]
 
 WIDTH = 8
 LEAF_SIZE = 4
-NODE_STRIDE = 64
+NODE_STRIDE = 8 * WIDTH
 LEAF_STRIDE = 40
 STACK_SIZE = 64
 EMPTY_CHILD = np.int32(2**31 - 1)
@@ -26,9 +26,9 @@ class Bvh:
     """Traversal data, both arrays flat float32 with integers stored by their bits.
 
     A node is 64 values: low x, y, z and high x, y, z of eight children, then eight child references (≥ 0 node, < 0
-    bitwise complement of a leaf, `EMPTY_CHILD` none) and padding. A leaf is 40: corner, first edge and second edge of
-    four triangles, each as x, y, z lanes, then four triangle ids (-1 none). `roots` holds one root node per group of
-    triangles.
+    bitwise complement of a leaf, `EMPTY_CHILD` none) and padding; half as many of each where nodes are four wide. A
+    leaf is 40: corner, first edge and second edge of four triangles, each as x, y, z lanes, then four triangle ids (-1
+    none). `roots` holds one root node per group of triangles.
     """
 
     nodes: FloatArray
@@ -49,14 +49,19 @@ class _BinaryTree:
         return _half_area(self.low, self.high)
 
 
-def build(vertices: FloatArray, triangles: npt.NDArray[np.int32], groups: tuple[IndexArray, ...]) -> Bvh:
-    """Build one tree per group of triangle ids. Triangles that are not finite or have no area are left out."""
+def build(
+    vertices: FloatArray, triangles: npt.NDArray[np.int32], groups: tuple[IndexArray, ...], width: int = WIDTH
+) -> Bvh:
+    """Build one tree per group of triangle ids, of nodes with up to `width` children.
+
+    Triangles that are not finite or have no area are left out.
+    """
     nodes, leaves, roots = [], [], []
     node_base = leaf_base = 0
     for group in groups:
         corners = vertices[triangles[group]].reshape(-1, 3, 3)
-        usable = _usable(corners)
-        tree_nodes, tree_leaves = _build_tree(corners[usable], group[usable], node_base, leaf_base)
+        is_usable = usable(corners)
+        tree_nodes, tree_leaves = _build_tree(corners[is_usable], group[is_usable], node_base, leaf_base, width)
         nodes.append(tree_nodes)
         leaves.append(tree_leaves)
         roots.append(node_base)
@@ -65,21 +70,26 @@ def build(vertices: FloatArray, triangles: npt.NDArray[np.int32], groups: tuple[
     return Bvh(np.concatenate(nodes).ravel(), np.concatenate(leaves).ravel(), tuple(roots))
 
 
-def _usable(corners: FloatArray) -> npt.NDArray[np.bool_]:
-    """Finite triangles with an area; the bound keeps squares of coordinates inside float32."""
+def usable(corners: FloatArray) -> npt.NDArray[np.bool_]:
+    """Say which triangles (N, 3, 3) rays can hit: finite ones with an area, none farther than 1000 km.
+
+    The bound keeps squares of coordinates inside float32.
+    """
     bounded = np.all(np.abs(np.where(np.isfinite(corners), corners, 1e30)) < 1e6, axis=(1, 2))
     safe = np.where(bounded[:, None, None], corners, 0.0).astype(np.float64)
     doubled_area = np.linalg.norm(np.cross(safe[:, 1] - safe[:, 0], safe[:, 2] - safe[:, 0]), axis=1)
-    usable: npt.NDArray[np.bool_] = bounded & (doubled_area > 1e-14)
-    return usable
+    hittable: npt.NDArray[np.bool_] = bounded & (doubled_area > 1e-14)
+    return hittable
 
 
-def _build_tree(corners: FloatArray, ids: IndexArray, node_base: int, leaf_base: int) -> tuple[FloatArray, FloatArray]:
+def _build_tree(
+    corners: FloatArray, ids: IndexArray, node_base: int, leaf_base: int, width: int
+) -> tuple[FloatArray, FloatArray]:
     if len(ids) == 0:
-        return _empty_nodes(1), np.zeros((1, LEAF_STRIDE), np.float32)
+        return _empty_nodes(1, width), np.zeros((1, LEAF_STRIDE), np.float32)
     low, high = corners.min(axis=1), corners.max(axis=1)
     tree = _binary_tree(low, high)
-    children = _collapse(tree)
+    children = _collapse(tree, width)
     return _pack(tree, children, corners, ids, node_base, leaf_base)
 
 
@@ -187,13 +197,19 @@ def _best_split(
         right_area = _swept_area(lows[:, :, ::-1], highs[:, :, ::-1])[:, ::-1][:, 1:]
         left_count = np.cumsum(count, axis=1)[:, :-1]
         right_count = count.sum(axis=1, keepdims=True) - left_count
-        cost = left_area * left_count + right_area * right_count
+        cost = left_area * _blocks(left_count) + right_area * _blocks(right_count)
         cost = np.where((left_count > 0) & (right_count > 0), cost, np.inf).astype(np.float32)
         split = cost.argmin(axis=1)
         least = cost[np.arange(nodes), split]
         better = least < best_cost
         best_axis[better], best_split[better], best_cost[better] = axis, split[better], least[better]
     return best_axis, best_split, best_cost
+
+
+def _blocks(count: IndexArray) -> IndexArray:
+    """Leaves that so many triangles fill: a leaf costs the same to test whether it is full or not."""
+    blocks: IndexArray = (count + LEAF_SIZE - 1) // LEAF_SIZE
+    return blocks
 
 
 def _swept_area(bin_low: FloatArray, bin_high: FloatArray) -> FloatArray:
@@ -205,16 +221,16 @@ def _swept_area(bin_low: FloatArray, bin_high: FloatArray) -> FloatArray:
     return area
 
 
-def _collapse(tree: _BinaryTree) -> list[IndexArray]:
-    """Wide nodes level by level, each (M, 8) binary node ids with -1 for empty slots."""
+def _collapse(tree: _BinaryTree, width: int) -> list[IndexArray]:
+    """Wide nodes level by level, each (M, width) binary node ids with -1 for empty slots."""
     area = tree.area()
     levels = []
     heads = np.zeros(1, np.int64)
     while len(heads):
-        slots = np.full((len(heads), WIDTH), -1)
+        slots = np.full((len(heads), width), -1)
         slots[:, 0] = heads
         used = np.ones(len(heads), np.int64)
-        for _ in range(WIDTH - 1):
+        for _ in range(width - 1):
             inner = (slots >= 0) & (tree.left[slots] >= 0)
             widest = np.where(inner, area[slots], -1).argmax(axis=1)
             rows = np.flatnonzero(inner.any(axis=1))
@@ -228,12 +244,12 @@ def _collapse(tree: _BinaryTree) -> list[IndexArray]:
     return levels
 
 
-def _empty_nodes(count: int) -> FloatArray:
+def _empty_nodes(count: int, width: int) -> FloatArray:
     """Nodes whose children all have inverted boxes, which no ray enters."""
-    nodes = np.zeros((count, NODE_STRIDE), np.float32)
-    nodes[:, 0 : 3 * WIDTH] = 1e30
-    nodes[:, 3 * WIDTH : 6 * WIDTH] = -1e30
-    nodes[:, 6 * WIDTH : 7 * WIDTH].view(np.int32)[:] = EMPTY_CHILD
+    nodes = np.zeros((count, 8 * width), np.float32)
+    nodes[:, 0 : 3 * width] = 1e30
+    nodes[:, 3 * width : 6 * width] = -1e30
+    nodes[:, 6 * width : 7 * width].view(np.int32)[:] = EMPTY_CHILD
     return nodes
 
 
@@ -246,6 +262,7 @@ def _pack(
     leaf_base: int,
 ) -> tuple[FloatArray, FloatArray]:
     slots = np.concatenate(levels)
+    width = slots.shape[1]
     flat = slots.ravel()
     is_leaf = (flat >= 0) & (tree.left[flat] < 0)
     is_inner = (flat >= 0) & ~is_leaf
@@ -253,14 +270,14 @@ def _pack(
     reference[is_leaf] = ~(leaf_base + np.arange(int(is_leaf.sum())))
     # Level order: the wide nodes below the root appear in the order in which their heads do.
     reference[is_inner] = node_base + 1 + np.arange(int(is_inner.sum()))
-    nodes = _empty_nodes(len(slots))
+    nodes = _empty_nodes(len(slots), width)
     used = slots >= 0
     for axis in range(3):
-        low = nodes[:, axis * WIDTH : (axis + 1) * WIDTH]
-        high = nodes[:, (3 + axis) * WIDTH : (4 + axis) * WIDTH]
+        low = nodes[:, axis * width : (axis + 1) * width]
+        high = nodes[:, (3 + axis) * width : (4 + axis) * width]
         low[used] = tree.low[slots[used], axis]
         high[used] = tree.high[slots[used], axis]
-    nodes[:, 6 * WIDTH : 7 * WIDTH].view(np.int32)[:] = reference.reshape(-1, WIDTH)
+    nodes[:, 6 * width : 7 * width].view(np.int32)[:] = reference.reshape(-1, width)
     return nodes, _pack_leaves(tree, flat[is_leaf], corners, ids)
 
 

@@ -1,4 +1,4 @@
-"""From exposed radiance to sRGB bytes: bloom, filmic tone curve, transfer function."""
+"""From radiance to sRGB bytes: exposure, bloom, filmic tone curve, transfer function."""
 
 import functools
 from collections.abc import Callable
@@ -19,6 +19,23 @@ BLOOM_REACH = 4  # standard deviations
 EXPOSURE_SCALE = 0.7
 BRIGHTEST = 12.0  # the tone curve is white before
 CURVE_STEPS = 2**14  # finer than a byte everywhere
+MIDDLE_GREY = 0.16
+DIM = 0.005  # 50 cd/m2: below, a picture is to look darker than by day
+DIMMING = 0.25  # stops that it gets darker with each stop of light
+DARKEST = 5e-5  # 0.5 cd/m2, what 1/30 s at f/2 and ISO 3200 can lift to middle grey
+
+
+def automatic_gain(luminance: float) -> float:
+    """Exposure of a scene of this median luminance (one unit is 10,000 cd/m2).
+
+    Middle grey in any daylight; below `DIM` less, for night to look like night, as the eye's key falls with
+    luminance (Krawczyk, Myszkowski and Seidel, "Lightness perception in tone reproduction", 2005); no more than a real
+    camera's longest exposure.
+    """
+    if luminance <= 0.0:
+        return MIDDLE_GREY / DARKEST
+    dimmed: float = min(luminance / DIM, 1.0) ** DIMMING
+    return MIDDLE_GREY * dimmed / max(luminance, DARKEST)
 
 
 def develop(
@@ -38,7 +55,7 @@ def develop(
     kernels.scatter_down(small, lens, scattered, count, columns, rows, reach)
     kernels.scatter_across(scattered, lens, bloom, count, columns, rows, reach)
     size = (count, width, height)
-    kernels.expose(radiance, bloom, _curve(), words, rgb_at, *size, BLOOM_CELL_PIXELS, BLOOM_SHARE, BRIGHTEST)
+    kernels.expose(radiance, bloom, curve(), words, rgb_at, *size, BLOOM_CELL_PIXELS, BLOOM_SHARE, BRIGHTEST)
 
 
 def develop_on_host(radiance: FloatArray) -> npt.NDArray[np.uint8]:
@@ -74,7 +91,7 @@ def srgb_bytes(linear: FloatArray) -> npt.NDArray[np.uint8]:
 
 
 @functools.cache
-def _curve() -> Any:
+def curve() -> Any:
     """Bytes for even steps of the root of radiance, from black to `BRIGHTEST`."""
     return _ti.upload(srgb_bytes(filmic(np.linspace(0, 1, CURVE_STEPS, dtype=np.float32) ** 2 * np.float32(BRIGHTEST))))
 

@@ -1,6 +1,7 @@
 """Brings a scene to where kernels can read it: builds or loads its tree, packs its tables, finds its windows."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -9,7 +10,8 @@ from benchbot_sim_taichi import _ti, bvh, disk_cache, lights, tables, textures
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.scene import SceneGeometry
 
-TREE_VERSION = 1
+TREE_VERSION = 2
+NARROW = 4
 PORTAL_RAYS = 16
 PORTAL_MIN_OPEN_SHARE = 0.25
 FAR_M = 1e4
@@ -37,15 +39,23 @@ def upload(scene: SceneGeometry, lighting: Lighting, cache_dir: Path) -> tables.
             table.portals,
             table.lamps,
         ),
+        light_of=_ti.upload(table.of_triangle),
     )
 
 
-def _tree(scene: SceneGeometry, groups: tables.TriangleGroups, cache_dir: Path) -> bvh.Bvh:
-    path = cache_dir / f"tree-{TREE_VERSION}-{scene.content_hash[:32]}.npz"
+def upload_narrow_tree(scene: SceneGeometry, cache_dir: Path) -> tuple[Any, Any, int]:
+    """Nodes and leaves of the four-wide tree of `kernels.traversal_gpu`, and where its sheer triangles start or -1."""
+    groups = tables.group_triangles(scene)
+    tree = _tree(scene, groups, cache_dir, NARROW)
+    return _ti.upload(tree.nodes), _ti.upload(tree.leaves), tree.roots[1] if len(groups.sheer) else -1
+
+
+def _tree(scene: SceneGeometry, groups: tables.TriangleGroups, cache_dir: Path, width: int = bvh.WIDTH) -> bvh.Bvh:
+    path = cache_dir / f"tree-{TREE_VERSION}-{width}-{scene.content_hash[:32]}.npz"
     stored = disk_cache.load(path)
     if stored is not None and stored.keys() == {"nodes", "leaves", "roots"}:
         return bvh.Bvh(stored["nodes"], stored["leaves"], tuple(int(root) for root in stored["roots"]))
-    tree = bvh.build(scene.vertices, scene.triangles, (groups.solid, groups.sheer))
+    tree = bvh.build(scene.vertices, scene.triangles, (groups.solid, groups.sheer), width)
     disk_cache.store(path, {"nodes": tree.nodes, "leaves": tree.leaves, "roots": np.array(tree.roots)})
     return tree
 

@@ -85,8 +85,22 @@ class DeviceFrames:
     has_rgb: bool
 
     @classmethod
-    def allocate(cls, count: int, width: int, height: int, *, has_rgb: bool) -> "DeviceFrames":
-        """Room for that many pictures, not yet taken; raises BenchbotError when kernels could not address it."""
+    def allocate(
+        cls, count: int, width: int, height: int, *, has_rgb: bool, out: "DeviceFrames | None" = None
+    ) -> "DeviceFrames":
+        """Room for that many pictures, not yet taken: `out` if it is given.
+
+        Raises BenchbotError when kernels could not address it, or when `out` has another shape.
+        """
+        if out is not None:
+            if (out.count, out.width, out.height, out.has_rgb) != (count, width, height, has_rgb):
+                raise BenchbotError(
+                    "The pictures do not fit into the frames given as `out`",
+                    f"There are {_shape(count, width, height, has_rgb)} to take,"
+                    f" and room for {_shape(out.count, out.width, out.height, out.has_rgb)}.",
+                    "Give frames that `render_on_device` returned for as many such pictures, or leave `out` away.",
+                )
+            return out
         size = count * (2 * width * height + (_rgb_words(width, height) if has_rgb else 0))
         if size > MOST_WORDS:
             raise BenchbotError(
@@ -141,6 +155,10 @@ class DeviceFrames:
         if isinstance(self.words, np.ndarray):
             return np.ndarray(shape, np.dtype(typestr), self.words.data, 4 * start, strides)
         return DeviceArray(self.words, shape, strides, typestr, _ti.address(self.words) + 4 * start)
+
+
+def _shape(count: int, width: int, height: int, has_rgb: bool) -> str:
+    return f"{count} pictures of {width} x {height} pixels {'with' if has_rgb else 'without'} colour"
 
 
 def _rgb_words(width: int, height: int) -> int:

@@ -31,7 +31,9 @@ _COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 _TRIANGLES = 4
 _SUPPORTED_EXTENSIONS = {
     "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
     "KHR_materials_transmission",
+    "KHR_materials_volume",
     "KHR_mesh_quantization",
 }
 
@@ -261,7 +263,10 @@ class _Reader:
             normal_image=self._texture(entry.get("normalTexture")),
             normal_scale=float(entry.get("normalTexture", {}).get("scale", 1.0)),
             emission=(emission[0], emission[1], emission[2]),
+            emission_image=self._texture(entry.get("emissiveTexture")),
             transmission=float(extensions.get("KHR_materials_transmission", {}).get("transmissionFactor", 0.0)),
+            refractive_index=float(extensions.get("KHR_materials_ior", {}).get("ior", 1.5)),
+            is_solid=float(extensions.get("KHR_materials_volume", {}).get("thicknessFactor", 0.0)) > 0.0,
             alpha_cutoff=float(entry.get("alphaCutoff", 0.5)) if entry.get("alphaMode") == "MASK" else None,
             double_sided=bool(entry.get("doubleSided", False)),
         )

@@ -13,18 +13,18 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot_sim_taichi import _ti, disk_cache, surface_cells
+from benchbot_sim_taichi.colorimetry import LUMINANCE
 from benchbot_sim_taichi.kernels import cells as kernels
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.scene import FloatArray, IntArray, SceneGeometry
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 7
+VERSION = 8
 RAYS_PER_CELL = 256
 POINTS_PER_CELL = 32
 BOUNCES = 24
 INDOORS_MAX_OPENNESS = 0.3
 INDOORS_MIN_SHARE = 0.1
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear sRGB (ITU-R BT.709)
 SMOOTHING_STEPS = (1, 2)
 LINKS_AT_ONCE = 2**25
 

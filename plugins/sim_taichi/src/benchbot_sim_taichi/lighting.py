@@ -1,11 +1,22 @@
-"""Sun, sky and exposure of an environment, as declared in its YAML."""
+"""Sun, sky, lamps and exposure of an environment, as declared in its YAML."""
 
+import datetime as dt
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
 from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot_sim_taichi.colorimetry import COOLEST_K, HOTTEST_K
+from benchbot_sim_taichi.daylight import Daylight
+from benchbot_sim_taichi.lamps import Lamps
+
+CLOCK = re.compile(r"([01]\d|2[0-3]):([0-5]\d)")
+TIME_KEYS = ("time", "date", "latitude_deg", "north_deg", "turbidity")
+KEYS = [*TIME_KEYS, "sun", "sky", "lamps", "exposure"]
+MIDSUMMER = "2023-06-21"
+MIDDLE_LATITUDE_DEG = 45.0
 
 Rgb = tuple[float, float, float]
 
@@ -40,32 +51,121 @@ class Sky:
 
 @dataclass(frozen=True)
 class Lighting:
-    """Everything that lights a scene besides its own lamps. `exposure` None: chosen from the scene's mean radiance."""
+    """Everything that lights a scene, its own lamps included. `exposure` None: chosen from the scene's radiance."""
 
     sun: Sun = field(default_factory=Sun)
-    sky: Sky = field(default_factory=Sky)
+    sky: Sky | Daylight = field(default_factory=Sky)
     exposure: float | None = None
+    lamps: Lamps = field(default_factory=Lamps)
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any] | None) -> "Lighting":
         """Read an environment's `lighting` mapping; absent keys are a clear day. Raises `BenchbotError`."""
-        given = _mapping("lighting", mapping, [entry.name for entry in fields(cls)])
-        sun = _mapping("lighting.sun", given.get("sun"), [entry.name for entry in fields(Sun)])
-        sky = _mapping("lighting.sky", given.get("sky"), [entry.name for entry in fields(Sky)])
+        given = _mapping("lighting", mapping, KEYS)
+        sun, sky = _by_time(given) if "time" in given else _by_hand(given)
         exposure = given.get("exposure")
         return cls(
-            sun=Sun(
-                azimuth_deg=_number("lighting.sun.azimuth_deg", sun.get("azimuth_deg", Sun.azimuth_deg)),
-                elevation_deg=_number("lighting.sun.elevation_deg", sun.get("elevation_deg", Sun.elevation_deg)),
-                irradiance=_rgb("lighting.sun.irradiance", sun.get("irradiance", Sun.irradiance)),
-            ),
-            sky=Sky(
-                zenith=_rgb("lighting.sky.zenith", sky.get("zenith", Sky.zenith)),
-                horizon=_rgb("lighting.sky.horizon", sky.get("horizon", Sky.horizon)),
-                ground=_rgb("lighting.sky.ground", sky.get("ground", Sky.ground)),
-            ),
+            sun=sun,
+            sky=sky,
             exposure=None if exposure is None else _positive("lighting.exposure", exposure),
+            lamps=_lamps(given.get("lamps")),
         )
+
+
+def _by_hand(given: Mapping[str, Any]) -> tuple[Sun, Sky]:
+    for key in TIME_KEYS:
+        if key in given:
+            raise BenchbotError(
+                f"lighting.{key} says nothing without lighting.time",
+                "Sun and sky follow date and place only where a time of day is declared.",
+                'Add a time, such as time: "15:30", or remove the key.',
+            )
+    sun = _mapping("lighting.sun", given.get("sun"), [entry.name for entry in fields(Sun)])
+    sky = _mapping("lighting.sky", given.get("sky"), [entry.name for entry in fields(Sky)])
+    return (
+        Sun(
+            azimuth_deg=_number("lighting.sun.azimuth_deg", sun.get("azimuth_deg", Sun.azimuth_deg)),
+            elevation_deg=_number("lighting.sun.elevation_deg", sun.get("elevation_deg", Sun.elevation_deg)),
+            irradiance=_rgb("lighting.sun.irradiance", sun.get("irradiance", Sun.irradiance)),
+        ),
+        Sky(
+            zenith=_rgb("lighting.sky.zenith", sky.get("zenith", Sky.zenith)),
+            horizon=_rgb("lighting.sky.horizon", sky.get("horizon", Sky.horizon)),
+            ground=_rgb("lighting.sky.ground", sky.get("ground", Sky.ground)),
+        ),
+    )
+
+
+def _by_time(given: Mapping[str, Any]) -> tuple[Sun, Daylight]:
+    for key in ("sun", "sky"):
+        if key in given:
+            raise BenchbotError(
+                f"lighting.{key} contradicts lighting.time",
+                "At a time of day, sun and sky follow from date and latitude.",
+                f"Remove either lighting.time or lighting.{key}.",
+            )
+    daylight = Daylight(
+        time_h=_clock("lighting.time", given["time"]),
+        day=_date("lighting.date", given.get("date", MIDSUMMER)),
+        latitude_deg=_within("lighting.latitude_deg", given.get("latitude_deg", MIDDLE_LATITUDE_DEG), -90.0, 90.0),
+        north_deg=_number("lighting.north_deg", given.get("north_deg", Daylight.north_deg)),
+        turbidity=_within("lighting.turbidity", given.get("turbidity", Daylight.turbidity), 2.0, 10.0),
+    )
+    azimuth_deg, elevation_deg = daylight.sun_angles_deg()
+    return Sun(azimuth_deg, elevation_deg, daylight.sun_irradiance()), daylight
+
+
+def _lamps(value: Any) -> Lamps:
+    given = _mapping("lighting.lamps", value, [entry.name for entry in fields(Lamps)])
+    on = given.get("on", "all")
+    is_list = isinstance(on, list | tuple) and all(isinstance(name, str) for name in on)
+    if on not in ("all", "none") and not is_list:
+        raise BenchbotError(
+            "lighting.lamps.on is neither all nor none nor a list of names",
+            f"It is {on!r}.",
+            "Write 'all', 'none', or the names of lamps: [ceiling_lamp, desk_lamp].",
+        )
+    temperature = given.get("temperature_k")
+    scale = _number("lighting.lamps.scale", given.get("scale", Lamps.scale))
+    if scale < 0:
+        raise BenchbotError("lighting.lamps.scale is negative", f"It is {scale!r}.", "Write a number of at least 0.")
+    return Lamps(
+        on=None if on == "all" else () if on == "none" else tuple(on),
+        temperature_k=None
+        if temperature is None
+        else _within("lighting.lamps.temperature_k", temperature, COOLEST_K, HOTTEST_K),
+        scale=scale,
+    )
+
+
+def _clock(where: str, value: Any) -> float:
+    match = CLOCK.fullmatch(value) if isinstance(value, str) else None
+    if match is None:
+        raise BenchbotError(
+            f"{where} is not a time of day",
+            f"It is {value!r}; YAML takes 21:30 without quotes for a number.",
+            'Write hours and minutes in quotes, such as "21:30".',
+        )
+    return int(match[1]) + int(match[2]) / 60
+
+
+def _date(where: str, value: Any) -> int:
+    try:
+        day = dt.date.fromisoformat(str(value))
+    except ValueError as error:
+        raise BenchbotError(
+            f"{where} is not a date", f"It is {value!r}: {error}.", 'Write year, month and day, such as "2023-06-21".'
+        ) from error
+    return day.timetuple().tm_yday
+
+
+def _within(where: str, value: Any, low: float, high: float) -> float:
+    number = _number(where, value)
+    if not low <= number <= high:
+        raise BenchbotError(
+            f"{where} is out of range", f"It is {value!r}.", f"Write a number from {low:g} to {high:g}."
+        )
+    return number
 
 
 def _mapping(where: str, value: Any, allowed: list[str]) -> Mapping[str, Any]:

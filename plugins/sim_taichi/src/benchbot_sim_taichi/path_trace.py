@@ -1,38 +1,151 @@
-"""The yardstick: pictures by path tracing, slow and noisy but without the approximations of `Renderer.render`."""
+"""Pictures by path tracing: without the approximations of `realtime`, slow, and noisy until they converge."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from benchbot_sim_taichi import _ti
-from benchbot_sim_taichi.renderer import Intrinsics, Renderer
+from benchbot_sim_taichi import _ti, camera_response, denoise
+from benchbot_sim_taichi.scene import FloatArray
+from benchbot_sim_taichi.tables import CAMERA_STRIDE, DeviceScene
+
+if TYPE_CHECKING:
+    from benchbot_sim_taichi.quality import Quality
+    from benchbot_sim_taichi.renderer import Intrinsics, Renderer
+
+BOUNCES = 12
+BRIGHTEST_BOUNCE = 20.0  # of exposed radiance: far beyond white, and keeps a lucky path from owning its pixel
+SAMPLES_AT_ONCE = 32
+CONVERGED_BYTES = 0.5
 
 
 def path_trace(
-    renderer: Renderer,
+    renderer: "Renderer",
     camera_to_map: npt.NDArray[np.floating],
-    intrinsics: Intrinsics,
+    intrinsics: "Intrinsics",
     *,
     samples_per_pixel: int,
-    bounces: int = 12,
+    bounces: int = BOUNCES,
     seed: int = 0,
-) -> npt.NDArray[np.float32]:
-    """(H, W, 3) linear sRGB radiance of what `renderer` shows, exposed like its pictures, before the tone curve."""
+    strategies: int = 0,
+    brightest: float = BRIGHTEST_BOUNCE,
+) -> FloatArray:
+    """(H, W, 3) linear sRGB radiance of what `renderer` shows, exposed like its pictures, before the tone curve.
+
+    `strategies` of `kernels.path` choose how lights are found; all have the same mean. What reaches the picture's
+    surfaces by way of others counts up to `brightest` in each sample.
+    """
+    record = renderer.camera_records(np.asarray(camera_to_map)[None], intrinsics)
+    size = (intrinsics.width, intrinsics.height)
+    total = _trace(renderer.device, record, size, samples_per_pixel, bounces, seed, strategies, brightest)
+    return total / np.float32(samples_per_pixel)
+
+
+def expose(
+    device: DeviceScene,
+    records: FloatArray,
+    size: tuple[int, int],
+    quality: "Quality",
+    seen: tuple[FloatArray, FloatArray],
+    seed: int,
+) -> FloatArray:
+    """(N, H, W, 3) exposed radiance of N cameras' pictures (W, H of `size`), in the quality `path` or `reference`.
+
+    `seen` are reflectance and normal of what each pixel shows, (N, H, W, 3). `path` takes its samples and denoises;
+    `reference` takes samples until two halves of them differ by half a byte (root mean square of sRGB), at most
+    `quality.samples`.
+    """
+    pictures = []
+    for record, albedo, normal in zip(records, *seen, strict=True):
+        if quality.name == "reference":
+            pictures.append(_converge(device, record, size, quality.samples, seed))
+            continue
+        total = _trace(device, record, size, quality.samples, BOUNCES, seed, 0, BRIGHTEST_BOUNCE)
+        radiance = total / np.float32(quality.samples)
+        pictures.append(denoise.denoise(radiance, albedo, normal) if denoise.is_installed() else radiance)
+    return np.stack(pictures)
+
+
+def features(pixels: Any, count: int, size: tuple[int, int, int]) -> tuple[FloatArray, FloatArray]:
+    """Reflectance and normal, (N, H, W, 3) each, of what `kernels.primary.see` left of `count` pixels.
+
+    `size` is N, W and H. The sky has reflectance 1 and no normal.
+    """
+    from benchbot_sim_taichi.kernels.primary import PIXEL_STRIDE
+    from benchbot_sim_taichi.kernels.traversal import FAR
+
+    values = _ti.download(pixels)[: count * PIXEL_STRIDE].reshape(size[0], size[2], size[1], PIXEL_STRIDE)
+    is_sky = values[..., :1] >= np.float32(FAR)
+    albedo = np.where(is_sky, 1.0, np.clip(values[..., 7:10] + values[..., 10:13], 0.0, 1.0))
+    normal = np.where(is_sky, 0.0, values[..., 1:4])
+    return albedo.astype(np.float32), normal.astype(np.float32)
+
+
+def _converge(
+    device: DeviceScene, record: FloatArray, size: tuple[int, int], most_samples: int, seed: int
+) -> FloatArray:
+    halves = [np.zeros((size[1], size[0], 3), np.float32), np.zeros((size[1], size[0], 3), np.float32)]
+    taken = 0
+    for number, samples in enumerate(_rounds(most_samples)):
+        for half, share in enumerate((samples - samples // 2, samples // 2)):
+            if share:
+                halves[half] += _trace(
+                    device, record, size, share, BOUNCES, seed + 2 * number + half, 0, BRIGHTEST_BOUNCE
+                )
+        taken += samples
+        if samples > 1 and _difference_bytes(halves[0] / (taken / 2), halves[1] / (taken / 2)) < CONVERGED_BYTES:
+            break
+    mean: FloatArray = (halves[0] + halves[1]) / np.float32(taken)
+    return mean
+
+
+def _rounds(samples: int) -> Iterator[int]:
+    while samples > 0:
+        now = min(2 * SAMPLES_AT_ONCE, samples)
+        yield now
+        samples -= now
+
+
+def _difference_bytes(one: FloatArray, other: FloatArray) -> float:
+    """How far the mean of two pictures is from its limit: half of what they differ by, root mean square."""
+    first, second = (
+        camera_response.srgb_bytes(camera_response.filmic(half)).astype(np.float32) for half in (one, other)
+    )
+    return 0.5 * float(np.sqrt(np.mean((first - second) ** 2)))
+
+
+def _trace(
+    device: DeviceScene,
+    record: FloatArray,
+    size: tuple[int, int],
+    samples: int,
+    bounces: int,
+    seed: int,
+    strategies: int,
+    brightest: float,
+) -> FloatArray:
+    """(H, W, 3) sum of exposed radiance over samples."""
     from benchbot_sim_taichi.kernels import path
 
-    device, size = renderer.device, (intrinsics.width, intrinsics.height)
-    camera = _ti.upload(renderer.camera_records(np.asarray(camera_to_map)[None], intrinsics))
-    total = _ti.upload(np.zeros(size[0] * size[1] * 3, np.float32))
+    width, height = size
+    exposure = record.ravel()[CAMERA_STRIDE - 3 :]
+    total = _ti.upload(np.zeros(width * height * 3, np.float32))
     path.trace_paths(
         *device.tree,
         device.sheer_root,
         *device.surfaces,
         *device.lights,
-        camera,
+        device.light_of,
+        _ti.upload(record.ravel()),
         total,
-        *size,
-        samples_per_pixel,
+        width,
+        height,
+        samples,
         bounces,
-        seed,
+        brightest / float(exposure.max()),
+        strategies,
+        seed & 0x7FFFFFFF,
     )
-    gain = renderer.exposure / samples_per_pixel
-    return (_ti.download(total).reshape(size[1], size[0], 3) * gain).astype(np.float32)
+    exposed: FloatArray = (_ti.download(total).reshape(height, width, 3) * exposure).astype(np.float32)
+    return exposed

@@ -1,7 +1,7 @@
 """Pictures, depth, instance ids and laser ranges of a scene."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -10,16 +10,19 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot.core.errors import BenchbotError
-from benchbot_sim_taichi import _ti, camera_response, device_scene, irradiance
+from benchbot_sim_taichi import _ti, camera_response, device_scene, irradiance, lamps, path_trace
+from benchbot_sim_taichi.colorimetry import LUMINANCE
 from benchbot_sim_taichi.frames import DeviceFrames, Frame, FrameBatch
 from benchbot_sim_taichi.lighting import Lighting
+from benchbot_sim_taichi.quality import FAST, REALTIME, Quality
 from benchbot_sim_taichi.scene import SceneGeometry
 from benchbot_sim_taichi.tables import CAMERA_STRIDE
 
 __all__ = ["DeviceFrames", "Frame", "FrameBatch", "Intrinsics", "Renderer"]
 
-PIXELS_AT_ONCE = 2**20  # 200 bytes of working memory each
-MIDDLE_GREY = 0.16
+PIXELS_AT_ONCE = 2**20  # 240 bytes of working memory each
+GLANCED_PIXELS_AT_ONCE = 2**24  # 4 bytes each
+TRIANGLES_PER_PIXEL = 32  # with more, neighbouring rays have too little in common to be traced together
 WHITE_BALANCE_STRENGTH = 0.6
 
 
@@ -50,7 +53,7 @@ class Renderer:
     """A ray tracer bound to one scene and its lighting.
 
     `cache_dir` keeps compiled kernels, the tree and the indirect light between runs (None: the user's cache folder).
-    Equal scene, lighting, seed and camera give equal bytes.
+    Equal scene, lighting, quality, seed and camera give equal bytes; the quality changes nothing but `rgb`.
     """
 
     def __init__(
@@ -61,13 +64,15 @@ class Renderer:
         cache_dir: Path | None = None,
         arch: str = "cpu",
         seed: int = 0,
+        quality: Quality = REALTIME,
     ) -> None:
         cache_dir = cache_dir or _ti.default_cache_dir()
         _ti.start(arch, cache_dir)
         self._buffers: dict[str, tuple[int, Any]] = {}
         self._seed = seed & 0x7FFFFFFF
-        self._scene, self._lighting, self._cache_dir = scene, lighting, cache_dir
-        self.device = device_scene.upload(scene, lighting, cache_dir)
+        self._quality = quality
+        self._scene, self._lighting, self._cache_dir = lamps.switched(scene, lighting.lamps), lighting, cache_dir
+        self.device = device_scene.upload(self._scene, lighting, cache_dir)
 
     @cached_property
     def irradiance(self) -> irradiance.Irradiance:
@@ -78,6 +83,10 @@ class Renderer:
     def exposure(self) -> npt.NDArray[np.float64]:
         """Gain (3,) of red, green and blue that all pictures of this scene share."""
         return _exposure(self.irradiance, self._lighting.exposure)
+
+    @cached_property
+    def _narrow_tree(self) -> tuple[Any, Any, int]:
+        return device_scene.upload_narrow_tree(self._scene, self._cache_dir)
 
     @cached_property
     def _cells(self) -> tuple[Any, Any, Any]:
@@ -102,21 +111,54 @@ class Renderer:
         return self.render_on_device(camera_poses, intrinsics, rgb=rgb).to_host()
 
     def render_on_device(
-        self, camera_poses: npt.NDArray[np.floating], intrinsics: Intrinsics | Sequence[Intrinsics], *, rgb: bool = True
+        self,
+        camera_poses: npt.NDArray[np.floating],
+        intrinsics: Intrinsics | Sequence[Intrinsics],
+        *,
+        rgb: bool = True,
+        out: DeviceFrames | None = None,
     ) -> DeviceFrames:
-        """Like `render_batch`, but leave the pictures where they were worked out."""
+        """Like `render_batch`, but leave the pictures where they were worked out.
+
+        `out` are frames of as many pictures of the same size and channels, to be overwritten and returned: memory on a
+        device takes as long to get as some thousand small pictures to take.
+        """
         poses = np.asarray(camera_poses, np.float64)
         width, height = _common_size(poses, intrinsics)
-        frames = DeviceFrames.allocate(len(poses), width, height, has_rgb=rgb)
+        frames = DeviceFrames.allocate(len(poses), width, height, has_rgb=rgb, out=out)
         records = self.camera_records(poses, intrinsics, exposed=rgb).reshape(-1, CAMERA_STRIDE)
-        at_once = max(PIXELS_AT_ONCE // max(width * height, 1), 1)
+        is_glanced = self._quality == FAST if rgb else _ti.is_on_gpu()
+        take, pixels_at_once = (self._glance, GLANCED_PIXELS_AT_ONCE) if is_glanced else (self._take, PIXELS_AT_ONCE)
+        at_once = max(pixels_at_once // max(width * height, 1), 1)
         for first in range(0, len(poses), at_once):
-            self._take(records[first : first + at_once], frames, first)
+            take(records[first : first + at_once], frames, first)
         return frames
+
+    def _glance(self, records: npt.NDArray[np.float32], frames: DeviceFrames, first: int) -> None:
+        """Take pictures `first` … of `frames` in one launch of one kernel, their colours from stored light alone."""
+        from benchbot_sim_taichi.kernels import glance
+
+        size = (len(records), frames.width, frames.height)
+        pixel_count = len(records) * frames.width * frames.height
+        cameras = self._buffer("cameras", records.size)
+        _ti.write(cameras, records.ravel())
+        tree = self._narrow_tree if _ti.is_on_gpu() else (*self.device.tree, self.device.sheer_root)
+        scene = (*tree, *self.device.surfaces)
+        places = (frames.depth_at(first), frames.instance_at(first))
+        variant = (self.device.sheer_root >= 0, _ti.is_on_gpu())
+        if not frames.has_rgb:
+            glance.see(*scene, cameras, frames.words, *places, *size, *variant)
+            return
+        colors = self._buffer("colors", pixel_count, np.int32)
+        light = (self.device.lights[0], *self._cells, camera_response.curve(), camera_response.BRIGHTEST)
+        glance.glance(*scene, *light, cameras, frames.words, colors, *places, *size, *variant)
+        glance.pack(colors, frames.words, frames.rgb_at(first), len(records), frames.width * frames.height)
+        if not _ti.is_on_gpu():  # to the bit the depth of the other qualities
+            self._take(records, replace(frames, has_rgb=False), first)
 
     def _take(self, records: npt.NDArray[np.float32], frames: DeviceFrames, first: int) -> None:
         """Take pictures `first` … of `frames` in one launch of each kernel."""
-        from benchbot_sim_taichi.kernels import filtering, illumination, primary, resolve
+        from benchbot_sim_taichi.kernels import filtering, illumination, packet, primary, resolve
 
         size = (len(records), frames.width, frames.height)
         pixel_count = len(records) * frames.width * frames.height
@@ -124,11 +166,17 @@ class Renderer:
         pixels = self._buffer("pixels", pixel_count * primary.PIXEL_STRIDE if frames.has_rgb else 1)
         guide = self._buffer("guide", pixel_count * primary.GUIDE_STRIDE if frames.has_rgb else 1)
         device = self.device
+        is_fine = len(self._scene.triangles) > TRIANGLES_PER_PIXEL * frames.width * frames.height
+        with_hits = not (_ti.is_on_gpu() or is_fine)  # packets suit vector instructions, not the threads of a GPU
+        hits = self._buffer("hits", pixel_count * packet.HIT_STRIDE if with_hits else 1)
+        if with_hits:
+            packet.meet(*device.tree, device.sheer_root, cameras, hits, *size)
         primary.see(
             *device.tree,
             device.sheer_root,
             *device.surfaces,
             cameras,
+            hits,
             pixels,
             guide,
             frames.words,
@@ -136,8 +184,15 @@ class Renderer:
             frames.instance_at(first),
             *size,
             int(frames.has_rgb),
+            int(with_hits),
         )
         if not frames.has_rgb:
+            return
+        if self._quality != REALTIME:
+            shown = path_trace.features(pixels, pixel_count, size)
+            exposed = path_trace.expose(device, records, size[1:], self._quality, shown, self._seed)
+            radiance = _ti.upload(exposed.ravel())
+            camera_response.develop(radiance, frames.words, frames.rgb_at(first), *size, self._buffer)
             return
         light = self._buffer("light", pixel_count * illumination.LIGHT_PIXEL_STRIDE)
         smooth = self._buffer("smooth", pixel_count * illumination.LIGHT_PIXEL_STRIDE)
@@ -208,10 +263,10 @@ class Renderer:
             records[:, 16:19] = self.exposure if exposed else 1.0
         return records.ravel()
 
-    def _buffer(self, name: str, size: int) -> Any:
+    def _buffer(self, name: str, size: int, dtype: npt.DTypeLike = np.float32) -> Any:
         """Working memory that stays between frames; it holds nothing that a frame reads before it writes."""
         if self._buffers.get(name, (0, None))[0] < size:
-            self._buffers[name] = (size, _ti.upload(np.zeros(size, np.float32)))
+            self._buffers[name] = (size, _ti.upload(np.zeros(size, dtype)))
         return self._buffers[name][1]
 
 
@@ -246,13 +301,13 @@ def _common_size(
 def _exposure(light: irradiance.Irradiance, declared: float | None) -> npt.NDArray[np.float64]:
     """Gain of red, green and blue, once for all frames so that pictures do not flicker.
 
-    Unless declared, the scene's median radiance becomes middle grey. White balance: the mean irradiance is taken for
-    white, but only partly, as a photographer leaves evening light warm.
+    Unless declared, the scene's median radiance decides (see `camera_response.automatic_gain`). White balance: the
+    mean irradiance is taken for white, but only partly, as a photographer leaves evening light warm.
     """
     mean, irradiance_rgb = light.mean_light()
-    gain = declared or (MIDDLE_GREY / mean if mean > 0 else 1.0)
+    gain = declared or camera_response.automatic_gain(mean)
     if irradiance_rgb.min() <= 0:
         return np.full(3, gain)
-    balance = (irradiance.LUMINANCE @ irradiance_rgb / irradiance_rgb) ** WHITE_BALANCE_STRENGTH
-    balanced: npt.NDArray[np.float64] = gain * balance / (irradiance.LUMINANCE @ balance)
+    balance = (LUMINANCE @ irradiance_rgb / irradiance_rgb) ** WHITE_BALANCE_STRENGTH
+    balanced: npt.NDArray[np.float64] = gain * balance / (LUMINANCE @ balance)
     return balanced

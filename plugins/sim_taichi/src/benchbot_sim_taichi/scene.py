@@ -36,13 +36,16 @@ class Material:
     normal_image: int | None = None
     normal_scale: float = 1.0
     emission: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    emission_image: int | None = None
     transmission: float = 0.0
+    refractive_index: float = 1.5
+    is_solid: bool = False
     alpha_cutoff: float | None = None
     double_sided: bool = False
 
     @property
     def is_glass(self) -> bool:
-        """Whether light passes straight through (KHR_materials_transmission)."""
+        """Whether light passes (KHR_materials_transmission): straight through, or refracted where `is_solid`."""
         return self.transmission > 0.5
 
     @property

@@ -9,7 +9,7 @@ from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import PlatformSpec, Scene
-from benchbot_sim_taichi import dynamics
+from benchbot_sim_taichi import dynamics, lamps, quality
 from benchbot_sim_taichi.collision import ObstacleMap, travel
 from benchbot_sim_taichi.dynamics import State
 from benchbot_sim_taichi.gltf import load_scene
@@ -28,8 +28,9 @@ CHANNELS = [*PICTURES, *(f"{picture}_info" for picture in PICTURES), "laser", "p
 class RayTracedSimulator:
     """Implements `benchbot.core.platform.Platform` in simulated time.
 
-    The option `arch` chooses where rays are traced: cpu (default), cuda, …. Pictures have no noise of their own: the
-    same pose in the same scene gives the same bytes, whatever the seed; the seed is that of odometry.
+    Options of the environment, or of who starts the simulator (these win): `arch` chooses where rays are traced, cpu
+    (default), cuda, …; `quality` and `samples` how pictures are lit (see `quality`). The same pose in the same scene
+    gives the same picture, whatever the seed; the seed is that of odometry.
     """
 
     def __init__(self, spec: PlatformSpec) -> None:
@@ -191,6 +192,9 @@ class _World:
         self._spec = spec
         self._geometry: SceneGeometry = load_scene(scene.folder / environment["map_path"])
         self._lighting = Lighting.from_mapping(environment.get("lighting"))
+        lamps.check(self._geometry, self._lighting.lamps)
+        self._options = {**environment.get("options", {}), **spec.options}
+        self._quality = quality.from_options(self._options)
         self.labels = Labels.of(self._geometry.instances, environment.get("object_labels", ()))
         # The base stands on the floor.
         floor_z_m = scene.start_pose.translation_xyz[2]
@@ -198,5 +202,7 @@ class _World:
 
     @cached_property
     def renderer(self) -> Renderer:
-        arch = str(self._spec.options.get("arch", "cpu"))
-        return Renderer(self._geometry, self._lighting, cache_dir=self._spec.cache_dir, arch=arch)
+        arch = str(self._options.get("arch", "cpu"))
+        return Renderer(
+            self._geometry, self._lighting, cache_dir=self._spec.cache_dir, arch=arch, quality=self._quality
+        )

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from benchbot_sim_taichi.bvh import usable
 from benchbot_sim_taichi.scene import FloatArray, IntArray, SceneGeometry
 from benchbot_sim_taichi.tables import triangle_areas
 
@@ -76,8 +77,8 @@ def _scatter(
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], FloatArray]:
     """Points, outward normals and sample records, evenly by area but at least one per triangle."""
     reflects = np.array([not (m.is_glass or m.is_emissive) for m in scene.materials], bool)[scene.triangle_material]
-    areas = np.nan_to_num(triangle_areas(scene.vertices, scene.triangles), nan=0.0, posinf=0.0)
-    eligible = np.flatnonzero(reflects & (areas > 1e-12))
+    areas = triangle_areas(scene.vertices, scene.triangles)
+    eligible = np.flatnonzero(reflects & usable(scene.vertices[scene.triangles]) & (areas > 1e-12))
     per_area = MAX_SAMPLES_PER_CELL / cell_size_m**2
     count = np.minimum(np.ceil(areas[eligible] * per_area * 1.5), 2_000_000).astype(np.int64)
     triangle = np.repeat(eligible, count)
@@ -93,10 +94,9 @@ def _scatter(
     corner = scene.triangles[triangle]
     points = (scene.vertices[corner] * weight).sum(axis=1)
     normals = (scene.normals[corner] * weight).sum(axis=1) * side[:, None]
-    usable = np.isfinite(points).all(axis=1) & np.isfinite(normals).all(axis=1)
-    usable &= np.linalg.norm(normals, axis=1) > 1e-6
+    kept = np.isfinite(normals).all(axis=1) & (np.linalg.norm(normals, axis=1) > 1e-6)
     samples = np.stack([triangle, u, v, side], axis=1).astype(np.float32)
-    return points[usable], normals[usable], samples[usable]
+    return points[kept], normals[kept], samples[kept]
 
 
 def _low_discrepancy(count: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:

@@ -41,7 +41,11 @@ def triangle_records(scene: SceneGeometry) -> FloatArray:
 
 
 def material_records(materials: tuple[Material, ...]) -> FloatArray:
-    """(M * 20,): base colour, emission, metallic, roughness, three image indices (-1 none), normal scale, flags."""
+    """(M * 20,): base colour, emission, metallic, roughness, three image indices (-1 none), normal scale, flags.
+
+    After the flags (glass, alpha cut-off, double-sided): emission's image, reflectance of a dielectric head-on
+    (KHR_materials_ior), and the refractive index of solid glass (0 for all else).
+    """
     record = np.zeros((len(materials), MATERIAL_STRIDE), np.float32)
     for row, material in zip(record, materials, strict=True):
         row[0:3] = material.base_color
@@ -55,12 +59,16 @@ def material_records(materials: tuple[Material, ...]) -> FloatArray:
         row[12] = material.is_glass
         row[13] = -1.0 if material.alpha_cutoff is None else material.alpha_cutoff
         row[14] = material.double_sided
+        row[15] = _image(material.emission_image)
+        row[16] = ((material.refractive_index - 1.0) / (material.refractive_index + 1.0)) ** 2
+        row[17] = material.refractive_index if material.is_glass and material.is_solid else 0.0
     return record.ravel()
 
 
 def color_images(materials: tuple[Material, ...]) -> set[int]:
     """Images that hold sRGB colour, as opposed to data."""
-    return {m.base_color_image for m in materials if m.base_color_image is not None}
+    colored = (image for m in materials for image in (m.base_color_image, m.emission_image))
+    return {image for image in colored if image is not None}
 
 
 @dataclass(frozen=True)
@@ -102,10 +110,12 @@ class DeviceScene:
     """A scene's arrays, in the order in which kernels take them.
 
     `tree`: nodes, leaves; `surfaces`: triangle records, material records, texels, image table; `lights`: environment,
-    light records, number of portals, number of lamps. `sheer_root` is -1 when no triangle is sheer.
+    light records, number of portals, number of lamps; `light_of` is each triangle's light record, -1 none.
+    `sheer_root` is -1 when no triangle is sheer.
     """
 
     tree: tuple[Any, Any]
     sheer_root: int
     surfaces: tuple[Any, Any, Any, Any]
     lights: tuple[Any, Any, int, int]
+    light_of: Any

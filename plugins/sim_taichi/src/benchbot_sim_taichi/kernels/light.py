@@ -2,29 +2,66 @@
 """Sky radiance and points on light sources."""
 
 from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.kernels.sampling import TWO_PI, orthonormal
 from benchbot_sim_taichi.kernels.surface import load3
 from benchbot_sim_taichi.kernels.traversal import vec3
-from benchbot_sim_taichi.lights import LIGHT_STRIDE
+from benchbot_sim_taichi.lights import LIGHT_STRIDE, SKY_AT, SKY_STEPS
 
 MIN_DISTANCE2_M2 = 0.0025
 
 
 @ti.func
 def sky_radiance(env: ti.template(), direction):
-    """Sky along unit `direction`: horizon to zenith above, ground below, blended over half a degree at the horizon."""
+    """Sky along unit `direction`: a table's, or horizon to zenith above; ground below, blended over half a degree."""
     height = ti.math.clamp(direction.z, -1.0, 1.0)
     above = load3(env, 9) + (load3(env, 6) - load3(env, 9)) * ti.sqrt(ti.max(height, 0.0))
+    if env[16] > 0.5:
+        flat = ti.max(height, 0.0)
+        scale = 0.5 * (SKY_STEPS - 1) / ti.sqrt(ti.max(1.0 + flat, 1e-6))
+        x = ti.math.clamp(direction.x * scale + 0.5 * (SKY_STEPS - 1), 0.0, SKY_STEPS - 1.001)
+        y = ti.math.clamp(direction.y * scale + 0.5 * (SKY_STEPS - 1), 0.0, SKY_STEPS - 1.001)
+        x0 = ti.cast(x, ti.i32)
+        y0 = ti.cast(y, ti.i32)
+        fx = x - ti.cast(x0, ti.f32)
+        fy = y - ti.cast(y0, ti.f32)
+        at = SKY_AT + (y0 * SKY_STEPS + x0) * 3
+        near = load3(env, at) * (1.0 - fx) + load3(env, at + 3) * fx
+        far = load3(env, at + SKY_STEPS * 3) * (1.0 - fx) + load3(env, at + SKY_STEPS * 3 + 3) * fx
+        above = near * (1.0 - fy) + far * fy
     blend = ti.math.clamp(height * 60.0 + 0.5, 0.0, 1.0)
     return load3(env, 12) * (1.0 - blend) + above * blend
 
 
+@ti.func
+def is_sun(env: ti.template(), direction):
+    """Whether a unit direction meets the sun's disc."""
+    return (direction - load3(env, 0)).norm_sqr() * 3.14159265358979 < env[17]
+
+
+@ti.func
+def sun_direction(env: ti.template(), xi):
+    """Direction to a point of the sun's disc, uniform over its solid angle."""
+    tangent, bitangent = orthonormal(load3(env, 0))
+    below = xi.x * env[17] / TWO_PI
+    radius = ti.sqrt(ti.max(below * (2.0 - below), 0.0))
+    angle = TWO_PI * xi.y
+    return (
+        tangent * (radius * ti.cos(angle)) + bitangent * (radius * ti.sin(angle)) + load3(env, 0) * (1.0 - below)
+    ).normalized()
+
+
 @ti.dataclass
 class LightSample:
-    """Unit direction to a point of a light, distance to test for shadow, and irradiance per cosine."""
+    """Unit direction to a point of a light, distance to test for shadow, irradiance per cosine; radiance and density.
+
+    `density` is that of the direction, per solid angle; `value` is their quotient but bounded close to the light.
+    """
 
     direction: vec3
     distance: ti.f32
     value: vec3
+    radiance: vec3
+    density: ti.f32
 
 
 @ti.func
@@ -67,4 +104,17 @@ def sample_light(lights: ti.template(), env: ti.template(), first, count, point,
         direction=direction,
         distance=distance * 0.999,
         value=radiance * (geometry / lights[base + 13]),
+        radiance=radiance,
+        density=ti.select(cosine > 0.0, lights[base + 13] * distance2 / ti.max(cosine, 1e-6), 0.0),
     )
+
+
+@ti.func
+def light_density(lights: ti.template(), light, offset, direction):
+    """Density, per solid angle, with which `sample_light` would have found a point of a light at `offset`."""
+    base = light * LIGHT_STRIDE
+    normal = load3(lights, base + 9)
+    cosine = -normal.dot(direction)
+    if normal.norm_sqr() < 0.5:
+        cosine = ti.abs(load3(lights, base + 3).cross(load3(lights, base + 6)).normalized(1e-12).dot(direction))
+    return ti.select(cosine > 0.0, lights[base + 13] * offset.norm_sqr() / ti.max(cosine, 1e-6), 0.0)

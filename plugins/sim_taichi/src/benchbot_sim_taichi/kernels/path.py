@@ -1,17 +1,32 @@
 # mypy: ignore-errors
-"""Reference integrator: unidirectional path tracing with light sampling (Kajiya, "The rendering equation", 1986)."""
+"""Path tracing (Kajiya, "The rendering equation", 1986), with two strategies for each light.
+
+Every reflection looks for the sun, for a window and for a lamp by itself and also goes on by its own lobes; what both
+strategies find is shared between them by the power heuristic (Veach, "Robust Monte Carlo methods for light transport
+simulation", 1997). Panes pass light straight on, also that of shadow rays; solid glass refracts, and lets no shadow ray
+pass.
+"""
 
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.kernels.illumination import glossy_direction
-from benchbot_sim_taichi.kernels.light import sample_light, sky_radiance
+from benchbot_sim_taichi.kernels.light import is_sun, light_density, sample_light, sky_radiance, sun_direction
 from benchbot_sim_taichi.kernels.primary import camera_origin, camera_ray
-from benchbot_sim_taichi.kernels.resolve import environment_brdf, glass_fresnel
-from benchbot_sim_taichi.kernels.sampling import ONE_OVER_2_32, cone_direction, cosine_direction, hash_u32
+from benchbot_sim_taichi.kernels.reflectance import (
+    LEAST_COSINE,
+    dielectric_reflectance,
+    environment_brdf,
+    mirror_direction,
+    pane_reflectance,
+    scatter,
+)
+from benchbot_sim_taichi.kernels.sampling import ONE_OVER_2_32, cosine_direction, hash_u32
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
 
-INV_PI = 0.31830988618379067
 OFFSET_M = 5e-4
+MAX_PANES = 32
+ROULETTE_DEPTH = 3
+BOTH, LIGHTS_ONLY, LOBES_ONLY = 0, 1, 2
+SUN, WINDOW, LAMP, GO_ON = 0, 1, 2, 3
 
 
 @ti.func
@@ -19,6 +34,19 @@ def draw(state):
     """Next number in 0 … 1 and the state after it (a counter, hashed)."""
     following = state + ti.u32(0x9E3779B9)
     return ti.cast(hash_u32(following), ti.f32) * ONE_OVER_2_32, following
+
+
+@ti.func
+def share(density, other, strategies):
+    """Power heuristic: what counts of a sample found with `density` where the other strategy has density `other`."""
+    ratio = other / ti.max(density, 1e-20)
+    return ti.select(strategies == BOTH or other <= 0.0, 1.0 / (1.0 + ratio * ratio), 0.0)
+
+
+@ti.func
+def bounded(value, brightest):
+    """The same colour, no brighter than `brightest`."""
+    return value * ti.min(1.0, brightest / ti.max(value.max(), 1e-20))
 
 
 @ti.kernel
@@ -34,15 +62,22 @@ def trace_paths(
     lights: floats,
     portals: ti.i32,
     lamps: ti.i32,
+    light_of: ints,
     camera: floats,
     total: floats,
     width: ti.i32,
     height: ti.i32,
     samples: ti.i32,
     bounces: ti.i32,
+    brightest: ti.f32,
+    strategies: ti.i32,
     seed: ti.i32,
 ):
-    """Add `samples` paths of at most `bounces` reflections to each pixel's sum of radiance."""
+    """Add `samples` paths of at most `bounces` reflections to each pixel's sum of radiance.
+
+    What reaches a surface by way of others counts up to `brightest`. `strategies` is for tests: `LIGHTS_ONLY` looks
+    for lights where it can, `LOBES_ONLY` meets them by chance.
+    """
     for pixel in range(width * height):
         state = hash_u32(ti.cast(pixel, ti.u32) ^ hash_u32(seed))
         for _ in range(samples):
@@ -55,87 +90,172 @@ def trace_paths(
             through = vec3(1.0)
             radiance = vec3(0.0)
             depth = 0
-            lamps_count = True
+            # The surface where the ray sets out, the density of its lobes there, whether it looked for lights itself.
+            vertex, normal, face, view = origin, vec3(0.0), vec3(0.0), vec3(0.0)
+            matt, specular, roughness, gloss = vec3(0.0), vec3(0.0), 1.0, 0.0
+            density = 0.0
+            was_lit = False
+            # A light that is looked for, and what of it would be seen.
+            carried = vec3(0.0)
+            lobe_density = 0.0
+            light_density_there = 0.0
+            window_density = 0.0
+            distance = 0.0
+            reach = FAR
+            first_root = 0
             panes = 0
-            while depth <= bounces:
-                root = 0
-                nearest = FAR
-                triangle = -1
-                u = 0.0
-                v = 0.0
-                while root >= 0:
-                    hit = trace(nodes, leaves, root, origin, direction, nearest, False)
-                    if hit.triangle >= 0:
-                        nearest = hit.t
-                        triangle = hit.triangle
-                        u = hit.u
-                        v = hit.v
-                    root = ti.select(root == 0, sheer_root, -1)
-                if triangle < 0:
-                    # After a diffuse reflection, sky seen through a pane was counted by sampling the pane.
-                    if lamps_count or panes == 0 or portals == 0:
-                        radiance += through * sky_radiance(env, direction)
-                    break
-                surface = surface_at(
-                    triangles, materials, texels, images, triangle, u, v, direction, nearest / camera[12]
-                )
-                point = origin + direction * nearest
-                if surface.is_glass == 1 or surface.is_cut == 1:
-                    choice, state = draw(state)
-                    mirrored = ti.select(surface.is_cut == 1, 0.0, glass_fresnel(-surface.normal.dot(direction)))
-                    panes += 1
-                    if choice < mirrored:
-                        direction = direction - surface.normal * (2.0 * direction.dot(surface.normal))
-                        origin = point + surface.face * OFFSET_M
-                        panes = 0
-                    else:
-                        origin = point - surface.face * OFFSET_M
-                    if panes > 16:
-                        break
-                else:
-                    if lamps_count:
-                        radiance += through * surface.emission
-                    panes = 0
-                    depth += 1
-                    point += surface.face * OFFSET_M
-                    shiny = environment_brdf(
-                        surface.specular, surface.roughness, ti.max(-surface.normal.dot(direction), 0.0)
-                    )
-                    matt = surface.diffuse * (vec3(1.0) - shiny)
-                    for kind in range(3):
-                        x, state = draw(state)
-                        y, state = draw(state)
-                        toward = cone_direction(load3(env, 0), env[15], ti.Vector([x, y]))
-                        value = load3(env, 3)
-                        reach = FAR
-                        wanted = kind == 0
-                        if kind > 0:
-                            first = ti.select(kind == 1, 0, portals)
-                            count = ti.select(kind == 1, portals, lamps)
-                            wanted = count > 0
-                            if wanted:
-                                light = sample_light(lights, env, first, count, point, ti.Vector([x, y]))
-                                toward = light.direction
-                                value = light.value
-                                reach = ti.select(kind == 1, FAR, light.distance)
-                        cosine = surface.normal.dot(toward)
-                        if wanted and cosine > 0.0 and surface.face.dot(toward) > 0.0:
-                            shadow = trace(nodes, leaves, 0, point, toward, reach, True)
-                            if shadow.triangle < 0:
-                                radiance += through * matt * value * (cosine * INV_PI)
+            stage = GO_ON
+            in_flight = True
+            running = True
+            # Rays of all kinds are traced in one place: each place more makes the kernel far slower to compile.
+            while running:
+                limit = ti.select(depth > 1, brightest, FAR)
+                if not in_flight:
                     x, state = draw(state)
                     y, state = draw(state)
-                    choice, state = draw(state)
-                    share = ti.math.clamp(shiny.max() / ti.max(shiny.max() + matt.max(), 1e-6), 0.0, 1.0)
-                    lamps_count = choice < share
-                    if lamps_count:
-                        direction = glossy_direction(direction, surface.normal, surface.roughness, ti.Vector([x, y]))
-                        through *= shiny / ti.max(share, 1e-6)
+                    xi = ti.Vector([x, y])
+                    wanted = True
+                    reach = FAR
+                    light_radiance = vec3(0.0)
+                    if stage == SUN:
+                        direction = sun_direction(env, xi)
+                        light_density_there = 1.0 / env[17]
+                        light_radiance = load3(env, 3) * light_density_there
+                        wanted = light_radiance.max() > 0.0
+                    elif stage == GO_ON:
+                        choice, state = draw(state)
+                        if choice < gloss:
+                            direction = mirror_direction(normal, view, roughness, xi)
+                        else:
+                            direction = cosine_direction(normal, xi)
                     else:
-                        direction = cosine_direction(surface.normal, ti.Vector([x, y]))
-                        through *= matt / ti.max(1.0 - share, 1e-6)
-                    origin = point
-                    if direction.dot(surface.face) <= 0.0:
-                        break
+                        first = ti.select(stage == WINDOW, 0, portals)
+                        count = ti.select(stage == WINDOW, portals, lamps)
+                        wanted = count > 0
+                        if wanted:
+                            sample = sample_light(lights, env, first, count, vertex, xi)
+                            direction = sample.direction
+                            light_density_there = sample.density
+                            light_radiance = sample.radiance
+                            reach = ti.select(stage == WINDOW, FAR, sample.distance)
+                    sent = scatter(normal, view, direction, matt, specular, roughness, gloss)
+                    wanted = wanted and sent.w > 0.0 and face.dot(direction) > 0.0
+                    origin = vertex
+                    first_root = 0
+                    panes = 0
+                    window_density = 0.0
+                    if stage == GO_ON:
+                        through *= vec3(sent.x, sent.y, sent.z) / ti.max(sent.w, 1e-20)
+                        density = sent.w
+                        was_lit = strategies != LOBES_ONLY
+                        if depth > ROULETTE_DEPTH:
+                            choice, state = draw(state)
+                            survival = ti.math.clamp(through.max(), 0.05, 1.0)
+                            wanted = wanted and choice < survival
+                            through /= survival
+                        running = wanted
+                    else:
+                        carried = through * light_radiance * vec3(sent.x, sent.y, sent.z)
+                        lobe_density = sent.w
+                        wanted = wanted and light_density_there > 0.0 and strategies != LOBES_ONLY
+                        stage += ti.select(wanted, 0, 1)
+                    in_flight = wanted
+                else:
+                    is_search = stage < GO_ON
+                    root = first_root
+                    nearest = reach
+                    triangle = -1
+                    u = 0.0
+                    v = 0.0
+                    while root >= 0:
+                        hit = trace(nodes, leaves, root, origin, direction, nearest, False)
+                        if hit.triangle >= 0:
+                            nearest = hit.t
+                            triangle = hit.triangle
+                            u = hit.u
+                            v = hit.v
+                        root = ti.select(root == 0 and not (is_search and triangle >= 0), sheer_root, -1)
+                    if triangle < 0:
+                        if is_search:
+                            found = ti.select(stage == WINDOW, window_density, light_density_there)
+                            if found > 0.0:  # through several panes in a row: any of them could have been chosen
+                                weight = ti.select(strategies == BOTH, share(found, lobe_density, BOTH), 1.0)
+                                radiance += bounded(carried * (weight / found), limit)
+                            stage += 1
+                            in_flight = False
+                        else:
+                            other = ti.select(was_lit, window_density, 0.0)
+                            seen = sky_radiance(env, direction) * share(density, other, strategies)
+                            if is_sun(env, direction):
+                                other = ti.select(was_lit, 1.0 / env[17], 0.0)
+                                seen += load3(env, 3) / env[17] * share(density, other, strategies)
+                            radiance += bounded(through * seen, limit)
+                            running = False
+                    else:
+                        distance += ti.select(is_search, 0.0, nearest)
+                        surface = surface_at(
+                            triangles, materials, texels, images, triangle, u, v, direction, distance / camera[12]
+                        )
+                        point = origin + direction * nearest
+                        light = light_of[triangle]
+                        tint = ti.select(surface.is_cut == 1, vec3(1.0), surface.diffuse)
+                        mirrored = 0.0
+                        cosine = ti.math.clamp(-surface.normal.dot(direction), 0.0, 1.0)
+                        if surface.is_glass == 1 and surface.is_cut == 0:
+                            mirrored = pane_reflectance(surface.specular.x, cosine)
+                            if surface.refraction > 0.0:
+                                mirrored = dielectric_reflectance(cosine, surface.refraction)
+                        if surface.is_cut == 0 and surface.is_glass == 0:
+                            if is_search:
+                                stage += 1
+                                in_flight = False
+                            else:
+                                other = 0.0
+                                if was_lit and light >= portals:
+                                    other = light_density(lights, light, point - vertex, direction)
+                                radiance += bounded(
+                                    through * surface.emission * share(density, other, strategies), limit
+                                )
+                                depth += 1
+                                running = depth <= bounces
+                                face = surface.face
+                                normal = ti.select(surface.normal.dot(direction) > -LEAST_COSINE, face, surface.normal)
+                                view = -direction
+                                vertex = point + face * OFFSET_M
+                                specular = surface.specular
+                                roughness = surface.roughness
+                                shiny = environment_brdf(env, specular, roughness, normal.dot(view))
+                                matt = surface.diffuse * (vec3(1.0) - shiny)
+                                gloss = shiny.max() / ti.max(shiny.max() + matt.max(), 1e-6)
+                                stage = SUN
+                                in_flight = False
+                        else:
+                            panes += 1
+                            origin = point + direction * OFFSET_M
+                            if 0 <= light < portals:
+                                window_density += light_density(lights, light, point - vertex, direction)
+                            if is_search:
+                                carried *= tint * (1.0 - mirrored)
+                                reach -= nearest + OFFSET_M
+                                first_root = sheer_root
+                                if panes >= MAX_PANES or surface.refraction > 0.0:
+                                    stage += 1
+                                    in_flight = False
+                            else:
+                                choice, state = draw(state)
+                                if choice < mirrored:
+                                    direction = (direction + surface.normal * (2.0 * cosine)).normalized()
+                                    origin = point + surface.face * OFFSET_M
+                                    was_lit = False
+                                else:
+                                    through *= tint
+                                    ratio = surface.refraction
+                                    if ratio > 0.0 and surface.is_cut == 0:
+                                        behind = ti.sqrt(ti.max(1.0 - ratio * ratio * (1.0 - cosine * cosine), 0.0))
+                                        direction = direction * ratio + surface.normal * (ratio * cosine - behind)
+                                        direction = direction.normalized()
+                                        origin = point - surface.face * OFFSET_M
+                                        was_lit = False
+                                running = panes < MAX_PANES
             for i in ti.static(range(3)):
                 total[pixel * 3 + i] += radiance[i]

@@ -12,8 +12,9 @@ together.
 """
 
 from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.kernels.packet import met
 from benchbot_sim_taichi.kernels.surface import Surface, load3, surface_at
-from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
+from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 from benchbot_sim_taichi.tables import CAMERA_STRIDE, TRIANGLE_STRIDE
 
 PIXEL_STRIDE = 24
@@ -61,6 +62,7 @@ def see(
     texels: ints,
     images: ints,
     cameras: floats,
+    hits: floats,
     pixels: floats,
     guide: floats,
     words: ints,
@@ -70,8 +72,11 @@ def see(
     width: ti.i32,
     height: ti.i32,
     with_surface: ti.i32,
+    with_hits: ti.i32,
 ):
     """Depth and instance of every pixel of `count` pictures, and its record when `with_surface`.
+
+    Its first hits are those that `packet.meet` left in `hits` when `with_hits`.
 
     Bits of depth go into `words` from `depth_at` on (as integers: infinity would not survive fast arithmetic),
     instances from `instance_at` on.
@@ -92,7 +97,11 @@ def see(
         layers = 0
         # First the opaque surface, then the panes and cut-outs before it, front to back.
         while root >= 0:
-            hit = trace(nodes, leaves, root, origin + ray * start, ray, solid_t - start, False)
+            hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
+            if with_hits == 1 and layers < 2:
+                hit = met(hits, pixel, layers)
+            else:
+                hit = trace(nodes, leaves, root, origin + ray * start, ray, solid_t - start, False)
             is_sheer = root != 0
             root = ti.select(is_sheer, ti.select(hit.triangle >= 0 and layers < MAX_LAYERS, root, -1), sheer_root)
             layers += 1

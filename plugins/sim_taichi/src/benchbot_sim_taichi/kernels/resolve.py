@@ -6,22 +6,12 @@ from benchbot_sim_taichi.kernels.cells import INV_PI, interpolate_cells
 from benchbot_sim_taichi.kernels.illumination import GLOSSY, LIGHT_PIXEL_STRIDE
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE, camera_origin, camera_ray, locate
+from benchbot_sim_taichi.kernels.reflectance import environment_brdf, pane_reflectance
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
 
 SUBSAMPLES = 4
 VISIBLE_STEP = 0.02
-
-
-@ti.func
-def environment_brdf(specular, roughness, cosine):
-    """Share of uniform light that a GGX surface mirrors (Karis, "Physically based shading on mobile", 2014)."""
-    r_x = 1.0 - roughness
-    r_y = -0.0275 * roughness + 0.0425
-    r_z = -0.572 * roughness + 1.04
-    r_w = 0.022 * roughness - 0.04
-    scale = ti.min(r_x * r_x, ti.pow(2.0, -9.28 * cosine)) * r_x + r_y
-    return specular * (-1.04 * scale + r_z) + (1.04 * scale + r_w)
 
 
 @ti.func
@@ -41,13 +31,6 @@ def sun_highlight(normal, view, toward, specular, roughness):
 
 
 @ti.func
-def glass_fresnel(cosine):
-    """Share that a thin pane of index 1.5 mirrors, both faces together (Schlick's approximation)."""
-    single = 0.04 + 0.96 * ti.pow(1.0 - ti.math.clamp(cosine, 0.0, 1.0), 5.0)
-    return 2.0 * single / (1.0 + single)
-
-
-@ti.func
 def mirrored_radiance(light_pixels: ti.template(), at):
     """What a pixel's surface mirrors; a rough one, for which no ray was sent, mirrors what lights it."""
     has_ray = light_pixels[at + 7] >= GLOSSY
@@ -59,7 +42,7 @@ def shade(env: ti.template(), direction, normal, diffuse, specular, emission, ro
     """Radiance that leaves a surface towards the viewer."""
     toward = load3(env, 0)
     cosine = ti.max(normal.dot(toward), 0.0)
-    mirrored = environment_brdf(specular, roughness, ti.max(-normal.dot(direction), 0.0))
+    mirrored = environment_brdf(env, specular, roughness, ti.max(-normal.dot(direction), 0.0))
     sunlight = load3(env, 3) * (sun * cosine)
     radiance = emission + (irradiance + sunlight) * diffuse * (vec3(1.0) - mirrored) * INV_PI + mirrored * reflection
     if sun * cosine > 0.0:
@@ -157,7 +140,7 @@ def shade_centers(
         else:
             center = sky_radiance(env, direction)
         if pixels[base + 14] < FAR:
-            mirrored = glass_fresnel(-load3(pixels, base + 15).dot(direction))
+            mirrored = pane_reflectance(0.04, -load3(pixels, base + 15).dot(direction))
             center = center * (1.0 - mirrored) + load3(light_pixels, at + 4) * mirrored
         color = compress(center * load3(cameras, eye + 16))
         for i in ti.static(range(3)):
@@ -258,7 +241,7 @@ def resolve(
                             irradiance = stored.total
                             reflection = stored.total * INV_PI
                         if surface.is_glass == 1:
-                            mirrored = glass_fresnel(-surface.normal.dot(sub_direction))
+                            mirrored = pane_reflectance(0.04, -surface.normal.dot(sub_direction))
                             pane = 1.0 - mirrored
                             pane_light = reflection * mirrored
                         elif surface.is_cut == 0:

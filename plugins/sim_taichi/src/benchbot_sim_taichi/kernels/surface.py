@@ -9,7 +9,11 @@ from benchbot_sim_taichi.textures import IMAGE_STRIDE
 
 @ti.dataclass
 class Surface:
-    """A hit; all normals face the viewer: `normal` with the normal map, `smooth` without, `face` the triangle's."""
+    """A hit; all normals face the viewer: `normal` with the normal map, `smooth` without, `face` the triangle's.
+
+    Glass has its tint in `diffuse`, one face's reflectance in `specular`; `refraction` is the ratio of refractive
+    indices, before the surface over behind it, and 0 for a thin pane.
+    """
 
     normal: vec3
     smooth: vec3
@@ -18,6 +22,7 @@ class Surface:
     specular: vec3
     emission: vec3
     roughness: ti.f32
+    refraction: ti.f32
     is_glass: ti.i32
     is_cut: ti.i32
     instance: ti.i32
@@ -113,7 +118,8 @@ def surface_at(
     normal = load3(triangles, base) * w + load3(triangles, base + 3) * u + load3(triangles, base + 6) * v
     length = normal.norm()
     normal = ti.select(length > 1e-6, normal / ti.max(length, 1e-6), face)
-    if face.dot(direction) > 0.0:
+    is_front = face.dot(direction) <= 0.0
+    if not is_front:
         face = -face
     if normal.dot(face) < 0.0:
         normal = -normal
@@ -123,17 +129,21 @@ def surface_at(
     color = load3(materials, row)
     roughness = materials[row + 7]
     metallic = materials[row + 6]
+    emission = load3(materials, row + 3)
     alpha = 1.0
     color_image = ti.cast(materials[row + 8], ti.i32)
     rough_image = ti.cast(materials[row + 9], ti.i32)
     normal_image = ti.cast(materials[row + 10], ti.i32)
-    if color_image >= 0 or rough_image >= 0 or normal_image >= 0:
+    glow_image = ti.cast(materials[row + 15], ti.i32)
+    if color_image >= 0 or rough_image >= 0 or normal_image >= 0 or glow_image >= 0:
         tu = triangles[base + 9] * w + triangles[base + 11] * u + triangles[base + 13] * v
         tv = triangles[base + 10] * w + triangles[base + 12] * u + triangles[base + 14] * v
         density = triangles[base + 20]
         footprint = footprint_m * ti.abs(density) / ti.sqrt(ti.max(-face.dot(direction), 0.1))
-        for k in range(3):  # one call site: the sampler is large, and every call is compiled anew
-            image = ti.select(k == 0, color_image, ti.select(k == 1, rough_image, normal_image))
+        for k in range(4):  # one call site: the sampler is large, and every call is compiled anew
+            image = ti.select(
+                k == 0, color_image, ti.select(k == 1, rough_image, ti.select(k == 2, normal_image, glow_image))
+            )
             if image >= 0:
                 value = sample_image(texels, images, image, tu, tv, footprint)
                 if k == 0:
@@ -142,6 +152,8 @@ def surface_at(
                 elif k == 1:
                     roughness *= value.y
                     metallic *= value.z
+                elif k == 3:
+                    emission *= vec3(value.x * value.x, value.y * value.y, value.z * value.z)
                 else:
                     scale = materials[row + 11]
                     tangent = load3(triangles, base + 21)
@@ -154,15 +166,18 @@ def surface_at(
                     ).normalized(1e-9)
                     normal = ti.select(bent.dot(direction) < -0.02, bent, normal)
     cutoff = materials[row + 13]
+    is_glass = materials[row + 12] > 0.5
+    index = materials[row + 17]
     return Surface(
         normal=normal,
         smooth=smooth,
         face=face,
-        diffuse=color * (1.0 - metallic),
-        specular=vec3(0.04) * (1.0 - metallic) + color * metallic,
-        emission=load3(materials, row + 3),
+        diffuse=ti.select(is_glass, color, color * (1.0 - metallic)),
+        specular=vec3(materials[row + 16]) * (1.0 - metallic) + color * metallic,
+        emission=emission,
         roughness=ti.math.clamp(roughness, 0.03, 1.0),
-        is_glass=ti.cast(materials[row + 12] > 0.5, ti.i32),
+        refraction=ti.select(index > 0.0, ti.select(is_front, 1.0 / ti.max(index, 1.0), index), 0.0),
+        is_glass=ti.cast(is_glass, ti.i32),
         is_cut=ti.cast(alpha < cutoff, ti.i32),
         instance=ti.cast(triangles[base + 19], ti.i32),
     )

@@ -1,0 +1,1 @@
+"""Programs that answer the same questions as our ray tracer, one small module each."""

@@ -1,0 +1,158 @@
+"""Whatever the scene and the pose: planar depth and ids are Embree's, and nothing that a mesh holds stops a kernel."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore import EmbreeDevice
+from embreex.rtcore_scene import EmbreeScene
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
+from benchbot_sim_taichi.renderer import Frame, Intrinsics, Renderer
+from benchbot_sim_taichi.scene import Instance, Material, SceneGeometry
+from benchmarks.rays.scene import DEPTH_M, HEIGHT_M, WIDTH_M, generate
+from plugins.sim_taichi.tests.cameras import looking
+
+pytestmark = pytest.mark.xdist_group("renderer")
+
+CAMERA = Intrinsics.from_horizontal_fov(160, 90, 90.0)
+DARK = (0.0, 0.0, 0.0)
+NIGHT = Lighting(sun=Sun(irradiance=DARK), sky=Sky(DARK, DARK, DARK))
+AROUND = [(x, y) for x in (-1e-3, 0.0, 1e-3) for y in (-1e-3, 0.0, 1e-3)]
+Seen = tuple[np.ndarray, np.ndarray]
+Corners = list[tuple[float, float, float]]
+
+poses = st.builds(
+    looking,
+    st.tuples(st.floats(0.1, WIDTH_M - 0.1), st.floats(0.1, DEPTH_M - 0.1), st.floats(0.1, HEIGHT_M - 0.1)),
+    st.floats(-180, 180),
+    st.floats(-85, 85),
+)
+
+
+class Embree:
+    """The same scene, kept."""
+
+    def __init__(self, scene: SceneGeometry) -> None:
+        self._scene, self._device = scene, EmbreeDevice()
+        self._target = EmbreeScene(self._device, robust=True)
+        TriangleMesh(self._target, scene.vertices, scene.triangles)
+
+    def see(self, pose: np.ndarray, shift: tuple[float, float] = (0.0, 0.0)) -> Seen:
+        """Planar depth and instance of every pixel; rays have unit depth, so that distances along them are planar."""
+        column, row = np.meshgrid(np.arange(CAMERA.width) + 0.5 + shift[0], np.arange(CAMERA.height) + 0.5 + shift[1])
+        rays = np.stack([(column - CAMERA.cx) / CAMERA.fx, (row - CAMERA.cy) / CAMERA.fy, np.ones_like(row)], axis=-1)
+        directions = np.ascontiguousarray(rays.reshape(-1, 3) @ pose[:3, :3].T, np.float32)
+        origins = np.tile(pose[:3, 3].astype(np.float32), (len(directions), 1))
+        hit = self._target.run(origins, directions, output=True, dists=np.full(len(origins), 1e30, np.float32))
+        found = hit["primID"] >= 0
+        instance = np.where(found, self._scene.triangle_instance[hit["primID"]], 0)
+        return np.where(found, hit["tfar"], np.inf).reshape(row.shape), instance.reshape(row.shape)
+
+
+@pytest.fixture(scope="module", params=[20_000, 200_000])
+def both(request: pytest.FixtureRequest, kernel_cache: Path) -> tuple[Renderer, Embree]:
+    scene = generate(request.param, seed=3)
+    return Renderer(scene, NIGHT, cache_dir=kernel_cache), Embree(scene)
+
+
+@settings(max_examples=25, deadline=None)
+@given(pose=poses)
+def test_depth_and_ids_are_embrees_from_anywhere(both: tuple[Renderer, Embree], pose: np.ndarray) -> None:
+    renderer, embree = both
+    frame = renderer.render(pose, CAMERA, rgb=False)
+    equal = agree(frame, embree.see(pose))
+    assert equal.mean() >= 0.998
+    # A ray along an edge may meet either side of it: what Embree sees a thousandth of a pixel aside. Exactly between
+    # two triangles of one surface a ray may slip through: one pixel of 14400.
+    for aside in AROUND if not equal.all() else ():
+        equal |= agree(frame, embree.see(pose, aside))
+    assert equal.mean() >= 0.9999
+    assert np.array_equal(np.isinf(frame.depth_m), frame.instance == 0)
+
+
+def agree(frame: Frame, seen: Seen) -> np.ndarray:
+    depth, instance = seen
+    far = np.isinf(depth) & np.isinf(frame.depth_m)
+    close = np.abs(np.where(far, 0, frame.depth_m) - np.where(far, 0, depth)) < 1e-3
+    equal: np.ndarray = (frame.instance == instance) & close
+    return equal
+
+
+def triangles(corners: list[Corners]) -> SceneGeometry:
+    """Each three corners are an instance of their own."""
+    vertices = np.array(corners, np.float32).reshape(-1, 3)
+    count = len(corners)
+    return SceneGeometry(
+        vertices=vertices,
+        triangles=np.arange(3 * count, dtype=np.int32).reshape(-1, 3),
+        triangle_instance=np.arange(1, count + 1, dtype=np.int32),
+        triangle_material=np.zeros(count, np.int32),
+        normals=np.tile(np.array([[0, 0, 1]], np.float32), (3 * count, 1)),
+        uvs=np.zeros((3 * count, 2), np.float32),
+        materials=(Material(),),
+        instances=tuple(Instance(i + 1, f"triangle {i}", None) for i in range(count)),
+    )
+
+
+GOOD = [(2.0, -9.0, -9.0), (2.0, 9.0, -9.0), (2.0, 0.0, 9.0)]
+
+
+NONE: dict[str, Corners] = {
+    "a point": [(1.0, 0.0, 0.0)] * 3,
+    "a line": [(1.0, -1.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0)],
+    "nan": [(np.nan, 0.0, 0.0), (1.0, 1.0, 0.0), (1.0, 0.0, 1.0)],
+    "inf": [(1.0, -np.inf, -1.0), (1.0, np.inf, -1.0), (1.0, 0.0, 1.0)],
+    "tiny": [(1e-30, 0.0, 0.0), (1e-30, 1e-30, 0.0), (0.0, 0.0, 1e-30)],
+    "huge": [(1.0, -1e20, -1e20), (1.0, 1e20, -1e20), (1.0, 0.0, 1e20)],
+}
+
+
+@pytest.mark.parametrize(("name", "rgb"), [(name, False) for name in NONE] + [("nan", True), ("a point", True), ("huge", True)])
+def test_a_triangle_that_is_none_is_not_there(name: str, rgb: bool, kernel_cache: Path) -> None:
+    renderer = Renderer(triangles([NONE[name], GOOD, NONE[name]]), Lighting(exposure=1.0), cache_dir=kernel_cache)
+    frame = renderer.render(looking((0.0, 0.0, 0.0), 0.0), CAMERA, rgb=rgb)
+    assert frame.instance[45, 80] == 2
+    assert frame.depth_m[45, 80] == pytest.approx(2.0, abs=1e-5)
+    assert set(np.unique(frame.instance)) <= {0, 2}
+
+
+@pytest.mark.parametrize("corners", [[], [[(0.0, 0.0, 0.0)] * 3]], ids=["no triangle", "none with an area"])
+@pytest.mark.parametrize("rgb", [False, True])
+def test_an_empty_scene_is_the_sky(corners: list[Corners], rgb: bool, kernel_cache: Path) -> None:
+    renderer = Renderer(triangles(corners), Lighting(exposure=1.0), cache_dir=kernel_cache)
+    frame = renderer.render(looking((0.0, 0.0, 0.0), 0.0, 30.0), CAMERA, rgb=rgb)
+    assert np.isinf(frame.depth_m).all()
+    assert not frame.instance.any()
+    assert frame.rgb.all() == rgb
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    origin=st.tuples(*[st.floats(width=32)] * 3),
+    direction=st.tuples(*[st.floats(width=32)] * 3),
+    reach=st.sampled_from([1.0, 1e4]),
+)
+def test_any_ray_has_an_answer(
+    both: tuple[Renderer, Embree],
+    origin: tuple[float, float, float],
+    direction: tuple[float, float, float],
+    reach: float,
+) -> None:
+    distance = both[0].cast(np.array([origin]), np.array([direction]), reach)
+    assert distance.shape == (1,)
+    assert 0 <= distance[0] < reach or distance[0] == np.inf
+
+
+@pytest.mark.parametrize("entry", [np.nan, np.inf, -np.inf, 1e30, 0.0])
+@pytest.mark.parametrize("place", [(0, 0), (1, 2), (0, 3), (2, 3)])
+def test_any_pose_has_a_picture(both: tuple[Renderer, Embree], entry: float, place: tuple[int, int]) -> None:
+    pose = looking((3.0, 2.5, 1.4), 30.0)
+    pose[place] = entry
+    frame = both[0].render(pose, replace(CAMERA, width=16, height=9), rgb=False)
+    assert np.array_equal(np.isinf(frame.depth_m), frame.instance == 0)
+    assert not np.isnan(frame.depth_m).any()
