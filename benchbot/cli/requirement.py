@@ -51,7 +51,7 @@ def check(requirements: Iterable[Requirement], scores: Mapping[str, float]) -> N
             missed.append(f"{requirement} is required; the score is {scores[requirement.score]:.6g}.")
     if missed:
         raise BenchbotError(
-            "Scored below what was required.",
+            "The scores are not what was required.",
             "\n".join(missed),
             "Improve the solution, or ask for less with --require.",
             exit_code=ExitCode.BELOW_THRESHOLD,

@@ -5,9 +5,9 @@ from typing import Any
 
 
 def headline(document: dict[str, Any]) -> str:
-    """Return the one score that stands for the document, such as `OMQ 0.7312`."""
+    """Return the one score that stands for the document, such as `OMQ 0.7312`, or `ATE_RMSE_m -` where there is none."""
     name = document["method"]["headline"]
-    return f"{name} {document['scores'][name]:.4f}"
+    return f"{name} {_numbers(document['scores'], [name])[0]}"
 
 
 def table(document: dict[str, Any]) -> str:

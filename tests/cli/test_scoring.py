@@ -46,6 +46,13 @@ def test_why_there_is_no_interval_is_said_where_there_might_be_one() -> None:
     assert "Too few." not in scoring.table(document(row("a:1"), **keys))
 
 
+def test_a_headline_that_no_result_has_is_a_dash() -> None:
+    nothing = document(row("a:1"))
+    nothing["scores"] = {}
+
+    assert scoring.headline(nothing) == "OMQ -"
+
+
 def test_failures_warnings_and_what_is_missing_are_told() -> None:
     item = {"source": None, "environment": "flat:2", "seed": 3, "reason": "There is none.", "failure": None}
     coverage = {

@@ -1,0 +1,55 @@
+"""The plug-in's hooks. Its numpy is imported when something is scored."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from benchbot import hookimpl
+from benchbot.core.hookspecs import Evaluator
+
+_FOLDER = Path(__file__).parent
+
+
+@hookimpl
+def benchbot_tasks() -> Iterator[Path]:
+    """Yield exploration."""
+    yield _FOLDER / "tasks"
+
+
+@hookimpl
+def benchbot_formats() -> Iterator[Path]:
+    """Yield the format of its results."""
+    yield _FOLDER / "formats"
+
+
+@hookimpl
+def benchbot_examples() -> Iterator[Path]:
+    """Yield a solution that wanders."""
+    yield _FOLDER / "examples"
+
+
+def _evaluate(result: dict[str, Any], ground_truths: Sequence[dict[str, Any]]) -> dict[str, float]:
+    from benchbot_eval_exploration import evaluator
+
+    return evaluator.evaluate(result, ground_truths)
+
+
+def _combine(scores: Sequence[dict[str, float]]) -> dict[str, float]:
+    from benchbot_eval_exploration import evaluator
+
+    return evaluator.combine(scores)
+
+
+@hookimpl
+def benchbot_evaluators() -> Iterator[Evaluator]:
+    """Yield coverage."""
+    yield Evaluator(
+        name="exploration",
+        version="1.0",
+        headline="coverage",
+        result_formats=frozenset({"exploration"}),
+        ground_truth_formats=frozenset({"floor_plan"}),
+        evaluate=_evaluate,
+        combine=_combine,
+        description="Exploration: the share of the floor that the robot has seen and been to.",
+    )

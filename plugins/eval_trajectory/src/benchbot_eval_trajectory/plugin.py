@@ -1,0 +1,61 @@
+"""The plug-in's hooks. Its numpy and scipy are imported when something is scored."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from benchbot import hookimpl
+from benchbot.core.hookspecs import Command, Evaluator
+
+_FOLDER = Path(__file__).parent
+
+
+@hookimpl
+def benchbot_tasks() -> Iterator[Path]:
+    """Yield the tasks whose result is where the robot was."""
+    yield _FOLDER / "tasks"
+
+
+@hookimpl
+def benchbot_formats() -> Iterator[Path]:
+    """Yield the format of trajectories."""
+    yield _FOLDER / "formats"
+
+
+@hookimpl
+def benchbot_examples() -> Iterator[Path]:
+    """Yield the solution that others have to beat."""
+    yield _FOLDER / "examples"
+
+
+@hookimpl
+def benchbot_commands() -> Iterator[Command]:
+    """Yield the command for files of the TUM and KITTI benchmarks."""
+    yield Command("trajectory", "benchbot_eval_trajectory.command:app", "Trajectory errors of TUM and KITTI files.")
+
+
+def _evaluate(result: dict[str, Any], ground_truths: Sequence[dict[str, Any]]) -> dict[str, float]:
+    from benchbot_eval_trajectory import evaluator
+
+    return evaluator.evaluate(result, ground_truths)
+
+
+def _combine(scores: Sequence[dict[str, float]]) -> dict[str, float]:
+    from benchbot_eval_trajectory import evaluator
+
+    return evaluator.combine(scores)
+
+
+@hookimpl
+def benchbot_evaluators() -> Iterator[Evaluator]:
+    """Yield absolute and relative trajectory error."""
+    yield Evaluator(
+        name="trajectory",
+        version="1.0",
+        headline="ATE_RMSE_m",
+        result_formats=frozenset({"trajectory"}),
+        ground_truth_formats=frozenset(),
+        evaluate=_evaluate,
+        combine=_combine,
+        description="Trajectory error, less is better: how far estimated poses are from the robot's track (ATE, RPE).",
+    )
