@@ -11,7 +11,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from benchbot import __version__
-from benchbot.cli import addons, report
+from benchbot.cli import addons, console
 from benchbot.cli.options import QUICK
 from benchbot.core.errors import BenchbotError, ExitCode
 
@@ -19,7 +19,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("benchbot.cli.run:run", "Start a robot in an environment, ready for a solution."),
     "submit": ("benchbot.cli.submit:submit", "Run a solution, against a running robot or with one of its own."),
     "eval": ("benchbot.cli.evaluate:evaluate", "Score result files."),
-    "report": ("benchbot.cli.report_command:report", "Make a page, tables or test cases of results."),
+    "report": ("benchbot.cli.report:report", "Make a page, tables or test cases of results."),
     "compare": ("benchbot.cli.compare:compare", "Say whether one set of results scores higher than another."),
     "picture": ("benchbot.cli.picture:picture", "Draw a result beside the truth, with its score."),
     "list": ("benchbot.cli.list:app", "List tasks, robots, environments and everything else that is installed."),
@@ -116,7 +116,7 @@ app = typer.Typer(
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        report.data(f"benchbot {__version__}")
+        console.data(f"benchbot {__version__}")
         raise typer.Exit
 
 
@@ -140,11 +140,11 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     try:
         typer.main.get_command(app).main(args=arguments, prog_name="benchbot", obj=settings)
     except BenchbotError as error:
-        report.error(error, verbose=settings.verbose)
+        console.error(error, verbose=settings.verbose)
         sys.exit(error.exit_code)
     # The last line of defence: whatever a command did not foresee is our mistake, never the user's.
     except Exception as error:  # noqa: BLE001
-        report.internal_error(error, verbose=settings.verbose)
+        console.internal_error(error, verbose=settings.verbose)
         sys.exit(ExitCode.INTERNAL)
     finally:
         # Python searches for garbage once more at its end; what a dying process holds need not be searched.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchbot.cli import report
+from benchbot.cli import console
 from benchbot.cli.options import Json
 from benchbot.core.errors import BenchbotError, ExitCode, did_you_mean
 
@@ -39,10 +39,10 @@ def check(
     files = [file for path in paths for file in _files(path)]
     problems = [problem for file in files for problem in _problems(file, kind)]
     if as_json:
-        report.data_json([_as_dict(problem) for problem in problems])
+        console.data_json([_as_dict(problem) for problem in problems])
     elif problems:
-        report.data("\n".join(map(str, problems)))
-    report.note(f"{len(files)} file{'s' * (len(files) != 1)} checked: {_verdict(len(problems))}")
+        console.data("\n".join(map(str, problems)))
+    console.note(f"{len(files)} file{'s' * (len(files) != 1)} checked: {_verdict(len(problems))}")
     if problems:
         raise typer.Exit(ExitCode.USAGE)
 

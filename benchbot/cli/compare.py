@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from benchbot.cli import report
+from benchbot.cli import console
 from benchbot.cli.options import Json
 
 
@@ -63,21 +63,21 @@ def compare(
     evaluator = result_sets.evaluator_of(named, catalog)
     document = comparison.compare(named, evaluator, score, over=Over(over), ignore_seeds=ignore_seeds)
     for line in document["notes"]:
-        report.note(line)
+        console.note(line)
     for item in document["comparisons"]:
         _tell_of_gaps(item, over)
     if as_json:
-        report.data_json(document)
+        console.data_json(document)
         return
-    report.table(
+    console.table(
         ("", document["score"], "95 % interval", "scored", "failed"), [_set(item) for item in document["sets"]]
     )
-    report.note()
-    report.table(
+    console.note()
+    console.table(
         ("", "difference", "95 % interval", "p", "p (Holm)", "pairs", document["over"]),
         [_comparison(item) for item in document["comparisons"]],
     )
-    report.data("\n" + "\n".join(item["sentence"] for item in document["comparisons"]))
+    console.data("\n" + "\n".join(item["sentence"] for item in document["comparisons"]))
 
 
 def _set(item: dict[str, Any]) -> tuple[str, ...]:
@@ -106,8 +106,8 @@ def _tell_of_gaps(item: dict[str, Any], over: str) -> None:
     """Name what does not take part in a comparison, and the way out when there is too little of it."""
     for name, side in ((item["a"], "a"), (item["b"], "b")):
         if item["unpaired"][side]:
-            report.note(f"Only in {name}, left out: {'; '.join(item['unpaired'][side])}")
+            console.note(f"Only in {name}, left out: {'; '.join(item['unpaired'][side])}")
     if item["verdict"] == "too_few" and over == "places":
-        report.note("To speak of the environments in just these places: --over environments")
+        console.note("To speak of the environments in just these places: --over environments")
     if item["unpaired"]["without_score"]:
-        report.note(f"Without this score, left out: {'; '.join(item['unpaired']['without_score'])}")
+        console.note(f"Without this score, left out: {'; '.join(item['unpaired']['without_score'])}")

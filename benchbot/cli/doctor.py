@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from benchbot.cli import report
+from benchbot.cli import console
 from benchbot.cli.options import Json
 from benchbot.core.errors import BenchbotError, ExitCode
 
@@ -37,13 +37,13 @@ def doctor(
     for finding in diagnose(catalog, warm=warm) if robot is None else diagnose_robot(catalog, robot):
         findings.append(finding)
         if not as_json:
-            report.data(f"{finding.level:<8} {finding.subject}: {finding.detail}")
+            console.data(f"{finding.level:<8} {finding.subject}: {finding.detail}")
             if finding.fix:
-                report.data(f"{'':<8} Fix: {finding.fix}")
+                console.data(f"{'':<8} Fix: {finding.fix}")
     if as_json:
-        report.data_json([asdict(finding) for finding in findings])
+        console.data_json([asdict(finding) for finding in findings])
     broken, warnings = (sum(finding.level is level for finding in findings) for level in (Level.BROKEN, Level.WARNING))
     counts = [f"{count} {what}" for count, what in ((broken, "broken"), (warnings, "to be looked at")) if count]
-    report.note(f"{', '.join(counts)}." if counts else "Everything works.")
+    console.note(f"{', '.join(counts)}." if counts else "Everything works.")
     if broken:
         raise typer.Exit(ExitCode.USAGE)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from benchbot.cli import report, requirement
+from benchbot.cli import console, requirement
 from benchbot.cli.asides import listing, showing
 from benchbot.cli.options import Json, Requirements
 from benchbot.core.errors import BenchbotError, ExitCode
@@ -92,14 +92,14 @@ def evaluate(
         catalog.get("tasks", required_task)
     if validate_only:
         coverage = validate_files(results, catalog=catalog, required_task=required_task, required_envs=environments)
-        report.note("\n".join(scoring.coverage(coverage, "valid")))
+        console.note("\n".join(scoring.coverage(coverage, "valid")))
         if as_json:
-            report.data_json(coverage)
+            console.data_json(coverage)
         if coverage["missing"]:
             raise typer.Exit(ExitCode.SUBMISSION_FAILED)
         return
-    report.check_output(output)
-    report.check_output(explain)
+    console.check_output(output)
+    console.check_output(explain)
     evaluation = score_files(
         results,
         catalog=catalog,
@@ -113,12 +113,12 @@ def evaluate(
     document = evaluation.document
     explained = None if explain is None else explanation.explain(evaluation)
     scores.write(output, document)
-    report.note(scoring.table(document))
-    report.note(f"Scores: {output}")
+    console.note(scoring.table(document))
+    console.note(f"Scores: {output}")
     if explain is not None and explained is not None:
         explanation.write(explain, explained)
-        report.note(f"Explanation, with ground truth: {explain}")
-    report.data_json(document) if as_json else report.data(scoring.headline(document))
+        console.note(f"Explanation, with ground truth: {explain}")
+    console.data_json(document) if as_json else console.data(scoring.headline(document))
     requirement.check(requirements, document["scores"])
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from benchbot.cli import report
+from benchbot.cli import console
 from benchbot.cli.options import QUICK, Json, group
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def declared(kind: str, as_json: bool = False) -> None:
     catalog = Catalog(_loaded())
     pool = catalog.pool(kind)
     for error in catalog.broken:
-        report.note(f"Left out: {error.title} {error.why}")
+        console.note(f"Left out: {error.title} {error.why}")
     rows = [_row(pool[name], columns) for name in sorted(pool)]
     _print(rows, ["name", *columns, "distribution"], as_json)
 
@@ -68,7 +68,7 @@ def _loaded() -> "Plugins":
 
     hint = load().broken_hint().strip()
     if hint:
-        report.note(f"{hint} See: benchbot doctor")
+        console.note(f"{hint} See: benchbot doctor")
     return load()
 
 
@@ -80,9 +80,9 @@ def _row(declaration: "Declaration", columns: Columns) -> dict[str, Any]:
 
 def _print(rows: list[dict[str, Any]], columns: list[str], as_json: bool) -> None:
     if as_json:
-        report.data_json(rows)
+        console.data_json(rows)
     else:
-        report.table(columns, ([_cell(row[column]) for column in columns] for row in rows))
+        console.table(columns, ([_cell(row[column]) for column in columns] for row in rows))
 
 
 def _cell(value: Any) -> str:

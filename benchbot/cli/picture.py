@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchbot.cli import report
+from benchbot.cli import console
 from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def picture(
     from benchbot.evaluation.methods import choose
     from benchbot.evaluation.picture import draw
 
-    report.check_output(output)
+    console.check_output(output)
     document = results.read(result)
     catalog = Catalog(load())
     evaluator = choose(catalog.plugins, method, document["task_details"].get("results_format"))
@@ -60,7 +60,7 @@ def picture(
         raise BenchbotError(
             f"Cannot write {output}.", str(error), "Choose a name that ends in .png, in a folder that you may write to."
         ) from error
-    report.data(str(output))
+    console.data(str(output))
 
 
 def _trajectory(scene: dict[str, Any]) -> "list[Pose]":

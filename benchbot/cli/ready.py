@@ -1,6 +1,6 @@
 """`benchbot ready`: the operator's word that they have done what the robot asked them."""
 
-from benchbot.cli import report
+from benchbot.cli import console
 
 ANSWER_TIMEOUT_S = 10.0
 
@@ -20,7 +20,7 @@ def ready() -> None:
             continue  # one that is just ending waits for nobody
         if request is not None:
             operator = replace(state.connection, token=state.operator_token)
-            report.note(f"Done: {Client(operator, ANSWER_TIMEOUT_S).confirm()}")
+            console.note(f"Done: {Client(operator, ANSWER_TIMEOUT_S).confirm()}")
             return
     raise BenchbotError(
         "No run waits for you.",

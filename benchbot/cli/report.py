@@ -1,100 +1,118 @@
-"""What commands print: data on stdout, everything else on stderr; errors as title, why and fix."""
+"""`benchbot report`: results as a page for people, tables for papers and programs, test cases for CI."""
 
-import errno
-import os
-import sys
-from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Literal
 
-from benchbot.core.errors import BenchbotError, ExitCode
+import typer
+
+from benchbot.cli import console
+from benchbot.core.errors import BenchbotError
+
+DEFAULT = Path("report.html")
 
 
-def data(text: str) -> None:
-    """Print data on stdout; raises BenchbotError when it cannot take it (a full disk), never for a closed pipe."""
-    try:
-        sys.stdout.write(f"{text}\n")
-        sys.stdout.flush()
-    except BrokenPipeError:
-        # The reader has seen enough (`benchbot list tasks | head -1`). Nothing may be flushed to it at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def report(
+    results: Annotated[
+        list[Path], typer.Argument(metavar="RESULT", help="Result files, ZIP archives and folders of them.")
+    ],
+    output: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--output-location",
+            "-o",
+            metavar="PATH",
+            help="Write it here, as the name ends: .html, .csv, .tex, .md, .xml (JUnit); repeatable. "
+            f"[default: {DEFAULT}]",
+        ),
+    ] = None,
+    wanted: Annotated[
+        Literal["html", "csv", "tex", "md", "xml"] | None,
+        typer.Option(
+            "--format",
+            metavar="html|csv|tex|md|xml",
+            help="Write this, whatever the name ends in; to stdout without -o.",
+        ),
+    ] = None,
+    method: Annotated[
+        str | None,
+        typer.Option("--method", "-m", metavar="METHOD", help="How to score. [default: the one that fits the task]"),
+    ] = None,
+    name: Annotated[
+        str | None,
+        typer.Option("--name", metavar="TEXT", help="What the solution is called. [default: the name of its file]"),
+    ] = None,
+    frames: Annotated[
+        Path | None,
+        typer.Option(
+            "--frames",
+            metavar="FOLDER",
+            help="What submit --record frames=FOLDER wrote, for a single result. [default: 'frames' beside the result]",
+        ),
+    ] = None,
+    ground_truth: Annotated[
+        list[Path] | None,
+        typer.Option("--ground-truth", metavar="GT.json", help="A ground truth to use instead of the installed ones."),
+    ] = None,
+    required_task: Annotated[
+        str | None, typer.Option("--required-task", metavar="TASK", help="Leave out results of other tasks.")
+    ] = None,
+    required_envs: Annotated[
+        str | None,
+        typer.Option(
+            "--required-envs", metavar="ENV,ENV", help="These environments count, also those without a result."
+        ),
+    ] = None,
+    required_envs_batch: Annotated[
+        str | None, typer.Option("--required-envs-batch", metavar="BATCH", help="The same, as a batch names them.")
+    ] = None,
+    missing: Annotated[
+        Literal["zero", "leave-out"],
+        typer.Option(
+            metavar="zero|leave-out",
+            help="How results that are missing, broken or of failed episodes count: as zero, or not at all.",
+        ),
+    ] = "zero",
+) -> None:
+    """Make a report of results, to be read by somebody who was not there; prints the paths of what it wrote.
+
+    The page holds ground truth and needs no other file, no network and no script.
+    """
+    from benchbot.cli.evaluate import required_environments
+    from benchbot.core.catalog import Catalog
+    from benchbot.core.plugins import load
+    from benchbot.evaluation.report import format_of, gather, render, write
+    from benchbot.evaluation.score import score_files
+
+    paths = output or ([] if wanted else [DEFAULT])
+    formats = {path: wanted or format_of(path) for path in paths}
+    for path in paths:
+        console.check_output(path)
+    if frames is not None and not any(frames.glob("*.jpg")):
         raise BenchbotError(
-            "Cannot write to the standard output.",
-            error.strerror or errno.errorcode.get(error.errno or 0, "unknown reason"),
-            "Free some disk space, or send the output elsewhere.",
-            exit_code=ExitCode.INTERNAL,
-        ) from error
-
-
-def data_json(document: Any) -> None:
-    """Print a document as JSON on stdout."""
-    import json
-
-    data(json.dumps(document, indent=2, ensure_ascii=False))
-
-
-def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Print left-aligned columns on stdout; the header goes to stderr and only to a terminal, since it is not data."""
-    lines = [tuple(header), *(tuple(row) for row in rows)]
-    widths = [max(len(line[column]) for line in lines) for column in range(len(header))]
-    texts = ["  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in lines]
-    if sys.stdout.isatty():
-        note(_styled("1", texts[0]))
-    if texts[1:]:
-        data("\n".join(texts[1:]))
-
-
-def note(text: str = "") -> None:
-    """Print a line for the person who watches, on stderr."""
-    print(text, file=sys.stderr, flush=True)
-
-
-def check_output(path: Path | None) -> None:
-    """Raise BenchbotError when a file is not to be written to `path`: writing replaces what is there."""
-    if path is not None and path.exists() and not (path.is_file() or path.is_dir()):
-        raise BenchbotError(
-            f"{path} is not a file.",
-            "It is a device, a pipe or a socket, and would be replaced.",
-            "Name a file; a path that does not exist yet is made.",
+            f"There are no frames in {frames}.",
+            "It holds no JPEG files.",
+            f"Record them with the result: benchbot submit … --record frames={frames}",
         )
-
-
-def error(problem: BenchbotError, *, verbose: bool = False) -> None:
-    """Print an error as title, why and fix, on stderr; `verbose` adds its traceback."""
-    if verbose:
-        _traceback(problem)
-    lines = [_styled("1;31", "Error: ") + _styled("1", problem.title), ""]
-    lines += [f"  {line}" for line in problem.why.splitlines()]
-    lines += ["", *_labelled("Fix: ", problem.fix.splitlines())]
-    note("\n".join(lines))
-
-
-def internal_error(problem: Exception, *, verbose: bool = False) -> None:
-    """Print what went wrong inside BenchBot and how to report it, on stderr; `verbose` adds the traceback."""
-    error(
-        BenchbotError(
-            "Internal error: BenchBot itself failed.",
-            f"{type(problem).__name__}: {problem}",
-            "Run the command again with 'benchbot -v …' and report the traceback, with what 'benchbot doctor' prints.",
-        )
+    catalog = Catalog(load())
+    evaluation = score_files(
+        results,
+        catalog=catalog,
+        method=method,
+        ground_truth_paths=ground_truth,
+        required_task=required_task,
+        required_envs=required_environments(catalog, required_envs, required_envs_batch),
+        missing=missing,
     )
-    if verbose:
-        _traceback(problem)
-
-
-def _labelled(label: str, lines: list[str]) -> list[str]:
-    indent = " " * len(label)
-    return [f"  {_styled('32', label) if number == 0 else indent}{line}" for number, line in enumerate(lines)]
-
-
-def _styled(code: str, text: str) -> str:
-    coloured = sys.stderr.isatty() and "NO_COLOR" not in os.environ
-    return f"\x1b[{code}m{text}\x1b[0m" if coloured else text
-
-
-def _traceback(problem: Exception) -> None:
-    import traceback
-
-    note("".join(traceback.format_exception(problem)).rstrip())
+    if frames is not None and evaluation.document["coverage"]["expected"] > 1:
+        raise BenchbotError(
+            "The frames are not known to belong to one result.",
+            f"--frames {frames} was given with {evaluation.document['coverage']['expected']} results.",
+            "Keep each result in a folder of its own, with its frames in 'frames' beside it, and leave --frames out.",
+        )
+    material = gather(evaluation, results, catalog=catalog, name=name, frames=frames)
+    texts = {name: render(material, name) for name in dict.fromkeys(formats.values())}
+    for path, form in formats.items():
+        write(path, texts[form])
+        console.data(str(path))
+    if wanted is not None and not paths:
+        console.data(render(material, wanted).rstrip("\n"))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchbot.cli import report
+from benchbot.cli import console
 from benchbot.cli.asides import listing, showing
 from benchbot.cli.options import Record, recordings
 from benchbot.core.errors import ExitCode
@@ -91,7 +91,7 @@ def run(
     selection = select(
         Catalog(load()), task=task, robot=robot, environment=environment, seed=seed, limits=limits, episode=episode
     )
-    report.note(summary(selection))
+    console.note(summary(selection))
     if port is None and unix_socket is None:
         port = DEFAULT_PORT
 
@@ -110,7 +110,7 @@ def run(
             on_ready=partial(_announce, no_token=no_token),
             on_progress=show,
         )
-    report.note("The back end has ended.")
+    console.note("The back end has ended.")
     if ended_by is not None:
         raise typer.Exit(ExitCode.INTERRUPTED)
 
@@ -157,11 +157,11 @@ def _limits(limits: "Limits") -> str:
 
 def _announce(state: "RunState", *, no_token: bool) -> None:
     where = " and ".join(filter(None, (state.connection.url, state.connection.socket)))
-    report.note(f"{'Listening':<13}{where}")
-    report.note(f"{'Logs':<13}{state.folder}")
+    console.note(f"{'Listening':<13}{where}")
+    console.note(f"{'Logs':<13}{state.folder}")
     if no_token:
-        report.note(f"{'Token':<13}not needed by BenchBot v2's client, which has none: {_who_may(state)}")
-    report.note("\nReady. In another terminal: benchbot submit --native python my_solution.py   (Ctrl-C ends the run)")
+        console.note(f"{'Token':<13}not needed by BenchBot v2's client, which has none: {_who_may(state)}")
+    console.note("\nReady. In another terminal: benchbot submit --native python my_solution.py   (Ctrl-C ends the run)")
 
 
 def _who_may(state: "RunState") -> str:

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from benchbot.cli import report
+from benchbot.cli import console
 
 
 def schema(
@@ -21,4 +21,4 @@ def schema(
             f"Known: {', '.join(schemas.KINDS)}.{did_you_mean(name, list(schemas.KINDS))}",
             "Name one of these: benchbot schema task",
         )
-    report.data_json(schemas.schema(name))
+    console.data_json(schemas.schema(name))

@@ -5,7 +5,7 @@ from typing import Any
 
 
 def headline(document: dict[str, Any]) -> str:
-    """Return the one score that stands for the document, such as `OMQ 0.7312`, or `ATE_RMSE_m -` where there is none."""
+    """Return the one score that stands for the document, such as `OMQ 0.7312`; `OMQ -` where there is none."""
     name = document["method"]["headline"]
     return f"{name} {_numbers(document['scores'], [name])[0]}"
 

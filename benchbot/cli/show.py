@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 import typer
 
-from benchbot.cli import report
+from benchbot.cli import console
 from benchbot.cli.options import Json, group
 
 app = group("Print one declaration and where it is.")
@@ -27,9 +27,9 @@ def declaration(kind: str, name: str, as_json: bool = False) -> None:
     found = pool[name]
     if as_json:
         origin = {"name": name, "distribution": found.distribution, "path": str(found.path)}
-        report.data_json({**origin, "declaration": found.data})
+        console.data_json({**origin, "declaration": found.data})
     else:
-        report.data(f"# {found.path} ({found.distribution})\n{found.path.read_text('utf-8').rstrip()}")
+        console.data(f"# {found.path} ({found.distribution})\n{found.path.read_text('utf-8').rstrip()}")
 
 
 def record(kind: str, name: str, as_json: bool = False) -> None:
@@ -48,9 +48,9 @@ def record(kind: str, name: str, as_json: bool = False) -> None:
             value = getattr(found, field)
             document[field] = sorted(value) if isinstance(value, frozenset) else value
     if as_json:
-        report.data_json(document)
+        console.data_json(document)
     else:
-        report.data(yaml.safe_dump(document, sort_keys=False, allow_unicode=True).rstrip())
+        console.data(yaml.safe_dump(document, sort_keys=False, allow_unicode=True).rstrip())
 
 
 @app.command("task")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchbot.cli import report
+from benchbot.cli import console
 from benchbot.core.errors import BenchbotError, FailureClass
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def stop(
         outcomes = list(executor.map(lambda connection: _end(connection, runs.get(connection)), wanted))
     for outcome in outcomes:
         if isinstance(outcome, str):
-            report.note(outcome)
+            console.note(outcome)
     for outcome in outcomes:
         if isinstance(outcome, BenchbotError):
             raise outcome

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchbot.cli import report, requirement
+from benchbot.cli import console, requirement
 from benchbot.cli.asides import listing, showing
 from benchbot.cli.options import Json, Record, Requirements, recordings
 from benchbot.cli.run import EpisodeNumber, MaxSimulatedTime, MaxSteps, MaxWallTime
@@ -96,7 +96,7 @@ def submit(
             "Name one: --evaluate-with omq",
         )
     for path in (results_location, output):
-        report.check_output(path)
+        console.check_output(path)
     order = _order(catalog, native, example, [*(words or ()), *_words("--args", args)], timeout)
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     chosen = _chosen(task, robot, environment)
@@ -114,9 +114,9 @@ def submit(
     kept = _kept(ended, results_location)
     if ended.problem is not None or kept is None or evaluate_with is None:
         if as_json:
-            report.data_json(_summary(ended, kept))
+            console.data_json(_summary(ended, kept))
         elif ended.problem is None:
-            report.data(str(kept))
+            console.data(str(kept))
     else:
         _score(catalog, ended, kept, evaluate_with, output, requirements, as_json)
     if ended.problem is not None:
@@ -137,13 +137,13 @@ def _kept(ended: "Episode", location: Path | None) -> Path | None:
                 error.fix += f" The result itself is safe: {ended.path}"
             raise
     if path is not None:
-        report.note(f"Result: {path}")
+        console.note(f"Result: {path}")
     provenance = ended.document["provenance"]
     if "episode" in provenance["selection"] and provenance.get("restarts"):
-        report.note("The robot was put back after it had moved: an episode is one attempt, so this one is no success.")
+        console.note("The robot was put back after it had moved: an episode is one attempt, so this one is no success.")
     failure = provenance["failure"]
     if failure is not None and ended.problem is None:
-        report.note(f"The episode ended early ({failure['class']}): {failure['why']}")
+        console.note(f"The episode ended early ({failure['class']}): {failure['why']}")
     return path
 
 
@@ -163,12 +163,12 @@ def _score(
     document = evaluate_files([result], method=method, catalog=catalog)
     path = output or result.parent / "scores.json"
     scores.write(path, document)
-    report.note(scoring.table(document))
-    report.note(f"Scores: {path}")
+    console.note(scoring.table(document))
+    console.note(f"Scores: {path}")
     if as_json:
-        report.data_json({**_summary(ended, result), "scores_path": str(path), "scores": document["scores"]})
+        console.data_json({**_summary(ended, result), "scores_path": str(path), "scores": document["scores"]})
     else:
-        report.data(scoring.headline(document))
+        console.data(scoring.headline(document))
     requirement.check(requirements, document["scores"])
 
 
@@ -261,7 +261,7 @@ def _back_end(
         limits=limits,
         episode=episode,
     )
-    report.note(summary(selection))
+    console.note(summary(selection))
     backend = stack.enter_context(
         Backend.start(
             task=task,
@@ -291,7 +291,7 @@ def _interruptible() -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        report.note("Interrupted: the solution and its back end have been ended.")
+        console.note("Interrupted: the solution and its back end have been ended.")
         raise typer.Exit(ExitCode.INTERRUPTED) from None
     finally:
         for number, handler in before.items():

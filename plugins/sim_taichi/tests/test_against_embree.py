@@ -112,7 +112,9 @@ NONE: dict[str, Corners] = {
 }
 
 
-@pytest.mark.parametrize(("name", "rgb"), [(name, False) for name in NONE] + [("nan", True), ("a point", True), ("huge", True)])
+@pytest.mark.parametrize(
+    ("name", "rgb"), [*((name, False) for name in NONE), *((name, True) for name in ("nan", "a point", "huge"))]
+)
 def test_a_triangle_that_is_none_is_not_there(name: str, rgb: bool, kernel_cache: Path) -> None:
     renderer = Renderer(triangles([NONE[name], GOOD, NONE[name]]), Lighting(exposure=1.0), cache_dir=kernel_cache)
     frame = renderer.render(looking((0.0, 0.0, 0.0), 0.0), CAMERA, rgb=rgb)

@@ -40,7 +40,8 @@ def power(scene: SceneGeometry, name: str) -> np.ndarray:
     mine = table.of_triangle[(scene.triangle_instance == index) & (table.of_triangle >= 0)]
     records = table.records.reshape(-1, lights.LIGHT_STRIDE)[mine]
     area = 0.5 * np.linalg.norm(np.cross(records[:, 3:6], records[:, 6:9]), axis=1)
-    return (records[:, 14:17] * area[:, None]).sum(axis=0)
+    total: np.ndarray = (records[:, 14:17] * area[:, None]).sum(axis=0)
+    return total
 
 
 def test_every_instance_that_glows_is_a_lamp(room: SceneGeometry) -> None:

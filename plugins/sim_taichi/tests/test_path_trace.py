@@ -1,8 +1,10 @@
 """Path tracing against what can be worked out by hand."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from benchbot_sim_taichi.gltf import load_scene
@@ -22,10 +24,11 @@ DARK = Lighting(sun=Sun(irradiance=(0, 0, 0)), sky=Sky((0, 0, 0), (0, 0, 0), (0,
 WHITE = Lighting(sun=Sun(irradiance=(0, 0, 0)), sky=Sky((1, 1, 1), (1, 1, 1), (1, 1, 1)), exposure=1.0)
 
 
-def exposed(renderer: Renderer, pose: np.ndarray, samples: int, **options: object) -> np.ndarray:
+def exposed(renderer: Renderer, pose: np.ndarray, samples: int, **options: Any) -> npt.NDArray[Any]:
     """Mean radiance (3,) of a tiny picture, before exposure."""
     picture = path_trace(renderer, pose, TINY, samples_per_pixel=samples, brightest=UNBOUNDED, **options)
-    return picture.mean(axis=(0, 1)) / renderer.exposure
+    mean: npt.NDArray[Any] = picture.mean(axis=(0, 1)) / renderer.exposure
+    return mean
 
 
 @pytest.mark.parametrize("albedo", [0.0, 0.5, 0.8])
@@ -88,7 +91,7 @@ def test_the_seed_decides(tmp_path: Path, kernel_cache: Path) -> None:
     assert one.tobytes() == two.tobytes() != other.tobytes()
 
 
-def behind_glass(path: Path, lighting: Lighting, cache: Path, thickness: float, **glass: object) -> float:
+def behind_glass(path: Path, lighting: Lighting, cache: Path, thickness: float, **glass: Any) -> npt.NDArray[Any]:
     """Mean radiance of a glowing wall behind a slab of glass that fills the view."""
     glb = Glb()
     glb.box("wall", (3, -9, -9), (3.1, 9, 9), glb.material((0, 0, 0), emission=(1, 1, 1), ior=1.0))
@@ -101,7 +104,8 @@ def behind_glass(path: Path, lighting: Lighting, cache: Path, thickness: float, 
     renderer = Renderer(load_scene(glb.write(path)), lighting, cache_dir=cache)
     narrow = Intrinsics.from_horizontal_fov(8, 8, 4.0)
     picture = path_trace(renderer, looking((0, 0, 0), 0.0), narrow, samples_per_pixel=512) / renderer.exposure
-    return picture.mean(axis=(0, 1))
+    mean: npt.NDArray[Any] = picture.mean(axis=(0, 1))
+    return mean
 
 
 def test_a_pane_mirrors_eight_percent_and_tints_the_rest(tmp_path: Path, kernel_cache: Path) -> None:

@@ -32,8 +32,7 @@ def integrated(specular: float, roughness: float, cosine: float, steps: int = 25
     half = leaving + view
     half /= np.linalg.norm(half, axis=-1, keepdims=True)
     distribution = alpha**2 / (np.pi * (half[..., 2] ** 2 * (alpha**2 - 1) + 1) ** 2)
-    shadowed = [c + np.sqrt(alpha**2 + (1 - alpha**2) * c**2) for c in (z, cosine)]
-    smith = [0.5 * (s / c - 2) for s, c in zip(shadowed, (z, cosine), strict=True)]
+    smith = [0.5 * (np.sqrt(alpha**2 + (1 - alpha**2) * c**2) / c - 1) for c in (z, np.asarray(cosine))]
     visible = 1 / (1 + smith[0] + smith[1])
     fresnel = specular + (1 - specular) * (1 - (half @ view).clip(0, 1)) ** 5
     value = fresnel * distribution * visible / (4 * cosine)

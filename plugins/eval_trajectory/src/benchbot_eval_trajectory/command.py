@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from benchbot.cli import report, requirement
+from benchbot.cli import console, requirement
 from benchbot.cli.options import Json, Requirements, group
 from benchbot.core.errors import BenchbotError
 
@@ -49,16 +49,16 @@ def evaluate(
         files.read(estimate), files.read(truth), align=align, length_m=length_m, max_difference_s=max_difference_s
     )
     note = f"{document['poses']} poses, alignment {align}"
-    report.note(note + (f", scale {document['scale']:.6g}" if align == "sim3" else ""))
+    console.note(note + (f", scale {document['scale']:.6g}" if align == "sim3" else ""))
     if as_json:
-        report.data_json(document)
+        console.data_json(document)
     else:
         header = ("", *SUMMARY, "count")
         rows = [
             (name, *(f"{values[key]:.6f}" for key in SUMMARY), str(values["count"])) if values else (name, *"-----")
             for name, values in document["errors"].items()
         ]
-        report.table(header, rows)
+        console.table(header, rows)
     requirement.check(requirements, _scores(document))
 
 
@@ -77,7 +77,7 @@ def convert(
     from benchbot.evaluation.report import write
     from benchbot_eval_trajectory import files
 
-    report.check_output(output)
+    console.check_output(output)
     if source.suffix.lower() == ".json":
         trajectory = _of_result(source, truth=truth)
     elif truth:
@@ -89,7 +89,7 @@ def convert(
     else:
         trajectory = files.read(source)
     write(output, files.text_of(trajectory, files.FileFormat(file_format)))
-    report.note(f"{len(trajectory)} poses: {output}")
+    console.note(f"{len(trajectory)} poses: {output}")
 
 
 def _of_result(path: Path, *, truth: bool) -> "Trajectory":

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from benchbot.cli import report
+from benchbot.cli import console
 from benchbot.cli.options import group
 from benchbot.cli.run import Seed
 
@@ -62,20 +62,22 @@ def ros2(
         try:
             node = stack.enter_context(ros.node(NODE, namespace=namespace))
             camera = stack.enter_context(closing(Camera(bridged, camera_rate_hz))) if bridged.pictures else None
-            report.note(f"Loading {environment}; the very first time, the simulator compiles itself (up to a minute) …")
+            console.note(
+                f"Loading {environment}; the very first time, the simulator compiles itself (up to a minute) …"
+            )
             platform = stack.enter_context(closing(bridged.create(catalog.plugins)))
             robot_time = WallTime() if wall_time else SimulatedTime(platform.control_period_s)
             the_bridge = Bridge(catalog, bridged, World(platform, robot_time), camera, scene, seed)
             the_bridge.load()
             state = StatePublisher(node, bridged, simulated=not wall_time, laser_rate_hz=laser_rate_hz)
             if not transforms_installed():
-                report.note(
+                console.note(
                     "tf2_msgs is not installed, so there is no /tf: a ROS 2 installation has it, PyPI does not."
                 )
-            report.note(_ready(bridged, environment, _drivers(catalog, declaration["type"])))
+            console.note(_ready(bridged, environment, _drivers(catalog, declaration["type"])))
             the_bridge.run(node, state)
         except KeyboardInterrupt:
-            report.note("The bridge has ended.")
+            console.note("The bridge has ended.")
 
 
 def _interrupt(*_: Any) -> NoReturn:

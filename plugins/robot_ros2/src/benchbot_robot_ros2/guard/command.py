@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchbot.cli import report
+from benchbot.cli import console
 from benchbot.core.errors import BenchbotError
 from benchbot_robot_ros2.ramp import REST
 
@@ -87,7 +87,7 @@ def _stand_between(robot: "Ros2Robot", motion: "MotionConfig", source: str, targ
                 raise problem
         velocity.listen_to_devices()
         relay = _Relay(node, velocity, msgspec.structs.replace(command, ros_topic=source))
-        report.note(f"The base of {robot.name} is guarded: velocities from {source} go to {target}. Ctrl-C ends it.")
+        console.note(f"The base of {robot.name} is guarded: velocities from {source} go to {target}. Ctrl-C ends it.")
         try:
             while not ended.wait(PERIOD_S):
                 relay.update()
@@ -116,11 +116,11 @@ class _Relay:
         self._velocity.update()
         trip = self._velocity.trip
         if trip is not None and not self._stopped:
-            report.note(f"Stopped: {trip.why}")
+            console.note(f"Stopped: {trip.why}")
         elif trip is not None and time.monotonic() - self._driven_s > RELEASED_AFTER_S:
             self._velocity.update(lambda state, _: state.release())
             if self._velocity.trip is None:
-                report.note("Nobody drives any more: the base may move again.")
+                console.note("Nobody drives any more: the base may move again.")
         self._stopped = self._velocity.trip is not None
 
     def _on_command(self, message: Any) -> None:
