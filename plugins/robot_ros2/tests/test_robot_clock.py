@@ -1,10 +1,11 @@
 import threading
 import time
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from builtin_interfaces.msg import Time
+from rclpy.duration import Duration
 from rosgraph_msgs.msg import Clock
 
 from benchbot_robot_ros2 import ros
@@ -92,4 +93,35 @@ def test_real_seconds_pass_and_stand_for_themselves(domain: int, changed: thread
         assert clock.now_s() - earlier_s <= time.monotonic() - steady_s + 0.01
         assert clock.set_back_s == 0.0
         assert abs(clock.now_ns() - time.time_ns()) < 10**9
+        clock.close()
+
+
+class Dawdling:
+    """A node's clock on a busy machine: looking at it takes a while, before or after it is read; it may be set back."""
+
+    def __init__(self, node: "Node") -> None:
+        self._clock = node.get_clock()
+        self.before_s = self.after_s = self.set_back_s = 0.0
+        self.create_jump_callback = self._clock.create_jump_callback
+
+    def now(self) -> Any:
+        time.sleep(self.before_s)
+        read = self._clock.now() - Duration(seconds=self.set_back_s)
+        time.sleep(self.after_s)
+        return read
+
+
+def test_a_busy_machine_does_not_set_the_clock_back(
+    domain: int, changed: threading.Condition, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with ros.running_node("robot") as node:
+        dawdling = Dawdling(node)
+        monkeypatch.setattr(node, "get_clock", lambda: dawdling)
+        clock = RobotClock(node, simulated=False, changed=changed)
+        for before_s, after_s in ((0.1, 0.0), (0.0, 0.1), (0.0, 0.0), (0.1, 0.1), (0.0, 0.0)):
+            dawdling.before_s, dawdling.after_s = before_s, after_s
+            assert clock.set_back_s == 0.0
+
+        dawdling.set_back_s = 3.0
+        assert clock.set_back_s == pytest.approx(3.0, abs=0.2)
         clock.close()

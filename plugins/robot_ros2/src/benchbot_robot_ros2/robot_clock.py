@@ -28,6 +28,7 @@ class RobotClock:
         self._lock = threading.Lock()
         self._ros_ns = self._clock.now().nanoseconds
         self._steady_ns = time.monotonic_ns()
+        self._least_offset_ns = self._ros_ns - self._steady_ns
         self._advanced_ns = self._steady_ns
         self._elapsed_ns = 0
         self._set_back_ns = 0
@@ -79,13 +80,14 @@ class RobotClock:
             self._changed.notify_all()
 
     def _read(self) -> None:
-        ros_ns, steady_ns = self.now_ns(), time.monotonic_ns()
+        # On a busy machine any time may pass between looking at two clocks: their offset is known within bounds only.
+        before_ns, ros_ns, steady_ns = time.monotonic_ns(), self.now_ns(), time.monotonic_ns()
         ros_step_ns, steady_step_ns = ros_ns - self._ros_ns, steady_ns - self._steady_ns
-        self._ros_ns, self._steady_ns = ros_ns, steady_ns
         if self.simulated:
             step_ns, back_ns = max(0, ros_step_ns), -ros_step_ns
         else:
-            step_ns, back_ns = steady_step_ns, steady_step_ns - ros_step_ns - SET_BACK_NS
+            step_ns, back_ns = steady_step_ns, self._least_offset_ns - (ros_ns - before_ns) - SET_BACK_NS
+        self._ros_ns, self._steady_ns, self._least_offset_ns = ros_ns, steady_ns, ros_ns - steady_ns
         if step_ns > 0:
             self._advanced_ns = steady_ns
         self._elapsed_ns += step_ns
