@@ -25,7 +25,10 @@ class Action:
     description: str
 
 
-_INFO = "{frame_id, height, width, matrix_intrinsics: float64 (3, 3), matrix_projection: float64 (3, 4)}"
+_INFO = (
+    "{frame_id, height, width, matrix_intrinsics: float64 (3, 3), matrix_projection: float64 (3, 4)}; a distorted "
+    "picture's also has {distortion_model: 'plumb_bob', distortion_coefficients: float64 (5,), k1 k2 p1 p2 k3}"
+)
 
 OBSERVATIONS: dict[str, Observation] = {
     channel.name: channel

@@ -111,3 +111,13 @@ def test_what_an_imu_does_not_measure_is_marked(missing: str) -> None:
     for part in channels:
         assert getattr(imu, f"{part}_covariance")[0] == (-1 if part == missing else 0)
     assert math.isnan(getattr(imu, missing).x)
+
+
+def test_a_distorted_camera_says_so() -> None:
+    coefficients = np.array([-0.05, 0.01, 5e-4, -5e-4, 0.002])
+    plain = {"height": 3, "width": 4, "matrix_intrinsics": np.eye(3), "matrix_projection": np.eye(3, 4)}
+    distorted = {**plain, "distortion_model": "plumb_bob", "distortion_coefficients": coefficients}
+    assert messages.camera_info(plain, HEADER).d.tolist() == [0.0] * 5
+    message = messages.camera_info(distorted, HEADER)
+    assert message.distortion_model == "plumb_bob"
+    np.testing.assert_array_equal(message.d, coefficients)

@@ -64,6 +64,15 @@ def test_a_camera_model_comes_through(channel: str) -> None:
     assert all(np.array_equal(seen[key], sent[key]) for key in sent)
 
 
+def test_a_distorted_camera_says_so() -> None:
+    model = {"height": 3, "width": 4, "matrix_intrinsics": np.eye(3), "matrix_projection": np.eye(3, 4)}
+    coefficients = np.array([-0.05, 0.01, 5e-4, -5e-4, 0.002])
+    model |= {"distortion_model": "plumb_bob", "distortion_coefficients": coefficients}
+    (message,) = encode("image_rgb_info", model, stamp_ns=0, frame_id="eye").values()
+    assert message.distortion_model == "plumb_bob"
+    np.testing.assert_array_equal(message.d, coefficients)
+
+
 @given(
     arrays.arrays(np.float32, st.integers(3, 400), elements=st.floats(0.5, 20, width=32)),
     st.sampled_from([np.inf, -np.inf, np.nan]),

@@ -88,7 +88,7 @@ CAREFUL = MotionConfig.from_robot(robot(), "ground_truth")
 BLIND = replace(CAREFUL, stops_before_contact=False)
 
 
-@pytest.mark.parametrize("name", ["carter", "carter_lowres"])
+@pytest.mark.parametrize("name", ["carter", "carter_lowres", "carter_realistic"])
 def test_robots_are_valid_declarations(name: str) -> None:
     path = ROBOTS / f"{name}.yaml"
     assert schema.problems(schema.read(path), "robot", path) == []
@@ -337,3 +337,17 @@ def test_a_scene_says_what_is_wrong_with_its_light_when_it_is_loaded(
 ) -> None:
     with pytest.raises(BenchbotError, match=title):
         simulator().load(replace(room, environment={**room.environment, **changes}), seed=0)
+
+
+@ray_traced
+def test_a_moved_object_is_seen_and_bumped_into_where_it_now_is(seeing: RayTracedSimulator) -> None:
+    ahead = seeing.observe(["laser"])["laser"]["scans"]
+    assert not seeing.contact_ahead(0.5, 0.0, 1.0)
+    seeing.move_object("chair 1", Pose((0.2, -1.4, 0.0)).matrix())
+    assert seeing.contact_ahead(0.5, 0.0, 1.0)
+    assert np.min(np.asarray(seeing.observe(["laser"])["laser"]["scans"])[:, 0]) < np.min(np.asarray(ahead)[:, 0])
+    seeing.move_object("chair 1", np.eye(4))
+    assert not seeing.contact_ahead(0.5, 0.0, 1.0)
+    assert np.array_equal(seeing.observe(["laser"])["laser"]["scans"], ahead)
+    with pytest.raises(BenchbotError, match="no object 'chair 3'"):
+        seeing.move_object("chair 3", np.eye(4))

@@ -53,13 +53,13 @@ def image(pixels: npt.NDArray[Any], encoding: str, stamped: Header) -> Image:
 
 
 def camera_info(info: Mapping[str, Any], stamped: Header) -> CameraInfo:
-    """Return the model of a rectified pinhole camera: no distortion, no rotation."""
+    """Return the model of a pinhole camera, with the distortion that it reports, if any, and no rotation."""
     return CameraInfo(
         header=stamped,
         height=int(info["height"]),
         width=int(info["width"]),
         distortion_model="plumb_bob",
-        d=np.zeros(5),
+        d=_floats(info.get("distortion_coefficients", np.zeros(5)), 5),
         k=_floats(info["matrix_intrinsics"], 9),
         r=np.eye(3).reshape(-1),
         p=_floats(info["matrix_projection"], 12),

@@ -49,7 +49,7 @@ def _camera_info(model: Mapping[str, Any]) -> Any:
         height=model["height"],
         width=model["width"],
         distortion_model="plumb_bob",
-        d=[0.0] * 5,
+        d=np.asarray(model.get("distortion_coefficients", np.zeros(5)), np.float64).tolist(),
         k=np.ravel(model["matrix_intrinsics"]).astype(np.float64),
         r=np.eye(3).ravel(),
         p=np.ravel(model["matrix_projection"]).astype(np.float64),

@@ -286,10 +286,14 @@ def _pack_leaves(tree: _BinaryTree, leaf: IndexArray, corners: FloatArray, ids: 
     lane = np.arange(LEAF_SIZE)
     filled = lane[None, :] < count[:, None]
     item = tree.order[np.minimum(start[:, None] + lane, len(tree.order) - 1)]
-    corner = corners[item]
+    return pack_leaves(corners[item], np.where(filled, ids[item], -1))
+
+
+def pack_leaves(corner: FloatArray, ids: IndexArray) -> FloatArray:
+    """Leaves as rows, of the corners (L, 4, 3, 3) and ids (L, 4) of their triangles."""
     edges = np.stack([corner[:, :, 0], corner[:, :, 1] - corner[:, :, 0], corner[:, :, 2] - corner[:, :, 0]], axis=2)
-    edges = np.where(filled[:, :, None, None], edges, 0)
-    leaves = np.zeros((len(leaf), LEAF_STRIDE), np.float32)
-    leaves[:, : 9 * LEAF_SIZE] = edges.transpose(0, 2, 3, 1).reshape(len(leaf), -1)
-    leaves[:, 9 * LEAF_SIZE :].view(np.int32)[:] = np.where(filled, ids[item], -1)
+    edges = np.where((ids >= 0)[:, :, None, None], edges, 0)
+    leaves = np.zeros((len(ids), LEAF_STRIDE), np.float32)
+    leaves[:, : 9 * LEAF_SIZE] = edges.transpose(0, 2, 3, 1).reshape(len(ids), -1)
+    leaves[:, 9 * LEAF_SIZE :].view(np.int32)[:] = ids
     return leaves

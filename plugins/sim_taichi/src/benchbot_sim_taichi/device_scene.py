@@ -1,5 +1,6 @@
 """Brings a scene to where kernels can read it: builds or loads its tree, packs its tables, finds its windows."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot_sim_taichi import _ti, bvh, disk_cache, lights, tables, textures
+from benchbot_sim_taichi.arrangement import Arrangement
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.scene import SceneGeometry
 
@@ -39,6 +41,53 @@ def upload(scene: SceneGeometry, lighting: Lighting, cache_dir: Path) -> tables.
             table.portals,
             table.lamps,
         ),
+        light_of=_ti.upload(table.of_triangle),
+    )
+
+
+def arrangement_of(device: tables.DeviceScene, scene: SceneGeometry) -> Arrangement:
+    """The scene as it was uploaded, ready for its objects to move."""
+    return Arrangement(scene, scene, bvh.Bvh(*device.tree, (0, device.sheer_root)))
+
+
+def rearranged(
+    device: tables.DeviceScene, before: Arrangement, after: Arrangement, changed: npt.NDArray[np.int64]
+) -> tables.DeviceScene:
+    """Bring to kernels how objects stand now; `changed` triangles are elsewhere, or new at the end, or gone.
+
+    Lamps and panes are looked for again where any of them changed.
+    """
+    scene = after.scene
+    tree = after.tree()
+    records, materials, texels, images = device.surfaces
+    if len(scene.triangles) > len(before.scene.triangles):
+        new = len(scene.triangles) - len(before.scene.triangles)
+        records = np.concatenate([records, np.zeros(new * tables.TRIANGLE_STRIDE, np.float32)])
+        materials = tables.material_records(scene.materials)
+        if len(scene.images) > len(before.scene.images):
+            store = textures.pack(scene.images, tables.color_images(scene.materials))
+            texels, images = store.texels, store.table
+    records.reshape(-1, tables.TRIANGLE_STRIDE)[changed] = tables.triangle_records(scene, changed).reshape(
+        -1, tables.TRIANGLE_STRIDE
+    )
+    moved = replace(
+        device,
+        tree=(tree.nodes, tree.leaves),
+        sheer_root=tree.roots[1],
+        surfaces=(records, materials, texels, images),
+    )
+    gives_light = np.array([m.is_glass or m.is_emissive for m in scene.materials], bool)
+    if gives_light[scene.triangle_material[changed]].any() or len(records) > len(device.surfaces[0]):
+        return relit(moved, scene)
+    return moved
+
+
+def relit(device: tables.DeviceScene, scene: SceneGeometry) -> tables.DeviceScene:
+    """Look again for the lamps of a scene, and for the panes that the sky is seen through."""
+    table = lights.light_table(scene, _portals(scene, tables.group_triangles(scene), device.tree))
+    return replace(
+        device,
+        lights=(device.lights[0], _ti.upload(table.records), table.portals, table.lamps),
         light_of=_ti.upload(table.of_triangle),
     )
 

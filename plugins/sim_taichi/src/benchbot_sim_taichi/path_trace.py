@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from benchbot_sim_taichi import _ti, camera_response, denoise
 from benchbot_sim_taichi.scene import FloatArray
-from benchbot_sim_taichi.tables import CAMERA_STRIDE, DeviceScene
+from benchbot_sim_taichi.tables import DeviceScene
 
 if TYPE_CHECKING:
     from benchbot_sim_taichi.quality import Quality
@@ -129,7 +129,7 @@ def _trace(
     from benchbot_sim_taichi.kernels import path
 
     width, height = size
-    exposure = record.ravel()[CAMERA_STRIDE - 3 :]
+    exposure = record.ravel()[16:19]
     total = _ti.upload(np.zeros(width * height * 3, np.float32))
     path.trace_paths(
         *device.tree,

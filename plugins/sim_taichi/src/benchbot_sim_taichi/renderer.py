@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot.core.errors import BenchbotError
-from benchbot_sim_taichi import _ti, camera_response, device_scene, irradiance, lamps, path_trace
+from benchbot_sim_taichi import _ti, arrangement, camera_response, device_scene, irradiance, lamps, path_trace
 from benchbot_sim_taichi.colorimetry import LUMINANCE
+from benchbot_sim_taichi.distortion import Distortion
 from benchbot_sim_taichi.frames import DeviceFrames, Frame, FrameBatch
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.quality import FAST, REALTIME, Quality
@@ -41,6 +42,7 @@ class Intrinsics:
     fy: float
     cx: float
     cy: float
+    distortion: Distortion | None = None
 
     @classmethod
     def from_horizontal_fov(cls, width: int, height: int, hfov_deg: float) -> "Intrinsics":
@@ -73,10 +75,14 @@ class Renderer:
         self._quality = quality
         self._scene, self._lighting, self._cache_dir = lamps.switched(scene, lighting.lamps), lighting, cache_dir
         self.device = device_scene.upload(self._scene, lighting, cache_dir)
+        self._arranged: arrangement.Arrangement | None = None
 
     @cached_property
     def irradiance(self) -> irradiance.Irradiance:
         """The scene's indirect light, worked out (seconds) or loaded when the first picture asks for it."""
+        if self._arranged is not None:  # what is kept on disk is that of scenes as they were loaded
+            self.device = device_scene.relit(self.device, self._scene)
+            return irradiance.solve(self._scene, self.device, self._seed)
         return irradiance.load_or_solve(self._scene, self._lighting, self.device, self._cache_dir, self._seed)
 
     @cached_property
@@ -92,6 +98,53 @@ class Renderer:
     def _cells(self) -> tuple[Any, Any, Any]:
         light = self.irradiance
         return _ti.upload(light.grid), _ti.upload(light.cells), _ti.upload(light.layout)
+
+    @property
+    def scene(self) -> SceneGeometry:
+        """The scene as it stands, lamps switched; triangles of objects that were taken away have no area."""
+        return self._scene
+
+    def move(self, instance: int, transform: npt.NDArray[np.floating]) -> None:
+        """Put an object where the rigid `transform` (4, 4) takes it from where it first was; milliseconds.
+
+        Shapes, shadows and direct light are right at once; light that bounces stays that of before until `relight`.
+        Raises BenchbotError for what is no object or no pose, and on a GPU.
+        """
+        before = self._arrangement()
+        self._arrange(arrangement.move(before, instance, transform), before.triangles_of(instance))
+
+    def remove(self, instance: int) -> None:
+        """Take an object away; otherwise as `move`."""
+        before = self._arrangement()
+        self._arrange(arrangement.remove(before, instance), before.triangles_of(instance))
+
+    def add(self, mesh: SceneGeometry, transform: npt.NDArray[np.floating]) -> tuple[int, ...]:
+        """Put the objects of `mesh` into the scene, moved by `transform`; otherwise as `move`.
+
+        Returns the numbers that they have here, in the order of its instances. Its lamps are on.
+        """
+        before = self._arrangement()
+        after, numbers = arrangement.add(before, mesh, transform)
+        self._arrange(after, np.arange(len(before.scene.triangles), len(after.scene.triangles)))
+        return numbers
+
+    def relight(self) -> None:
+        """Let light bounce anew off objects where they are now (seconds), when the next picture asks for it."""
+        for stored in ("irradiance", "exposure", "_cells"):
+            self.__dict__.pop(stored, None)
+
+    def _arrangement(self) -> arrangement.Arrangement:
+        if _ti.is_on_gpu():
+            raise BenchbotError(
+                "Objects cannot be moved on a GPU",
+                "Scenes that change are traced on the processor only.",
+                "Use arch 'cpu', or make a new Renderer of the changed scene.",
+            )
+        return self._arranged or device_scene.arrangement_of(self.device, self._scene)
+
+    def _arrange(self, after: arrangement.Arrangement, changed: npt.NDArray[np.int64]) -> None:
+        self.device = device_scene.rearranged(self.device, self._arrangement(), after, changed)
+        self._arranged, self._scene = after, after.scene
 
     def render(self, camera_to_map: npt.NDArray[np.floating], intrinsics: Intrinsics, *, rgb: bool = True) -> Frame:
         """Take one picture; `camera_to_map` is the (4, 4) pose of the optical frame (x right, y down, z forward).
@@ -253,7 +306,10 @@ class Renderer:
         *,
         exposed: bool = True,
     ) -> npt.NDArray[np.float32]:
-        """(N * 19,), as kernels take it: rotation by rows, position, fx, fy, cx, cy, exposure of red, green, blue."""
+        """(N * 25,), as kernels take it: rotation by rows, position, fx, fy, cx, cy, exposure of red, green, blue.
+
+        Then 1 where the lens distorts, else 0, and k1, k2, p1, p2, k3.
+        """
         records = np.ones((len(camera_poses), CAMERA_STRIDE), np.float32)
         records[:, 0:9] = camera_poses[:, :3, :3].reshape(-1, 9)
         records[:, 9:12] = camera_poses[:, :3, 3]
@@ -261,6 +317,7 @@ class Renderer:
         if len(records):
             records[:, 12:16] = [(lens.fx, lens.fy, lens.cx, lens.cy) for lens in lenses]
             records[:, 16:19] = self.exposure if exposed else 1.0
+            records[:, 19:25] = [_distortion_record(lens) for lens in lenses]
         return records.ravel()
 
     def _buffer(self, name: str, size: int, dtype: npt.DTypeLike = np.float32) -> Any:
@@ -268,6 +325,10 @@ class Renderer:
         if self._buffers.get(name, (0, None))[0] < size:
             self._buffers[name] = (size, _ti.upload(np.zeros(size, dtype)))
         return self._buffers[name][1]
+
+
+def _distortion_record(lens: Intrinsics) -> tuple[float, ...]:
+    return (1.0, *lens.distortion.coefficients().tolist()) if lens.distortion else (0.0,) * 6
 
 
 def _common_size(

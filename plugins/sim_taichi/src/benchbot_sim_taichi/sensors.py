@@ -1,19 +1,24 @@
 """What a simulated robot senses: its declaration's camera, laser and frames, and how their channels are worked out."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Self
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.core.errors import BenchbotError
+from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.geometry import Pose
+from benchbot_sim_taichi.camera_noise import CameraNoise
+from benchbot_sim_taichi.depth_noise import DepthNoise, View, read_depth_noise
+from benchbot_sim_taichi.distortion import PLUMB_BOB, Distortion
 from benchbot_sim_taichi.renderer import Frame, Intrinsics, Renderer
 from benchbot_sim_taichi.scene import Instance
 
 INSTANCES_PER_CLASS = 1000
+_Read = TypeVar("_Read")
 
 
 @dataclass(frozen=True)
@@ -21,7 +26,8 @@ class Camera:
     """A pinhole camera in an optical frame (x right, y down, z forward; REP-103).
 
     `fx`, `fy`, `cx`, `cy` are in pixels, with pixel centres at integers, as ROS (sensor_msgs/CameraInfo) and OpenCV
-    have it: the ray of pixel (u, v) is ((u - cx) / fx, (v - cy) / fy, 1).
+    have it: the ray of pixel (u, v) is ((u - cx) / fx, (v - cy) / fy, 1), unless there is a `distortion`, which bends
+    all channels alike. Depth stays planar.
     """
 
     frame: str
@@ -32,14 +38,22 @@ class Camera:
     cx: float
     cy: float
     range_m: tuple[float, float]
+    distortion: Distortion | None = None
+    rgb_noise: CameraNoise | None = None
+    depth_noise: DepthNoise | None = None
 
     def __post_init__(self) -> None:
         if not (self.width > 0 and self.height > 0 and self.fx > 0 and self.fy > 0):
             raise ValueError(f"{self} sees nothing")
+        if self.distortion:
+            left, right = ((edge - self.cx) / self.fx for edge in (-0.5, self.width - 0.5))
+            top, bottom = ((edge - self.cy) / self.fy for edge in (-0.5, self.height - 0.5))
+            self.distortion.check(left, top, right, bottom, min(1 / self.fx, 1 / self.fy))
 
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any]) -> Self:
         """Read a robot's `camera` mapping; raises KeyError, TypeError or ValueError when it is not one."""
+        _check_keys("camera", values, cls)
         return cls(
             frame=str(values["frame"]),
             width=int(values["width"]),
@@ -49,31 +63,84 @@ class Camera:
             cx=float(values["cx"]),
             cy=float(values["cy"]),
             range_m=_range(values["range_m"]),
+            distortion=_optional(values, "distortion", Distortion.from_mapping),
+            rgb_noise=_optional(values, "rgb_noise", CameraNoise.from_mapping),
+            depth_noise=_optional(values, "depth_noise", read_depth_noise),
         )
 
     def info(self) -> dict[str, Any]:
         """Return the camera's model, as the channels `*_info` have it."""
         matrix = np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
-        return {
+        info = {
             "frame_id": self.frame,
             "height": self.height,
             "width": self.width,
             "matrix_intrinsics": matrix,
             "matrix_projection": np.hstack([matrix, np.zeros((3, 1))]),
         }
+        if self.distortion:
+            info |= {
+                "distortion_model": PLUMB_BOB,
+                "distortion_coefficients": self.distortion.coefficients(),
+            }
+        return info
+
+    @cached_property
+    def view(self) -> View:
+        """Where the pixels look."""
+        x, y = np.meshgrid((np.arange(self.width) - self.cx) / self.fx, (np.arange(self.height) - self.cy) / self.fy)
+        if self.distortion:
+            x, y = self.distortion.undistort(x, y)
+        return View(x, y, self.fx)
 
     def expose(self, renderer: Renderer, camera_poses: Sequence[Pose], *, rgb: bool) -> list[Frame]:
         """Take a picture from each pose of the optical frame in the map frame, all of them together."""
         # The renderer puts the centre of the first pixel at one half.
-        intrinsics = Intrinsics(self.width, self.height, self.fx, self.fy, self.cx + 0.5, self.cy + 0.5)
+        intrinsics = Intrinsics(
+            self.width, self.height, self.fx, self.fy, self.cx + 0.5, self.cy + 0.5, self.distortion
+        )
         batch = renderer.render_batch(np.stack([pose.matrix() for pose in camera_poses]), intrinsics, rgb=rgb)
         return [batch[i] for i in range(len(batch))]
 
-    def depth(self, frame: Frame) -> npt.NDArray[np.float32]:
-        """Return planar depth (H, W) in metres: +inf is beyond the camera's range, -inf before it (REP-117)."""
+    def rgb(self, frame: Frame, random: np.random.Generator) -> npt.NDArray[np.uint8]:
+        """Return colours (H, W, 3), with noise from `random`."""
+        return self.rgb_noise.apply(frame.rgb, random) if self.rgb_noise else frame.rgb
+
+    def depth(self, frame: Frame, random: np.random.Generator) -> npt.NDArray[np.float32]:
+        """Return planar depth (H, W) in metres, with noise from `random`.
+
+        NaN is invalid, +inf beyond the camera's range, -inf before it (REP-117).
+        """
         nearest_m, farthest_m = self.range_m
-        depth_m = np.where(frame.depth_m > farthest_m, np.float32(np.inf), frame.depth_m)
+        sensed_m = frame.depth_m
+        if self.depth_noise:
+            exact_m = sensed_m.astype(np.float64)
+            sensed_m = self.depth_noise.apply(exact_m, self.view, random).astype(np.float32)
+        depth_m = np.where(sensed_m > farthest_m, np.float32(np.inf), sensed_m)
         return np.where(depth_m < nearest_m, np.float32(-np.inf), depth_m)
+
+
+@dataclass(frozen=True)
+class LaserNoise:
+    """Normal errors of ranges; their variance is `sigma_m`² + (`sigma_relative` × range)²."""
+
+    sigma_m: float = 0.0
+    sigma_relative: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (0 <= self.sigma_m < np.inf and 0 <= self.sigma_relative < np.inf):
+            raise ValueError(f"{self} is negative or not finite")
+
+    @classmethod
+    def from_mapping(cls, values: Mapping[str, Any]) -> Self:
+        """Read a laser's `noise`; raises TypeError or ValueError when it is not one."""
+        return cls(**{str(key): float(value) for key, value in values.items()})
+
+    def apply(self, ranges_m: npt.NDArray[np.float64], random: np.random.Generator) -> npt.NDArray[np.float64]:
+        """Return ranges with errors; what is infinite stays so."""
+        finite = np.isfinite(ranges_m)
+        sigma_m = np.hypot(self.sigma_m, self.sigma_relative * np.where(finite, ranges_m, 0.0))
+        return np.where(finite, ranges_m + sigma_m * random.standard_normal(ranges_m.shape), ranges_m)
 
 
 @dataclass(frozen=True)
@@ -83,6 +150,7 @@ class Laser:
     frame: str
     beams: int
     range_m: tuple[float, float]
+    noise: LaserNoise | None = None
 
     def __post_init__(self) -> None:
         if not self.beams > 0:
@@ -91,21 +159,35 @@ class Laser:
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any]) -> Self:
         """Read a robot's `laser` mapping; raises KeyError, TypeError or ValueError when it is not one."""
-        return cls(str(values["frame"]), int(values["beams"]), _range(values["range_m"]))
+        _check_keys("laser", values, cls)
+        return cls(
+            frame=str(values["frame"]),
+            beams=int(values["beams"]),
+            range_m=_range(values["range_m"]),
+            noise=_optional(values, "noise", LaserNoise.from_mapping),
+        )
 
-    def scan(self, renderer: Renderer, laser_poses: Sequence[Pose]) -> list[dict[str, Any]]:
-        """Return a scan from each pose in the map frame; +inf is beyond the range, -inf before it (REP-117)."""
+    def scan(
+        self, renderer: Renderer, laser_poses: Sequence[Pose], randoms: Sequence[np.random.Generator]
+    ) -> list[dict[str, Any]]:
+        """Return a scan from each pose in the map frame, with noise from the generator of each.
+
+        +inf is beyond the range, -inf before it (REP-117).
+        """
         nearest_m, farthest_m = self.range_m
         angles_rad = np.linspace(-np.pi, np.pi, self.beams, endpoint=False)
         along = np.stack([np.cos(angles_rad), np.sin(angles_rad), np.zeros(self.beams)], 1)
         matrices = [pose.matrix() for pose in laser_poses]
         origins = np.concatenate([np.broadcast_to(matrix[:3, 3], along.shape) for matrix in matrices])
         directions = np.concatenate([along @ matrix[:3, :3].T for matrix in matrices])
-        ranges_m = renderer.cast(origins, directions, farthest_m).astype(np.float64)
+        ranges_m = renderer.cast(origins, directions, farthest_m).astype(np.float64).reshape(-1, self.beams)
+        if self.noise:
+            ranges_m = np.stack([self.noise.apply(*each) for each in zip(ranges_m, randoms, strict=True)])
+            ranges_m[ranges_m > farthest_m] = np.inf
         ranges_m[ranges_m < nearest_m] = -np.inf
         return [
             {"scans": np.stack([scan, angles_rad], 1), "range_min": nearest_m, "range_max": farthest_m}
-            for scan in ranges_m.reshape(-1, self.beams)
+            for scan in ranges_m
         ]
 
 
@@ -161,3 +243,22 @@ def _range(values: Sequence[float]) -> tuple[float, float]:
     if not 0 <= nearest_m < farthest_m:
         raise ValueError(f"the range [{nearest_m}, {farthest_m}] is empty")
     return nearest_m, farthest_m
+
+
+def _optional(values: Mapping[str, Any], key: str, read: Callable[[Mapping[str, Any]], _Read]) -> _Read | None:
+    """Read what is under `key`, if anything; errors name it."""
+    if key not in values:
+        return None
+    if not isinstance(values[key], Mapping):
+        raise TypeError(f"{key} is {values[key]!r}, not a mapping")
+    try:
+        return read(values[key])
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{key}: {error}") from error
+
+
+def _check_keys(sensor: str, values: Mapping[str, Any], kind: type[Camera | Laser]) -> None:
+    known = [field.name for field in fields(kind)]
+    for key in values:
+        if key not in known:
+            raise ValueError(f"{sensor} has no '{key}', only {', '.join(known)}.{did_you_mean(str(key), known)}")

@@ -5,11 +5,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
+import numpy.typing as npt
+
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import PlatformSpec, Scene
-from benchbot_sim_taichi import dynamics, lamps, quality
+from benchbot_sim_taichi import dynamics, lamps, quality, randomness
 from benchbot_sim_taichi.collision import ObstacleMap, travel
 from benchbot_sim_taichi.dynamics import State
 from benchbot_sim_taichi.gltf import load_scene
@@ -30,7 +33,7 @@ class RayTracedSimulator:
 
     Options of the environment, or of who starts the simulator (these win): `arch` chooses where rays are traced, cpu
     (default), cuda, …; `quality` and `samples` how pictures are lit (see `quality`). The same pose in the same scene
-    gives the same picture, whatever the seed; the seed is that of odometry.
+    gives the same picture, whatever the seed; the seed is that of odometry and of the sensors' noise.
     """
 
     def __init__(self, spec: PlatformSpec) -> None:
@@ -56,6 +59,7 @@ class RayTracedSimulator:
         x, y, self._base_z_m = self._start_pose.translation_xyz
         self._state = State(x, y, self._start_pose.yaw_rad)
         self._odometry = Odometry(self._state, self._robot.noise.linear, self._robot.noise.angular, seed)
+        self._seed, self._instant = seed, 0
         self._clock_s = 0.0
         self._collided = False
         if self._world.obstacles.covers(x, y) or self._clearance_m(self._state) < 0:
@@ -89,7 +93,8 @@ class RayTracedSimulator:
         for world in {id(platform._world): platform._world for platform in platforms}.values():
             there = [i for i, platform in enumerate(platforms) if platform._world is world]
             poses = [platforms[i].pose() for i in there]
-            frames, scans = self._expose(world, poses, wanted), self._scan(world, poses, wanted)
+            lasers = [platforms[i]._random("laser") for i in there]
+            frames, scans = self._expose(world, poses, wanted), self._scan(world, poses, wanted, lasers)
             for i, frame, scan in zip(there, frames, scans, strict=True):
                 observed[i] = {name: platforms[i]._channel(name, frame, scan) for name in wanted}
         return observed
@@ -101,6 +106,7 @@ class RayTracedSimulator:
         self._state, contact = travel(before, way, self._clearance_m)
         self._collided |= contact
         self._clock_s += duration_s
+        self._instant += 1
         self._odometry.follow(before, self._state)
 
     def contact_ahead(self, linear_mps: float, angular_radps: float, horizon_s: float) -> bool:
@@ -136,6 +142,15 @@ class RayTracedSimulator:
         """Put the robot, at rest, at a pose in the map frame."""
         x, y, _ = base.translation_xyz
         self._state = State(x, y, base.yaw_rad)
+        self._instant += 1
+
+    def move_object(self, name: str, transform: npt.NDArray[np.floating]) -> None:
+        """Put the loaded scene's objects of a name where the rigid `transform` (4, 4) takes them from where they began.
+
+        For the time between episodes: what robots see and bump into changes, for all twins in this scene, and stays so
+        until it is moved again. Light bounces anew, which takes seconds when the next picture is asked for.
+        """
+        self._world.move_object(name, transform)
 
     def halt(self, why: str) -> None:
         """Do nothing: a simulated robot moves inside `drive` only."""
@@ -154,12 +169,21 @@ class RayTracedSimulator:
         mount = self._robot.mounts[camera.frame]
         return camera.expose(world.renderer, [base @ mount for base in bases], rgb="image_rgb" in wanted)
 
-    def _scan(self, world: "_World", bases: Sequence[Pose], wanted: tuple[str, ...]) -> Sequence[dict[str, Any] | None]:
+    def _random(self, sensor: str) -> np.random.Generator:
+        return randomness.at_instant(self._seed, sensor, self._instant)
+
+    def _scan(
+        self,
+        world: "_World",
+        bases: Sequence[Pose],
+        wanted: tuple[str, ...],
+        randoms: Sequence[np.random.Generator],
+    ) -> Sequence[dict[str, Any] | None]:
         if "laser" not in wanted:
             return [None] * len(bases)
         laser = self._robot.laser
         mount = self._robot.mounts[laser.frame]
-        return laser.scan(world.renderer, [base @ mount for base in bases])
+        return laser.scan(world.renderer, [base @ mount for base in bases], randoms)
 
     def _channel(self, name: str, frame: Frame | None, scan: dict[str, Any] | None) -> Any:
         if name == "laser":
@@ -171,8 +195,8 @@ class RayTracedSimulator:
         if frame is None or name not in PICTURES:
             return self._robot.camera.info()
         pictures: dict[str, Callable[[Frame], Any]] = {
-            "image_rgb": lambda frame: frame.rgb,
-            "image_depth": self._robot.camera.depth,
+            "image_rgb": lambda frame: self._robot.camera.rgb(frame, self._random(name)),
+            "image_depth": lambda frame: self._robot.camera.depth(frame, self._random(name)),
             "image_segment": self._world.labels.segment,
         }
         return pictures[name](frame)
@@ -198,7 +222,22 @@ class _World:
         self.labels = Labels.of(self._geometry.instances, environment.get("object_labels", ()))
         # The base stands on the floor.
         floor_z_m = scene.start_pose.translation_xyz[2]
-        self.obstacles = ObstacleMap(self._geometry, floor_z_m + footprint.z_min_m, floor_z_m + footprint.z_max_m)
+        self._slab_m = (floor_z_m + footprint.z_min_m, floor_z_m + footprint.z_max_m)
+        self.obstacles = ObstacleMap(self._geometry, *self._slab_m)
+
+    def move_object(self, name: str, transform: npt.NDArray[np.floating]) -> None:
+        names = [instance.name for instance in self._geometry.instances]
+        if name not in names:
+            raise BenchbotError(
+                f"There is no object '{name}' in this scene.",
+                f"It has {len(names)} objects.{did_you_mean(name, names)}",
+                "Name one of the scene's instances: a node of its GLB file.",
+            )
+        for instance in self._geometry.instances:
+            if instance.name == name:
+                self.renderer.move(instance.index, transform)
+        self.renderer.relight()
+        self.obstacles = ObstacleMap(self.renderer.scene, *self._slab_m)
 
     @cached_property
     def renderer(self) -> Renderer:

@@ -10,17 +10,18 @@ from benchbot_sim_taichi.scene import FloatArray, IntArray, Material, SceneGeome
 
 TRIANGLE_STRIDE = 24
 MATERIAL_STRIDE = 20
-CAMERA_STRIDE = 19
+CAMERA_STRIDE = 25
 
 
-def triangle_records(scene: SceneGeometry) -> FloatArray:
+def triangle_records(scene: SceneGeometry, ids: npt.NDArray[np.int64] | slice = slice(None)) -> FloatArray:
     """(T * 24,): three normals, three uvs, geometric normal, material, instance, texture density, tangent.
 
     Texture density is the square root of uv area over area (per metre), negative where the uvs are mirrored; the
-    tangent is dP/du, unit.
+    tangent is dP/du, unit. All triangles, or those of some `ids`.
     """
-    corner = scene.vertices[scene.triangles].astype(np.float64)
-    uv = scene.uvs[scene.triangles].astype(np.float64)
+    triangles = scene.triangles[ids]
+    corner = scene.vertices[triangles].astype(np.float64)
+    uv = scene.uvs[triangles].astype(np.float64)
     edge1, edge2 = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
     duv1, duv2 = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
     cross = np.cross(edge1, edge2)
@@ -29,11 +30,11 @@ def triangle_records(scene: SceneGeometry) -> FloatArray:
     tangent = edge1 * duv2[:, 1:] - edge2 * duv1[:, 1:]
     tangent *= np.sign(doubled_uv_area)[:, None]
     record = np.zeros((len(corner), TRIANGLE_STRIDE), np.float32)
-    record[:, 0:9] = scene.normals[scene.triangles].reshape(-1, 9)
+    record[:, 0:9] = scene.normals[triangles].reshape(-1, 9)
     record[:, 9:15] = uv.reshape(-1, 6)
     record[:, 15:18] = _unit(cross)
-    record[:, 18] = scene.triangle_material
-    record[:, 19] = scene.triangle_instance
+    record[:, 18] = scene.triangle_material[ids]
+    record[:, 19] = scene.triangle_instance[ids]
     density = np.sqrt(np.abs(doubled_uv_area) / np.maximum(doubled_area, 1e-12))
     record[:, 20] = np.where(doubled_uv_area > 0, -density, density)  # v runs down, so mirrored uvs turn left
     record[:, 21:24] = _unit(tangent)
@@ -81,9 +82,15 @@ class TriangleGroups:
 
 def group_triangles(scene: SceneGeometry) -> TriangleGroups:
     """Sort triangles by the material that they carry."""
-    is_sheer = np.array([m.is_glass or m.alpha_cutoff is not None for m in scene.materials], bool)
-    sheer = is_sheer[scene.triangle_material]
+    sheer = is_sheer(scene)
     return TriangleGroups(np.flatnonzero(~sheer), np.flatnonzero(sheer))
+
+
+def is_sheer(scene: SceneGeometry) -> npt.NDArray[np.bool_]:
+    """Say of each triangle (T,) whether light may pass through it."""
+    materials = np.array([m.is_glass or m.alpha_cutoff is not None for m in scene.materials], bool)
+    sheer: npt.NDArray[np.bool_] = materials[scene.triangle_material]
+    return sheer
 
 
 def triangle_areas(vertices: FloatArray, triangles: IntArray) -> npt.NDArray[np.float64]:

@@ -27,13 +27,20 @@ def pixel_plane(cameras: ti.template(), eye, guide: ti.template(), pixel, x, y):
     at = pixel * GUIDE_STRIDE
     normal = load3(guide, at)
     t = guide[at + 3]
-    slope = normal.dot(camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5))
+    middle_x = ti.cast(x, ti.f32) + 0.5
+    middle_y = ti.cast(y, ti.f32) + 0.5
+    slope = normal.dot(camera_ray(cameras, eye, middle_x, middle_y))
+    slope_across = normal.dot(vec3(cameras[eye], cameras[eye + 3], cameras[eye + 6])) / cameras[eye + 12]
+    slope_down = normal.dot(vec3(cameras[eye + 1], cameras[eye + 4], cameras[eye + 7])) / cameras[eye + 13]
+    if cameras[eye + 19] != 0.0:  # the lens bends planes; beside the pixel they are still flat enough
+        slope_across = normal.dot(camera_ray(cameras, eye, middle_x + 1.0, middle_y)) - slope
+        slope_down = normal.dot(camera_ray(cameras, eye, middle_x, middle_y + 1.0)) - slope
     return PixelPlane(
         normal=normal,
         offset=slope * t,
         slope=slope,
-        slope_across=normal.dot(vec3(cameras[eye], cameras[eye + 3], cameras[eye + 6])) / cameras[eye + 12],
-        slope_down=normal.dot(vec3(cameras[eye + 1], cameras[eye + 4], cameras[eye + 7])) / cameras[eye + 13],
+        slope_across=slope_across,
+        slope_down=slope_down,
         tolerance=1.0 / (0.004 + 0.004 * t),
     )
 

@@ -12,7 +12,8 @@ each quantity: rows of one matrix were a third slower.
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.bvh import LEAF_SIZE, LEAF_STRIDE, NODE_STRIDE, STACK_SIZE, WIDTH
-from benchbot_sim_taichi.kernels.traversal import EMPTY, FAR, Hit, floats, vec3
+from benchbot_sim_taichi.kernels.lens import undistort
+from benchbot_sim_taichi.kernels.traversal import EDGE, EMPTY, FAR, Hit, floats, vec3
 from benchbot_sim_taichi.tables import CAMERA_STRIDE
 
 TILE = 4
@@ -86,6 +87,7 @@ def meet_leaf(
             along_u = e2.cross(start)
             along_v = start.cross(e1)
             height = e2.dot(along_v)
+            slack = EDGE * ti.abs(start).sum() * (ti.abs(e1).sum() + ti.abs(e2).sum())
             for group in range(RAYS // LANES):
                 for lane in ti.static(range(LANES)):
                     i = group * LANES + lane
@@ -98,7 +100,7 @@ def meet_leaf(
                     w = 1.0 - u - v
                     least = ti.select(u < v, u, v)
                     least = ti.select(w < least, w, least)
-                    nearer = (det != 0.0) & (least >= 0.0) & (t > 0.0) & (t < hit_t[i])
+                    nearer = (det != 0.0) & (least >= -slack * ti.abs(inv_det)) & (t > 0.0) & (t < hit_t[i])
                     hit_t[i] = ti.select(nearer, t, hit_t[i])
                     hit_u[i] = ti.select(nearer, u, hit_u[i])
                     hit_v[i] = ti.select(nearer, v, hit_v[i])
@@ -157,6 +159,18 @@ def meet(
         first_y = (ti.cast(top, ti.f32) + 0.5 - MARGIN_PIXELS - cy) / fy
         last_x = (ti.cast(left + TILE, ti.f32) - 0.5 + MARGIN_PIXELS - cx) / fx
         last_y = (ti.cast(top + TILE, ti.f32) - 0.5 + MARGIN_PIXELS - cy) / fy
+        if cameras[eye + 19] != 0.0:  # the pyramid is that of the rectangle around the square's bent rays
+            first_x, last_x, first_y, last_y = FAR, -FAR, FAR, -FAR
+            for i in range(RAYS):
+                x = ti.cast(ti.min(left + i % TILE, width - 1), ti.f32) + 0.5
+                y = ti.cast(ti.min(top + i // TILE, height - 1), ti.f32) + 0.5
+                lens_x, lens_y = undistort(cameras, eye + 20, (x - cx) / fx, (y - cy) / fy)
+                ray = right * lens_x + down * lens_y + forward
+                ray_x[i], ray_y[i], ray_z[i] = ray.x, ray.y, ray.z
+                first_x, last_x = ti.min(first_x, lens_x), ti.max(last_x, lens_x)
+                first_y, last_y = ti.min(first_y, lens_y), ti.max(last_y, lens_y)
+            margin = MARGIN_PIXELS / ti.min(ti.abs(fx), ti.abs(fy))
+            first_x, last_x, first_y, last_y = first_x - margin, last_x + margin, first_y - margin, last_y + margin
         side_0 = plane_through(origin, dual_x - dual_z * ti.min(first_x, last_x))
         side_1 = plane_through(origin, dual_z * ti.max(first_x, last_x) - dual_x)
         side_2 = plane_through(origin, dual_y - dual_z * ti.min(first_y, last_y))

@@ -12,6 +12,7 @@ together.
 """
 
 from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.kernels.lens import undistort
 from benchbot_sim_taichi.kernels.packet import met
 from benchbot_sim_taichi.kernels.surface import Surface, load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
@@ -39,10 +40,20 @@ def camera_ray(cameras: ti.template(), eye, x, y):
     """
     cx = (x - cameras[eye + 14]) / cameras[eye + 12]
     cy = (y - cameras[eye + 15]) / cameras[eye + 13]
+    ray = turned(cameras, eye, cx, cy)
+    if cameras[eye + 19] != 0.0:
+        lens_x, lens_y = undistort(cameras, eye + 20, cx, cy)
+        ray = turned(cameras, eye, lens_x, lens_y)
+    return ray
+
+
+@ti.func
+def turned(cameras: ti.template(), eye, x, y):
+    """The direction of (x, y, 1) of the optical frame, in the map frame."""
     return vec3(
-        cameras[eye] * cx + cameras[eye + 1] * cy + cameras[eye + 2],
-        cameras[eye + 3] * cx + cameras[eye + 4] * cy + cameras[eye + 5],
-        cameras[eye + 6] * cx + cameras[eye + 7] * cy + cameras[eye + 8],
+        cameras[eye] * x + cameras[eye + 1] * y + cameras[eye + 2],
+        cameras[eye + 3] * x + cameras[eye + 4] * y + cameras[eye + 5],
+        cameras[eye + 6] * x + cameras[eye + 7] * y + cameras[eye + 8],
     )
 
 

@@ -5,12 +5,16 @@ Triangle test: Möller and Trumbore, "Fast, minimum storage ray/triangle interse
 
 The compiler packs the eight boxes and four triangles of a step into vector instructions only when their results are
 stored into small local vectors that are also indexed at run time; that is what `t_near` and `t_hit` are for.
+
+Barycentric coordinates are off by rounding, in proportion to distance times edges over the determinant. A triangle is
+met that far beyond its edges (`EDGE`), so that no ray slips between two that share one.
 """
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.bvh import EMPTY_CHILD, LEAF_STRIDE, NODE_STRIDE, STACK_SIZE
 
 FAR = 1e30
+EDGE = 1.2e-7
 EMPTY = int(EMPTY_CHILD)
 
 floats = ti.types.ndarray(dtype=ti.f32, ndim=1)
@@ -130,7 +134,9 @@ def trace(
                 w = 1.0 - u - v
                 least = ti.select(u < v, u, v)
                 least = ti.select(w < least, w, least)
-                inside = ti.select(det == 0.0, -1.0, least)
+                far = ti.abs(sx) + ti.abs(sy) + ti.abs(sz)
+                wide = ti.abs(e1x) + ti.abs(e1y) + ti.abs(e1z) + ti.abs(e2x) + ti.abs(e2y) + ti.abs(e2z)
+                inside = ti.select(det == 0.0, -1.0, least + EDGE * far * wide * ti.abs(inv_det))
                 t_hit[i] = ti.select(inside >= 0.0, t, -1.0)
                 hit_u[i] = u
                 hit_v[i] = v

@@ -1,0 +1,180 @@
+"""Where a scene's objects stand: moved, added or taken away, without building again what stays."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from benchbot.core.errors import BenchbotError
+from benchbot_sim_taichi import bvh, tables, two_levels
+from benchbot_sim_taichi.scene import IntArray, Material, SceneGeometry
+
+FARTHEST_M = 1e5
+
+
+@dataclass(frozen=True)
+class Arrangement:
+    """`scene` as it stands, `origin` with every object where it first was.
+
+    `static` is the tree of what has not moved, `parts` are those of the objects that have.
+
+    Triangles keep their ids: those of an object that is taken away lose their area.
+    """
+
+    scene: SceneGeometry
+    origin: SceneGeometry
+    static: bvh.Bvh
+    parts: Mapping[int, bvh.Bvh] = field(default_factory=dict)
+
+    def tree(self) -> bvh.Bvh:
+        """One tree of everything."""
+        return two_levels.combined(self.static, list(self.parts.values()))
+
+    def triangles_of(self, instance: int) -> npt.NDArray[np.int64]:
+        """Ids of an object's triangles; raises BenchbotError when there is no such object."""
+        there = [known.index for known in self.scene.instances]
+        if instance not in there:
+            listed = ", ".join(str(index) for index in there[:20]) + (", …" if len(there) > 20 else "")
+            raise BenchbotError(
+                f"There is no object {instance} in this scene",
+                f"Its objects are numbered: {listed or 'none'}.",
+                "Take one of them: an instance's `index`, the value that it has in instance images.",
+            )
+        return np.flatnonzero(self.scene.triangle_instance == instance)
+
+
+def move(arrangement: Arrangement, instance: int, transform: npt.NDArray[np.floating]) -> Arrangement:
+    """Put an object where the rigid `transform` (4, 4) takes it from where it first was."""
+    matrix = _rigid(transform)
+    lifted = _lifted(arrangement, instance)
+    triangles = lifted.triangles_of(instance)
+    used = np.unique(lifted.scene.triangles[triangles])
+    vertices, normals = lifted.scene.vertices.copy(), lifted.scene.normals.copy()
+    origin = lifted.origin
+    vertices[used] = origin.vertices[used].astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+    normals[used] = origin.normals[used].astype(np.float64) @ matrix[:3, :3].T
+    scene = replace(lifted.scene, vertices=vertices, normals=normals)
+    part = two_levels.refitted(lifted.parts[instance], scene.vertices, scene.triangles)
+    return replace(lifted, scene=scene, parts={**lifted.parts, instance: part})
+
+
+def remove(arrangement: Arrangement, instance: int) -> Arrangement:
+    """Take an object away."""
+    gone = np.zeros(len(arrangement.scene.triangles), bool)
+    gone[arrangement.triangles_of(instance)] = True
+    static = arrangement.static if instance in arrangement.parts else two_levels.without(arrangement.static, gone)
+    return Arrangement(
+        _without(arrangement.scene, instance, gone),
+        _without(arrangement.origin, instance, gone),
+        static,
+        {index: part for index, part in arrangement.parts.items() if index != instance},
+    )
+
+
+def add(
+    arrangement: Arrangement, mesh: SceneGeometry, transform: npt.NDArray[np.floating]
+) -> tuple[Arrangement, tuple[int, ...]]:
+    """Put all objects of another scene into this one; also returns their new numbers, in the order of its instances."""
+    taken = max((known.index for known in arrangement.scene.instances), default=0)
+    offset = max(taken, int(arrangement.scene.triangle_instance.max(initial=0)))
+    numbers = tuple(known.index + offset for known in mesh.instances)
+    joined = replace(
+        arrangement,
+        scene=_joined(arrangement.scene, mesh, offset),
+        origin=_joined(arrangement.origin, mesh, offset),
+    )
+    for number in numbers:
+        joined = replace(joined, parts={**joined.parts, number: _own_tree(joined.scene, joined.triangles_of(number))})
+        joined = move(joined, number, transform)
+    return joined, numbers
+
+
+def _lifted(arrangement: Arrangement, instance: int) -> Arrangement:
+    """The object on a tree and on vertices of its own."""
+    if instance in arrangement.parts:
+        return arrangement
+    triangles = arrangement.triangles_of(instance)
+    is_its = np.zeros(len(arrangement.scene.triangles), bool)
+    is_its[triangles] = True
+    scene, origin = arrangement.scene, arrangement.origin
+    shared = np.intersect1d(scene.triangles[is_its], scene.triangles[~is_its])
+    if len(shared):
+        scene, origin = _split(scene, shared, is_its), _split(origin, shared, is_its)
+    return Arrangement(
+        scene,
+        origin,
+        two_levels.without(arrangement.static, is_its),
+        {**arrangement.parts, instance: _own_tree(scene, triangles)},
+    )
+
+
+def _own_tree(scene: SceneGeometry, triangles: npt.NDArray[np.int64]) -> bvh.Bvh:
+    is_sheer = tables.is_sheer(scene)[triangles]
+    return bvh.build(scene.vertices, scene.triangles, (triangles[~is_sheer], triangles[is_sheer]))
+
+
+def _split(scene: SceneGeometry, shared: IntArray, is_its: npt.NDArray[np.bool_]) -> SceneGeometry:
+    """Copies of shared vertices, for the triangles that `is_its` marks."""
+    renamed = np.arange(len(scene.vertices), dtype=np.int32)
+    renamed[shared] = len(scene.vertices) + np.arange(len(shared), dtype=np.int32)
+    triangles = scene.triangles.copy()
+    triangles[is_its] = renamed[triangles[is_its]]
+    return replace(
+        scene,
+        vertices=np.concatenate([scene.vertices, scene.vertices[shared]]),
+        normals=np.concatenate([scene.normals, scene.normals[shared]]),
+        uvs=np.concatenate([scene.uvs, scene.uvs[shared]]),
+        triangles=triangles,
+    )
+
+
+def _without(scene: SceneGeometry, instance: int, gone: npt.NDArray[np.bool_]) -> SceneGeometry:
+    triangles = scene.triangles.copy()
+    triangles[gone] = 0
+    return replace(
+        scene,
+        triangles=triangles,
+        triangle_instance=np.where(gone, 0, scene.triangle_instance).astype(np.int32),
+        instances=tuple(known for known in scene.instances if known.index != instance),
+    )
+
+
+def _joined(scene: SceneGeometry, mesh: SceneGeometry, instance_offset: int) -> SceneGeometry:
+    images = len(scene.images)
+    return SceneGeometry(
+        vertices=np.concatenate([scene.vertices, mesh.vertices]),
+        triangles=np.concatenate([scene.triangles, mesh.triangles + np.int32(len(scene.vertices))]),
+        triangle_instance=np.concatenate([scene.triangle_instance, mesh.triangle_instance + np.int32(instance_offset)]),
+        triangle_material=np.concatenate(
+            [scene.triangle_material, mesh.triangle_material + np.int32(len(scene.materials))]
+        ),
+        normals=np.concatenate([scene.normals, mesh.normals]),
+        uvs=np.concatenate([scene.uvs, mesh.uvs]),
+        materials=(*scene.materials, *(_with_images_after(images, material) for material in mesh.materials)),
+        instances=(
+            *scene.instances,
+            *(replace(known, index=known.index + instance_offset) for known in mesh.instances),
+        ),
+        images=(*scene.images, *mesh.images),
+    )
+
+
+def _with_images_after(images: int, material: Material) -> Material:
+    kinds = ("base_color_image", "metallic_roughness_image", "normal_image", "emission_image")
+    shifted = {kind: getattr(material, kind) for kind in kinds if getattr(material, kind) is not None}
+    return replace(material, **{kind: image + images for kind, image in shifted.items()})
+
+
+def _rigid(transform: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
+    matrix = np.asarray(transform, np.float64)
+    if matrix.shape == (4, 4) and np.isfinite(matrix).all() and np.abs(matrix).max() < FARTHEST_M:
+        rotation = matrix[:3, :3]
+        is_rotation = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6) and np.linalg.det(rotation) > 0
+        if is_rotation and np.array_equal(matrix[3], [0, 0, 0, 1]):
+            return matrix
+    raise BenchbotError(
+        "This is no pose to put an object at",
+        "An object is turned and shifted, neither scaled nor mirrored, and stays within 100 km.",
+        "Give a (4, 4) matrix such as Pose((x, y, z), (qx, qy, qz, qw)).matrix().",
+    )

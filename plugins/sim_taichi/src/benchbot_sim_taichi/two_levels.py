@@ -1,0 +1,141 @@
+"""Trees that change: one for what stands still, one for each object that has moved, and nodes above them all.
+
+Nodes and leaves stay those of `bvh`, so that rays know of no levels.
+"""
+
+from collections.abc import Sequence
+from functools import reduce
+
+import numpy as np
+import numpy.typing as npt
+
+from benchbot_sim_taichi.bvh import (
+    EMPTY_CHILD,
+    LEAF_SIZE,
+    LEAF_STRIDE,
+    NODE_STRIDE,
+    WIDTH,
+    Bvh,
+    FloatArray,
+    pack_leaves,
+)
+
+NO_ROOT = -1
+IDS = slice(9 * LEAF_SIZE, 10 * LEAF_SIZE)
+CHILDREN = slice(6 * WIDTH, 7 * WIDTH)
+
+
+def without(tree: Bvh, is_gone: npt.NDArray[np.bool_]) -> Bvh:
+    """The tree without the triangles that `is_gone` (T,) marks; boxes stay as they are."""
+    leaves = tree.leaves.reshape(-1, LEAF_STRIDE).copy()
+    ids = leaves[:, IDS].view(np.int32)
+    gone = (ids >= 0) & is_gone[np.maximum(ids, 0)]
+    leaves[:, : IDS.start][np.tile(gone, (1, 9))] = 0.0
+    ids[gone] = -1
+    return Bvh(tree.nodes, leaves.ravel(), tree.roots)
+
+
+def refitted(tree: Bvh, vertices: FloatArray, triangles: npt.NDArray[np.int32]) -> Bvh:
+    """The tree around the same triangles with other corners: as exact as one built anew, its splits being the old."""
+    ids = tree.leaves.reshape(-1, LEAF_STRIDE)[:, IDS].view(np.int32)
+    corners = vertices[triangles[np.maximum(ids, 0)]]
+    filled = (ids >= 0)[:, :, None, None]
+    # Point by point: reducing along short axes takes numpy ten times as long.
+    leaf_low = _folded(np.minimum, np.where(filled, corners, np.float32(1e30)).reshape(len(ids), -1, 3))
+    leaf_high = _folded(np.maximum, np.where(filled, corners, np.float32(-1e30)).reshape(len(ids), -1, 3))
+    nodes = tree.nodes.reshape(-1, NODE_STRIDE).copy()
+    children = nodes[:, CHILDREN].view(np.int32)
+    boxes = nodes[:, : 6 * WIDTH].reshape(-1, 6, WIDTH)
+    for level in reversed(_levels(children, tree.roots)):
+        child = children[level]
+        is_leaf, is_node = child < 0, (child >= 0) & (child != EMPTY_CHILD)
+        inner = child[is_node]
+        low = _folded(np.minimum, boxes[inner, :3].transpose(0, 2, 1))
+        high = _folded(np.maximum, boxes[inner, 3:].transpose(0, 2, 1))
+        level_low = np.full((*child.shape, 3), np.float32(1e30))
+        level_high = -level_low
+        level_low[is_leaf], level_high[is_leaf] = leaf_low[~child[is_leaf]], leaf_high[~child[is_leaf]]
+        level_low[is_node], level_high[is_node] = low, high
+        boxes[level, :3] = level_low.transpose(0, 2, 1)
+        boxes[level, 3:] = level_high.transpose(0, 2, 1)
+    nodes[:, : 6 * WIDTH] = boxes.reshape(-1, 6 * WIDTH)
+    return Bvh(nodes.ravel(), pack_leaves(corners, ids.astype(np.int64)).ravel(), tree.roots)
+
+
+def _folded(extreme: np.ufunc, points: FloatArray) -> FloatArray:
+    """The least or greatest (N, 3) of points (N, M, 3)."""
+    folded: FloatArray = reduce(extreme, (points[:, i] for i in range(points.shape[1])))
+    return folded
+
+
+def _levels(children: npt.NDArray[np.int32], roots: Sequence[int]) -> list[npt.NDArray[np.int32]]:
+    """Nodes by their depth below the roots."""
+    levels = []
+    level = np.array(roots, np.int32)
+    while len(level):
+        levels.append(level)
+        below = children[level].ravel()
+        level = below[(below >= 0) & (below != EMPTY_CHILD)]
+    return levels
+
+
+def combined(static: Bvh, parts: Sequence[Bvh]) -> Bvh:
+    """One tree of all: group by group the static triangles' and the parts', below a node of their own.
+
+    As in any tree here, the first group's root is node 0. A group without any triangle has the root `NO_ROOT`.
+    """
+    static_nodes = static.nodes.reshape(-1, NODE_STRIDE)
+    # Node 0 makes room for the root of all.
+    blocks, leaves = [static_nodes, static_nodes[:1]], [static.leaves]
+    moved_root = len(static_nodes)
+    roots: list[list[int]] = [[moved_root if root == 0 else root] if root >= 0 else [] for root in static.roots]
+    node_base, leaf_base = len(static_nodes) + 1, len(static.leaves) // LEAF_STRIDE
+    for part in parts:
+        nodes = part.nodes.reshape(-1, NODE_STRIDE).copy()
+        child = nodes[:, CHILDREN].view(np.int32)
+        is_node = (child >= 0) & (child != EMPTY_CHILD)
+        child[is_node] += node_base
+        child[child < 0] -= leaf_base
+        for group, root in zip(roots, part.roots, strict=True):
+            group.append(node_base + root)
+        blocks.append(nodes)
+        leaves.append(part.leaves)
+        node_base += len(nodes)
+        leaf_base += len(part.leaves) // LEAF_STRIDE
+    nodes = np.concatenate(blocks)
+    tops: list[FloatArray] = []
+    tree_roots = []
+    for group in roots:
+        low = nodes[group, : 3 * WIDTH].reshape(-1, 3, WIDTH).min(axis=2)
+        high = nodes[group, 3 * WIDTH : 6 * WIDTH].reshape(-1, 3, WIDTH).max(axis=2)
+        used = np.flatnonzero((low <= high).all(axis=1))
+        top = _top(np.array(group, np.int32)[used], low[used], high[used], tops, len(nodes))
+        tree_roots.append(top if len(used) else NO_ROOT)
+    nodes = np.concatenate([nodes, *tops])
+    nodes[0] = nodes[tree_roots[0]] if tree_roots[0] != NO_ROOT else _row(np.zeros(0, np.int32), *np.zeros((2, 0, 3)))
+    return Bvh(nodes.ravel(), np.concatenate(leaves), (0, *tree_roots[1:]))
+
+
+def _top(nodes: npt.NDArray[np.int32], low: FloatArray, high: FloatArray, rows: list[FloatArray], base: int) -> int:
+    """Put nodes with these boxes below one that is appended to `rows`, which start at node `base`; returns which."""
+    if len(nodes) > WIDTH:
+        center = low + high
+        order = np.argsort(center[:, int(np.ptp(center, axis=0).argmax())], kind="stable")
+        chunks = np.array_split(order, WIDTH)
+        heads = [_top(nodes[chunk], low[chunk], high[chunk], rows, base) for chunk in chunks]
+        nodes = np.array(heads, np.int32)
+        low = np.stack([low[chunk].min(axis=0) for chunk in chunks])
+        high = np.stack([high[chunk].max(axis=0) for chunk in chunks])
+    rows.append(_row(nodes, low, high)[None])
+    return base + len(rows) - 1
+
+
+def _row(nodes: npt.NDArray[np.int32], low: npt.NDArray[np.floating], high: npt.NDArray[np.floating]) -> FloatArray:
+    """A node with these children."""
+    row = np.zeros(NODE_STRIDE, np.float32)
+    boxes = row[: 6 * WIDTH].reshape(6, WIDTH)
+    boxes[:3], boxes[3:] = 1e30, -1e30
+    boxes[:3, : len(nodes)], boxes[3:, : len(nodes)] = low.T, high.T
+    row[CHILDREN].view(np.int32)[:] = EMPTY_CHILD
+    row[CHILDREN].view(np.int32)[: len(nodes)] = nodes
+    return row
