@@ -64,7 +64,8 @@ def test_supervisor_and_driver_hang(declared: Declared) -> None:
 
         code, failure = submitted.ended()
         assert (code, failure["class"]) == (3, "platform")
-        assert "No velocity command came for" in failure["why"]
+        # The driver goes on: what it hears of first, the guard or that so much time has passed, is chance.
+        assert re.search("No velocity command came for|Its simulated clock stood still for", failure["why"])
 
 
 def test_the_solution_is_killed(declared: Declared) -> None:
