@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from benchbot.cli import console
-from benchbot.cli.options import Json
+from benchbot.cli.options import Json, Method, Missing
 
 
 def compare(
@@ -31,21 +31,12 @@ def compare(
     ignore_seeds: Annotated[
         bool, typer.Option("--ignore-seeds", help="Pair the results of an environment in order, whatever their seeds.")
     ] = False,
-    method: Annotated[
-        str | None,
-        typer.Option("--method", "-m", metavar="METHOD", help="How to score. [default: the one that fits the task]"),
-    ] = None,
+    method: Method = None,
     ground_truth: Annotated[
         list[Path] | None,
         typer.Option("--ground-truth", metavar="GT.json", help="A ground truth to use instead of the installed ones."),
     ] = None,
-    missing: Annotated[
-        Literal["zero", "leave-out"],
-        typer.Option(
-            metavar="zero|leave-out",
-            help="How results that are missing, broken or of failed episodes count: as zero, or not at all.",
-        ),
-    ] = "zero",
+    missing: Missing = "zero",
     as_json: Json = False,
 ) -> None:
     """Say whether one set of results scores higher than another, and how sure that is.

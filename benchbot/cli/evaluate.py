@@ -7,7 +7,7 @@ import typer
 
 from benchbot.cli import console, requirement
 from benchbot.cli.asides import listing, showing
-from benchbot.cli.options import Json, Requirements
+from benchbot.cli.options import Json, Method, Missing, RequiredEnvsBatch, RequiredTask, Requirements
 from benchbot.core.errors import BenchbotError, ExitCode
 
 if TYPE_CHECKING:
@@ -18,10 +18,7 @@ def evaluate(
     results: Annotated[
         list[Path], typer.Argument(metavar="RESULT", help="Result files, ZIP archives and folders of them.")
     ],
-    method: Annotated[
-        str | None,
-        typer.Option("--method", "-m", metavar="METHOD", help="How to score. [default: the one that fits the task]"),
-    ] = None,
+    method: Method = None,
     ground_truth: Annotated[
         list[Path] | None,
         typer.Option(
@@ -31,23 +28,13 @@ def evaluate(
     output: Annotated[
         Path, typer.Option("--output-location", "-o", metavar="PATH", help="Write the scores here.")
     ] = Path("scores.json"),
-    required_task: Annotated[
-        str | None, typer.Option("--required-task", metavar="TASK", help="Leave out results of other tasks.")
-    ] = None,
+    required_task: RequiredTask = None,
     required_envs: Annotated[
         str | None,
         typer.Option("--required-envs", metavar="ENV,ENV", help="These environments count, with a result or without."),
     ] = None,
-    required_envs_batch: Annotated[
-        str | None, typer.Option("--required-envs-batch", metavar="BATCH", help="The same, as a batch names them.")
-    ] = None,
-    missing: Annotated[
-        Literal["zero", "leave-out"],
-        typer.Option(
-            metavar="zero|leave-out",
-            help="How results that are missing, broken or of failed episodes count: as zero, or not at all.",
-        ),
-    ] = "zero",
+    required_envs_batch: RequiredEnvsBatch = None,
+    missing: Missing = "zero",
     over: Annotated[
         Literal["places", "environments"],
         typer.Option(

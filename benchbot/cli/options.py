@@ -1,7 +1,7 @@
 """Options that several commands share, and how a command is made so that it starts fast."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -12,6 +12,24 @@ Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Requirements = Annotated[
     list[str] | None,
     typer.Option("--require", metavar="SCORE>=X", help="Exit with 4 unless the score is reached; repeatable."),
+]
+
+Method = Annotated[
+    str | None,
+    typer.Option("--method", "-m", metavar="METHOD", help="How to score. [default: the one that fits the task]"),
+]
+RequiredTask = Annotated[
+    str | None, typer.Option("--required-task", metavar="TASK", help="Leave out results of other tasks.")
+]
+RequiredEnvsBatch = Annotated[
+    str | None, typer.Option("--required-envs-batch", metavar="BATCH", help="The same, as a batch names them.")
+]
+Missing = Annotated[
+    Literal["zero", "leave-out"],
+    typer.Option(
+        metavar="zero|leave-out",
+        help="How results that are missing, broken or of failed episodes count: as zero, or not at all.",
+    ),
 ]
 
 Record = Annotated[

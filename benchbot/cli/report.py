@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from benchbot.cli import console
+from benchbot.cli.options import Method, Missing, RequiredEnvsBatch, RequiredTask
 from benchbot.core.errors import BenchbotError
 
 DEFAULT = Path("report.html")
@@ -33,10 +34,7 @@ def report(
             help="Write this, whatever the name ends in; to stdout without -o.",
         ),
     ] = None,
-    method: Annotated[
-        str | None,
-        typer.Option("--method", "-m", metavar="METHOD", help="How to score. [default: the one that fits the task]"),
-    ] = None,
+    method: Method = None,
     name: Annotated[
         str | None,
         typer.Option("--name", metavar="TEXT", help="What the solution is called. [default: the name of its file]"),
@@ -53,25 +51,15 @@ def report(
         list[Path] | None,
         typer.Option("--ground-truth", metavar="GT.json", help="A ground truth to use instead of the installed ones."),
     ] = None,
-    required_task: Annotated[
-        str | None, typer.Option("--required-task", metavar="TASK", help="Leave out results of other tasks.")
-    ] = None,
+    required_task: RequiredTask = None,
     required_envs: Annotated[
         str | None,
         typer.Option(
             "--required-envs", metavar="ENV,ENV", help="These environments count, also those without a result."
         ),
     ] = None,
-    required_envs_batch: Annotated[
-        str | None, typer.Option("--required-envs-batch", metavar="BATCH", help="The same, as a batch names them.")
-    ] = None,
-    missing: Annotated[
-        Literal["zero", "leave-out"],
-        typer.Option(
-            metavar="zero|leave-out",
-            help="How results that are missing, broken or of failed episodes count: as zero, or not at all.",
-        ),
-    ] = "zero",
+    required_envs_batch: RequiredEnvsBatch = None,
+    missing: Missing = "zero",
 ) -> None:
     """Make a report of results, to be read by somebody who was not there; prints the paths of what it wrote.
 
