@@ -3,7 +3,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 # What `benchbot[full]` brings, and what is installed besides where it is needed: ROS 2 alone is 250 MB.
-PLUGINS := sim_taichi task_semslam task_navigation eval_omq eval_trajectory eval_exploration envs_bear
+PLUGINS := scenes assets_household sim_taichi task_semslam task_navigation eval_omq eval_trajectory eval_exploration \
+	envs_bear
 MORE_PLUGINS := robot_ros2 record_mcap
 EDITABLE := -e . $(foreach plugin,$(PLUGINS),-e plugins/$(plugin))
 EDITABLE_MORE := $(foreach plugin,$(MORE_PLUGINS),-e plugins/$(plugin))

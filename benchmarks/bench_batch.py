@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from benchbot_scenes.gltf import load_scene
 from benchbot_sim_taichi import _ti
-from benchbot_sim_taichi.gltf import load_scene
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.quality import FAST, QUALITIES, REALTIME
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer

@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 
 from benchbot.core.geometry import Pose
+from benchbot_scenes.scene import SceneGeometry
 from benchbot_sim_taichi import bvh, tables
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Renderer
-from benchbot_sim_taichi.scene import SceneGeometry
 from benchmarks.rays.scene import generate
 
 SIZES = (20_000, 200_000, 1_000_000)

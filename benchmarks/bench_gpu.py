@@ -5,7 +5,7 @@ python -m benchmarks.bench_gpu [--arch cpu] [--triangles 20000 200000 1000000] [
 The rooms are those of `benchmarks.rays`. Times are medians of interleaved rounds; `device` leaves pictures where they
 were worked out (in memory that is used again), `host` copies them. Colours are of the quality `fast` unless said
 otherwise. Mitsuba (optional, variant cuda_ad_rgb: OptiX) takes primary rays, the large picture with matt colours
-(without and with a shadow ray), and paths of up to 4 segments (ours go on further).
+(without and with a shadow ray), and paths of up to 4 segments (ours go on further unless said otherwise).
 Without a GPU there is nothing to measure.
 """
 
@@ -25,11 +25,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from benchbot_scenes.scene import SceneGeometry
 from benchbot_sim_taichi import _ti
 from benchbot_sim_taichi.lighting import Lighting
+from benchbot_sim_taichi.path_trace import path_trace
 from benchbot_sim_taichi.quality import FAST, PATH, REALTIME, Quality
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
-from benchbot_sim_taichi.scene import SceneGeometry
 from benchmarks.rays import scene as rooms
 from benchmarks.rays.workload import lamp_point, look
 
@@ -127,6 +128,11 @@ def ours(scene: SceneGeometry, cache: Path, arch: str, small_pixels: int) -> dic
         "960x540 RGB-D, ids (realtime): device": (1, "frames", device(full, one, LARGE, rgb=True)),
         "960x540 RGB-D, ids (realtime): host": (1, "frames", lambda: full.render(VIEW, LARGE)),
         f"960x540 path, {SAMPLES} spp: host": (pixels * SAMPLES, "samples", lambda: paths.render(VIEW, LARGE)),
+        f"960x540 path, {SAMPLES} spp, 4 segments: host": (
+            pixels * SAMPLES,
+            "samples",
+            lambda: path_trace(paths, VIEW, LARGE, samples_per_pixel=SAMPLES, bounces=3),
+        ),
     }
     for size in (64, 128):
         camera = Intrinsics.from_horizontal_fov(size, size, 90.0)

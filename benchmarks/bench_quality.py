@@ -17,9 +17,10 @@ import numpy as np
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
-from benchbot.core import schema
+from benchbot.core import resources, schema
+from benchbot_scenes.gltf import load_scene
+from benchbot_scenes.scene_file import scene_file
 from benchbot_sim_taichi import camera_response, denoise
-from benchbot_sim_taichi.gltf import load_scene
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.path_trace import path_trace
 from benchbot_sim_taichi.quality import REALTIME, Quality
@@ -40,7 +41,7 @@ def main() -> None:
     parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="also write the pictures there")
     arguments = parser.parse_args()
     environment = schema.read(arguments.environment)
-    scene = load_scene(arguments.environment.parent / environment["map_path"])
+    scene = load_scene(scene_file(arguments.environment.parent / environment["map_path"], resources.cache_dir()))
     camera = Intrinsics.from_horizontal_fov(arguments.width, arguments.width * 3 // 4, 90.0)
     rows = []
     with tempfile.TemporaryDirectory() as cache:

@@ -19,10 +19,10 @@ from typing import Any
 
 import numpy as np
 
-from benchbot_sim_taichi.gltf import load_scene
+from benchbot_scenes.gltf import load_scene
+from benchbot_scenes.scene import SceneGeometry
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
-from benchbot_sim_taichi.scene import SceneGeometry
 
 SHIPPED = Path(__file__).parents[1] / "plugins/envs_bear/src/benchbot_envs_bear/scenes/miniroom_1.glb"
 CAMERA = Intrinsics.from_horizontal_fov(960, 540, 90.0)

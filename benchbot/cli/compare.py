@@ -31,6 +31,9 @@ def compare(
     ignore_seeds: Annotated[
         bool, typer.Option("--ignore-seeds", help="Pair the results of an environment in order, whatever their seeds.")
     ] = False,
+    ignore_settings: Annotated[
+        bool, typer.Option("--ignore-settings", help="Pair results, too, whose runs differ in what --set changed.")
+    ] = False,
     method: Method = None,
     ground_truth: Annotated[
         list[Path] | None,
@@ -41,8 +44,9 @@ def compare(
 ) -> None:
     """Say whether one set of results scores higher than another, and how sure that is.
 
-    Results of the same environment and seed are paired. Differences are tested by a permutation test over places; the
-    p-values of several comparisons are adjusted. Results are scored first; scores documents are taken as they are.
+    Results of the same environment, settings (--set) and seed are paired. Differences are tested by a permutation test
+    over places; the p-values of several comparisons are adjusted. Results are scored first; scores documents are taken
+    as they are.
     """
     from benchbot.core.catalog import Catalog
     from benchbot.core.plugins import load
@@ -52,7 +56,9 @@ def compare(
     catalog = Catalog(load())
     named = result_sets.read(sets, catalog=catalog, method=method, ground_truth_paths=ground_truth, missing=missing)
     evaluator = result_sets.evaluator_of(named, catalog)
-    document = comparison.compare(named, evaluator, score, over=Over(over), ignore_seeds=ignore_seeds)
+    document = comparison.compare(
+        named, evaluator, score, over=Over(over), ignore_seeds=ignore_seeds, ignore_settings=ignore_settings
+    )
     for line in document["notes"]:
         console.note(line)
     for item in document["comparisons"]:

@@ -114,6 +114,7 @@ def folders() -> Iterator[Finding]:
     for subject, variable, find in (
         ("cache folder", "BENCHBOT_CACHE_DIR", resources.cache_dir),
         ("state folder", "BENCHBOT_STATE_DIR", resources.state_dir),
+        ("data folder", "BENCHBOT_DATA_DIR", resources.data_dir),
     ):
         try:
             folder = find()

@@ -208,6 +208,7 @@ def _failed_without_supervisor(
         environment=chosen["environment"],
         seed=chosen["seed"],
         episode=chosen["episode"],
+        settings=chosen["settings"],
     )
     episode = Session(selection, _no_host)
     episode.fail(failure, why)

@@ -37,6 +37,15 @@ Record = Annotated[
     typer.Option("--record", metavar="RECORDER=FOLDER", help="Record what happens, e.g. frames=FOLDER; repeatable."),
 ]
 
+Settings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change the environment for this run, e.g. lighting.time=21:30; repeatable.",
+    ),
+]
+
 
 def recordings(wanted: list[str] | None) -> dict[str, Path]:
     """Return recorder name to folder from `--record NAME=FOLDER`; raises BenchbotError for one without a folder."""

@@ -9,7 +9,7 @@ import typer
 
 from benchbot.cli import console
 from benchbot.cli.asides import listing, showing
-from benchbot.cli.options import Record, recordings
+from benchbot.cli.options import Record, Settings, recordings
 from benchbot.core.errors import ExitCode
 
 if TYPE_CHECKING:
@@ -46,6 +46,7 @@ def run(
     robot: Robot,
     environment: Environment,
     episode: EpisodeNumber = None,
+    settings: Settings = None,
     seed: Seed = 0,
     port: Annotated[
         int | None,
@@ -81,6 +82,7 @@ def run(
 ) -> None:
     """Start a robot in an environment, ready for a solution; Ctrl-C ends it (exit code 130), so does benchbot stop."""
     from benchbot.cli.status import StatusLine
+    from benchbot.core import overrides
     from benchbot.core.catalog import Catalog
     from benchbot.core.plugins import load
     from benchbot.core.selection import Limits, select
@@ -89,7 +91,14 @@ def run(
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     recorded = recordings(record)
     selection = select(
-        Catalog(load()), task=task, robot=robot, environment=environment, seed=seed, limits=limits, episode=episode
+        Catalog(load()),
+        task=task,
+        robot=robot,
+        environment=environment,
+        seed=seed,
+        limits=limits,
+        episode=episode,
+        settings=overrides.parse(settings or ()),
     )
     console.note(summary(selection))
     if port is None and unix_socket is None:
@@ -117,11 +126,14 @@ def run(
 
 def summary(selection: "Selection") -> str:
     """Return what is about to run, for people."""
+    from benchbot.core import overrides
+
     rows = [
         ("Task", selection.task.name),
         ("Robot", f"{selection.robot.name} ({selection.robot.data['type']})"),
         ("Environment", selection.environment),
         *((f"  scene {number}", _scene(scene.data)) for number, scene in enumerate(selection.environments, 1)),
+        *([("Settings", overrides.label(selection.settings))] if selection.settings else ()),
         *(() if selection.episode is None else [("Episode", _episode(selection.episode))]),
         ("Results", "any JSON" if selection.results_format is None else selection.results_format.name),
         ("Seed", str(selection.seed)),

@@ -3,6 +3,8 @@
 from collections import Counter
 from typing import Any
 
+from benchbot.core import overrides
+
 
 def headline(document: dict[str, Any]) -> str:
     """Return the one score that stands for the document, such as `OMQ 0.7312`; `OMQ -` where there is none."""
@@ -47,7 +49,8 @@ def _labels(rows: list[dict[str, Any]]) -> list[str]:
 
 def _label(row: dict[str, Any]) -> str:
     said = [f"{key} {row[key]}" for key in ("seed", "episode", "repeat") if row.get(key) is not None]
-    return " ".join([row["environment"] or "", *said]).strip()
+    settings = overrides.label(row.get("settings") or {})
+    return " ".join(filter(None, [row["environment"], *said, settings]))
 
 
 def _ordered(document: dict[str, Any]) -> list[str]:

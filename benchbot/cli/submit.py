@@ -13,7 +13,7 @@ import typer
 
 from benchbot.cli import console, requirement
 from benchbot.cli.asides import listing, showing
-from benchbot.cli.options import Json, Record, Requirements, recordings
+from benchbot.cli.options import Json, Record, Requirements, Settings, recordings
 from benchbot.cli.run import EpisodeNumber, MaxSimulatedTime, MaxSteps, MaxWallTime
 from benchbot.core.errors import BenchbotError, ExitCode
 
@@ -59,6 +59,7 @@ def submit(
         str | None, typer.Option("--env", "--environment", metavar="NAME:VARIANT", help="and the environment.")
     ] = None,
     episode_number: EpisodeNumber = None,
+    settings: Settings = None,
     seed: Annotated[
         int | None, typer.Option("--seed", metavar="N", min=0, help="Everything stochastic draws from it. [default: 0]")
     ] = None,
@@ -81,6 +82,7 @@ def submit(
     BENCHBOT_RESULT. The result's path goes to stdout, or the score when one was asked for.
     """
     from benchbot.cli import episode
+    from benchbot.core import overrides
     from benchbot.core.catalog import Catalog
     from benchbot.core.plugins import load
     from benchbot.core.selection import Limits
@@ -101,15 +103,19 @@ def submit(
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     chosen = _chosen(task, robot, environment)
     recorded = recordings(record)
-    if chosen is None and (seed is not None or episode_number is not None or recorded or limits != Limits()):
+    changed = overrides.parse(settings or ())
+    own = (seed is not None, episode_number is not None, recorded, changed, limits != Limits())
+    if chosen is None and any(own):
         raise BenchbotError(
-            "The back end that is running has its own episode, seed, limits and recordings.",
-            "--episode, --seed, --max-… and --record choose those of a back end that submit starts itself.",
+            "The back end that is running has its own episode, settings, seed, limits and recordings.",
+            "--episode, --set, --seed, --max-… and --record choose those of a back end that submit starts itself.",
             "Give them to benchbot run, or give --task, --robot and --env as well.",
         )
     with ExitStack() as stack:
         stack.enter_context(_interruptible())
-        connection, died = _back_end(stack, catalog, chosen, episode_number, seed or 0, limits, evaluate_with, recorded)
+        connection, died = _back_end(
+            stack, catalog, chosen, episode_number, changed, seed or 0, limits, evaluate_with, recorded
+        )
         ended = episode.run(order, connection, died)
     kept = _kept(ended, results_location)
     if ended.problem is not None or kept is None or evaluate_with is None:
@@ -237,6 +243,7 @@ def _back_end(
     catalog: "Catalog",
     chosen: tuple[str, str, str] | None,
     episode: int | None,
+    settings: dict[str, Any],
     seed: int,
     limits: "Limits",
     method: str | None,
@@ -260,6 +267,7 @@ def _back_end(
         seed=seed,
         limits=limits,
         episode=episode,
+        settings=settings,
     )
     console.note(summary(selection))
     backend = stack.enter_context(
@@ -272,6 +280,7 @@ def _back_end(
             episode=episode,
             method=method,
             record=recorded,
+            settings=settings,
         )
     )
     return backend.state.connection, backend.died

@@ -53,6 +53,12 @@ OBSERVATIONS: dict[str, Observation] = {
             "a row is [range in metres, angle in radians in [-pi, pi), CCW from the scanner's +x]",
         ),
         Observation(
+            "lidar",
+            "{frame_id, ranges_m: float32 (R, N), elevations_rad: float64 (R,), azimuths_rad: float64 (N,)}",
+            "a row is a ring of a multi-beam lidar; elevations are above the x-y plane of its frame, azimuths in "
+            "[-pi, pi), CCW from its +x; NaN is invalid, +inf is too far, -inf too near (REP-117)",
+        ),
+        Observation(
             "imu",
             "{orientation_xyzw: float64 (4,), angular_velocity_radps: float64 (3,), "
             "linear_acceleration_mps2: float64 (3,)}",

@@ -111,6 +111,14 @@ class Recorder:
 
 
 @dataclass(frozen=True)
+class AssetPack:
+    """Models that scenes are furnished with; `catalogue` is the JSON file that lists them."""
+
+    name: str
+    catalogue: "Path"
+
+
+@dataclass(frozen=True)
 class Command:
     """A sub-command of `benchbot`.
 
@@ -188,6 +196,11 @@ def benchbot_recorders() -> Iterable[Recorder]:  # type: ignore[empty-body]
 
 
 @hookspec
+def benchbot_asset_packs() -> Iterable[AssetPack]:  # type: ignore[empty-body]
+    """Yield packs of models for scenes."""
+
+
+@hookspec
 def benchbot_commands() -> Iterable[Command]:  # type: ignore[empty-body]
     """Yield sub-commands of `benchbot`."""
 
@@ -198,6 +211,7 @@ KINDS: Mapping[str, type] = {
     "evaluators": Evaluator,
     "executors": Executor,
     "recorders": Recorder,
+    "asset_packs": AssetPack,
     "commands": Command,
 }
 """Hooks that yield records, by the plural that names their pool."""

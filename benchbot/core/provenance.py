@@ -1,10 +1,11 @@
 """Provenance: what a result came from, exactly, so that anybody can tell whether two results are comparable."""
 
 import platform as python_platform
+import re
 import subprocess
 from functools import cache
 from hashlib import file_digest, sha256
-from importlib.metadata import version
+from importlib.metadata import requires, version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -36,12 +37,14 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
             },
             **{addon.name: {"version": "v2", "sha256": addon.content_hash()} for addon in addons_used(selection)},
         },
+        **_asset_packs(selection),
         "selection": {
             "task": selection.task.name,
             "robot": selection.robot.name,
             "environment": selection.environment,
             "seed": selection.seed,
             **({} if selection.episode is None else {"episode": selection.episode.provenance()}),
+            **({"settings": dict(sorted(selection.settings.items()))} if selection.settings else {}),
         },
         "solution": solution,
         "restarts": session.restarts,
@@ -79,7 +82,37 @@ def distributions_used(selection: Selection) -> set[str]:
     kind = selection.robot.data["type"]
     runs_on = {**loaded.pool("simulators"), **loaded.pool("robot_drivers")}[kind].distribution
     declared = (declaration for declaration in _declared(selection) if declaration.addon is None)
-    return {"benchbot", runs_on, *(declaration.distribution for declaration in declared)}
+    packs = (loaded.pool("asset_packs")[name].distribution for name in _assets_named(selection))
+    return _with_required({"benchbot", runs_on, *(declaration.distribution for declaration in declared), *packs})
+
+
+def _with_required(distributions: set[str]) -> set[str]:
+    """Return distributions and those that they require, as far as they are plug-ins, too."""
+    known = {_normalised(info.distribution): info.distribution for info in plugins.installed()}
+    found, left = set[str](), set(distributions)
+    while left:
+        distribution = left.pop()
+        found.add(distribution)
+        texts = [text for text in requires(distribution) or () if "extra ==" not in text]
+        names = {_normalised(re.split(r"[^\w.-]", text, maxsplit=1)[0]) for text in texts}
+        left |= {known[name] for name in names if name in known} - found
+    return found
+
+
+def _normalised(name: str) -> str:
+    # As packaging.python.org/specifications/name-normalization says.
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def _assets_named(selection: Selection) -> list[str]:
+    return sorted({str(scene.data["assets"]) for scene in selection.environments if "assets" in scene.data})
+
+
+def _asset_packs(selection: Selection) -> dict[str, Any]:
+    """Return the packs that stand in for the scenes' own models, pinned by the SHA-256 of their catalogues."""
+    pool = plugins.load().pool("asset_packs")
+    packs = {name: {"sha256": _file_hash(pool[name].value.catalogue)} for name in _assets_named(selection)}
+    return {"assets": packs} if packs else {}
 
 
 def addons_used(selection: Selection) -> list[Addon]:

@@ -1,4 +1,4 @@
-"""Where things are on this machine: the user's cache and state folders, and files that plug-ins declare."""
+"""Where things are on this machine: the user's cache, state and data folders, and files that plug-ins declare."""
 
 import os
 from collections.abc import Iterable, Iterator
@@ -21,6 +21,11 @@ def cache_dir() -> Path:
 def state_dir() -> Path:
     """Return the folder of run states, results and logs: `$BENCHBOT_STATE_DIR` or the platform's own."""
     return _user_folder("BENCHBOT_STATE_DIR", "user_state_path")
+
+
+def data_dir() -> Path:
+    """Return the folder of what the user has installed, such as asset packs: `$BENCHBOT_DATA_DIR` or the platform's."""
+    return _user_folder("BENCHBOT_DATA_DIR", "user_data_path")
 
 
 def _user_folder(variable: str, name: str) -> Path:

@@ -1,12 +1,10 @@
 """Result documents: created, checked, finished with provenance, written atomically, read with care."""
 
 import json
-import os
-import tempfile
 from pathlib import Path
 from typing import Any
 
-from benchbot.core import formats, schema
+from benchbot.core import atomic, formats, schema
 from benchbot.core.catalog import Declaration
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.provenance import provenance, source_of_pose
@@ -95,7 +93,6 @@ def write_json(path: Path, document: dict[str, Any]) -> None:
 
     Raises BenchbotError when the disk is full or the folder is not writable; `path` is then as it was.
     """
-    temporary: str | None = None
     if path.exists() and not path.is_file():
         raise BenchbotError(
             f"Cannot write {path}.",
@@ -104,17 +101,8 @@ def write_json(path: Path, document: dict[str, Any]) -> None:
             failure=FailureClass.INFRASTRUCTURE,
         )
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            json.dump(document, file, indent=1, sort_keys=True, allow_nan=False)
-            file.write("\n")
-            file.flush()
-            os.fsync(file.fileno())
-        # mkstemp makes private files; a result is as readable as any other file of the user.
-        os.chmod(temporary, 0o666 & ~_umask())  # noqa: PTH101
-        os.replace(temporary, path)  # noqa: PTH105
-        temporary = None
+        text = json.dumps(document, indent=1, sort_keys=True, allow_nan=False) + "\n"
+        atomic.write(path, text.encode())
     except OSError as error:
         raise BenchbotError(
             f"Cannot write {path}.",
@@ -130,15 +118,6 @@ def write_json(path: Path, document: dict[str, Any]) -> None:
             "Use only dicts, lists, strings, finite numbers, booleans and None; convert numpy values first.",
             failure=FailureClass.AGENT,
         ) from error
-    finally:
-        if temporary is not None:
-            Path(temporary).unlink(missing_ok=True)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def read(path: Path) -> dict[str, Any]:

@@ -47,11 +47,11 @@ class Problem:
 
 
 @cache
-def schema(kind: str) -> dict[str, Any]:
-    """Return the JSON Schema (2020-12) of a declaration kind or document."""
+def schema(kind: str, folder: Path = _SCHEMAS) -> dict[str, Any]:
+    """Return the JSON Schema (2020-12) of a declaration kind or document; plug-ins keep theirs in a `folder`."""
     import json
 
-    document: dict[str, Any] = json.loads((_SCHEMAS / f"{kind}.json").read_text("utf-8"))
+    document: dict[str, Any] = json.loads((folder / f"{kind}.json").read_text("utf-8"))
     return document
 
 
@@ -100,23 +100,23 @@ def _parse_json(text: str, path: Path) -> Any:
         raise BenchbotError(title, error.msg, "Mend the file at that line.") from error
 
 
-def problems(document: Any, kind: str, path: Path) -> list[Problem]:
+def problems(document: Any, kind: str, path: Path, folder: Path = _SCHEMAS) -> list[Problem]:
     """Return everything that is wrong with a document, in the order of its lines."""
     from jsonschema import Draft202012Validator
 
-    found = list(_problems(Draft202012Validator(schema(kind)).iter_errors(document), path))
+    found = list(_problems(Draft202012Validator(schema(kind, folder)).iter_errors(document), path))
     return sorted(found, key=lambda problem: (problem.line or 0, problem.pointer, problem.message))
 
 
-def check(document: Any, kind: str, path: Path) -> None:
+def check(document: Any, kind: str, path: Path, folder: Path = _SCHEMAS) -> None:
     """Raise BenchbotError listing everything that is wrong with a document; return when nothing is."""
-    wrong = problems(document, kind, path)
+    wrong = problems(document, kind, path, folder)
     if wrong:
         noun = kind.replace("_", " ")
         raise BenchbotError(
             f"{path} is not a valid {noun}.",
             "\n".join(str(problem) for problem in wrong),
-            f"Mend the lines above, then run: benchbot check {path}",
+            "Mend the lines above" + (f", then run: benchbot check {path}" if folder == _SCHEMAS else "."),
         )
 
 

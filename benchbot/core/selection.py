@@ -1,14 +1,16 @@
 """Selection: is a run of this task on this robot in these scenes possible, and if not, every reason why."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
-from benchbot.core import episodes
+from benchbot.core import episodes, overrides, schema
 from benchbot.core.catalog import Catalog, Declaration
 from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, OBSERVATIONS
-from benchbot.core.errors import BenchbotError
+from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.platform import Localisation
+from benchbot.core.resources import YAML_SUFFIXES
 
 V2_TYPES = ("sim_omni", "sim_unreal", "real")
 """What v2's own robots and environments ran on."""
@@ -27,7 +29,8 @@ class Limits:
 class Selection:
     """A possible run: a task on a robot in one scene or more, and the seed of everything stochastic.
 
-    With an `episode`, the scene starts where that does.
+    With an `episode`, the scene starts where that does. `settings` (dotted key to value) is what of the environments'
+    declarations the run overrides; those in `environments` are as overridden.
     """
 
     task: Declaration
@@ -37,6 +40,7 @@ class Selection:
     seed: int = 0
     limits: Limits = Limits()
     episode: episodes.Episode | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def environment(self) -> str:
@@ -70,12 +74,14 @@ def select(
     seed: int = 0,
     limits: Limits | None = None,
     episode: int | None = None,
+    settings: Mapping[str, Any] | None = None,
 ) -> Selection:
     """Return the selection, or raise one BenchbotError that names every reason why it is impossible.
 
     `method` is the evaluation method, when scoring was asked for; `episode` the number of one, where the task has some
-    (the first one when None).
+    (the first one when None). `settings` override what the environments declare: see `benchbot.core.overrides`.
     """
+    settings = dict(settings or {})
     errors: list[BenchbotError] = []
 
     def take(kind: str, name: str) -> Declaration | None:
@@ -88,7 +94,7 @@ def select(
     task_found, robot_found = take("tasks", task), take("robots", robot)
     scenes: list[Declaration] = []
     try:
-        scenes = catalog.environments(environment)
+        scenes = [overrides.applied(scene, settings) for scene in catalog.environments(environment)]
     except BenchbotError as error:
         errors.append(error)
     results_format = None
@@ -103,6 +109,7 @@ def select(
         errors += _runs(catalog, robot_found)
     if task_found and scenes:
         errors += _scenes(task_found, scenes)
+    errors += _assets(catalog, scenes)
     if method is not None:
         errors += _scoring(catalog, method, task_found)
     chosen = None
@@ -124,9 +131,8 @@ def select(
             reasons,
             fixes,
         )
-    return Selection(
-        task_found, robot_found, tuple(scenes), results_format, seed, _limits(task_found, limits or Limits()), chosen
-    )
+    limits = _limits(task_found, limits or Limits())
+    return Selection(task_found, robot_found, tuple(scenes), results_format, seed, limits, chosen, settings)
 
 
 def _capabilities(task: Declaration, robot: Declaration) -> Iterator[BenchbotError]:
@@ -194,6 +200,39 @@ def _scenes(task: Declaration, scenes: list[Declaration]) -> Iterator[BenchbotEr
                     f"The task '{task.name}' drives the robot along one with move_next.",
                     "Choose an active task, or an environment that declares trajectory_poses.",
                 )
+
+
+def _assets(catalog: Catalog, scenes: list[Declaration]) -> Iterator[BenchbotError]:
+    furnished = [scene for scene in scenes if "assets" in scene.data]
+    for scene in furnished:
+        finished = _finished_scene(scene.path.parent / scene.data.get("map_path", "none"))
+        if finished is not None:
+            yield BenchbotError(
+                f"The objects of '{scene.name}' cannot be taken from another asset pack.",
+                f"Its scene is made from a finished one ({finished.name}), not a layout of models alone.",
+                "Choose an environment whose map_path is a layout (.yaml), or leave 'assets' out.",
+            )
+    for name in sorted({scene.data["assets"] for scene in furnished}):
+        packs = catalog.plugins.pool("asset_packs")
+        if name not in packs:
+            yield BenchbotError(
+                f"There is no asset pack '{name}' here.",
+                f"Installed: {', '.join(sorted(packs)) or 'none'}.{did_you_mean(name, list(packs))}"
+                f"{catalog.plugins.broken_hint()}",
+                f"See docs/assets.md for packs that can be installed: benchbot assets install {name}",
+            )
+
+
+def _finished_scene(path: Path) -> Path | None:
+    """Return the file that a scene is, or that its layout is based on, in the end; None for a layout without."""
+    passed: list[Path] = []
+    while path.suffix in YAML_SUFFIXES and path not in passed and path.is_file():
+        passed.append(path)
+        base = schema.read(path).get("base")
+        if base is None:
+            return None
+        path = path.parent / str(base)
+    return None if path.suffix in YAML_SUFFIXES else path
 
 
 def _scoring(catalog: Catalog, method: str, task: Declaration | None) -> Iterator[BenchbotError]:

@@ -1,9 +1,10 @@
 """Collecting what is to be scored: results read, filtered by task and environment, and checked."""
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchbot.core import formats
+from benchbot.core import formats, overrides
 from benchbot.core.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.evaluation import inputs
@@ -47,6 +48,7 @@ def collect(
     _require_one_task(wanted)
     found = distinct(wanted, coverage)
     coverage.absent(required_envs or (), wanted)
+    _warn_of_settings(found, coverage)
     return found
 
 
@@ -111,6 +113,13 @@ def _require_one_task(submissions: Sequence[Submission]) -> None:
             "\n".join(lines),
             f"Score one task at a time, for example with --required-task {most}",
         )
+
+
+def _warn_of_settings(submissions: Sequence[Submission], coverage: Coverage) -> None:
+    counts = Counter(overrides.label(submission.settings) for submission in submissions)
+    if len(counts) > 1:
+        said = "; ".join(f"{count} with {settings or 'none'}" for settings, count in sorted(counts.items()))
+        coverage.warnings.append(f"The results differ in their settings (--set), and are scored together: {said}")
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -10,7 +10,7 @@ from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.hookspecs import Combine, Evaluator
 from benchbot.evaluation import intervals, permutation, student_t
 from benchbot.evaluation.intervals import Over
-from benchbot.evaluation.pairing import Pair, label, pair
+from benchbot.evaluation.pairing import Pair, label, pair, settings
 from benchbot.evaluation.result_sets import ResultSet
 from benchbot.evaluation.verdicts import ALPHA, Finding
 
@@ -28,6 +28,7 @@ class Design:
     score: str
     over: Over
     ignore_seeds: bool
+    ignore_settings: bool
 
 
 def compare(
@@ -37,13 +38,15 @@ def compare(
     *,
     over: Over = Over.PLACES,
     ignore_seeds: bool = False,
+    ignore_settings: bool = False,
 ) -> Document:
     """Return the comparison document of all pairs of sets (see its schema).
 
     `score` is the method's headline unless it is named. Raises BenchbotError for a score that a set does not have, and
     for two sets that have no result in common.
     """
-    design = Design(evaluator, score or str(sets[0].document["method"]["headline"]), over, ignore_seeds)
+    score = score or str(sets[0].document["method"]["headline"])
+    design = Design(evaluator, score, over, ignore_seeds, ignore_settings)
     for results in sets:
         _require_score(results, design.score)
     found = [_comparison(a, b, design) for a, b in combinations(sets, 2)]
@@ -64,14 +67,15 @@ def compare(
 
 
 def _comparison(a: ResultSet, b: ResultSet, design: Design) -> Document:
-    paired = pair(a.rows, b.rows, ignore_seeds=design.ignore_seeds)
+    paired = pair(a.rows, b.rows, ignore_seeds=design.ignore_seeds, ignore_settings=design.ignore_settings)
     valued = [(item, _values(item, design)) for item in paired.pairs]
     pairs = [item for item, values in valued if values is not None]
     if not pairs:
         raise BenchbotError(
             f"'{a.name}' and '{b.name}' have no result in common.",
             f"'{a.name}' has: {_listed(a)}. '{b.name}' has: {_listed(b)}.",
-            "Run both in the same environments with the same seeds, or compare with --ignore-seeds.",
+            "Run both in the same environments with the same seeds and settings, "
+            "or compare with --ignore-seeds or --ignore-settings.",
         )
     combine, score = design.evaluator.combine, design.score
 
@@ -194,10 +198,15 @@ def _summary(results: ResultSet, design: Design) -> Document:
 
 def _notes(sets: Sequence[ResultSet]) -> list[str]:
     """Return what else differs between the sets, so that it may be the reason."""
+    notes = []
     robots = {results.name: ", ".join(results.robots) for results in sets if results.robots}
-    if len(set(robots.values())) < 2:
-        return []
-    return [f"The robots differ: {'; '.join(f'{name} on {robot}' for name, robot in robots.items())}."]
+    if len(set(robots.values())) > 1:
+        notes.append(f"The robots differ: {'; '.join(f'{name} on {robot}' for name, robot in robots.items())}.")
+    changed = {results.name: sorted({settings(row) for row in results.rows}) for results in sets}
+    if len(set(map(tuple, changed.values()))) > 1:
+        said = [f"{name} with {' and '.join(each or 'none' for each in all_)}" for name, all_ in changed.items()]
+        notes.append(f"The settings differ (--set): {'; '.join(said)}.")
+    return notes
 
 
 def _require_score(results: ResultSet, score: str) -> None:

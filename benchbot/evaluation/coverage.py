@@ -39,12 +39,12 @@ class Coverage:
         """Note a result that cannot be scored."""
         self.errors.append(error)
         why = f"{error.title} {error.why}"
-        self._miss(submission.source, submission.environment, why, submission.numbers, submission.failure)
+        self._miss(submission.source, submission.environment, why, submission.condition, submission.failure)
 
     def failed(self, submission: Submission) -> None:
         """Note an episode that ended without a result."""
         reason = f"The episode failed: {submission.failure_why}"
-        self._miss(submission.source, submission.environment, reason, submission.numbers, submission.failure)
+        self._miss(submission.source, submission.environment, reason, submission.condition, submission.failure)
 
     def absent(self, required: Iterable[str], handed_in: Sequence[Submission]) -> None:
         """Note the required environments that nothing was handed in for.
@@ -53,9 +53,9 @@ class Coverage:
         """
         counts = Counter(submission.environment for submission in handed_in)
         fullest = max(counts, key=lambda environment: counts[environment], default=None)
-        numbers = [submission.numbers for submission in handed_in if submission.environment == fullest] or [{}]
+        conditions = [submission.condition for submission in handed_in if submission.environment == fullest] or [{}]
         for environment in dict.fromkeys(required):
-            for said in numbers if environment not in counts else ():
+            for said in conditions if environment not in counts else ():
                 self._miss(None, environment, "There is no result of this environment.", said, None)
 
     def rows_of_missing(self) -> list[dict[str, Any]]:
@@ -82,9 +82,9 @@ class Coverage:
         source: str | None,
         environment: str | None,
         reason: str,
-        numbers: Mapping[str, int | None],
+        condition: Mapping[str, Any],
         failure: FailureClass | None,
     ) -> None:
-        said = {name: numbers.get(name) for name in ("seed", "episode", "repeat")}
-        about = {"source": source, "environment": environment, **said}
+        numbers: dict[str, Any] = dict.fromkeys(("seed", "episode", "repeat"))
+        about = {"source": source, "environment": environment, **numbers, **condition}
         self.missing.append({**about, "reason": reason, "failure": failure})

@@ -33,7 +33,7 @@ def explain(evaluation: Evaluation) -> dict[str, Any]:
     entries = []
     for submission, ground_truths in evaluation.scored:
         said = said_by(submission.document, ground_truths)
-        about = {"source": submission.source, "environment": submission.environment, **submission.numbers}
+        about = {"source": submission.source, "environment": submission.environment, **submission.condition}
         entries.append({**said, **about})
     method = {"name": evaluator.name, "version": evaluator.version}
     return {"version": VERSION, "method": method, "results": entries}

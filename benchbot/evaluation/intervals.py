@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from benchbot.core import overrides
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -195,8 +197,8 @@ def counted(number: int, over: Over) -> str:
 
 def _canonical(row: Document) -> str:
     """Return a text by which rows sort: where one was read from, and when, does not matter."""
-    numbers = [row.get(name) for name in ("seed", "episode", "repeat")]
-    return repr((row["environment"], numbers, sorted(row["scores"].items())))
+    about = [row.get(name) for name in ("seed", "episode", "repeat")] + [overrides.label(row.get("settings") or {})]
+    return repr((row["environment"], about, sorted(row["scores"].items())))
 
 
 def _statistics(method: str | None, clusters: int, note: str | None) -> Document:

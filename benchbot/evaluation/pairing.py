@@ -1,15 +1,18 @@
-"""Pairs of results: what two sets have of the same episode."""
+"""Pairs of results: what two sets have of the same episode under the same settings."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
+
+from benchbot.core import overrides
+from benchbot.evaluation.submission import described
 
 Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Pair:
-    """A row of each of two sets, of the same environment and, if both say one, the same seed, repeat and episode."""
+    """A row of each of two sets: the same environment, settings and, if both say one, seed, repeat and episode."""
 
     a: Row
     b: Row
@@ -22,7 +25,8 @@ class Pair:
     @property
     def label(self) -> str:
         """What the pair is of, in words."""
-        return label(self.a if self.a.get("seed") is not None else self.b)
+        row = self.a if self.a.get("seed") is not None else self.b
+        return label(row if settings(self.a) == settings(self.b) else {**row, "settings": {}})
 
 
 @dataclass(frozen=True)
@@ -34,19 +38,22 @@ class Pairing:
     only_b: list[Row]
 
 
-def pair(rows_a: Sequence[Row], rows_b: Sequence[Row], *, ignore_seeds: bool = False) -> Pairing:
+def pair(
+    rows_a: Sequence[Row], rows_b: Sequence[Row], *, ignore_seeds: bool = False, ignore_settings: bool = False
+) -> Pairing:
     """Return the rows by pairs, whatever their order.
 
     A row that does not say its seed pairs with one of its environment that is left, in the order of seeds; with
-    `ignore_seeds` all do. What is of no known environment has no counterpart.
+    `ignore_seeds` all do. Rows whose runs overrode their environment differently (`--set`) do not pair unless
+    `ignore_settings`. What is of no known environment has no counterpart.
     """
     pairs: list[Pair] = []
     left_a: list[Row] = []
     left_b: list[Row] = []
-    all_a, all_b = _by_environment(rows_a), _by_environment(rows_b)
-    unknown_a, unknown_b = all_a.pop("", []), all_b.pop("", [])
-    for environment in sorted({*all_a, *all_b}):
-        here_a, here_b = all_a.get(environment, []), all_b.get(environment, [])
+    unknown_a, unknown_b = ([row for row in rows if not row["environment"]] for rows in (rows_a, rows_b))
+    all_a, all_b = _by_condition(rows_a, ignore_settings), _by_condition(rows_b, ignore_settings)
+    for condition in sorted({*all_a, *all_b}):
+        here_a, here_b = all_a.get(condition, []), all_b.get(condition, [])
         if not ignore_seeds:
             pairs += _take(here_a, here_b, lambda a, b: _numbers(a) == _numbers(b))
         pairs += _take(here_a, here_b, lambda a, b: ignore_seeds or a.get("seed") is None or b.get("seed") is None)
@@ -56,21 +63,27 @@ def pair(rows_a: Sequence[Row], rows_b: Sequence[Row], *, ignore_seeds: bool = F
 
 
 def label(row: Row) -> str:
-    """Return what a row is of, in words: `miniroom:1, seed 3`."""
-    said = [f"{name} {number}" for name, number in _numbers(row).items() if number is not None]
-    return ", ".join([str(row["environment"] or row.get("source")), *said])
+    """Return what a row is of, in words: `miniroom:1, seed 3, lighting.time=21:30`."""
+    return described(str(row["environment"] or row.get("source")), row)
 
 
-def _by_environment(rows: Sequence[Row]) -> dict[str, list[Row]]:
-    """Return the rows of each environment, sorted; those of no known one under an empty string."""
-    found: dict[str, list[Row]] = {}
+def settings(row: Row) -> str:
+    """Return what a row's run overrode of its environment, in words; nothing for nothing."""
+    return overrides.label(row.get("settings") or {})
+
+
+def _by_condition(rows: Sequence[Row], ignore_settings: bool) -> dict[tuple[str, str], list[Row]]:
+    """Return the rows of each known environment under each choice of settings, sorted."""
+    found: dict[tuple[str, str], list[Row]] = {}
     for row in sorted(rows, key=_order):
-        found.setdefault(row["environment"] or "", []).append(row)
+        if row["environment"]:
+            found.setdefault((row["environment"], "" if ignore_settings else settings(row)), []).append(row)
     return found
 
 
 def _order(row: Row) -> tuple[Any, ...]:
-    return *((number is None, number or 0) for number in _numbers(row).values()), str(row.get("source"))
+    numbers = ((number is None, number or 0) for number in _numbers(row).values())
+    return *numbers, settings(row), str(row.get("source"))
 
 
 def _take(rows_a: list[Row], rows_b: list[Row], belong: Callable[[Row, Row], bool]) -> list[Pair]:

@@ -126,7 +126,7 @@ def _row(evaluator: Evaluator, submission: Submission, ground_truths: Sequence[D
     return {
         "source": submission.source,
         "environment": submission.environment,
-        **submission.numbers,
+        **submission.condition,
         "scores": {name: float(value) for name, value in values.items()},
         "ground_truths": [
             {"environment": environment_of(truth["environment"]), "sha256": digest(truth)} for truth in ground_truths

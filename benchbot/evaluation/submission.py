@@ -2,12 +2,12 @@
 
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from benchbot.core import results, schema
+from benchbot.core import overrides, results, schema
 from benchbot.core.errors import BenchbotError, FailureClass
 
 DEPTH_LIMIT = 100
@@ -51,10 +51,20 @@ class Submission:
         return {"seed": selection.get("seed"), "episode": episode, "repeat": selection.get("repeat")}
 
     @property
+    def settings(self) -> dict[str, Any]:
+        """What the run overrode of its environments' declarations: dotted key to value."""
+        settings: dict[str, Any] = self.selection.get("settings") or {}
+        return settings
+
+    @property
+    def condition(self) -> dict[str, Any]:
+        """What tells it from other results of its environment: its numbers, and its settings if it has any."""
+        return {**self.numbers, **({"settings": self.settings} if self.settings else {})}
+
+    @property
     def about(self) -> str:
         """What it is of, in words: `miniroom:1, seed 3`."""
-        said = [f"{name} {number}" for name, number in self.numbers.items() if number is not None]
-        return ", ".join([self.environment, *said])
+        return described(self.environment, self.condition)
 
     @property
     def failure(self) -> FailureClass | None:
@@ -85,6 +95,14 @@ class Submission:
 
     def _failure(self) -> dict[str, Any] | None:
         return (self.document.get("provenance") or {}).get("failure")
+
+
+def described(environment: str, condition: Mapping[str, Any]) -> str:
+    """Return what a result is of, in words: `miniroom:1, seed 3, lighting.time=21:30`."""
+    numbers = ((name, condition.get(name)) for name in ("seed", "episode", "repeat"))
+    said = [f"{name} {number}" for name, number in numbers if number is not None]
+    settings = overrides.label(condition.get("settings") or {})
+    return ", ".join(filter(None, [environment, *said, settings]))
 
 
 class MadeOfResultsError(BenchbotError):

@@ -35,7 +35,8 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
     `reward` is a name, names with weights, a function of a `Transition`, or a class of such (see
     `benchbot.gymnasium.rewards`). `image_size` is (width, height) of other pictures than the robot's own. An
     `argument` of 1 is `largest_distance_m` or `largest_angle_deg`. `max_simulated_time_s` truncates an episode, as do
-    the limits of the task. `platform_options` are the simulator's settings, such as {"arch": "cuda"}.
+    the limits of the task. `platform_options` are the simulator's settings, such as {"arch": "cuda"}; `settings`
+    change what the environments declare, as `benchbot run --set` does: {"lighting.time": "21:30"}.
 
     Observations and actions: docs/gymnasium.md. Raises BenchbotError for a choice that is impossible.
     """
@@ -57,6 +58,7 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
         largest_angle_deg: float = 90.0,
         max_simulated_time_s: float | None = None,
         platform_options: Mapping[str, Any] | None = None,
+        settings: Mapping[str, Any] | None = None,
     ) -> None:
         self.render_mode = render_mode
         self._task = task
@@ -64,6 +66,7 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
         self._limits = Limits(simulated_time_s=max_simulated_time_s)
         self._image_size = image_size
         self._platform_options = dict(platform_options or {})
+        self._settings = dict(settings or {})
         self._largest = {"move_distance": largest_distance_m, "move_angle": largest_angle_deg}
         self._reward = rewards.make(reward)
         self._catalog = Catalog(plugins.load())
@@ -156,7 +159,14 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
     def _select(self, name: str) -> Selection:
         """Return the selection for an environment; the environments of one object share task and robot."""
         if name not in self._selections:
-            selection = select(self._catalog, task=self._task, robot=self._robot, environment=name, limits=self._limits)
+            selection = select(
+                self._catalog,
+                task=self._task,
+                robot=self._robot,
+                environment=name,
+                limits=self._limits,
+                settings=self._settings,
+            )
             robot = selection.robot
             if robot.data["type"] not in self._catalog.plugins.pool("simulators"):
                 raise BenchbotError(

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from benchbot.core.channels import OBSERVATIONS
 from benchbot.core.errors import BenchbotError
+from benchbot.core.lidar import elevations_deg
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -27,7 +28,8 @@ INFO_SUFFIX = "_info"
 def observation_space(channels: Sequence[str], robot: Mapping[str, Any]) -> spaces.Dict:
     """Return the space of a task's channels on a robot; raises BenchbotError when its declaration lacks a size.
 
-    Reads the robot's `camera` {width, height, range_m}, `laser` {beams, range_m} and `poses`.
+    Reads the robot's `camera` {width, height, range_m}, `laser` {beams, range_m}, `lidar` {elevations_deg, beams,
+    range_m} and `poses`.
     """
     boxes: dict[str, spaces.Space[Any]] = {}
     for channel in channels:
@@ -38,13 +40,14 @@ def observation_space(channels: Sequence[str], robot: Mapping[str, Any]) -> spac
                 raise BenchbotError(
                     f"The robot '{robot.get('name')}' does not say how large its '{channel}' is.",
                     f"Its declaration lacks something, or has it in another form: {type(error).__name__}: {error}.",
-                    "Declare 'camera: {width, height, range_m: [m, m]}' and 'laser: {beams, range_m: [m, m]}' in it.",
+                    "Declare in it, as the task needs them: 'camera: {width, height, range_m: [m, m]}', "
+                    "'laser: {beams, range_m: [m, m]}', 'lidar: {elevations_deg: [...], beams, range_m: [m, m]}'.",
                 ) from error
     if not boxes:
         raise BenchbotError(
             "The task shows nothing that can be learnt from.",
             f"Its observations are: {', '.join(channels)}.",
-            "Choose a task with pictures, laser, imu or poses.",
+            "Choose a task with pictures, laser, lidar, imu or poses.",
         )
     return spaces.Dict(boxes)
 
@@ -52,8 +55,8 @@ def observation_space(channels: Sequence[str], robot: Mapping[str, Any]) -> spac
 def encode(observations: Mapping[str, Any], space: spaces.Dict) -> Arrays:
     """Return what a platform observed as an element of the space; raises BenchbotError when it does not fit.
 
-    Depth and laser ranges stay in metres: 0 is "nothing measured" (NaN, or nearer than the sensor's range), the upper
-    bound is "as far or farther" (+inf).
+    Depth and ranges of laser and lidar stay in metres: 0 is "nothing measured" (NaN, or nearer than the sensor's
+    range), the upper bound is "as far or farther" (+inf).
     """
     arrays: Arrays = {}
     for channel, value in observations.items():
@@ -63,12 +66,18 @@ def encode(observations: Mapping[str, Any], space: spaces.Dict) -> Arrays:
 
 
 def constants(observations: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what does not change within a scene: camera models, `class_ids`, `laser_angles_rad` (N,)."""
+    """Return what does not change within a scene: camera models, `class_ids`, and the scanners' angles.
+
+    They are `laser_angles_rad` (N,), `lidar_elevations_rad` (R,) and `lidar_azimuths_rad` (N,).
+    """
     found = {name: dict(value) for name, value in observations.items() if name.endswith(INFO_SUFFIX)}
     if "image_segment" in observations:
         found["class_ids"] = dict(observations["image_segment"]["class_ids"])
     if "laser" in observations:
         found["laser_angles_rad"] = observations["laser"]["scans"][:, 1].copy()
+    if "lidar" in observations:
+        for name in ("elevations_rad", "azimuths_rad"):
+            found[f"lidar_{name}"] = observations["lidar"][name].copy()
     return found
 
 
@@ -101,6 +110,10 @@ def _boxes(channel: str, robot: Mapping[str, Any]) -> dict[str, spaces.Box]:
         }
     if channel == "laser":
         return {channel: spaces.Box(0.0, float(robot["laser"]["range_m"][1]), (int(robot["laser"]["beams"]),))}
+    if channel == "lidar":
+        lidar = robot["lidar"]
+        shape = (len(elevations_deg(lidar["elevations_deg"])), int(lidar["beams"]))
+        return {channel: spaces.Box(0.0, float(lidar["range_m"][1]), shape)}
     if channel == "imu":
         return {
             "imu_orientation_xyzw": spaces.Box(-1.0, 1.0, (4,)),
@@ -121,6 +134,8 @@ def _flat(channel: str, value: Any) -> Arrays:
         return {name: value[name] for name in ("class_segment_img", "instance_segment_img")}
     if channel == "laser":
         return {channel: value["scans"][:, 0]}
+    if channel == "lidar":
+        return {channel: value["ranges_m"]}
     if channel == "imu":
         return {f"imu_{name}": array for name, array in value.items()}
     if channel == "poses":
@@ -148,7 +163,7 @@ def _fitted(name: str, array: NDArray[Any], box: spaces.Box | None) -> NDArray[A
         raise BenchbotError(
             f"The simulator's '{name}' does not fit the robot's declaration.",
             f"It has the shape {array.shape}, and the declaration promises {declared}.",
-            "Mend the robot's camera, laser or poses, or leave image_size out if the simulator cannot resize.",
+            "Mend the robot's camera, laser, lidar or poses, or leave image_size out if the simulator cannot resize.",
         )
     if box.dtype.kind == "u":
         return array.astype(box.dtype, copy=False)

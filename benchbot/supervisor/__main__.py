@@ -46,6 +46,7 @@ def _run(parent: socket.socket, order: Order) -> None:
         seed=order.seed,
         limits=order.limits,
         episode=order.episode,
+        settings=order.settings,
     )
     serve(
         selection,

@@ -201,6 +201,7 @@ class Backend:
         options: Mapping[str, Any] | None = None,
         timeouts: Timeouts | None = None,
         record: Mapping[str, Path] | None = None,
+        settings: Mapping[str, Any] | None = None,
         start_timeout_s: float = 60.0,
     ) -> Iterator[Self]:
         """Start a back end in a child process, yield it when it answers, and end it on leaving.
@@ -221,6 +222,7 @@ class Backend:
             timeouts or Timeouts(),
             {name: str(path.absolute()) for name, path in (record or {}).items()},
             episode,
+            dict(settings or {}),
         )
         with tempfile.TemporaryFile() as log:
             ours, theirs = socket.socketpair()
@@ -255,6 +257,7 @@ class Order(msgspec.Struct, frozen=True):
     timeouts: Timeouts
     record: dict[str, str]
     episode: int | None = None
+    settings: dict[str, Any] = {}
 
 
 def _hand_over(

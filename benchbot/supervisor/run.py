@@ -188,6 +188,7 @@ class Run:
                 "environment": selection.environment,
                 "seed": selection.seed,
                 "episode": None if selection.episode is None else selection.episode.number,
+                "settings": dict(selection.settings),
                 "limits": {
                     "steps": selection.limits.steps,
                     "simulated_time_s": selection.limits.simulated_time_s,

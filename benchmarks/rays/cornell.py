@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from benchbot_scenes.scene import Material, SceneGeometry
 from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
 from benchbot_sim_taichi.renderer import Intrinsics
-from benchbot_sim_taichi.scene import Material, SceneGeometry
 from benchmarks.rays import mitsuba_scene
 from benchmarks.rays.peers import mitsuba as peer
 from benchmarks.rays.scene import Builder, box

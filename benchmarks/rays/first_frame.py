@@ -6,7 +6,6 @@ python -m benchmarks.rays.first_frame picture CACHE FILE    the same in colour
 """
 
 import json
-import resource
 import subprocess
 import sys
 import time
@@ -15,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from benchbot_sim_taichi.scene import Instance, Material, SceneGeometry
+from benchbot_scenes.scene import Instance, Material, SceneGeometry
 
 ARRAYS = ("vertices", "triangles", "triangle_instance", "triangle_material", "normals", "uvs")
 
@@ -87,7 +86,9 @@ def main() -> None:
         observer(cache).observe(SIX)
     else:
         _picture(kind, cache, read(Path(sys.argv[3])))
-    peak_bytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    # Not getrusage's ru_maxrss, which a new program has from the one that started it.
+    status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
+    peak_bytes = int(status["VmHWM"].split()[0]) * 1024
     print(json.dumps({"processor_s": time.process_time(), "peak_bytes": peak_bytes}), flush=True)
 
 

@@ -11,8 +11,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from benchbot_scenes.scene import Material, SceneGeometry
 from benchbot_sim_taichi.reflectance import ALBEDO_STEPS, albedo_table
-from benchbot_sim_taichi.scene import Material, SceneGeometry
 
 LEAST_ROUGHNESS = 0.03
 DIELECTRIC = 0.04

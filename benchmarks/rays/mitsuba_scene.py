@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from benchbot_scenes.scene import Material, SceneGeometry
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics
-from benchbot_sim_taichi.scene import Material, SceneGeometry
 
 Look = Callable[[Material, SceneGeometry], dict[str, Any]]
 SKY_HEIGHT = 256

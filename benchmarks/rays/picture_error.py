@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from benchbot_scenes.gltf import load_scene
+from benchbot_scenes.scene import SceneGeometry
 from benchbot_sim_taichi import camera_response
-from benchbot_sim_taichi.gltf import load_scene
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.path_trace import path_trace
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
-from benchbot_sim_taichi.scene import SceneGeometry
 from benchmarks.rays import cornell
 from benchmarks.rays.mitsuba_scene import without_panes
 from benchmarks.rays.workload import look

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from benchbot_sim_taichi.scene import Instance, Material, SceneGeometry
+from benchbot_scenes.scene import Instance, Material, SceneGeometry
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

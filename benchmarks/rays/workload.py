@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from benchbot_scenes.scene import SceneGeometry
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
-from benchbot_sim_taichi.scene import SceneGeometry
 from benchmarks.rays import scene as rooms
 from benchmarks.rays.kernels import nearest
 

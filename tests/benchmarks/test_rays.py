@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchbot_sim_taichi.scene import SceneGeometry
+from benchbot_scenes.scene import SceneGeometry
 from benchmarks.rays.cornell import cornell
 from benchmarks.rays.measure import Figure, interleave
 from benchmarks.rays.mitsuba_scene import without_panes

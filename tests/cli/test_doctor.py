@@ -81,7 +81,7 @@ def test_a_plugin_that_does_not_load_is_told_with_cause_and_fix(
     assert done.returncode == 2
     assert "broken   plug-in broken: broken 1.2 cannot be loaded: ModuleNotFoundError: No module named" in done.stdout
     assert "Fix: pip install --force-reinstall broken" in done.stdout
-    assert "1 broken." in done.stderr
+    assert done.stderr.startswith("1 broken")  # a warning may follow: another program may use the default port
 
 
 def test_a_name_that_is_given_twice_is_told_with_both_givers(

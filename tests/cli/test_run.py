@@ -61,6 +61,27 @@ def test_a_run_that_needs_no_token_says_what_that_means(cli: CommandLine) -> Non
     assert cli.nothing_is_left()
 
 
+def test_what_is_set_is_shown_and_checked_before_anything_starts(cli: CommandLine, here: Here) -> None:
+    settings = ["--set", "lighting.time=21:30", "--set", "options.tick_sleep_s=0.01"]
+    process = cli.start("run", *SELECTION, *settings, "--port", "0")
+    assert wait_for(process, "Settings").split(maxsplit=1)[1].strip() == (
+        "lighting.time=21:30, options.tick_sleep_s=0.01"
+    )
+    wait_for(process, "Ready.")
+    assert cli("stop").returncode == 0
+    process.wait(30)
+
+    for words, message in (
+        (["--set", "lighting.tme=21:30"], "unknown key 'tme'. Did you mean 'time'?"),
+        (["--set", "start_pose=[]"], "A run cannot set 'start_pose'."),
+        (["--set", "assets=toys"], "There is no asset pack 'toys' here."),
+        (["--set", "lighting.time"], "--set lighting.time sets nothing."),
+    ):
+        done = here("run", *SELECTION, *words, "--port", "0")
+        assert done.returncode == 2
+        assert message in done.stderr
+
+
 def test_a_port_in_use_is_named_with_the_way_around(cli: CommandLine) -> None:
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))

@@ -62,6 +62,16 @@ def test_one_command_runs_everything_and_leaves_a_result_and_nothing_else(cli: C
     assert [path.name for path in cli.folder.iterdir() if path.name.startswith(".")] == []
 
 
+def test_what_was_set_is_in_the_result(cli: CommandLine) -> None:
+    settings = ["--set", "lighting.time=21:30", "--set", "lighting.lamps.on=[lamp_1]"]
+
+    done = cli("submit", "--native", cli.script("solution.py", PASSIVE), *SELECTION, *settings, "-r", "result.json")
+
+    assert done.returncode == 0, done.stderr
+    selection = read(cli.folder / "result.json")["provenance"]["selection"]
+    assert selection["settings"] == {"lighting.lamps.on": ["lamp_1"], "lighting.time": "21:30"}
+
+
 def test_the_words_of_the_command_are_collected_and_never_seen_by_a_shell(cli: CommandLine) -> None:
     script = cli.script("words.py", WORDS).split()[1]
 
@@ -338,8 +348,9 @@ def test_a_result_that_cannot_be_kept_where_it_was_asked_for_is_safe_elsewhere(c
         (["--native", "true", "-e", "omg"], "'omg' is not an installed evaluator."),
         (["--native", "true", "--require", "OMQ>=0.4"], "There will be no score."),
         (["--native", "true", "-e", "omq", "--require", "OMQ"], "'OMQ' is not a requirement."),
-        (["--native", "true", "--seed", "0"], "has its own episode, seed, limits and recordings"),
-        (["--native", "true", "--episode", "1"], "has its own episode, seed, limits and recordings"),
+        (["--native", "true", "--seed", "0"], "has its own episode, settings, seed, limits and recordings"),
+        (["--native", "true", "--set", "assets=own"], "has its own episode, settings, seed, limits and recordings"),
+        (["--native", "true", "--episode", "1"], "has its own episode, settings, seed, limits and recordings"),
         (["--native", "true", *SELECTION, "--episode", "1"], "The task 'sample:passive' has no episodes."),
         (["--native", "true", "-r", "/dev/null"], "/dev/null is not a file."),
         (["--native", "true", *SELECTION[:-1], "arena:1:2"], "The task 'sample:passive' needs 1 scene, not 2."),

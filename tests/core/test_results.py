@@ -1,6 +1,7 @@
 import json
 import os
 import stat
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,12 @@ def host(selection: Selection, cache_dir: Path) -> InProcessHost:
     return InProcessHost(simulator.create(PlatformSpec(robot, selection.localisation, cache_dir)), scenes, motion)
 
 
+def chosen(settings: dict[str, Any]) -> Selection:
+    return select(
+        Catalog(load()), task="sample:passive", robot="sample_robot", environment="arena:1", settings=settings
+    )
+
+
 def played(session: Session) -> dict[str, Any]:
     session.reset()
     while session.actions:
@@ -62,6 +69,26 @@ def test_a_finished_result_says_what_it_came_from(session: Session) -> None:
     assert provenance["solution"] == {"command": ["me"]}
     assert {"benchbot", "benchbot-sample"} <= set(provenance["plugins"]) | {"benchbot-sample"}
     assert all(len(used["sha256"]) == 64 for used in provenance["plugins"].values())
+
+
+def test_a_result_says_what_was_set_for_its_run(tmp_path: Path) -> None:
+    selection = chosen({"options.tick_sleep_s": 0, "lighting.time": "21:30"})
+
+    document = played(Session(selection, lambda: host(selection, tmp_path)))
+
+    assert document["provenance"]["selection"]["settings"] == {"lighting.time": "21:30", "options.tick_sleep_s": 0}
+    results.write_json(tmp_path / "result.json", document)
+    assert results.read(tmp_path / "result.json") == document
+
+
+def test_a_result_pins_the_asset_pack_by_the_content_of_its_catalogue(tmp_path: Path) -> None:
+    selection = chosen({"assets": "sample_toys"})
+
+    provenance = played(Session(selection, lambda: host(selection, tmp_path)))["provenance"]
+
+    catalogue = load().record("asset_packs", "sample_toys").catalogue
+    assert provenance["assets"] == {"sample_toys": {"sha256": sha256(catalogue.read_bytes()).hexdigest()}}
+    assert provenance["selection"]["settings"] == {"assets": "sample_toys"}
 
 
 def test_the_same_run_gives_the_same_bytes(selection: Selection, tmp_path: Path) -> None:

@@ -94,3 +94,12 @@ def test_a_v2_result_without_a_version_is_valid(tmp_path: Path) -> None:
     result = {"task_details": {"name": "t"}, "environment_details": [{"name": "e", "variant": 1}], "results": {}}
     path = write(tmp_path, json.dumps(result), "result.json")
     schema.check(schema.read(path), "result", path)
+
+
+def test_plug_ins_keep_schemas_of_their_own(tmp_path: Path) -> None:
+    (tmp_path / "colour.json").write_text('{"title": "Colour", "type": "object", "required": ["red"]}')
+    path = write(tmp_path, "green: 1\n", "colour.yaml")
+    with pytest.raises(BenchbotError, match="not a valid colour") as caught:
+        schema.check(schema.read(path), "colour", path, tmp_path)
+    assert f"{path}:1: the key 'red' is missing" in caught.value.why
+    assert "benchbot check" not in caught.value.fix

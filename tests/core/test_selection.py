@@ -124,3 +124,47 @@ def test_a_robot_may_say_in_which_worlds_it_runs(catalog: Catalog) -> None:
     with pytest.raises(BenchbotError, match="'cart' cannot run in the environment 'room:1'") as caught:
         select(catalog, task="tour", robot="cart", environment="room:1")
     assert "environments of type real or sim_other, this one is of type sim_acme" in caught.value.why
+
+
+def test_settings_change_every_scene_of_a_run(catalog: Catalog) -> None:
+    found = select(catalog, task="tour", robot="cart", environment="room:1", settings={"lighting.time": "21:30"})
+
+    assert found.settings == {"lighting.time": "21:30"}
+    assert [scene.data["lighting"] for scene in found.environments] == [{"time": "21:30"}]
+    assert "lighting" not in catalog.get("environments", "room:1").data
+
+
+def test_settings_that_do_not_fit_are_among_the_reasons(catalog: Catalog) -> None:
+    with pytest.raises(BenchbotError) as caught:
+        select(catalog, task="tour", robot="carrt", environment="room:1", settings={"lighting.time": "9:30"})
+
+    assert "for 2 reasons" in caught.value.title
+    assert "lighting.time: '9:30' does not match" in caught.value.why
+
+
+@pytest.mark.parametrize(
+    ("environment", "reason"),
+    [
+        ("room:1", "Its scene is made from a finished one (none), not a layout"),
+        ("loft:1", "Its scene is made from a finished one (room.glb), not a layout"),
+        ("flat:1", "Installed: tools."),
+    ],
+)
+def test_assets_need_a_layout_and_a_pack(environment: str, reason: str, plugin_factory: PluginFactory) -> None:
+    flat = FILES["environments/room.yaml"].replace("name: room", "name: flat\nmap_path: .layouts/flat.yaml")
+    pack = CODE.replace("import Evaluator", "import AssetPack, Evaluator")
+    pack += '\n@hookimpl\ndef benchbot_asset_packs(): yield AssetPack("tools", HERE / "catalogue.json")\n'
+    files = {"environments/flat.yaml": flat, "environments/loft.yaml": flat.replace("flat", "loft")}
+    layouts = {
+        "environments/.layouts/flat.yaml": "assets: tools\n",
+        "environments/.layouts/loft.yaml": "base: b.yaml\n",
+    }
+    layouts["environments/.layouts/b.yaml"] = "base: room.glb\n"
+    plugin_factory.make("acme-assets", pack, {**FILES, **files, **layouts})
+    catalog = Catalog(Plugins([info for info in installed() if info.distribution == "acme-assets"]))
+
+    with pytest.raises(BenchbotError) as caught:
+        select(catalog, task="tour", robot="cart", environment=environment, settings={"assets": "toolls"})
+
+    assert reason in caught.value.why
+    select(catalog, task="tour", robot="cart", environment="flat:1", settings={"assets": "tools"})

@@ -155,7 +155,7 @@ def test_the_variable_names_folders(folder: Path, monkeypatch: pytest.MonkeyPatc
     assert [addon.name for addon in v2_addons.from_environment()] == ["me/batches", "me/envs"]
     plugins.load.cache_clear()
     try:
-        assert Catalog(plugins.load()).names("batches") == ["halls"]
+        assert "halls" in Catalog(plugins.load()).names("batches")
     finally:
         plugins.load.cache_clear()
 

@@ -200,3 +200,17 @@ def test_the_minimum_detectable_effect_is_found_four_times_out_of_five() -> None
     found = [permutation.sign_flip(list(random.normal(effect, 1, count))).p < 0.05 for _ in range(600)]
 
     assert 0.75 < np.mean(found) < 0.85
+
+
+def test_sets_under_other_settings_are_compared_only_when_asked_and_it_is_noted(omq: Evaluator) -> None:
+    night = result_set("night", OLD)
+    for item in [*night.document["rows"], *night.document["coverage"]["missing"]]:
+        item["settings"] = {"lighting.time": "21:30"}
+
+    with pytest.raises(BenchbotError, match="no result in common") as caught:
+        compare([result_set("day", NEW), night], omq)
+    document = compare([result_set("day", NEW), night], omq, ignore_settings=True)
+
+    assert "--ignore-settings" in caught.value.fix
+    assert document["comparisons"][0]["pairs"] == 9
+    assert document["notes"] == ["The settings differ (--set): day with none; night with lighting.time=21:30."]

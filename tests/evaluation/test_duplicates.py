@@ -7,6 +7,7 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchbot.core import schema
 from benchbot.core.catalog import Catalog
 from benchbot.evaluation import evaluate_files
 from benchbot.evaluation.coverage import Coverage
@@ -61,6 +62,23 @@ def test_episodes_with_one_seed_are_told_apart_by_what_else_was_selected(
     assert [row["repeat"] for row in document["rows"]] == [1, 2, None, None]
     assert [row["episode"] for row in document["rows"]] == [None, None, None, 7]
     assert document["coverage"]["missing"] == []
+
+
+def test_results_under_other_settings_are_others_and_the_mixture_is_pointed_out(
+    catalog: Catalog, make_run: MakeRun, save: Save
+) -> None:
+    night = {"lighting.time": "21:30"}
+    files = [save("day.json", make_run(0.0, 3.0)), save("night.json", make_run(settings=night))]
+
+    document = evaluate_files(files, catalog=catalog)
+
+    assert [row.get("settings") for row in document["rows"]] == [None, night]
+    assert document["scores"]["OMQ"] == 0.5
+    (warning,) = document["coverage"]["warnings"]
+    assert warning == (
+        "The results differ in their settings (--set), and are scored together: 1 with none; 1 with lighting.time=21:30"
+    )
+    schema.check(document, "scores", files[0])
 
 
 def test_results_that_do_not_say_their_seed_are_repeats_with_a_warning(

@@ -61,3 +61,29 @@ def test_the_order_of_rows_does_not_matter() -> None:
     random.Random(1).shuffle(rows_b)
 
     assert pair(rows_a, rows_b) == straight
+
+
+DAY, NIGHT = {"lighting.time": "12:00"}, {"lighting.time": "21:30"}
+
+
+def test_settings_are_conditions_that_do_not_pair_with_others() -> None:
+    rows_a = [{**row("flat:1", 0), "settings": DAY}, {**row("flat:1", 0), "settings": NIGHT}, row("flat:1", 0)]
+    rows_b = [{**row("flat:1", 0), "settings": NIGHT}, row("flat:1")]
+
+    found = pair(rows_a, rows_b)
+
+    assert [item.label for item in found.pairs] == ["flat:1, seed 0", "flat:1, seed 0, lighting.time=21:30"]
+    assert [label(item) for item in found.only_a] == ["flat:1, seed 0, lighting.time=12:00"]
+
+
+def test_settings_can_be_ignored_to_ask_what_they_change() -> None:
+    day = [{**row("flat:1", seed), "settings": DAY} for seed in range(2)]
+    night = [{**row("flat:1", seed), "settings": NIGHT} for seed in range(2)]
+
+    assert pair(day, night).pairs == []
+    found = pair(day, night[::-1], ignore_settings=True)
+
+    assert [(item.label, item.a["settings"], item.b["settings"]) for item in found.pairs] == [
+        ("flat:1, seed 0", DAY, NIGHT),
+        ("flat:1, seed 1", DAY, NIGHT),
+    ]

@@ -238,6 +238,17 @@ def test_an_impossible_choice_is_refused_at_once(make: Make, choices: dict[str, 
         make(**choices)
 
 
+def test_settings_change_every_environment_and_are_in_the_result(make: Make) -> None:
+    env = make(env=["arena:1", "arena:2"], settings={"lighting.time": "21:30"})
+    env.reset(seed=1)
+
+    session = task_env(env).session
+    assert [scene.environment["lighting"] for scene in session.scenes] == [{"time": "21:30"}]
+    assert session.selection.settings == {"lighting.time": "21:30"}
+    with pytest.raises(BenchbotError, match="A run cannot set 'map_path'"):
+        make(settings={"map_path": "other.yaml"})
+
+
 def test_an_unknown_option_of_reset_is_refused(make: Make) -> None:
     with pytest.raises(BenchbotError, match="no option 'environment'"):
         make().reset(options={"environment": "arena:1"})

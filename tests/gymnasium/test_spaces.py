@@ -7,13 +7,14 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from benchbot.core.errors import BenchbotError
-from benchbot.gymnasium.spaces import encode, observation_space, resized
+from benchbot.gymnasium.spaces import constants, encode, observation_space, resized
 
 ROBOT: dict[str, Any] = {
     "name": "wagon",
     "poses": ["base_link"],
     "camera": {"width": 4, "height": 2, "fx": 2, "fy": 2, "cx": 2, "cy": 1, "range_m": [0.1, 8]},
     "laser": {"beams": 5, "range_m": [0.1, 6]},
+    "lidar": {"elevations_deg": {"count": 3, "from_deg": -5, "to_deg": 5}, "beams": 7, "range_m": [0.4, 60]},
 }
 IMU = {"orientation_xyzw": 4, "angular_velocity_radps": 3, "linear_acceleration_mps2": 3}
 
@@ -23,6 +24,23 @@ def test_whatever_a_sensor_says_is_in_the_space(depth_m: Any, scans: Any) -> Non
     space = observation_space(["image_depth", "laser"], ROBOT)
     encoded = encode({"image_depth": depth_m, "laser": {"scans": scans}}, space)
     assert space.contains(encoded)
+
+
+@given(arrays.arrays(np.float32, (3, 7)))
+def test_whatever_a_lidar_says_is_in_the_space(ranges_m: Any) -> None:
+    space = observation_space(["lidar"], ROBOT)
+    encoded = encode({"lidar": {"ranges_m": ranges_m}}, space)
+    assert space.contains(encoded)
+    assert (encoded["lidar"][ranges_m == np.inf] == 60).all()
+    assert (encoded["lidar"][np.isnan(ranges_m)] == 0).all()
+
+
+def test_the_angles_of_scanners_are_constant() -> None:
+    scans = np.stack([np.ones(3), [-1.0, 0.0, 1.0]], 1)
+    lidar = {"ranges_m": np.ones((2, 3)), "elevations_rad": np.array([0.0, 0.1]), "azimuths_rad": scans[:, 1]}
+    found = constants({"laser": {"scans": scans}, "lidar": lidar})
+    assert found["laser_angles_rad"].tolist() == found["lidar_azimuths_rad"].tolist() == [-1.0, 0.0, 1.0]
+    assert found["lidar_elevations_rad"].tolist() == [0.0, 0.1]
 
 
 @given(st.data())
@@ -45,11 +63,11 @@ def test_camera_models_are_no_observation() -> None:
         observation_space(["image_rgb_info"], ROBOT)
 
 
-@pytest.mark.parametrize("lacking", ["camera", "laser", "poses"])
+@pytest.mark.parametrize("lacking", ["camera", "laser", "lidar", "poses"])
 def test_a_robot_without_sizes_is_refused_by_name(lacking: str) -> None:
     robot = {key: value for key, value in ROBOT.items() if key != lacking}
     with pytest.raises(BenchbotError, match="The robot 'wagon' does not say how large") as caught:
-        observation_space(["image_depth", "laser", "poses"], robot)
+        observation_space(["image_depth", "laser", "lidar", "poses"], robot)
     assert f"KeyError: '{lacking}'" in caught.value.why
 
 

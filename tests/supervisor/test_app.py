@@ -68,6 +68,7 @@ def test_the_session_describes_the_run_without_what_is_to_be_found_out(serve: Se
         "environment": "arena:1",
         "seed": 3,
         "episode": None,
+        "settings": {},
         "limits": {"steps": None, "simulated_time_s": None, "wall_time_s": None},
     }
     assert session["actions"] == {"move_next": {"argument": None, "unit": ""}}

@@ -22,6 +22,7 @@ _PANELS: dict[str, tuple[str, Draw]] = {
     "image_rgb": ("image_rgb", panels.draw_rgb),
     "image_depth": ("image_depth", panels.draw_depth),
     "laser": ("laser", panels.draw_laser),
+    "lidar": ("lidar", panels.draw_lidar),
     "poses": ("poses", panels.draw_poses),
     "image_class": ("image_segment", panels.draw_classes),
     "image_instance": ("image_segment", panels.draw_instances),

@@ -60,6 +60,30 @@ def draw_laser(axes: Any, laser: Mapping[str, Any]) -> None:
     axes.set_title("laser (robot frame)")
 
 
+def draw_lidar(axes: Any, lidar: Mapping[str, Any]) -> None:
+    """Draw the ranges as the lidar looks around, from the nearest, dark, to the farthest, bright; what is none in grey.
+
+    Rings by elevation, the highest on top; ahead in the middle, the left on the left.
+    """
+    from matplotlib import colormaps
+
+    elevations_deg, azimuths_deg = np.degrees(lidar["elevations_rad"]), np.degrees(lidar["azimuths_rad"])
+    rows, columns = np.argsort(-elevations_deg), np.argsort(-azimuths_deg)
+    ranges_m = np.ma.masked_invalid(np.asarray(lidar["ranges_m"])[rows][:, columns])
+    low, high = (ranges_m.min(), ranges_m.max()) if ranges_m.count() else (0.0, 1.0)
+    axes.imshow(
+        ranges_m,
+        cmap=colormaps["viridis"].with_extremes(bad=INVALID_DEPTH),
+        vmin=low,
+        vmax=high,
+        aspect="auto",
+        interpolation="nearest",
+    )
+    axes.set_yticks((0, len(rows) - 1), [f"{elevations_deg[row]:+.0f}°" for row in (rows[0], rows[-1])])
+    axes.set_xticks([])
+    axes.set_title("lidar (ranges)")
+
+
 def draw_poses(axes: Any, poses: Mapping[str, Any]) -> None:
     """Draw the frames, each as three arrows along its x (red), y (green) and z (blue), in the map frame, metres."""
     origin = {"translation_xyz": np.zeros(3), "rotation_xyzw": np.array([0.0, 0.0, 0.0, 1.0])}

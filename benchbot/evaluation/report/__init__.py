@@ -1,10 +1,9 @@
 """Reports of results: a page for people, tables for papers and programs, test cases for continuous integration."""
 
-import os
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+from benchbot.core import atomic
 from benchbot.core.errors import BenchbotError, ExitCode, did_you_mean
 from benchbot.evaluation.report.material import Material, gather
 
@@ -46,18 +45,8 @@ def render(material: Material, name: str) -> str:
 
 def write(path: Path, text: str) -> None:
     """Write a report atomically, UTF-8; raises BenchbotError when it cannot be written, `path` is then as it was."""
-    temporary: str | None = None
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-        # mkstemp makes private files; a report is as readable as any other file of the user.
-        mask = os.umask(0)
-        os.umask(mask)
-        Path(temporary).chmod(0o666 & ~mask)
-        Path(temporary).replace(path)
-        temporary = None
+        atomic.write(path, text.encode())
     except OSError as error:
         raise BenchbotError(
             f"Cannot write {path}.",
@@ -65,6 +54,3 @@ def write(path: Path, text: str) -> None:
             "Choose a file in a folder that you may write to, on a disk with room.",
             exit_code=ExitCode.INTERNAL,
         ) from error
-    finally:
-        if temporary is not None:
-            Path(temporary).unlink(missing_ok=True)

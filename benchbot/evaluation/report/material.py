@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from benchbot.core import overrides
 from benchbot.core.catalog import Catalog
 from benchbot.core.episodes import digest
 from benchbot.core.errors import BenchbotError
@@ -44,6 +45,7 @@ class Episode:
     truths: tuple[Document, ...] = ()
     objects: tuple[Document, ...] = ()
     goal: Document | None = None
+    settings: str = ""
 
     @property
     def place(self) -> str:
@@ -57,9 +59,10 @@ class Episode:
 
     @property
     def label(self) -> str:
-        """The environment and, if they are known, which episode it is, its seed and repeat."""
+        """The environment and, if they are known, which episode it is, its seed and repeat, and its settings."""
         known = [("episode", self.number), ("seed", self.seed), ("repeat", self.repeat)]
-        return ", ".join([self.environment, *(f"{word} {value}" for word, value in known if value is not None)])
+        said = [f"{word} {value}" for word, value in known if value is not None]
+        return ", ".join(filter(None, [self.environment, *said, self.settings]))
 
     @property
     def provenance(self) -> Document:
@@ -169,6 +172,7 @@ def _episode(item: Document, submission: Submission | None, scores: Scores | Non
         failure=item["failure"],
         reason=reason,
         document=None if submission is None else submission.document,
+        settings=overrides.label(item.get("settings") or {}),
     )
 
 

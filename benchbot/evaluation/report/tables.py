@@ -10,7 +10,7 @@ from benchbot.evaluation.report.material import Episode, Material
 
 CSV_COLUMNS = (
     "environment", "place", "variant", "robot", "seed", "repeat", "task", "method", "method_version",
-    "status", "score", "value", "failure", "reason", "source",
+    "status", "score", "value", "failure", "reason", "source", "settings",
 )  # fmt: skip
 
 _LATEX = {
@@ -37,7 +37,7 @@ def to_csv(material: Material) -> str:
                 material.scores["task_details"]["name"], material.scores["method"]["name"],
                 material.scores["method"]["version"], "missing" if episode.scores is None else "scored", name,
             ]  # fmt: skip
-            tail = [episode.failure, episode.reason, episode.source]
+            tail = [episode.failure, episode.reason, episode.source, episode.settings]
             writer.writerow([*map(_cell, cells), "" if value is None else repr(value), *map(_cell, tail)])
     return out.getvalue()
 

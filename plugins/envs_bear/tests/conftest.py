@@ -96,5 +96,5 @@ def truth() -> dict[str, Any]:
 
 @pytest.fixture(scope="session")
 def published() -> dict[str, Any]:
-    document: dict[str, Any] = json.loads(package_file("layouts", "miniroom_1.json").read_text(encoding="utf-8"))
+    document: dict[str, Any] = json.loads(package_file("published", "miniroom_1.json").read_text(encoding="utf-8"))
     return document

@@ -15,7 +15,26 @@ def test_environments_and_ground_truths_are_yielded_as_folders() -> None:
     (ground_truths,) = plugin.benchbot_ground_truths()
     declared = {path.name.removesuffix(".yaml") for path in environments.iterdir()}
     assert declared == {path.name.removesuffix(".json") for path in ground_truths.iterdir()}
-    assert "miniroom_1" in declared
+    assert {f"{place}_{variant}" for place in ("miniroom", "house") for variant in range(1, 6)} <= declared
+
+
+def test_batches_name_environments_that_there_are() -> None:
+    (environments,), (batches,) = plugin.benchbot_environments(), plugin.benchbot_batches()
+    declared = {path.name.removesuffix(".yaml") for path in environments.iterdir()}
+    named = {}
+    for path in batches.iterdir():
+        batch = yaml.safe_load(path.read_text(encoding="utf-8"))
+        assert batch["name"] == path.name.removesuffix(".yaml")
+        named[batch["name"]] = batch["environments"]
+    assert set(named) == {f"{kind}_{number}" for kind in ("develop", "challenge") for number in range(1, 7)}
+    for name, *variants in (entry.split(":") for entries in named.values() for entry in entries):
+        assert {f"{name}_{variant}" for variant in variants} <= declared
+
+
+def test_batches_for_detecting_change_name_two_variants_of_a_place() -> None:
+    (batches,) = plugin.benchbot_batches()
+    batch = yaml.safe_load((batches / "develop_4.yaml").read_text(encoding="utf-8"))
+    assert batch["environments"][:3] == ["miniroom:1:2", "miniroom:1:3", "miniroom:2:3"]
 
 
 def test_each_declaration_points_to_its_scene() -> None:

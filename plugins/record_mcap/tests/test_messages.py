@@ -76,6 +76,19 @@ def test_a_scan_may_be_almost_nothing(beams: int) -> None:
     assert (list(scan.ranges), scan.angle_increment, scan.range_max) == ([0.5] * beams, 0.0, math.inf)
 
 
+@given(data=st.data(), rings=st.integers(1, 4), beams=st.integers(1, 9))
+def test_a_cloud_keeps_ranges_and_angles(data: Any, rings: int, beams: int) -> None:
+    ranges = data.draw(npst.arrays("float32", (rings, beams)))
+    lidar = {"ranges_m": ranges, "elevations_rad": np.linspace(-0.2, 0.2, rings), "azimuths_rad": np.arange(beams) / 9}
+    cloud = through_cdr(messages.point_cloud(lidar, HEADER))
+    assert [field.name for field in cloud.fields] == ["x", "y", "z", "azimuth", "elevation", "distance"]
+    assert (cloud.height, cloud.width, cloud.point_step, cloud.row_step) == (rings, beams, 24, 24 * beams)
+    points = np.frombuffer(bytes(cloud.data), "<f4").reshape(rings, beams, 6)
+    np.testing.assert_array_equal(points[..., 5], ranges)
+    np.testing.assert_allclose(points[:, 0, 4], lidar["elevations_rad"], atol=1e-6)
+    np.testing.assert_array_equal(np.isnan(points[..., :3]).all(-1), ~np.isfinite(ranges))
+
+
 @pytest.mark.parametrize("angles", [[0, 0.1, 0.3], [0, math.nan, 0.2]])
 def test_a_scan_of_uneven_beams_is_refused(angles: list[float]) -> None:
     laser = {"scans": np.stack([np.ones(3), angles], 1), "range_min": 0.1, "range_max": 20.0}

@@ -48,6 +48,22 @@ def test_segmentation_comes_through(
         np.testing.assert_array_equal(seen[part], value[part])
 
 
+@given(SIZES.flatmap(lambda size: arrays.arrays(np.float32, (size[0] + 1, size[1]), elements=st.floats(0.5, width=32))))
+def test_a_lidar_comes_through_with_everything_that_is_no_number(ranges_m: npt.NDArray[np.float32]) -> None:
+    rings, beams = ranges_m.shape
+    ranges_m[0, 0], ranges_m[-1, -1] = np.nan, -np.inf
+    angles = {
+        "elevations_rad": np.linspace(-0.25, 0.25, rings),
+        "azimuths_rad": np.linspace(-np.pi, np.pi, beams, endpoint=False),
+    }
+    seen = over_the_wire("lidar", {"frame_id": "eye", "ranges_m": ranges_m, **angles})
+    assert seen["frame_id"] == "eye"
+    assert seen["ranges_m"].dtype == np.float32
+    np.testing.assert_array_equal(seen["ranges_m"], ranges_m)
+    for name, expected in angles.items():
+        np.testing.assert_allclose(seen[name], expected, atol=1e-6)
+
+
 @pytest.mark.parametrize("channel", ["image_rgb_info", "image_depth_info", "image_segment_info"])
 def test_a_camera_model_comes_through(channel: str) -> None:
     matrix = np.array([[480.0, 0, 479.5], [0, 481.0, 269.5], [0, 0, 1]])

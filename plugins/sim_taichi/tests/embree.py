@@ -5,8 +5,8 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore import EmbreeDevice
 from embreex.rtcore_scene import EmbreeScene
 
+from benchbot_scenes.scene import SceneGeometry
 from benchbot_sim_taichi.renderer import Intrinsics
-from benchbot_sim_taichi.scene import SceneGeometry
 
 Seen = tuple[np.ndarray, np.ndarray]
 

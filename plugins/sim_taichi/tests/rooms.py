@@ -21,7 +21,7 @@ def furnished_room(path: Path) -> Path:
     wood = glb.material((0.45, 0.25, 0.12), roughness=0.4)
     red = glb.material((0.7, 0.1, 0.08), roughness=0.8)
     steel = glb.material((0.8, 0.8, 0.82), roughness=0.1, metallic=1.0)
-    pane = glb.material((1.0, 1.0, 1.0), glass=True, roughness=0.0, ior=1.0)  # takes nothing from light that enters
+    pane = glb.material((0.85, 0.95, 0.9), glass=True, roughness=0.0)
     bulb = glb.material(emission=(12.0, 9.0, 6.0))
     glb.box("floor", (-0.1, -0.1, -0.1), (4.1, 3.1, 0.0), floor)
     glb.box("ceiling", (-0.1, -0.1, 2.5), (4.1, 3.1, 2.6), plaster)

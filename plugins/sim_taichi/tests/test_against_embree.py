@@ -8,9 +8,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from benchbot_scenes.scene import Instance, Material, SceneGeometry
 from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
 from benchbot_sim_taichi.renderer import Frame, Intrinsics, Renderer
-from benchbot_sim_taichi.scene import Instance, Material, SceneGeometry
 from benchmarks.rays.scene import DEPTH_M, HEIGHT_M, WIDTH_M, generate
 from plugins.sim_taichi.tests.cameras import looking
 from plugins.sim_taichi.tests.embree import Embree, Seen
@@ -47,7 +47,8 @@ def test_depth_and_ids_are_embrees_from_anywhere(both: tuple[Renderer, Embree], 
     # A camera in a surface may see either side of it.
     assume(min(frame.depth_m.min(), seen[0].min()) > 1e-3)
     equal = agree(frame, seen)
-    assert equal.mean() >= 0.998
+    # An edge may run through the middles of a whole diagonal of pixels: 1.1 % of them.
+    assert equal.mean() >= 0.98
     # A ray along an edge may meet either side of it: what Embree sees a thousandth of a pixel aside.
     for aside in AROUND if not equal.all() else ():
         equal |= agree(frame, embree.see(pose, CAMERA, aside))

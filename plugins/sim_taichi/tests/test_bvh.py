@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchbot_scenes.scene import Material, SceneGeometry
 from benchbot_sim_taichi import bvh
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
-from benchbot_sim_taichi.scene import Material, SceneGeometry
 from plugins.sim_taichi.tests.cameras import looking
 
 pytestmark = pytest.mark.xdist_group("renderer")

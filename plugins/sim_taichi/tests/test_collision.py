@@ -9,10 +9,11 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+from benchbot_scenes.scene import SceneGeometry
+from benchbot_scenes.slab import project_slab
 from benchbot_sim_taichi import collision
-from benchbot_sim_taichi.collision import ObstacleMap, project_slab, travel
+from benchbot_sim_taichi.collision import ObstacleMap, travel
 from benchbot_sim_taichi.dynamics import DriveLimits, State, drive
-from benchbot_sim_taichi.scene import SceneGeometry
 from plugins.sim_taichi.tests.glb import box, sphere
 
 LIMITS = DriveLimits((-0.6, 1.5), 1.0, math.inf, math.inf)

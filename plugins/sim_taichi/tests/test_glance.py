@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchbot_scenes.gltf import load_scene
 from benchbot_sim_taichi.frames import DeviceFrames
-from benchbot_sim_taichi.gltf import load_scene
 from benchbot_sim_taichi.kernels import glance
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.quality import FAST, REALTIME

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from benchbot.core.errors import BenchbotError
+from benchbot_scenes.gltf import load_scene
+from benchbot_scenes.scene import SceneGeometry
 from benchbot_sim_taichi import lamps, lights
 from benchbot_sim_taichi.colorimetry import LUMINANCE
-from benchbot_sim_taichi.gltf import load_scene
 from benchbot_sim_taichi.lamps import Lamps
-from benchbot_sim_taichi.scene import SceneGeometry
 from plugins.sim_taichi.tests.glb import Glb
 
 NO_PANES = np.zeros(0, np.int32)

@@ -8,11 +8,11 @@ import pytest
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
+from benchbot_scenes.gltf import load_scene
+from benchbot_scenes.scene import SceneGeometry
 from benchbot_sim_taichi import bvh, two_levels
-from benchbot_sim_taichi.gltf import load_scene
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
-from benchbot_sim_taichi.scene import SceneGeometry
 from benchmarks.rays.scene import generate
 from plugins.sim_taichi.tests.cameras import looking
 from plugins.sim_taichi.tests.embree import Embree

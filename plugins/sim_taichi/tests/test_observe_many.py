@@ -14,7 +14,7 @@ from benchbot.core.platform import ManyCameras, PlatformSpec, Scene
 from benchbot_sim_taichi.simulator import CHANNELS, RayTracedSimulator
 
 MINIROOM = Path(str(files("benchbot_envs_bear"))) / "environments" / "miniroom_1.yaml"
-CARTER = schema.read(Path(str(files("benchbot_sim_taichi"))) / "robots" / "carter_lowres.yaml")
+CARTER = schema.read(Path(str(files("benchbot_sim_taichi"))) / "robots" / "carter_lidar.yaml")
 SMALL = CARTER | {"camera": CARTER["camera"] | {"width": 32, "height": 24, "fx": 16, "fy": 16, "cx": 16, "cy": 12}}
 
 pytestmark = pytest.mark.xdist_group("renderer")
@@ -42,7 +42,7 @@ def three(kernel_cache: Path) -> list[RayTracedSimulator]:
     return robots
 
 
-@pytest.mark.parametrize("channels", [CHANNELS, ["image_depth"], ["laser"], ["poses"], []])
+@pytest.mark.parametrize("channels", [CHANNELS, ["image_depth"], ["laser"], ["lidar"], ["poses"], []])
 def test_each_sees_what_it_would_see_alone(three: list[RayTracedSimulator], channels: list[str]) -> None:
     together = three[0].observe_many(three, channels)
     assert [list(observed) for observed in together] == [channels] * 3

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchbot_scenes.gltf import load_scene
 from benchbot_sim_taichi import renderer as rendering
-from benchbot_sim_taichi.gltf import load_scene
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
 from plugins.sim_taichi.tests import rooms

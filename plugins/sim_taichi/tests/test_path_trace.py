@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from benchbot_sim_taichi.gltf import load_scene
+from benchbot_scenes.gltf import load_scene
 from benchbot_sim_taichi.kernels.path import LIGHTS_ONLY, LOBES_ONLY
 from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
 from benchbot_sim_taichi.path_trace import path_trace

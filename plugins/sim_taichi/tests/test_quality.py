@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from benchbot.core.errors import BenchbotError
+from benchbot_scenes.gltf import load_scene
 from benchbot_sim_taichi import quality
-from benchbot_sim_taichi.gltf import load_scene
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.quality import PATH, REALTIME, Quality
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer

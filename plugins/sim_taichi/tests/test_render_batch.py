@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from benchbot.core.errors import BenchbotError
+from benchbot_scenes.gltf import load_scene
 from benchbot_sim_taichi import _ti, renderer
 from benchbot_sim_taichi.frames import DeviceArray
-from benchbot_sim_taichi.gltf import load_scene
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Frame, Intrinsics, Renderer
 from plugins.sim_taichi.tests import rooms

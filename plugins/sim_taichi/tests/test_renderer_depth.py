@@ -9,10 +9,10 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore import EmbreeDevice
 from embreex.rtcore_scene import EmbreeScene
 
-from benchbot_sim_taichi.gltf import load_scene
+from benchbot_scenes.gltf import load_scene
+from benchbot_scenes.scene import SceneGeometry
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
-from benchbot_sim_taichi.scene import SceneGeometry
 from plugins.sim_taichi.tests import rooms
 from plugins.sim_taichi.tests.cameras import looking
 

@@ -18,7 +18,8 @@ from benchbot_sim_taichi.camera_response import filmic, srgb_bytes
 from benchbot_sim_taichi.depth_noise import Stereo, StructuredLight, View, in_shadow, incidence_rad, read_depth_noise
 from benchbot_sim_taichi.randomness import at_instant
 from benchbot_sim_taichi.renderer import Frame
-from benchbot_sim_taichi.sensors import Camera, Laser, LaserNoise
+from benchbot_sim_taichi.scanners import Laser, RangeNoise
+from benchbot_sim_taichi.sensors import Camera
 from benchbot_sim_taichi.simulator import RayTracedSimulator
 
 REALISTIC = schema.read(Path(str(files("benchbot_sim_taichi"))) / "robots" / "carter_realistic.yaml")
@@ -152,10 +153,10 @@ def test_the_range_ends_in_infinities(model: Any) -> None:
 
 def test_laser_ranges_have_constant_and_proportional_errors() -> None:
     ranges = np.repeat([1.0, 10.0, math.inf, -math.inf], 5000)
-    error = (LaserNoise(0.03, 0.004).apply(ranges, random())[:10000] - ranges[:10000]).reshape(2, -1)
+    error = (RangeNoise(0.03, 0.004).apply(ranges, random())[:10000] - ranges[:10000]).reshape(2, -1)
     assert error.std(axis=1) == pytest.approx([math.hypot(0.03, 0.004), math.hypot(0.03, 0.04)], rel=0.05)
     assert abs(error.mean(axis=1)).max() < 0.003
-    np.testing.assert_array_equal(LaserNoise(0.03).apply(ranges, random())[10000:], ranges[10000:])
+    np.testing.assert_array_equal(RangeNoise(0.03).apply(ranges, random())[10000:], ranges[10000:])
 
 
 def test_noise_depends_on_seed_sensor_and_instant_alone() -> None:

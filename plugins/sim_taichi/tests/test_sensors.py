@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from benchbot.core.errors import BenchbotError
+from benchbot_scenes.scene import Instance
+from benchbot_sim_taichi.declared import mount
 from benchbot_sim_taichi.renderer import Frame
-from benchbot_sim_taichi.scene import Instance
-from benchbot_sim_taichi.sensors import Camera, Labels, mount
+from benchbot_sim_taichi.sensors import Camera, Labels
 
 CAMERA = Camera("camera_left", 2, 2, 1.0, 1.0, 0.5, 0.5, (0.1, 5.0))
 

@@ -15,8 +15,8 @@ from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import PlatformSpec, Scene
+from benchbot_scenes.gltf import load_scene
 from benchbot_sim_taichi.collision import ObstacleMap
-from benchbot_sim_taichi.gltf import load_scene
 from benchbot_sim_taichi.simulator import CHANNELS, RayTracedSimulator
 from plugins.sim_taichi.tests.glb import Glb
 
@@ -78,8 +78,8 @@ def loaded(room: Scene) -> RayTracedSimulator:
 
 @pytest.fixture
 def seeing(room: Scene, kernel_cache: Path) -> RayTracedSimulator:
-    """A simulator with its kernels compiled."""
-    platform = simulator(cache_dir=kernel_cache)
+    """A simulator with its kernels compiled, of a robot with all sensors."""
+    platform = simulator(robot("carter_lidar"), cache_dir=kernel_cache)
     platform.load(room, seed=0)
     return platform
 
@@ -88,7 +88,7 @@ CAREFUL = MotionConfig.from_robot(robot(), "ground_truth")
 BLIND = replace(CAREFUL, stops_before_contact=False)
 
 
-@pytest.mark.parametrize("name", ["carter", "carter_lowres", "carter_realistic"])
+@pytest.mark.parametrize("name", ["carter", "carter_lidar", "carter_lowres", "carter_realistic"])
 def test_robots_are_valid_declarations(name: str) -> None:
     path = ROBOTS / f"{name}.yaml"
     assert schema.problems(schema.read(path), "robot", path) == []
@@ -177,12 +177,16 @@ def test_every_channel_has_its_documented_form(seeing: RayTracedSimulator) -> No
     seen = seeing.observe(CHANNELS)
     assert list(seen) == CHANNELS
     arrays = [seen["image_rgb"], seen["image_depth"], *list(seen["image_segment"].values())[:2], seen["laser"]["scans"]]
+    arrays += [seen["lidar"][name] for name in ("ranges_m", "elevations_rad", "azimuths_rad")]
     assert [(array.dtype, array.shape) for array in arrays] == [
         (np.uint8, (180, 320, 3)),
         (np.float32, (180, 320)),
         (np.uint8, (180, 320)),
         (np.uint16, (180, 320)),
         (np.float64, (900, 2)),
+        (np.float32, (16, 1800)),
+        (np.float64, (16,)),
+        (np.float64, (1800,)),
     ]
     assert seen["image_segment"]["class_ids"] == {"chair": 2, "table": 3}
     assert (seen["laser"]["range_min"], seen["laser"]["range_max"]) == (0.1, 20.0)
@@ -196,7 +200,8 @@ def test_every_channel_has_its_documented_form(seeing: RayTracedSimulator) -> No
 def test_the_same_seed_shows_the_same_bytes(room: Scene, kernel_cache: Path) -> None:
     digests = []
     for _ in range(2):
-        platform, digest = simulator(cache_dir=kernel_cache, localisation="noisy"), ObservationDigest()
+        platform = simulator(robot("carter_lidar"), cache_dir=kernel_cache, localisation="noisy")
+        digest = ObservationDigest()
         platform.load(room, seed=5)
         digest.update(platform.observe(CHANNELS))
         execute(platform, "move_angle", {"angle": 40.0}, None, CAREFUL)

@@ -39,6 +39,12 @@ def observations() -> dict[str, Any]:
             "class_ids": {"chair": 19, "table": 20},
         },
         "laser": {"scans": np.stack([ranges, angles], 1), "range_min": 0.1, "range_max": 20.0},
+        "lidar": {
+            "frame_id": "velodyne",
+            "ranges_m": np.array([[1.0, np.inf, 2.0], [np.nan, 3.0, -np.inf]], np.float32),
+            "elevations_rad": np.array([-0.1, 0.1]),
+            "azimuths_rad": np.array([-2.0, 0.0, 2.0]),
+        },
         "poses": {
             name: {"parent_frame": "map", "translation_xyz": np.array(xyz), "rotation_xyzw": np.array(xyzw)}
             for name, (xyz, xyzw) in poses.items()

@@ -19,6 +19,7 @@ TITLES = {
     "image_rgb": "image_rgb",
     "image_depth": "image_depth",
     "laser": "laser (robot frame)",
+    "lidar": "lidar (ranges)",
     "poses": "poses (world frame)",
     "image_class": "image_class",
     "image_instance": "image_instance",
@@ -31,7 +32,7 @@ def shown(visualiser: ObservationVisualiser) -> NDArray[Any]:
     return visualiser.axs
 
 
-def test_the_names_are_those_of_v2() -> None:
+def test_the_names_are_those_of_v2_and_the_lidar() -> None:
     assert sorted(SUPPORTED_OBSERVATIONS) == sorted(TITLES)
 
 
@@ -43,8 +44,8 @@ def test_the_names_are_those_of_v2() -> None:
         (["image_rgb", "image_depth", "laser"], [["image_rgb", "laser"], ["image_depth", None]]),
         (["image_rgb", "image_depth", "laser", "poses"], [["image_rgb", "laser"], ["image_depth", "poses"]]),
         (
-            ["image_rgb", "image_depth", "laser", "poses", "image_instance"],
-            [["image_rgb", "laser", "image_instance"], ["image_depth", "poses", None]],
+            ["image_rgb", "image_depth", "lidar", "poses", "image_instance"],
+            [["image_rgb", "lidar", "image_instance"], ["image_depth", "poses", None]],
         ),
         (
             ["image_rgb", "image_depth", "laser", "poses", "image_class", "image_instance"],

@@ -2,9 +2,10 @@
 
 from collections.abc import Iterable
 from importlib.resources import files
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from benchbot.core.hookspecs import RobotDriver, Simulator, hookimpl
+from benchbot.core.hookspecs import AssetPack, RobotDriver, Simulator, hookimpl
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -46,6 +47,12 @@ def benchbot_simulators() -> Iterable[Simulator]:
 def benchbot_robot_drivers() -> Iterable[RobotDriver]:
     """Yield `real_sample`."""
     yield RobotDriver("real_sample", _create)
+
+
+@hookimpl
+def benchbot_asset_packs() -> Iterable[AssetPack]:
+    """Yield `sample_toys`, which holds nothing."""
+    yield AssetPack("sample_toys", Path(str(files("benchbot_sample") / "assets" / "catalogue.json")))
 
 
 def _create(spec: "PlatformSpec") -> "Platform":

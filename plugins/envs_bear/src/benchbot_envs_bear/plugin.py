@@ -18,3 +18,9 @@ def benchbot_environments() -> Iterator[Path]:
 def benchbot_ground_truths() -> Iterator[Path]:
     """Yield the folder of the environments' ground truths."""
     yield _FOLDER / "ground_truths"
+
+
+@hookimpl
+def benchbot_batches() -> Iterator[Path]:
+    """Yield the folder of the batches: BEAR's lists of environments to develop with and to be challenged by."""
+    yield _FOLDER / "batches"

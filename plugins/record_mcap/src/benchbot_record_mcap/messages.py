@@ -15,10 +15,14 @@ from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__CameraInfo as Ca
 from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__Image as Image
 from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__Imu as Imu
 from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__LaserScan as LaserScan
+from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__PointCloud2 as PointCloud2
+from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__PointField as PointField
 from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__RegionOfInterest as RegionOfInterest
 from rosbags.typesys.stores.ros2_jazzy import std_msgs__msg__Header as Header
 from rosbags.typesys.stores.ros2_jazzy import std_msgs__msg__String as String
 from rosbags.typesys.stores.ros2_jazzy import tf2_msgs__msg__TFMessage as TFMessage
+
+from benchbot.core import lidar as lidars
 
 EVENLY_SPACED_RAD = 1e-4
 
@@ -98,6 +102,28 @@ def laser_scan(laser: Mapping[str, Any], stamped: Header) -> LaserScan:
         range_max=float(limits[1]),
         ranges=ranges,
         intensities=np.zeros(0, np.float32),
+    )
+
+
+def point_cloud(lidar: Mapping[str, Any], stamped: Header) -> PointCloud2:
+    """Return an organised cloud, a row a ring, of the fields of `benchbot.core.lidar.POINT`, float32.
+
+    Points that are none are NaN, and `distance` says why (REP-117).
+    """
+    records = lidars.cloud(lidar)
+    fields = [PointField(name, offset, PointField.FLOAT32, 1) for name, offset in lidars.OFFSETS.items()]
+    rings, beams = records.shape
+    size = lidars.POINT.itemsize
+    return PointCloud2(
+        header=stamped,
+        height=rings,
+        width=beams,
+        fields=fields,
+        is_bigendian=False,
+        point_step=size,
+        row_step=size * beams,
+        data=records.reshape(-1).view(np.uint8),
+        is_dense=False,
     )
 
 

@@ -64,6 +64,8 @@ def _of_channel(channel: str, observations: Mapping[str, Any], time_ns: int) -> 
             yield f"{folder}/camera_info", messages.camera_info(value, messages.header(time_ns, value["frame_id"]))
         case "laser":
             yield "/scan", messages.laser_scan(value, messages.header(time_ns, LASER_FRAME))
+        case "lidar":
+            yield "/points", messages.point_cloud(value, messages.header(time_ns, value["frame_id"]))
         case "imu":
             yield "/imu", messages.imu(value, messages.header(time_ns, IMU_FRAME))
         case "poses":

@@ -14,7 +14,7 @@ import numpy as np
 
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.plugins import PluginInfo, installed
-from benchbot_robot_ros2 import images, sensors
+from benchbot_robot_ros2 import clouds, images, sensors
 
 GROUP = "benchbot.ros2_callbacks"
 
@@ -117,6 +117,7 @@ _BUILT_IN = {
         ),
         _single("image_segment_info", sensors.camera_model, "sensor_msgs/msg/CameraInfo"),
         _single("laser", sensors.laser, "sensor_msgs/msg/LaserScan"),
+        _single("lidar", clouds.lidar, "sensor_msgs/msg/PointCloud2"),
         _single("imu", sensors.imu, "sensor_msgs/msg/Imu"),
     )
 }

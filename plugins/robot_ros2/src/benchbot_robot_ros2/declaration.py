@@ -161,6 +161,7 @@ class Ros2Robot:
     mounts: dict[str, Pose]
     camera_frame: str | None
     laser_frame: str | None
+    lidar_frame: str | None
     footprint_radius_m: float
     footprint_z_m: tuple[float, float]
     observations: dict[str, Connection]
@@ -186,6 +187,7 @@ class Ros2Robot:
             mounts={frame: mount.pose() for frame, mount in mounts.items()},
             camera_frame=robot.get("camera", {}).get("frame"),
             laser_frame=robot.get("laser", {}).get("frame"),
+            lidar_frame=robot.get("lidar", {}).get("frame"),
             footprint_radius_m=footprint.radius_m,
             footprint_z_m=(footprint.z_min_m, footprint.z_max_m),
             observations={

@@ -6,9 +6,10 @@ from typing import Any
 import msgspec
 import numpy as np
 import numpy.typing as npt
-from sensor_msgs.msg import CameraInfo, Image, LaserScan
+from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2, PointField
 from std_msgs.msg import String
 
+from benchbot.core import lidar as lidars
 from benchbot_robot_ros2.messages import set_stamp
 
 # Of float32 angles, up to pi, in a scan of thousands of beams.
@@ -18,7 +19,8 @@ _ANGLE_ROUNDING_RAD = 1e-5
 def encode(channel: str, value: Any, *, stamp_ns: int, frame_id: str) -> dict[str, Any]:
     """Return the messages of an observation by part, the empty string for a single one.
 
-    Pictures are rgb8, mono8, mono16 and 32FC1. A laser's angles must be evenly spaced; its numbers become float32.
+    Pictures are rgb8, mono8, mono16 and 32FC1. A laser's angles must be evenly spaced; its numbers become float32. A
+    lidar is an organised cloud, a row a ring, with the fields of `benchbot.core.lidar.POINT`.
     Raises ValueError for a channel that has no messages, such as `poses`, and for a value that they cannot hold.
     """
     if channel not in _ENCODERS:
@@ -75,6 +77,26 @@ def _scan(scan: Mapping[str, Any]) -> Any:
     return message
 
 
+def _cloud(lidar: Mapping[str, Any]) -> Any:
+    records = lidars.cloud(lidar)
+    if not records.size:
+        raise ValueError("the cloud is empty")
+    message = PointCloud2(
+        height=records.shape[0],
+        width=records.shape[1],
+        fields=[
+            PointField(name=name, offset=offset, datatype=PointField.FLOAT32, count=1)
+            for name, offset in lidars.OFFSETS.items()
+        ],
+        is_bigendian=False,
+        point_step=records.itemsize,
+        row_step=records.strides[0],
+        is_dense=False,
+    )
+    message.data.frombytes(records.reshape(-1).view(np.uint8))
+    return message
+
+
 def _segments(segments: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "class_segment_img": _image(segments["class_segment_img"], "mono8", "<u1", 1),
@@ -91,4 +113,5 @@ _ENCODERS: dict[str, Callable[[Any], dict[str, Any]]] = {
     "image_segment": _segments,
     "image_segment_info": lambda model: {"": _camera_info(model)},
     "laser": lambda scan: {"": _scan(scan)},
+    "lidar": lambda lidar: {"": _cloud(lidar)},
 }

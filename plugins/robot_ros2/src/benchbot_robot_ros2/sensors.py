@@ -62,13 +62,13 @@ def laser(message: Any) -> dict[str, Any]:
     ranges_m[finite & (ranges_m > farthest_m)] = np.inf
     angles_rad = first_rad + step_rad * np.arange(len(ranges_m), dtype=np.float64)
     return {
-        "scans": np.stack([ranges_m, _wrapped(angles_rad)], 1),
+        "scans": np.stack([ranges_m, wrapped(angles_rad)], 1),
         "range_min": nearest_m,
         "range_max": farthest_m,
     }
 
 
-def _wrapped(angles_rad: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def wrapped(angles_rad: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Return the same directions in [-pi, pi)."""
     outside = (angles_rad < -np.pi) | (angles_rad >= np.pi)
     # Only what is outside, since wrapping rounds.

@@ -197,14 +197,22 @@ def test_the_names_are_those_that_carter_ros2_is_driven_by() -> None:
     assert settings.safety.collision.ros_topic == f"/{names.COLLISION}"
 
     bridged = BridgedRobot(CATALOG.get("robots", "carter").data, "", {}, "unused")
-    assert (bridged.camera_frame, bridged.laser_frame) == (carter.camera_frame, "lidar")
+    assert (bridged.camera_frame, bridged.scanner_frame("laser")) == (carter.camera_frame, "lidar")
     assert {*bridged.pictures, "laser", "poses"} == {name for name in carter.observations if name != "imu"}
+
+
+def test_a_lidar_has_the_topic_that_carter_lidar_ros2_listens_to() -> None:
+    bridged = BridgedRobot(CATALOG.get("robots", "carter_lidar").data, "", {}, "unused")
+    listening = Ros2Robot.from_declaration(CATALOG.get("robots", "carter_lidar_ros2").data)
+    assert bridged.scanners == ("laser", "lidar")
+    assert names.topics("lidar") == listening.observations["lidar"].parts()
+    assert bridged.scanner_frame("lidar") == listening.lidar_frame == "velodyne"
 
 
 def test_a_robot_has_the_topics_of_its_own_connections_only() -> None:
     blind = BridgedRobot({**SAMPLE, "connections": {"poses": {}, "move_angle": {}}}, "", {}, "unused")
     assert blind.pictures == ()
-    assert not blind.has_laser
+    assert blind.scanners == ()
     assert blind.has_poses
 
 

@@ -63,6 +63,11 @@ def start(arch: str, cache_dir: Path) -> None:
     _started = arch
 
 
+def is_on_processor() -> bool:
+    """Whether kernels run on the processor; not before they are started."""
+    return _started == "cpu"
+
+
 def is_on_gpu() -> bool:
     """Whether kernels run on a GPU."""
     return _started == "cuda"

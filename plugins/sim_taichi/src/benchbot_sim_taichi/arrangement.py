@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot.core.errors import BenchbotError
+from benchbot_scenes.scene import IntArray, Material, SceneGeometry
 from benchbot_sim_taichi import bvh, tables, two_levels
-from benchbot_sim_taichi.scene import IntArray, Material, SceneGeometry
 
 FARTHEST_M = 1e5
 

@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import numpy.typing as npt
 
+from benchbot_scenes.scene import SceneGeometry
+from benchbot_scenes.slab import project_slab
 from benchbot_sim_taichi.dynamics import State
-from benchbot_sim_taichi.scene import SceneGeometry
 
 Floats = npt.NDArray[np.float64]
 
@@ -87,42 +88,6 @@ def distances_m(x: float, y: float, edges: Floats) -> Floats:
     offset_y -= fraction * along_y
     distance: Floats = np.sqrt(offset_x * offset_x + offset_y * offset_y)
     return distance
-
-
-def project_slab(triangles: Floats, z_min_m: float, z_max_m: float) -> Floats:
-    """Clip triangles (T, 3, 3) to a range of heights and drop z: convex polygons (P, 5, 2), the last corner repeated.
-
-    Clipping after Sutherland and Hodgman, "Reentrant polygon clipping" (1974).
-    """
-    finite = np.isfinite(triangles).all((1, 2))
-    heights = triangles[..., 2]
-    with np.errstate(invalid="ignore"):
-        reaches = (heights.max(1, initial=-np.inf) >= z_min_m) & (heights.min(1, initial=np.inf) <= z_max_m)
-    polygons = triangles[finite & reaches]
-    polygons = _clip(polygons, polygons[..., 2] - z_min_m)
-    polygons = _clip(polygons, z_max_m - polygons[..., 2])
-    return np.ascontiguousarray(polygons[..., :2])
-
-
-def _clip(polygons: Floats, inside_by: Floats) -> Floats:
-    """Keep the part of convex polygons (P, N, 3) where the linear `inside_by` (P, N) is ≥ 0: (P', N + 1, 3)."""
-    following, following_by = np.roll(polygons, -1, 1), np.roll(inside_by, -1, 1)
-    kept = inside_by >= 0
-    crosses = kept != (following_by >= 0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        fraction = np.where(crosses, inside_by / (inside_by - following_by), 0.0)[..., None]
-    crossings = polygons + fraction * (following - polygons)
-    count, corners, _ = polygons.shape
-    # Each corner gives itself if it is inside, then the crossing on the edge that leaves it if there is one.
-    outline = np.stack([polygons, crossings], 2).reshape(count, 2 * corners, 3)
-    valid = np.stack([kept, crosses], 2).reshape(count, 2 * corners)
-    order = np.argsort(~valid, axis=1, kind="stable")
-    size = valid.sum(1)
-    # A plane cuts at most one corner off a convex polygon and leaves two: one corner more. Repeat the last to fill up.
-    columns = np.minimum(np.arange(corners + 1), np.maximum(size, 1)[:, None] - 1)
-    chosen = np.take_along_axis(order, columns, 1)[size > 0]
-    clipped: Floats = np.take_along_axis(outline[size > 0], chosen[..., None], 1)
-    return clipped
 
 
 def travel(state: State, way: Iterable[State], clearance_m: Callable[[State], float]) -> tuple[State, bool]:

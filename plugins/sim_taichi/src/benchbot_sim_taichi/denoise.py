@@ -3,7 +3,7 @@
 import importlib
 from importlib.util import find_spec
 
-from benchbot_sim_taichi.scene import FloatArray
+from benchbot_scenes.scene import FloatArray
 
 
 def is_installed() -> bool:

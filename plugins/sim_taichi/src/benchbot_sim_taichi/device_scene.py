@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from benchbot_scenes.scene import SceneGeometry
 from benchbot_sim_taichi import _ti, bvh, disk_cache, lights, tables, textures
 from benchbot_sim_taichi.arrangement import Arrangement
 from benchbot_sim_taichi.lighting import Lighting
-from benchbot_sim_taichi.scene import SceneGeometry
 
 TREE_VERSION = 2
 NARROW = 4

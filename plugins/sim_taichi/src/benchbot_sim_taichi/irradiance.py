@@ -12,14 +12,14 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from benchbot_sim_taichi import _ti, disk_cache, surface_cells
+from benchbot_scenes.scene import FloatArray, IntArray, SceneGeometry
+from benchbot_sim_taichi import _ti, disk_cache, light_grid, surface_cells
 from benchbot_sim_taichi.colorimetry import LUMINANCE
 from benchbot_sim_taichi.kernels import cells as kernels
 from benchbot_sim_taichi.lighting import Lighting
-from benchbot_sim_taichi.scene import FloatArray, IntArray, SceneGeometry
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 8
+VERSION = 10
 RAYS_PER_CELL = 256
 POINTS_PER_CELL = 32
 BOUNCES = 24
@@ -31,11 +31,12 @@ LINKS_AT_ONCE = 2**25
 
 @dataclass(frozen=True)
 class Irradiance:
-    """Cells as `kernels.cells` reads them, and the grid that finds them."""
+    """Cells as `kernels.cells` reads them, and the grid that finds them; `near` is `light_grid`'s."""
 
     grid: IntArray
     cells: FloatArray
     layout: FloatArray
+    near: FloatArray
 
     def mean_light(self) -> tuple[float, npt.NDArray[np.float64]]:
         """Median luminance that leaves surfaces, and mean irradiance (3,); indoors alone where there is an indoors."""
@@ -58,10 +59,11 @@ def load_or_solve(
     key = hashlib.sha256(repr((VERSION, scene.content_hash, lighting.sun, lighting.sky, seed)).encode()).hexdigest()
     path = cache_dir / f"irradiance-{key[:32]}.npz"
     stored = disk_cache.load(path)
-    if stored is not None and stored.keys() == {"grid", "cells", "layout"}:
-        return Irradiance(stored["grid"], stored["cells"], stored["layout"])
+    if stored is not None and stored.keys() == {"grid", "cells", "layout", "near"}:
+        return Irradiance(stored["grid"], stored["cells"], stored["layout"], stored["near"])
     solved = solve(scene, device, seed)
-    disk_cache.store(path, {"grid": solved.grid, "cells": solved.cells, "layout": solved.layout})
+    arrays = {"grid": solved.grid, "cells": solved.cells, "layout": solved.layout, "near": solved.near}
+    disk_cache.store(path, arrays)
     return solved
 
 
@@ -70,16 +72,19 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
     found = surface_cells.find(scene)
     count = found.count
     values = np.zeros(max(count, 1) * surface_cells.CELL_STRIDE, np.float32)
+    near = light_grid.find(device, found.layout)
     if count == 0:
-        return Irradiance(found.grid, values, found.layout)
+        return Irradiance(found.grid, values, found.layout, near)
     cells, grid, layout = _ti.upload(values), _ti.upload(found.grid), _ti.upload(found.layout)
     samples, first = _ti.upload(found.samples), _ti.upload(found.first)
     vertices = _ti.upload(scene.vertices[scene.triangles].ravel())
     direct = _ti.upload(np.zeros(count * 3, np.float32))
     kernels.light_cells(
         *device.tree,
+        device.sheer_root,
         *device.surfaces,
         *device.lights,
+        _ti.upload(near),
         vertices,
         samples,
         first,
@@ -91,12 +96,13 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
     )
     rays = min(RAYS_PER_CELL, max(LINKS_AT_ONCE // count, 16))
     links = _ti.upload(np.zeros(count * rays, np.int32))
+    has_panes = device.sheer_root >= 0
+    tints = _ti.upload(np.zeros(count * rays if has_panes else 1, np.int32))
     sky = _ti.upload(np.zeros(count * 4, np.float32))
     kernels.link_cells(
         *device.tree,
         device.sheer_root,
-        device.surfaces[0],
-        device.surfaces[1],
+        *device.surfaces,
         device.lights[0],
         device.lights[2],
         vertices,
@@ -106,6 +112,7 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
         cells,
         layout,
         links,
+        tints,
         sky,
         count,
         rays,
@@ -113,7 +120,7 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
     )
     before, after = _ti.upload(np.zeros(count * 3, np.float32)), _ti.upload(np.zeros(count * 3, np.float32))
     for _ in range(BOUNCES + 1):
-        kernels.bounce_cells(links, sky, direct, cells, before, after, count, rays)
+        kernels.bounce_cells(links, tints, sky, direct, cells, before, after, count, rays, int(has_panes))
         before, after = after, before
     indirect, smoothed = _ti.upload(np.zeros(count * 6, np.float32)), _ti.upload(np.zeros(count * 6, np.float32))
     kernels.split_cells(cells, direct, before, indirect, count)
@@ -121,4 +128,4 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
         kernels.smooth_cells(grid, cells, layout, indirect, smoothed, _ti.upload(found.keys), count, step)
         indirect, smoothed = smoothed, indirect
     kernels.finish_cells(cells, direct, indirect, count)
-    return Irradiance(found.grid, _ti.download(cells), found.layout)
+    return Irradiance(found.grid, _ti.download(cells), found.layout, near)

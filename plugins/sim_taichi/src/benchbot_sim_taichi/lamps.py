@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot_scenes.scene import Material, SceneGeometry
 from benchbot_sim_taichi.colorimetry import LUMINANCE, planckian
-from benchbot_sim_taichi.scene import Material, SceneGeometry
 
 
 @dataclass(frozen=True)

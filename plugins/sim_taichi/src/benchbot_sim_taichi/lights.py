@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from benchbot_scenes.scene import FloatArray, IntArray, SceneGeometry
 from benchbot_sim_taichi.daylight import Daylight
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.reflectance import ALBEDO_STEPS, albedo_table
-from benchbot_sim_taichi.scene import FloatArray, IntArray, SceneGeometry
 from benchbot_sim_taichi.tables import triangle_areas
 from benchbot_sim_taichi.textures import srgb_to_linear
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from benchbot_scenes.scene import FloatArray
 from benchbot_sim_taichi import _ti, camera_response, denoise
-from benchbot_sim_taichi.scene import FloatArray
 from benchbot_sim_taichi.tables import DeviceScene
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def path_trace(
     """
     record = renderer.camera_records(np.asarray(camera_to_map)[None], intrinsics)
     size = (intrinsics.width, intrinsics.height)
-    total = _trace(renderer.device, record, size, samples_per_pixel, bounces, seed, strategies, brightest)
+    total = _trace(renderer.device_for_paths, record, size, samples_per_pixel, bounces, seed, strategies, brightest)
     return total / np.float32(samples_per_pixel)
 
 
@@ -47,24 +47,29 @@ def expose(
     records: FloatArray,
     size: tuple[int, int],
     quality: "Quality",
-    seen: tuple[FloatArray, FloatArray],
+    seen: tuple[FloatArray, FloatArray] | None,
     seed: int,
 ) -> FloatArray:
     """(N, H, W, 3) exposed radiance of N cameras' pictures (W, H of `size`), in the quality `path` or `reference`.
 
-    `seen` are reflectance and normal of what each pixel shows, (N, H, W, 3). `path` takes its samples and denoises;
-    `reference` takes samples until two halves of them differ by half a byte (root mean square of sRGB), at most
-    `quality.samples`.
+    `path` takes its samples and denoises them with the help of `seen`, reflectance and normal of what each pixel shows,
+    (N, H, W, 3), unless that is None; `reference` takes samples until two halves of them differ by half a byte (root
+    mean square of sRGB), at most `quality.samples`.
     """
     pictures = []
-    for record, albedo, normal in zip(records, *seen, strict=True):
+    for number, record in enumerate(records):
         if quality.name == "reference":
             pictures.append(_converge(device, record, size, quality.samples, seed))
             continue
         total = _trace(device, record, size, quality.samples, BOUNCES, seed, 0, BRIGHTEST_BOUNCE)
         radiance = total / np.float32(quality.samples)
-        pictures.append(denoise.denoise(radiance, albedo, normal) if denoise.is_installed() else radiance)
+        pictures.append(radiance if seen is None else denoise.denoise(radiance, *(image[number] for image in seen)))
     return np.stack(pictures)
+
+
+def is_denoised(quality: "Quality") -> bool:
+    """Whether pictures of this quality are denoised here."""
+    return quality.name == "path" and denoise.is_installed()
 
 
 def features(pixels: Any, count: int, size: tuple[int, int, int]) -> tuple[FloatArray, FloatArray]:
@@ -146,6 +151,7 @@ def _trace(
         brightest / float(exposure.max()),
         strategies,
         seed & 0x7FFFFFFF,
+        _ti.is_on_gpu(),
     )
     exposed: FloatArray = (_ti.download(total).reshape(height, width, 3) * exposure).astype(np.float32)
     return exposed

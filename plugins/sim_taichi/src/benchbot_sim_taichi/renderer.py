@@ -10,14 +10,23 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot.core.errors import BenchbotError
-from benchbot_sim_taichi import _ti, arrangement, camera_response, device_scene, irradiance, lamps, path_trace
+from benchbot_scenes.scene import SceneGeometry
+from benchbot_sim_taichi import (
+    _ti,
+    arrangement,
+    camera_response,
+    device_scene,
+    irradiance,
+    lamps,
+    light_grid,
+    path_trace,
+)
 from benchbot_sim_taichi.colorimetry import LUMINANCE
 from benchbot_sim_taichi.distortion import Distortion
 from benchbot_sim_taichi.frames import DeviceFrames, Frame, FrameBatch
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.quality import FAST, REALTIME, Quality
-from benchbot_sim_taichi.scene import SceneGeometry
-from benchbot_sim_taichi.tables import CAMERA_STRIDE
+from benchbot_sim_taichi.tables import CAMERA_STRIDE, DeviceScene
 
 __all__ = ["DeviceFrames", "Frame", "FrameBatch", "Intrinsics", "Renderer"]
 
@@ -90,14 +99,26 @@ class Renderer:
         """Gain (3,) of red, green and blue that all pictures of this scene share."""
         return _exposure(self.irradiance, self._lighting.exposure)
 
+    @property
+    def device_for_paths(self) -> DeviceScene:
+        """The scene as kernels read it whose rays go their own ways: on a GPU, with a tree of narrower nodes."""
+        return self._narrow if _ti.is_on_gpu() else self.device
+
     @cached_property
-    def _narrow_tree(self) -> tuple[Any, Any, int]:
-        return device_scene.upload_narrow_tree(self._scene, self._cache_dir)
+    def _narrow(self) -> DeviceScene:
+        nodes, leaves, sheer_root = device_scene.upload_narrow_tree(self._scene, self._cache_dir)
+        return replace(self.device, tree=(nodes, leaves), sheer_root=sheer_root)
 
     @cached_property
     def _cells(self) -> tuple[Any, Any, Any]:
         light = self.irradiance
         return _ti.upload(light.grid), _ti.upload(light.cells), _ti.upload(light.layout)
+
+    @cached_property
+    def _near_lights(self) -> Any:
+        light = self.irradiance
+        lights_changed = self._arranged is not None
+        return _ti.upload(light_grid.find(self.device, light.layout) if lights_changed else light.near)
 
     @property
     def scene(self) -> SceneGeometry:
@@ -130,7 +151,7 @@ class Renderer:
 
     def relight(self) -> None:
         """Let light bounce anew off objects where they are now (seconds), when the next picture asks for it."""
-        for stored in ("irradiance", "exposure", "_cells"):
+        for stored in ("irradiance", "exposure", "_cells", "_near_lights"):
             self.__dict__.pop(stored, None)
 
     def _arrangement(self) -> arrangement.Arrangement:
@@ -143,8 +164,11 @@ class Renderer:
         return self._arranged or device_scene.arrangement_of(self.device, self._scene)
 
     def _arrange(self, after: arrangement.Arrangement, changed: npt.NDArray[np.int64]) -> None:
-        self.device = device_scene.rearranged(self.device, self._arrangement(), after, changed)
+        before = self.device
+        self.device = device_scene.rearranged(before, self._arrangement(), after, changed)
         self._arranged, self._scene = after, after.scene
+        if self.device.lights is not before.lights:
+            self.__dict__.pop("_near_lights", None)
 
     def render(self, camera_to_map: npt.NDArray[np.floating], intrinsics: Intrinsics, *, rgb: bool = True) -> Frame:
         """Take one picture; `camera_to_map` is the (4, 4) pose of the optical frame (x right, y down, z forward).
@@ -195,8 +219,8 @@ class Renderer:
         pixel_count = len(records) * frames.width * frames.height
         cameras = self._buffer("cameras", records.size)
         _ti.write(cameras, records.ravel())
-        tree = self._narrow_tree if _ti.is_on_gpu() else (*self.device.tree, self.device.sheer_root)
-        scene = (*tree, *self.device.surfaces)
+        device = self.device_for_paths
+        scene = (*device.tree, device.sheer_root, *device.surfaces)
         places = (frames.depth_at(first), frames.instance_at(first))
         variant = (self.device.sheer_root >= 0, _ti.is_on_gpu())
         if not frames.has_rgb:
@@ -242,18 +266,19 @@ class Renderer:
         if not frames.has_rgb:
             return
         if self._quality != REALTIME:
-            shown = path_trace.features(pixels, pixel_count, size)
-            exposed = path_trace.expose(device, records, size[1:], self._quality, shown, self._seed)
-            radiance = _ti.upload(exposed.ravel())
+            shown = path_trace.features(pixels, pixel_count, size) if path_trace.is_denoised(self._quality) else None
+            paths = path_trace.expose(self.device_for_paths, records, size[1:], self._quality, shown, self._seed)
+            radiance = _ti.upload(paths.ravel())
             camera_response.develop(radiance, frames.words, frames.rgb_at(first), *size, self._buffer)
             return
+        scene = (*device.tree, device.sheer_root, *device.surfaces)
         light = self._buffer("light", pixel_count * illumination.LIGHT_PIXEL_STRIDE)
         smooth = self._buffer("smooth", pixel_count * illumination.LIGHT_PIXEL_STRIDE)
         tree, cells, seed = device.tree, self._cells, self._seed
         seen = (cameras, pixels, guide)
         illumination.light_indirectly(*tree, device.surfaces[0], *cells, *seen, light, *size, seed)
-        illumination.light_directly(*tree, *device.lights, *seen, light, *size, seed)
-        illumination.reflect(*tree, *device.surfaces, device.lights[0], *cells, cameras, pixels, light, *size, seed)
+        illumination.light_directly(*scene, *device.lights, self._near_lights, *seen, light, *size, seed)
+        illumination.reflect(*scene, device.lights[0], *cells, cameras, pixels, light, *size, seed)
         for step in (1, 4):
             filtering.smooth(cameras, guide, light, smooth, *size, 0, step)
             filtering.smooth(cameras, guide, smooth, light, *size, 1, step)
@@ -261,9 +286,7 @@ class Renderer:
         centers = self._buffer("centers", pixel_count * 3)
         resolve.shade_centers(device.lights[0], cameras, pixels, light, centers, *size)
         resolve.resolve(
-            *tree,
-            device.sheer_root,
-            *device.surfaces,
+            *scene,
             device.lights[0],
             *cells,
             *seen,

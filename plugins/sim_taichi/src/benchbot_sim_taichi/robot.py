@@ -7,8 +7,10 @@ from typing import Any, Self
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig
+from benchbot_sim_taichi.declared import mount, optional
 from benchbot_sim_taichi.dynamics import DriveLimits
-from benchbot_sim_taichi.sensors import Camera, Laser, mount
+from benchbot_sim_taichi.scanners import Laser, Lidar
+from benchbot_sim_taichi.sensors import Camera
 
 INITIAL_POSE = "initial_pose"
 
@@ -52,6 +54,7 @@ class Robot:
     noise: Noise
     camera: Camera
     laser: Laser
+    lidar: Lidar | None = None
 
     @classmethod
     def from_declaration(cls, robot: Mapping[str, Any], motion: MotionConfig) -> Self:
@@ -68,15 +71,16 @@ class Robot:
                 noise=Noise(**{key: float(value) for key, value in robot["noise"].items()}),
                 camera=Camera.from_mapping(robot["camera"]),
                 laser=Laser.from_mapping(robot["laser"]),
+                lidar=optional(robot, "lidar", Lidar.from_mapping),
             )
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise BenchbotError(
                 f"The robot '{robot.get('name')}' cannot be simulated.",
                 f"Its declaration lacks something, or has it in another form: {type(error).__name__}: {error}.",
-                "Compare its footprint, noise, frames, camera and laser with those of: benchbot show robot carter",
+                "Compare its footprint, noise, frames, camera, laser and lidar with: benchbot show robot carter_lidar",
             ) from error
         known = [found.base_frame, INITIAL_POSE, *found.mounts]
-        mounted = (found.camera.frame, found.laser.frame)
+        mounted = tuple(sensor.frame for sensor in (found.camera, found.laser, found.lidar) if sensor)
         for frame in (*found.reported, *mounted):
             if frame not in (found.mounts if frame in mounted else known):
                 raise BenchbotError(

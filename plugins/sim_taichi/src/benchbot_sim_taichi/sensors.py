@@ -1,24 +1,24 @@
-"""What a simulated robot senses: its declaration's camera, laser and frames, and how their channels are worked out."""
+"""What a simulated robot sees: its declaration's camera, and how the channels of pictures are worked out."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Self, TypeVar
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
+from benchbot_scenes.scene import Instance
 from benchbot_sim_taichi.camera_noise import CameraNoise
+from benchbot_sim_taichi.declared import check_keys, limits_m, optional
 from benchbot_sim_taichi.depth_noise import DepthNoise, View, read_depth_noise
 from benchbot_sim_taichi.distortion import PLUMB_BOB, Distortion
 from benchbot_sim_taichi.renderer import Frame, Intrinsics, Renderer
-from benchbot_sim_taichi.scene import Instance
 
 INSTANCES_PER_CLASS = 1000
-_Read = TypeVar("_Read")
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Camera:
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any]) -> Self:
         """Read a robot's `camera` mapping; raises KeyError, TypeError or ValueError when it is not one."""
-        _check_keys("camera", values, cls)
+        check_keys("camera", values, cls)
         return cls(
             frame=str(values["frame"]),
             width=int(values["width"]),
@@ -62,10 +62,10 @@ class Camera:
             fy=float(values["fy"]),
             cx=float(values["cx"]),
             cy=float(values["cy"]),
-            range_m=_range(values["range_m"]),
-            distortion=_optional(values, "distortion", Distortion.from_mapping),
-            rgb_noise=_optional(values, "rgb_noise", CameraNoise.from_mapping),
-            depth_noise=_optional(values, "depth_noise", read_depth_noise),
+            range_m=limits_m(values["range_m"]),
+            distortion=optional(values, "distortion", Distortion.from_mapping),
+            rgb_noise=optional(values, "rgb_noise", CameraNoise.from_mapping),
+            depth_noise=optional(values, "depth_noise", read_depth_noise),
         )
 
     def info(self) -> dict[str, Any]:
@@ -121,77 +121,6 @@ class Camera:
 
 
 @dataclass(frozen=True)
-class LaserNoise:
-    """Normal errors of ranges; their variance is `sigma_m`² + (`sigma_relative` × range)²."""
-
-    sigma_m: float = 0.0
-    sigma_relative: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not (0 <= self.sigma_m < np.inf and 0 <= self.sigma_relative < np.inf):
-            raise ValueError(f"{self} is negative or not finite")
-
-    @classmethod
-    def from_mapping(cls, values: Mapping[str, Any]) -> Self:
-        """Read a laser's `noise`; raises TypeError or ValueError when it is not one."""
-        return cls(**{str(key): float(value) for key, value in values.items()})
-
-    def apply(self, ranges_m: npt.NDArray[np.float64], random: np.random.Generator) -> npt.NDArray[np.float64]:
-        """Return ranges with errors; what is infinite stays so."""
-        finite = np.isfinite(ranges_m)
-        sigma_m = np.hypot(self.sigma_m, self.sigma_relative * np.where(finite, ranges_m, 0.0))
-        return np.where(finite, ranges_m + sigma_m * random.standard_normal(ranges_m.shape), ranges_m)
-
-
-@dataclass(frozen=True)
-class Laser:
-    """A planar scanner: `beams` rays over the full turn, counter-clockwise from -pi, in the plane of its frame."""
-
-    frame: str
-    beams: int
-    range_m: tuple[float, float]
-    noise: LaserNoise | None = None
-
-    def __post_init__(self) -> None:
-        if not self.beams > 0:
-            raise ValueError(f"{self} has no beams")
-
-    @classmethod
-    def from_mapping(cls, values: Mapping[str, Any]) -> Self:
-        """Read a robot's `laser` mapping; raises KeyError, TypeError or ValueError when it is not one."""
-        _check_keys("laser", values, cls)
-        return cls(
-            frame=str(values["frame"]),
-            beams=int(values["beams"]),
-            range_m=_range(values["range_m"]),
-            noise=_optional(values, "noise", LaserNoise.from_mapping),
-        )
-
-    def scan(
-        self, renderer: Renderer, laser_poses: Sequence[Pose], randoms: Sequence[np.random.Generator]
-    ) -> list[dict[str, Any]]:
-        """Return a scan from each pose in the map frame, with noise from the generator of each.
-
-        +inf is beyond the range, -inf before it (REP-117).
-        """
-        nearest_m, farthest_m = self.range_m
-        angles_rad = np.linspace(-np.pi, np.pi, self.beams, endpoint=False)
-        along = np.stack([np.cos(angles_rad), np.sin(angles_rad), np.zeros(self.beams)], 1)
-        matrices = [pose.matrix() for pose in laser_poses]
-        origins = np.concatenate([np.broadcast_to(matrix[:3, 3], along.shape) for matrix in matrices])
-        directions = np.concatenate([along @ matrix[:3, :3].T for matrix in matrices])
-        ranges_m = renderer.cast(origins, directions, farthest_m).astype(np.float64).reshape(-1, self.beams)
-        if self.noise:
-            ranges_m = np.stack([self.noise.apply(*each) for each in zip(ranges_m, randoms, strict=True)])
-            ranges_m[ranges_m > farthest_m] = np.inf
-        ranges_m[ranges_m < nearest_m] = -np.inf
-        return [
-            {"scans": np.stack([scan, angles_rad], 1), "range_min": nearest_m, "range_max": farthest_m}
-            for scan in ranges_m
-        ]
-
-
-@dataclass(frozen=True)
 class Labels:
     """How the scene's objects are numbered in segmentation: tables by `Instance.index`, 0 is nothing."""
 
@@ -231,34 +160,3 @@ class Labels:
             "instance_segment_img": self.instances[frame.instance],
             "class_ids": dict(self.class_ids),
         }
-
-
-def mount(values: Mapping[str, Any]) -> Pose:
-    """Return the pose of a frame in the robot's frame from `{xyz: metres, rpy_deg: static roll, pitch, yaw}`."""
-    return Pose.from_xyz_rpy_deg(values["xyz"], values.get("rpy_deg", (0.0, 0.0, 0.0)))
-
-
-def _range(values: Sequence[float]) -> tuple[float, float]:
-    nearest_m, farthest_m = (float(value) for value in values)
-    if not 0 <= nearest_m < farthest_m:
-        raise ValueError(f"the range [{nearest_m}, {farthest_m}] is empty")
-    return nearest_m, farthest_m
-
-
-def _optional(values: Mapping[str, Any], key: str, read: Callable[[Mapping[str, Any]], _Read]) -> _Read | None:
-    """Read what is under `key`, if anything; errors name it."""
-    if key not in values:
-        return None
-    if not isinstance(values[key], Mapping):
-        raise TypeError(f"{key} is {values[key]!r}, not a mapping")
-    try:
-        return read(values[key])
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{key}: {error}") from error
-
-
-def _check_keys(sensor: str, values: Mapping[str, Any], kind: type[Camera | Laser]) -> None:
-    known = [field.name for field in fields(kind)]
-    for key in values:
-        if key not in known:
-            raise ValueError(f"{sensor} has no '{key}', only {', '.join(known)}.{did_you_mean(str(key), known)}")

@@ -12,20 +12,22 @@ from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import PlatformSpec, Scene
+from benchbot_scenes.gltf import load_scene
+from benchbot_scenes.scene import SceneGeometry
+from benchbot_scenes.scene_file import scene_file
 from benchbot_sim_taichi import dynamics, lamps, quality, randomness
 from benchbot_sim_taichi.collision import ObstacleMap, travel
 from benchbot_sim_taichi.dynamics import State
-from benchbot_sim_taichi.gltf import load_scene
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.odometry import Odometry
 from benchbot_sim_taichi.renderer import Frame, Renderer
 from benchbot_sim_taichi.robot import Footprint, Robot
-from benchbot_sim_taichi.scene import SceneGeometry
+from benchbot_sim_taichi.scanners import Laser, Lidar
 from benchbot_sim_taichi.sensors import Labels
 
 CONTROL_PERIOD_S = 0.05
 PICTURES = ("image_rgb", "image_depth", "image_segment")
-CHANNELS = [*PICTURES, *(f"{picture}_info" for picture in PICTURES), "laser", "poses"]
+CHANNELS = [*PICTURES, *(f"{picture}_info" for picture in PICTURES), "laser", "lidar", "poses"]
 
 
 class RayTracedSimulator:
@@ -93,10 +95,18 @@ class RayTracedSimulator:
         for world in {id(platform._world): platform._world for platform in platforms}.values():
             there = [i for i, platform in enumerate(platforms) if platform._world is world]
             poses = [platforms[i].pose() for i in there]
-            lasers = [platforms[i]._random("laser") for i in there]
-            frames, scans = self._expose(world, poses, wanted), self._scan(world, poses, wanted, lasers)
-            for i, frame, scan in zip(there, frames, scans, strict=True):
-                observed[i] = {name: platforms[i]._channel(name, frame, scan) for name in wanted}
+            frames = self._expose(world, poses, wanted)
+            scans = {
+                name: scanner.scan(
+                    world.renderer,
+                    [pose @ self._robot.mounts[scanner.frame] for pose in poses],
+                    [platforms[i]._random(name) for i in there],
+                )
+                for name, scanner in self._scanners(wanted).items()
+            }
+            for number, (i, frame) in enumerate(zip(there, frames, strict=True)):
+                scanned = {name: scan[number] for name, scan in scans.items()}
+                observed[i] = {name: platforms[i]._channel(name, frame, scanned) for name in wanted}
         return observed
 
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
@@ -172,22 +182,24 @@ class RayTracedSimulator:
     def _random(self, sensor: str) -> np.random.Generator:
         return randomness.at_instant(self._seed, sensor, self._instant)
 
-    def _scan(
-        self,
-        world: "_World",
-        bases: Sequence[Pose],
-        wanted: tuple[str, ...],
-        randoms: Sequence[np.random.Generator],
-    ) -> Sequence[dict[str, Any] | None]:
-        if "laser" not in wanted:
-            return [None] * len(bases)
-        laser = self._robot.laser
-        mount = self._robot.mounts[laser.frame]
-        return laser.scan(world.renderer, [base @ mount for base in bases], randoms)
+    def _scanners(self, wanted: tuple[str, ...]) -> dict[str, Laser | Lidar]:
+        """Return the scanners that are asked; raises BenchbotError when the robot has none."""
+        scanners = {"laser": self._robot.laser, "lidar": self._robot.lidar}
+        asked: dict[str, Laser | Lidar] = {}
+        for name in (name for name in scanners if name in wanted):
+            scanner = scanners[name]
+            if scanner is None:
+                raise BenchbotError(
+                    f"The robot '{self._robot.name}' has no {name}.",
+                    f"Its declaration has no '{name}'.",
+                    "Choose a robot that has one, such as carter_lidar, or a task that does not observe it.",
+                )
+            asked[name] = scanner
+        return asked
 
-    def _channel(self, name: str, frame: Frame | None, scan: dict[str, Any] | None) -> Any:
-        if name == "laser":
-            return scan
+    def _channel(self, name: str, frame: Frame | None, scans: dict[str, Any]) -> Any:
+        if name in scans:
+            return scans[name]
         if name == "poses":
             base = self.odometry() if self._spec.localisation == "noisy" else self.pose()
             poses = self._robot.poses(base, self._start_pose)
@@ -210,11 +222,12 @@ class _World:
         if "map_path" not in environment:
             raise BenchbotError(
                 f"The environment '{environment.get('name')}' has no map_path.",
-                "A simulated environment needs a scene: a GLB file (glTF 2.0 binary).",
+                "A simulated environment needs a scene: a GLB file (glTF 2.0 binary) or a layout.",
                 "Add a line such as 'map_path: ../scenes/miniroom_1.glb', relative to the environment's file.",
             )
         self._spec = spec
-        self._geometry: SceneGeometry = load_scene(scene.folder / environment["map_path"])
+        source = scene.folder / environment["map_path"]
+        self._geometry: SceneGeometry = load_scene(scene_file(source, spec.cache_dir, environment.get("assets")))
         self._lighting = Lighting.from_mapping(environment.get("lighting"))
         lamps.check(self._geometry, self._lighting.lamps)
         self._options = {**environment.get("options", {}), **spec.options}

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from benchbot_scenes.scene import FloatArray, IntArray, SceneGeometry
 from benchbot_sim_taichi.bvh import usable
-from benchbot_sim_taichi.scene import FloatArray, IntArray, SceneGeometry
 from benchbot_sim_taichi.tables import triangle_areas
 
 CELL_STRIDE = 24

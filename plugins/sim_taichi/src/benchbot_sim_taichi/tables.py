@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from benchbot_sim_taichi.scene import FloatArray, IntArray, Material, SceneGeometry
+from benchbot_scenes.scene import FloatArray, IntArray, Material, SceneGeometry
 
 TRIANGLE_STRIDE = 24
 MATERIAL_STRIDE = 20

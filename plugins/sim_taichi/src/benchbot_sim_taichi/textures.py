@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from benchbot_sim_taichi.scene import ImageArray
+from benchbot_scenes.scene import ImageArray
 
 IMAGE_STRIDE = 4
 MAX_LEVELS = 13

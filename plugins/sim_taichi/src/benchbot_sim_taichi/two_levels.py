@@ -9,6 +9,7 @@ from functools import reduce
 import numpy as np
 import numpy.typing as npt
 
+from benchbot_sim_taichi.binary_tree import FloatArray
 from benchbot_sim_taichi.bvh import (
     EMPTY_CHILD,
     LEAF_SIZE,
@@ -16,7 +17,6 @@ from benchbot_sim_taichi.bvh import (
     NODE_STRIDE,
     WIDTH,
     Bvh,
-    FloatArray,
     pack_leaves,
 )
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from benchbot.core import plugins, results
+from benchbot.core import plugins, resources, results
 from benchbot.core.catalog import Catalog, Declaration
 from benchbot.core.errors import BenchbotError
 from benchbot.core.platform import Scene
@@ -25,10 +25,12 @@ BORDER_NODES = 4
 
 def floor_plan(scene: Scene, robot: dict[str, Any]) -> FloorPlan:
     """Return the plan of what a robot can reach in a ray-traced scene, cut off a little beyond that."""
+    from benchbot_scenes.gltf import load_scene
+    from benchbot_scenes.scene_file import scene_file
     from benchbot_sim_taichi.collision import ObstacleMap
-    from benchbot_sim_taichi.gltf import load_scene
 
-    geometry = load_scene(scene.folder / scene.environment["map_path"])
+    source = scene.folder / scene.environment["map_path"]
+    geometry = load_scene(scene_file(source, resources.cache_dir(), scene.environment.get("assets")))
     x, y, z = scene.start_pose.translation_xyz
     footprint = robot["footprint"]
     obstacles = ObstacleMap(geometry, z + footprint["z_min_m"], z + footprint["z_max_m"])

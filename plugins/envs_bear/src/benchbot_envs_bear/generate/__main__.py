@@ -1,4 +1,4 @@
-"""`python -m benchbot_envs_bear.generate miniroom:1 [--folder DIR]`: write an environment's files."""
+"""`python -m benchbot_envs_bear.generate all|NAME:VARIANT… [--folder DIR]`: write environments' files."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import benchbot_envs_bear
 
 
 def main() -> int:
-    """Generate the named environments, by default into the package itself."""
+    """Generate the named environments, or all of them, by default into the package itself."""
     try:
-        from benchbot_envs_bear.generate.assemble import environments, generate
+        from benchbot_envs_bear.generate.places import generate, names
     except ModuleNotFoundError as error:
         sys.stderr.write(
             f"Environments cannot be generated here: the library {error.name} is not installed.\n"
@@ -20,12 +20,12 @@ def main() -> int:
         )
         return 2
     parser = argparse.ArgumentParser(prog="python -m benchbot_envs_bear.generate", description=main.__doc__)
-    parser.add_argument("environment", nargs="+", choices=environments(), metavar="NAME:VARIANT")
+    parser.add_argument("environment", nargs="+", choices=["all", *names()], metavar="NAME:VARIANT")
     parser.add_argument("--folder", type=Path, default=Path(benchbot_envs_bear.__file__).parent)
     arguments = parser.parse_args()
-    for environment in arguments.environment:
-        name, variant = environment.split(":")
-        sys.stderr.write(generate(name, variant, arguments.folder) + "\n")
+    wanted = names() if "all" in arguments.environment else arguments.environment
+    for environment in wanted:
+        sys.stderr.write(generate(environment, arguments.folder) + "\n")
     return 0
 
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import yaml
 
-from benchbot_envs_bear.generate.gltf import write_glb
-from benchbot_envs_bear.generate.layout import Layout, load_layout
+from benchbot_assets_household.generate.gltf import write_glb
+from benchbot_assets_household.generate.model import SceneObject, bounds, triangle_count
 from benchbot_envs_bear.generate.miniroom import LIGHTING, miniroom
-from benchbot_envs_bear.generate.model import SceneObject, bounds, triangle_count
+from benchbot_envs_bear.generate.published import Published, load_published
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +28,7 @@ def environments() -> list[str]:
 def generate(name: str, variant: str, folder: Path) -> str:
     """Write scenes/, environments/ and ground_truths/ under `folder`; return a summary line."""
     build_scene, lighting, description = _SCENES[name, variant]
-    layout = load_layout(name, variant)
+    layout = load_published(name, variant)
     objects = build_scene(layout)
     stem = f"{name}_{variant}"
     environment = declaration(layout, lighting, description)
@@ -37,7 +37,7 @@ def generate(name: str, variant: str, folder: Path) -> str:
     for path in paths.values():
         path.mkdir(parents=True, exist_ok=True)
     scene = paths["scenes"] / f"{stem}.glb"
-    write_glb(scene, objects)
+    write_glb(scene, objects, generator="benchbot-envs-bear")
     text = yaml.safe_dump(environment, sort_keys=False, default_flow_style=None, width=110)
     (paths["environments"] / f"{stem}.yaml").write_text(text, encoding="utf-8")
     (paths["ground_truths"] / f"{stem}.json").write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
@@ -45,7 +45,7 @@ def generate(name: str, variant: str, folder: Path) -> str:
     return f"{stem}: {len(objects)} nodes, {triangles} triangles, {scene.stat().st_size / 1e6:.2f} MB"
 
 
-def declaration(layout: Layout, lighting: dict[str, Any], description: str) -> dict[str, Any]:
+def declaration(layout: Published, lighting: dict[str, Any], description: str) -> dict[str, Any]:
     """The environment's declaration."""
     return {
         "name": layout.name,
@@ -60,7 +60,7 @@ def declaration(layout: Layout, lighting: dict[str, Any], description: str) -> d
     }
 
 
-def ground_truth(environment: dict[str, Any], layout: Layout, objects: Sequence[SceneObject]) -> dict[str, Any]:
+def ground_truth(environment: dict[str, Any], layout: Published, objects: Sequence[SceneObject]) -> dict[str, Any]:
     """The object map of the scene's own vertices, in the form of BenchBot 2's ground truths."""
     return {
         "environment": environment,

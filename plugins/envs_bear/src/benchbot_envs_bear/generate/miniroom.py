@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
-from benchbot_envs_bear.generate import materials
-from benchbot_envs_bear.generate.bed import double_bed
-from benchbot_envs_bear.generate.books import book, book_stack, magazines
-from benchbot_envs_bear.generate.decor import canister, curtain, curtain_rod, floor_lamp, radiator, rug, towel
-from benchbot_envs_bear.generate.joinery import board
-from benchbot_envs_bear.generate.layout import Box, Layout
-from benchbot_envs_bear.generate.model import Model, Part, SceneObject, fit_to_box, placed, rotation, transformed
-from benchbot_envs_bear.generate.plants import dracaena, potted_plant
+from benchbot_assets_household.generate import materials
+from benchbot_assets_household.generate.bed import double_bed
+from benchbot_assets_household.generate.books import book, book_stack, magazines
+from benchbot_assets_household.generate.decor import canister, curtain, curtain_rod, floor_lamp, radiator, rug, towel
+from benchbot_assets_household.generate.joinery import board
+from benchbot_assets_household.generate.model import Model, Part, SceneObject, fit_to_box, placed, rotation, transformed
+from benchbot_assets_household.generate.plants import dracaena, potted_plant
+from benchbot_assets_household.generate.seating import spindle_chair, upholstered_chair
+from benchbot_assets_household.generate.shapes import cylinder, merge, moved, tube
+from benchbot_assets_household.generate.small_objects import alarm_clock, apple, basket, picture
+from benchbot_assets_household.generate.storage import chest_of_drawers, counter, deep_sill, sink, splashback, tap
+from benchbot_assets_household.generate.tables import low_table, round_table
+from benchbot_assets_household.generate.tableware import cup, spoons, tray, washing_liquid
+from benchbot_envs_bear.generate.published import Box, Published
 from benchbot_envs_bear.generate.room import Opening, Shell, door, pendant, shell, window
-from benchbot_envs_bear.generate.seating import spindle_chair, upholstered_chair
-from benchbot_envs_bear.generate.shapes import cylinder, merge, moved, tube
-from benchbot_envs_bear.generate.small_objects import alarm_clock, apple, basket, picture
-from benchbot_envs_bear.generate.storage import chest_of_drawers, counter, deep_sill, sink, splashback, tap
-from benchbot_envs_bear.generate.tables import low_table, round_table
-from benchbot_envs_bear.generate.tableware import cup, spoons, tray, washing_liquid
 
 Maker: TypeAlias = Callable[[Sequence[float]], Model]
 
@@ -38,7 +38,7 @@ LIGHTING = {
 }
 
 
-def miniroom(layout: Layout) -> list[SceneObject]:
+def miniroom(layout: Published) -> list[SceneObject]:
     """All objects of the scene, the published ones first, in the published order."""
     makers = _makers()
     objects = []
@@ -110,7 +110,7 @@ def _structure() -> list[SceneObject]:
     ]
 
 
-def _carriers(layout: Layout) -> list[SceneObject]:
+def _carriers(layout: Published) -> list[SceneObject]:
     """The sill, chest and counter under the floating objects."""
     oak, black = materials.wood("oak", tint=_PALE_OAK), materials.black_steel()
     basin = layout.box("SM_AI_vol3_3_sink_01_0")

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchbot_envs_bear.generate import materials
-from benchbot_envs_bear.generate.joinery import board
-from benchbot_envs_bear.generate.shapes import (
+from benchbot_assets_household.generate import materials
+from benchbot_assets_household.generate.joinery import board
+from benchbot_assets_household.generate.shapes import (
     Floats,
     Material,
     Mesh,

@@ -47,9 +47,8 @@ class Bridge:
             self._camera.begin_load(scene, seed)
         try:
             self._world.load(scene, seed)
-            if self._robot.has_laser:
-                # The first scan takes long: kernels are compiled.
-                self._world.observe(["laser"])
+            # The first scan takes long: kernels are compiled.
+            self._world.observe(self._robot.scanners)
         finally:
             if self._camera:
                 self._camera.finish_load()

@@ -53,10 +53,9 @@ class BridgedRobot(msgspec.Struct, frozen=True):
         """The camera's optical frame; the simulator calls it `camera` where the declaration does not name it."""
         return str(self.declaration.get("camera", {}).get("frame", "camera"))
 
-    @property
-    def laser_frame(self) -> str:
-        """The frame of the laser scanner."""
-        return str(self.declaration.get("laser", {}).get("frame", "lidar"))
+    def scanner_frame(self, channel: str) -> str:
+        """The frame of the laser scanner (`laser`) or of the lidar of many rings (`lidar`)."""
+        return str(self.declaration.get(channel, {}).get("frame", "lidar"))
 
     @property
     def pictures(self) -> tuple[str, ...]:
@@ -64,9 +63,9 @@ class BridgedRobot(msgspec.Struct, frozen=True):
         return tuple(channel for channel in self._channels if channel.startswith("image_"))
 
     @property
-    def has_laser(self) -> bool:
-        """Whether the robot has a laser scanner."""
-        return "laser" in self._channels
+    def scanners(self) -> tuple[str, ...]:
+        """The channels of scanners that the robot has."""
+        return tuple(channel for channel in ("laser", "lidar") if channel in self._channels)
 
     @property
     def has_poses(self) -> bool:
@@ -93,12 +92,12 @@ class BridgedRobot(msgspec.Struct, frozen=True):
 
 @cache
 def _presented() -> Ros2Robot:
-    with as_file(files("benchbot_robot_ros2") / "robots" / "carter_ros2.yaml") as path:
+    with as_file(files("benchbot_robot_ros2") / "robots" / "carter_lidar_ros2.yaml") as path:
         return Ros2Robot.from_declaration(schema.read(path))
 
 
 def topics(channel: str) -> Mapping[str, Topic]:
-    """Return the topics of an observation, by the part that each carries: those of the robot carter_ros2."""
+    """Return the topics of an observation, by the part that each carries: those of the robot carter_lidar_ros2."""
     return _presented().observations[channel].parts()
 
 

@@ -1,4 +1,4 @@
-"""What the bridged robot tells of itself: clock, odometry, truth, transforms, collision and laser scans."""
+"""What the bridged robot tells of itself: clock, odometry, truth, transforms, collision and scans."""
 
 import importlib
 from typing import TYPE_CHECKING, Any
@@ -37,10 +37,10 @@ class StatePublisher:
         self._truth = node.create_publisher(self._odometry_type, GROUND_TRUTH, profile)
         self._collision = node.create_publisher(self._bool_type, COLLISION, profile)
         self._clock = node.create_publisher(self._clock_type, "/clock", profile) if simulated else None
-        self._laser = None
-        if robot.has_laser:
-            topic = topics("laser")[""]
-            self._laser = node.create_publisher(message_type(topic.ros_type), relative(topic), profile)
+        self._scans = {}
+        for channel in robot.scanners:
+            topic = topics(channel)[""]
+            self._scans[channel] = node.create_publisher(message_type(topic.ros_type), relative(topic), profile)
         self._transforms = Transforms(node, robot) if transforms_installed() else None
 
     def announce(self, world: World) -> None:
@@ -61,9 +61,11 @@ class StatePublisher:
         self._collision.publish(self._bool_type(data=world.collided))
         if self._transforms:
             self._transforms.publish(stamp_ns, pose, odometry)
-        if self._laser and self._laser_rate.due(stamp_ns):
-            scan = world.observe(["laser"])["laser"]
-            self._laser.publish(encode("laser", scan, stamp_ns=stamp_ns, frame_id=robot.laser_frame)[""])
+        if self._scans and self._laser_rate.due(stamp_ns):
+            heard = [channel for channel, scans in self._scans.items() if scans.get_subscription_count()]
+            for channel, scan in world.observe(heard).items():
+                message = encode(channel, scan, stamp_ns=stamp_ns, frame_id=robot.scanner_frame(channel))[""]
+                self._scans[channel].publish(message)
 
     def _moving(self, stamp_ns: int, frame: str, pose: Pose, velocity: tuple[float, float]) -> Any:
         """Return a nav_msgs/msg/Odometry: the pose in `frame`, the velocity in the base's own frame."""

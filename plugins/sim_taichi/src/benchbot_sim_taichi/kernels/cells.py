@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""Irradiance stored in world-space cells: lookup, and the passes that fill it once per environment.
+"""Irradiance stored in world-space cells: the passes that fill them once per environment.
 
 A cell is 24 values: mean position, mean normal, irradiance (all light), mean radiance from beyond `NEAR_M`,
 irradiance that arrives straight from windows and lamps, radiance that leaves it, albedo, openness to the sky, whether
@@ -7,10 +7,13 @@ the sun is seen, share of rays that did not start inside a solid.
 """
 
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.kernels.light import sample_light, sky_radiance
+from benchbot_sim_taichi.kernels.cell_lookup import cell_weight, nearest_cell
+from benchbot_sim_taichi.kernels.light import sky_radiance
+from benchbot_sim_taichi.kernels.light_grid import sample_near
+from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, Passage, pack, sent, sheerness, unpack
 from benchbot_sim_taichi.kernels.sampling import cone_direction, cosine_direction, hash_u32, sobol_2d
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
-from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
+from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
 from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
 
@@ -19,110 +22,6 @@ OFFSET_M = 5e-4
 LINK_NONE = -1
 LINK_NEAR = 1 << 30
 INV_PI = 0.31830988618379067
-
-
-@ti.func
-def cell_weight(cells: ti.template(), cell, point, normal, inv_size):
-    """How far a stored cell speaks for a surface element: same plane, same orientation, not buried in a solid."""
-    base = cell * CELL_STRIDE
-    stored = load3(cells, base + 3)
-    alignment = ti.max(stored.dot(normal), 0.0)
-    off_plane = ti.abs((point - load3(cells, base)).dot(normal)) * inv_size
-    alignment *= alignment * cells[base + 23]
-    return alignment * alignment / (1.0 + 40.0 * off_plane * off_plane)
-
-
-@ti.func
-def nearest_cell(grid: ti.template(), cells: ti.template(), layout: ti.template(), point, normal):
-    """Cell that speaks best for a surface element, -1 when there is none around."""
-    inv_size = layout[3]
-    nx, ny, nz = ti.cast(layout[4], ti.i32), ti.cast(layout[5], ti.i32), ti.cast(layout[6], ti.i32)
-    local = (point - load3(layout, 0)) * inv_size
-    best = -1
-    # Nearly always the cell that the point lies in knows its orientation.
-    ix, iy, iz = (
-        ti.cast(ti.floor(local.x), ti.i32),
-        ti.cast(ti.floor(local.y), ti.i32),
-        ti.cast(ti.floor(local.z), ti.i32),
-    )
-    if 0 <= ix < nx and 0 <= iy < ny and 0 <= iz < nz:
-        side = 0
-        if ti.abs(normal.x) >= ti.max(ti.abs(normal.y), ti.abs(normal.z)):
-            side = ti.select(normal.x < 0.0, 1, 0)
-        elif ti.abs(normal.y) >= ti.abs(normal.z):
-            side = ti.select(normal.y < 0.0, 3, 2)
-        else:
-            side = ti.select(normal.z < 0.0, 5, 4)
-        best = grid[((ix * ny + iy) * nz + iz) * 6 + side]
-    if best < 0:
-        corner = ti.floor(local - 0.5)
-        best_weight = 0.0
-        for k in range(24):
-            axis = k % 3
-            x = ti.cast(corner.x, ti.i32) + ((k // 3) & 1)
-            y = ti.cast(corner.y, ti.i32) + ((k // 6) & 1)
-            z = ti.cast(corner.z, ti.i32) + k // 12
-            component = ti.select(axis == 0, normal.x, ti.select(axis == 1, normal.y, normal.z))
-            if 0 <= x < nx and 0 <= y < ny and 0 <= z < nz and component * component > 0.02:
-                cell = grid[((x * ny + y) * nz + z) * 6 + 2 * axis + ti.select(component < 0.0, 1, 0)]
-                if cell >= 0:
-                    away = (load3(cells, cell * CELL_STRIDE) - point).norm() * inv_size
-                    weight = (cell_weight(cells, cell, point, normal, inv_size) + 1e-4) / (0.1 + away)
-                    if weight > best_weight:
-                        best_weight = weight
-                        best = cell
-    return best
-
-
-@ti.dataclass
-class CellLight:
-    """Interpolated cell values, see the module; `sun`: whether any of the cells sees it (or none is there to ask)."""
-
-    total: vec3
-    far: vec3
-    direct: vec3
-    sun: ti.f32
-
-
-@ti.func
-def interpolate_cells(grid: ti.template(), cells: ti.template(), layout: ti.template(), point, normal):
-    """Smooth blend of the cells around a surface element; zero where there is none."""
-    inv_size = layout[3]
-    nx, ny, nz = ti.cast(layout[4], ti.i32), ti.cast(layout[5], ti.i32), ti.cast(layout[6], ti.i32)
-    local = (point - load3(layout, 0)) * inv_size
-    corner = ti.floor(local - 0.5)
-    fraction = local - 0.5 - corner
-    light = CellLight(total=vec3(0.0), far=vec3(0.0), direct=vec3(0.0), sun=0.0)
-    weight_sum = 0.0
-    for axis in range(3):
-        component = ti.select(axis == 0, normal.x, ti.select(axis == 1, normal.y, normal.z))
-        if component * component > 0.02:
-            side = 2 * axis + ti.select(component < 0.0, 1, 0)
-            for k in range(8):
-                dx, dy, dz = k & 1, (k >> 1) & 1, k >> 2
-                x, y, z = ti.cast(corner.x, ti.i32) + dx, ti.cast(corner.y, ti.i32) + dy, ti.cast(corner.z, ti.i32) + dz
-                if 0 <= x < nx and 0 <= y < ny and 0 <= z < nz:
-                    cell = grid[((x * ny + y) * nz + z) * 6 + side]
-                    if cell >= 0:
-                        wx = ti.select(dx == 1, fraction.x, 1.0 - fraction.x)
-                        wy = ti.select(dy == 1, fraction.y, 1.0 - fraction.y)
-                        wz = ti.select(dz == 1, fraction.z, 1.0 - fraction.z)
-                        weight = (wx * wy * wz + 1e-4) * (
-                            component * component * cell_weight(cells, cell, point, normal, inv_size) + 1e-6
-                        )
-                        base = cell * CELL_STRIDE
-                        light.total += load3(cells, base + 6) * weight
-                        light.far += load3(cells, base + 9) * weight
-                        light.direct += load3(cells, base + 12) * weight
-                        light.sun = ti.max(light.sun, cells[base + 22])
-                        weight_sum += weight
-    scale = ti.select(weight_sum > 0.0, 1.0 / ti.max(weight_sum, 1e-20), 0.0)
-    if weight_sum <= 0.0:
-        light.sun = 1.0
-    light.total *= scale
-    light.far *= scale
-    light.direct *= scale
-    return light
 
 
 @ti.func
@@ -139,6 +38,7 @@ def sample_point(triangles: ti.template(), vertices: ti.template(), samples: ti.
 def light_cells(
     nodes: floats,
     leaves: floats,
+    sheer_root: ti.i32,
     triangles: floats,
     materials: floats,
     texels: ints,
@@ -147,6 +47,7 @@ def light_cells(
     lights: floats,
     portals: ti.i32,
     lamps: ti.i32,
+    near: floats,
     vertices: floats,
     samples: floats,
     first: ints,
@@ -191,19 +92,20 @@ def light_cells(
                     light_count = ti.select(kind == 1, portals, lamps)
                     wanted = light_count > 0
                     if wanted:
-                        light = sample_light(lights, env, first_light, light_count, position, xi)
+                        light = sample_near(near, lights, env, first_light, light_count, position, xi)
                         direction = light.direction
                         value = light.value
                         reach = ti.select(kind == 1, FAR, light.distance)
                 cosine = surface.normal.dot(direction)
                 if wanted and cosine > 0.0 and face.dot(direction) > 0.0 and value.max() > 0.0:
-                    hit = trace(nodes, leaves, 0, position, direction, reach, True)
-                    if hit.triangle < 0:
-                        if kind == 0:
-                            sun += value * cosine
-                            sees_sun = True
-                        else:
-                            straight += value * cosine
+                    passed = sent(
+                        nodes, leaves, sheer_root, triangles, materials, texels, images, position, direction, reach
+                    )
+                    if kind == 0:
+                        sun += passed.share * value * cosine
+                        sees_sun |= passed.share.max() > 0.0
+                    else:
+                        straight += passed.share * value * cosine
         scale = 1.0 / ti.cast(points_per_cell, ti.f32)
         mean_normal = mean_normal.normalized(1e-9)
         for i in ti.static(range(3)):
@@ -223,6 +125,8 @@ def link_cells(
     sheer_root: ti.i32,
     triangles: floats,
     materials: floats,
+    texels: ints,
+    images: ints,
     env: floats,
     portals: ti.i32,
     vertices: floats,
@@ -232,12 +136,13 @@ def link_cells(
     cells: floats,
     layout: floats,
     links: ints,
+    tints: ints,
     sky: floats,
     count: ti.i32,
     rays: ti.i32,
     seed: ti.i32,
 ):
-    """Which cell each of a cell's rays meets.
+    """Which cell each of a cell's rays meets, and where there are panes, what they let pass (`panes.pack`).
 
     `sky` (4 per cell): radiance sum of rays that escape, and number of valid rays; a cell's value 21 becomes the
     share of them that escape.
@@ -267,31 +172,42 @@ def link_cells(
             link = LINK_NONE
             counted = 1.0
             if face.dot(direction) > 0.0:
+                solid = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
+                passed = Passage(share=vec3(1.0), panes=0)
                 root = 0
+                start = 0.0
+                layers = 0
                 while root >= 0:
-                    hit = trace(nodes, leaves, root, position, direction, FAR, False)
-                    following = -1
+                    hit = trace(nodes, leaves, root, position + direction * start, direction, solid.t - start, False)
                     if root == 0:
-                        if hit.triangle >= 0:
-                            at = hit.triangle * TRIANGLE_STRIDE
-                            met = load3(triangles, at + 15)
-                            two_sided = materials[ti.cast(triangles[at + 18], ti.i32) * MATERIAL_STRIDE + 14] > 0.5
-                            if met.dot(direction) > 0.0 and not two_sided:
-                                counted = 0.0
-                            else:
-                                met = ti.select(met.dot(direction) > 0.0, -met, met)
-                                link = nearest_cell(grid, cells, layout, position + direction * hit.t, met)
-                                if link >= 0 and hit.t < NEAR_M:
-                                    link |= LINK_NEAR
-                        else:
-                            following = sheer_root
-                    # Sky that is seen through a pane counts as direct light.
-                    if (root == 0 and following < 0 and hit.triangle < 0) or (
-                        root != 0 and (hit.triangle < 0 or portals == 0)
-                    ):
-                        sum_sky += sky_radiance(env, direction)
-                        escaped += 1.0
-                    root = following
+                        solid = hit
+                        root = sheer_root
+                    elif hit.triangle >= 0 and layers < MAX_LAYERS:
+                        layer = sheerness(triangles, materials, texels, images, hit.triangle, hit.u, hit.v, direction)
+                        # The light of leaves and grilles is that of what is behind them.
+                        passed.share *= ti.select(layer.panes == 1, layer.share, vec3(1.0))
+                        passed.panes += layer.panes
+                        start += hit.t + STEP_M
+                        layers += 1
+                    else:
+                        root = -1
+                if solid.triangle >= 0:
+                    at = solid.triangle * TRIANGLE_STRIDE
+                    met = load3(triangles, at + 15)
+                    two_sided = materials[ti.cast(triangles[at + 18], ti.i32) * MATERIAL_STRIDE + 14] > 0.5
+                    if met.dot(direction) > 0.0 and not two_sided:
+                        counted = 0.0
+                    else:
+                        met = ti.select(met.dot(direction) > 0.0, -met, met)
+                        link = nearest_cell(grid, cells, layout, position + direction * solid.t, met)
+                        if link >= 0 and solid.t < NEAR_M:
+                            link |= LINK_NEAR
+                # Sky that is seen through a pane counts as direct light.
+                elif portals == 0 or passed.panes == 0:
+                    sum_sky += passed.share * sky_radiance(env, direction)
+                    escaped += 1.0
+                if sheer_root >= 0:
+                    tints[cell * rays + r] = pack(passed.share)
             else:
                 counted = 0.0
             valid += counted
@@ -304,7 +220,16 @@ def link_cells(
 
 @ti.kernel
 def bounce_cells(
-    links: ints, sky: floats, direct: floats, cells: floats, before: floats, after: floats, count: ti.i32, rays: ti.i32
+    links: ints,
+    tints: ints,
+    sky: floats,
+    direct: floats,
+    cells: floats,
+    before: floats,
+    after: floats,
+    count: ti.i32,
+    rays: ti.i32,
+    has_panes: ti.i32,
 ):
     """One more bounce: irradiance `after` from irradiance `before` (3 per cell each)."""
     for cell in range(count):
@@ -316,6 +241,8 @@ def bounce_cells(
             if link >= 0:
                 other = link & (LINK_NEAR - 1)
                 radiance = load3(before, other * 3) * load3(cells, other * CELL_STRIDE + 18) * INV_PI
+                if has_panes == 1:
+                    radiance *= unpack(tints[cell * rays + r])
                 total += radiance
                 if link & LINK_NEAR:
                     near += 1.0

@@ -8,10 +8,11 @@ one tile of 8 x 4, whose rays meet much the same nodes.
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.frames import PIXELS_PER_GROUP, WORDS_PER_GROUP
-from benchbot_sim_taichi.kernels.cells import nearest_cell
+from benchbot_sim_taichi.kernels.cell_lookup import nearest_cell
 from benchbot_sim_taichi.kernels.develop import bytes_
 from benchbot_sim_taichi.kernels.light import sky_radiance
-from benchbot_sim_taichi.kernels.primary import INFINITY_BITS, MAX_LAYERS, camera_origin, camera_ray
+from benchbot_sim_taichi.kernels.panes import MAX_LAYERS
+from benchbot_sim_taichi.kernels.primary import INFINITY_BITS, camera_origin, camera_ray
 from benchbot_sim_taichi.kernels.reflectance import pane_reflectance
 from benchbot_sim_taichi.kernels.resolve import shade
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
@@ -76,7 +77,7 @@ def look(
     while root >= 0:
         hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
         if ti.static(on_gpu):
-            hit = trace_gpu(nodes, leaves, root, origin + ray * start, ray, seen.hit.t - start, thread)
+            hit = trace_gpu(nodes, leaves, root, origin + ray * start, ray, seen.hit.t - start, thread, 0)
         else:
             hit = trace(nodes, leaves, root, origin + ray * start, ray, seen.hit.t - start, False)
         is_sheer = root != 0
@@ -99,17 +100,18 @@ def look(
                         hit.t * pixel_angle,
                     )
                     is_cut = surface.is_cut
-                    if is_cut == 1:
+                    if is_cut == 0 and surface.is_glass == 1:
+                        is_pane = 1
+                        cosine = -surface.normal.dot(ray.normalized())
+                        seen.passed *= surface.diffuse * (1.0 - pane_reflectance(surface.specular.x, cosine))
+                    if is_cut + is_pane > 0:
                         start = hit.t * 1.00001 + 1e-5
                         layers += 1
                         root = ti.select(layers < MAX_LAYERS, sheer_root, -1)
-                    elif surface.is_glass == 1:
-                        is_pane = 1
-                        cosine = -surface.normal.dot(ray.normalized())
-                        seen.passed = surface.diffuse * (1.0 - pane_reflectance(surface.specular.x, cosine))
             if is_cut == 0:
-                seen.near_t = hit.t
-                seen.near_instance = ti.cast(triangles[hit.triangle * TRIANGLE_STRIDE + 19], ti.i32)
+                if hit.t < seen.near_t:
+                    seen.near_t = hit.t
+                    seen.near_instance = ti.cast(triangles[hit.triangle * TRIANGLE_STRIDE + 19], ti.i32)
                 if is_pane == 0:
                     seen.hit = hit
     return seen

@@ -10,9 +10,12 @@ before filtering where neighbours are to speak for the pixel), radiance from the
 """
 
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.kernels.cells import INV_PI, NEAR_M, OFFSET_M, interpolate_cells, nearest_cell
-from benchbot_sim_taichi.kernels.light import sample_light, sky_radiance
+from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells, nearest_cell
+from benchbot_sim_taichi.kernels.cells import INV_PI, NEAR_M, OFFSET_M
+from benchbot_sim_taichi.kernels.light import sky_radiance
+from benchbot_sim_taichi.kernels.light_grid import sample_near
 from benchbot_sim_taichi.kernels.neighbours import fit, pixel_plane
+from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sent, sheerness
 from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE, camera_origin, camera_ray, locate
 from benchbot_sim_taichi.kernels.sampling import (
     cosine_direction,
@@ -21,7 +24,7 @@ from benchbot_sim_taichi.kernels.sampling import (
     sobol_2d,
 )
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
-from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
+from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE
 from benchbot_sim_taichi.tables import TRIANGLE_STRIDE
 
@@ -146,10 +149,16 @@ def light_indirectly(
 def light_directly(
     nodes: floats,
     leaves: floats,
+    sheer_root: ti.i32,
+    triangles: floats,
+    materials: floats,
+    texels: ints,
+    images: ints,
     env: floats,
     lights: floats,
     portals: ti.i32,
     lamps: ti.i32,
+    near: floats,
     cameras: floats,
     pixels: floats,
     guide: floats,
@@ -159,7 +168,11 @@ def light_directly(
     height: ti.i32,
     seed: ti.i32,
 ):
-    """Shadow rays to windows, lamps and, where the cells around know of sunlight, the sun."""
+    """Shadow rays to windows, lamps and, where the cells around know of sunlight, the sun.
+
+    The sun's share is that of the colour of which panes let pass least; what they let pass more of the others joins
+    the irradiance.
+    """
     for pixel in range(count * width * height):
         out = pixel * LIGHT_PIXEL_STRIDE
         samples = ti.cast(light_pixels[out + 7], ti.i32)
@@ -180,7 +193,8 @@ def light_directly(
                 if j >= sun_rays:
                     at_window = j < sun_rays + window_rays
                     k = j - sun_rays - ti.select(at_window, 0, window_rays)
-                    light = sample_light(
+                    light = sample_near(
+                        near,
                         lights,
                         env,
                         ti.select(at_window, 0, portals),
@@ -193,12 +207,14 @@ def light_directly(
                     distance = ti.select(at_window, FAR, light.distance)
                 cosine = normal.dot(toward)
                 if cosine > 0.0 and face.dot(toward) > 0.0 and value.max() > 0.0:
-                    hit = trace(nodes, leaves, 0, point, toward, distance, True)
-                    if hit.triangle < 0:
-                        if j < sun_rays:
-                            sun = 1.0
-                        else:
-                            irradiance += value * cosine
+                    passed = sent(
+                        nodes, leaves, sheer_root, triangles, materials, texels, images, point, toward, distance
+                    )
+                    if j < sun_rays:
+                        sun = passed.share.min()
+                        value = load3(env, 3) * ti.cast(samples, ti.f32)
+                        passed.share -= sun
+                    irradiance += passed.share * value * cosine
             for i in ti.static(range(3)):
                 light_pixels[out + i] += irradiance[i] / ti.cast(samples, ti.f32)
             light_pixels[out + 3] = sun
@@ -208,6 +224,7 @@ def light_directly(
 def reflect(
     nodes: floats,
     leaves: floats,
+    sheer_root: ti.i32,
     triangles: floats,
     materials: floats,
     texels: ints,
@@ -248,7 +265,23 @@ def reflect(
                 toward = glossy_direction(direction, normal, roughness, sobol_2d(stratum(x, y), seed + 4))
             if toward.dot(face) < 0.02:
                 toward = (toward + face * (0.02 - toward.dot(face))).normalized()
-            hit = trace(nodes, leaves, 0, origin, toward, FAR, False)
+            hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
+            passed = vec3(1.0)
+            root = 0
+            start = 0.0
+            layers = 0
+            while root >= 0:
+                met = trace(nodes, leaves, root, origin + toward * start, toward, hit.t - start, False)
+                if root == 0:
+                    hit = met
+                    root = sheer_root
+                elif met.triangle >= 0 and layers < MAX_LAYERS:
+                    layer = sheerness(triangles, materials, texels, images, met.triangle, met.u, met.v, toward)
+                    passed *= ti.select(layer.panes == 1, layer.share, vec3(1.0))
+                    start += met.t + STEP_M
+                    layers += 1
+                else:
+                    root = -1
             reflection = vec3(0.0)
             if hit.triangle >= 0:
                 surface = surface_at(
@@ -266,6 +299,7 @@ def reflect(
                 reflection = surface.emission + (surface.diffuse + surface.specular * 0.5) * other.total * INV_PI
             else:
                 reflection = sky_radiance(env, toward)
+            reflection *= passed
             if not is_mirror:
                 # A rare bright hit would show as a square of the filter; beyond white, brighter looks the same.
                 brightness = (reflection * load3(cameras, eye + 16)).max()

@@ -66,7 +66,7 @@ class LightSample:
 
 @ti.func
 def sample_light(lights: ti.template(), env: ti.template(), first, count, point, xi):
-    """Choose a point on lights `first` … `first + count` - 1 (`count` > 0), seen from `point`.
+    """Choose a point on lights `first` … `first + count` - 1 (`count` > 0) by their power, seen from `point`.
 
     The irradiance that it stands for is `value` times the cosine at the receiver.
     """
@@ -83,7 +83,14 @@ def sample_light(lights: ti.template(), env: ti.template(), first, count, point,
     if low > first:
         before = lights[base - LIGHT_STRIDE + 12]
     across = (xi.x - before) / ti.max(lights[base + 12] - before, 1e-12)
-    root = ti.sqrt(ti.math.clamp(across, 0.0, 1.0))
+    return point_of_light(lights, env, low, lights[base + 13], point, ti.Vector([across, xi.y]))
+
+
+@ti.func
+def point_of_light(lights: ti.template(), env: ti.template(), light, area_density, point, xi):
+    """A point of one light, seen from `point`, found with `area_density` (probability per area)."""
+    base = light * LIGHT_STRIDE
+    root = ti.sqrt(ti.math.clamp(xi.x, 0.0, 1.0))
     target = (
         load3(lights, base) + load3(lights, base + 3) * (root * (1.0 - xi.y)) + load3(lights, base + 6) * (root * xi.y)
     )
@@ -91,11 +98,7 @@ def sample_light(lights: ti.template(), env: ti.template(), first, count, point,
     distance2 = ti.max(offset.norm_sqr(), 1e-10)
     distance = ti.sqrt(distance2)
     direction = offset / distance
-    normal = load3(lights, base + 9)
-    cosine = -normal.dot(direction)
-    if normal.norm_sqr() < 0.5:
-        plane = load3(lights, base + 3).cross(load3(lights, base + 6)).normalized(1e-12)
-        cosine = ti.abs(plane.dot(direction))
+    cosine = light_cosine(lights, base, direction)
     radiance = load3(lights, base + 14)
     if lights[base + 17] > 0.5:
         radiance = sky_radiance(env, direction)
@@ -103,18 +106,25 @@ def sample_light(lights: ti.template(), env: ti.template(), first, count, point,
     return LightSample(
         direction=direction,
         distance=distance * 0.999,
-        value=radiance * (geometry / lights[base + 13]),
+        value=radiance * (geometry / area_density),
         radiance=radiance,
-        density=ti.select(cosine > 0.0, lights[base + 13] * distance2 / ti.max(cosine, 1e-6), 0.0),
+        density=ti.select(cosine > 0.0, area_density * distance2 / ti.max(cosine, 1e-6), 0.0),
     )
+
+
+@ti.func
+def light_cosine(lights: ti.template(), base, direction):
+    """Cosine between a light's normal and the way back along `direction`; sheets shine to both sides."""
+    normal = load3(lights, base + 9)
+    cosine = -normal.dot(direction)
+    if normal.norm_sqr() < 0.5:
+        cosine = ti.abs(load3(lights, base + 3).cross(load3(lights, base + 6)).normalized(1e-12).dot(direction))
+    return cosine
 
 
 @ti.func
 def light_density(lights: ti.template(), light, offset, direction):
     """Density, per solid angle, with which `sample_light` would have found a point of a light at `offset`."""
     base = light * LIGHT_STRIDE
-    normal = load3(lights, base + 9)
-    cosine = -normal.dot(direction)
-    if normal.norm_sqr() < 0.5:
-        cosine = ti.abs(load3(lights, base + 3).cross(load3(lights, base + 6)).normalized(1e-12).dot(direction))
+    cosine = light_cosine(lights, base, direction)
     return ti.select(cosine > 0.0, lights[base + 13] * offset.norm_sqr() / ti.max(cosine, 1e-6), 0.0)

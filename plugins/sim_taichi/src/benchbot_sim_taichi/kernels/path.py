@@ -8,6 +8,7 @@ pass.
 """
 
 from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.kernels.glance import tile_pixel
 from benchbot_sim_taichi.kernels.light import is_sun, light_density, sample_light, sky_radiance, sun_direction
 from benchbot_sim_taichi.kernels.primary import camera_origin, camera_ray
 from benchbot_sim_taichi.kernels.reflectance import (
@@ -20,7 +21,8 @@ from benchbot_sim_taichi.kernels.reflectance import (
 )
 from benchbot_sim_taichi.kernels.sampling import ONE_OVER_2_32, cosine_direction, hash_u32
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
-from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
+from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
+from benchbot_sim_taichi.kernels.traversal_gpu import BLOCK, trace_gpu
 
 OFFSET_M = 5e-4
 MAX_PANES = 32
@@ -72,21 +74,23 @@ def trace_paths(
     brightest: ti.f32,
     strategies: ti.i32,
     seed: ti.i32,
+    on_gpu: ti.template(),
 ):
     """Add `samples` paths of at most `bounces` reflections to each pixel's sum of radiance.
 
     What reaches a surface by way of others counts up to `brightest`. `strategies` is for tests: `LIGHTS_ONLY` looks
     for lights where it can, `LOBES_ONLY` meets them by chance.
     """
-    for pixel in range(width * height):
+    ti.loop_config(block_dim=BLOCK)
+    for index in range(((width + 7) >> 3) * ((height + 3) >> 2) * 32):
+        _picture, x, y = tile_pixel(index, width, height)
+        pixel = y * width + x
         state = hash_u32(ti.cast(pixel, ti.u32) ^ hash_u32(seed))
-        for _ in range(samples):
+        for _ in range(ti.select(x < width and y < height, samples, 0)):
             px, state = draw(state)
             py, state = draw(state)
             origin = camera_origin(camera, 0)
-            direction = camera_ray(
-                camera, 0, ti.cast(pixel % width, ti.f32) + px, ti.cast(pixel // width, ti.f32) + py
-            ).normalized()
+            direction = camera_ray(camera, 0, ti.cast(x, ti.f32) + px, ti.cast(y, ti.f32) + py).normalized()
             through = vec3(1.0)
             radiance = vec3(0.0)
             depth = 0
@@ -111,9 +115,9 @@ def trace_paths(
             while running:
                 limit = ti.select(depth > 1, brightest, FAR)
                 if not in_flight:
-                    x, state = draw(state)
-                    y, state = draw(state)
-                    xi = ti.Vector([x, y])
+                    first_xi, state = draw(state)
+                    second_xi, state = draw(state)
+                    xi = ti.Vector([first_xi, second_xi])
                     wanted = True
                     reach = FAR
                     light_radiance = vec3(0.0)
@@ -167,14 +171,22 @@ def trace_paths(
                     triangle = -1
                     u = 0.0
                     v = 0.0
+                    is_blocked = False
                     while root >= 0:
-                        hit = trace(nodes, leaves, root, origin, direction, nearest, False)
+                        hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
+                        if ti.static(on_gpu):
+                            any_hit = ti.cast(is_search and root == 0, ti.i32)
+                            thread = index & (BLOCK - 1)
+                            hit = trace_gpu(nodes, leaves, root, origin, direction, nearest, thread, any_hit)
+                        else:
+                            hit = trace(nodes, leaves, root, origin, direction, nearest, False)
                         if hit.triangle >= 0:
+                            is_blocked = is_search and root == 0
                             nearest = hit.t
                             triangle = hit.triangle
                             u = hit.u
                             v = hit.v
-                        root = ti.select(root == 0 and not (is_search and triangle >= 0), sheer_root, -1)
+                        root = ti.select(root == 0 and not is_blocked, sheer_root, -1)
                     if triangle < 0:
                         if is_search:
                             found = ti.select(stage == WINDOW, window_density, light_density_there)
@@ -191,6 +203,9 @@ def trace_paths(
                                 seen += load3(env, 3) / env[17] * share(density, other, strategies)
                             radiance += bounded(through * seen, limit)
                             running = False
+                    elif is_blocked:
+                        stage += 1
+                        in_flight = False
                     else:
                         distance += ti.select(is_search, 0.0, nearest)
                         surface = surface_at(

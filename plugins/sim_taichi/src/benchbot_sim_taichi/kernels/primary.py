@@ -6,14 +6,16 @@ a pixel belongs. Nothing is read across the border between two pictures, so that
 bit, whatever it is taken together with.
 
 A pixel's record (`PIXEL_STRIDE` values): depth of the opaque surface (FAR none), shading normal, face normal, diffuse
-and specular reflectance, roughness, depth of a pane before it (FAR none), the pane's normal, opaque instance,
-emission. Its guide (`GUIDE_STRIDE` values): normal without normal map and depth again; what filters need, kept close
-together.
+and specular reflectance, roughness, depth of a pane before it (FAR none), the pane's normal, what all panes let pass
+(`panes.pack`), opaque instance, emission, reflectance of one face of the pane head-on. Its guide (`GUIDE_STRIDE`
+values): normal without normal map and depth again; what filters need, kept close together.
 """
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.lens import undistort
 from benchbot_sim_taichi.kernels.packet import met
+from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, pack
+from benchbot_sim_taichi.kernels.reflectance import pane_reflectance
 from benchbot_sim_taichi.kernels.surface import Surface, load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 from benchbot_sim_taichi.tables import CAMERA_STRIDE, TRIANGLE_STRIDE
@@ -21,7 +23,6 @@ from benchbot_sim_taichi.tables import CAMERA_STRIDE, TRIANGLE_STRIDE
 PIXEL_STRIDE = 24
 GUIDE_STRIDE = 4
 INFINITY_BITS = 0x7F800000
-MAX_LAYERS = 12
 
 
 @ti.func
@@ -103,6 +104,7 @@ def see(
         sheer_t = FAR
         near_t = FAR
         near_instance = 0
+        passed = vec3(1.0)
         root = 0
         start = 0.0
         layers = 0
@@ -134,13 +136,18 @@ def see(
                 if surface.is_cut == 0 and t < near_t:
                     near_t = t
                     near_instance = surface.instance
-                if surface.is_glass == 1:
-                    if sheer_t == FAR and with_surface == 1:
+                is_pane = surface.is_glass == 1 and surface.is_cut == 0
+                if is_pane:
+                    if sheer_t == FAR:
                         sheer_t = t
-                        for i in ti.static(range(3)):
-                            pixels[base + 15 + i] = surface.normal[i]
-                    root = -1
-                elif surface.is_cut == 0:
+                        if with_surface == 1:
+                            pixels[base + 23] = surface.specular.x
+                            for i in ti.static(range(3)):
+                                pixels[base + 15 + i] = surface.normal[i]
+                    cosine = -surface.normal.dot(direction)
+                    passed *= surface.diffuse * (1.0 - pane_reflectance(surface.specular.x, cosine))
+                    root = ti.select(with_surface == 1, root, -1)
+                if surface.is_cut == 0 and not is_pane:
                     if is_sheer:
                         root = -1
                     solid_t = t
@@ -160,6 +167,7 @@ def see(
             pixels[base] = solid_t
             guide[pixel * GUIDE_STRIDE + 3] = solid_t
             pixels[base + 14] = sheer_t
+            pixels[base + 18] = ti.bit_cast(pack(passed), ti.f32)
             if solid_t == FAR:
                 pixels[base + 19] = 0.0
         words[depth_at + pixel] = ti.select(near_t < FAR, ti.bit_cast(near_t, ti.i32), INFINITY_BITS)

@@ -2,9 +2,11 @@
 """From light and reflectance to the radiance of each pixel, with more camera rays where pixels hold edges."""
 
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.kernels.cells import INV_PI, interpolate_cells
+from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells
+from benchbot_sim_taichi.kernels.cells import INV_PI
 from benchbot_sim_taichi.kernels.illumination import GLOSSY, LIGHT_PIXEL_STRIDE
 from benchbot_sim_taichi.kernels.light import sky_radiance
+from benchbot_sim_taichi.kernels.panes import unpack
 from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE, camera_origin, camera_ray, locate
 from benchbot_sim_taichi.kernels.reflectance import environment_brdf, pane_reflectance
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
@@ -140,8 +142,8 @@ def shade_centers(
         else:
             center = sky_radiance(env, direction)
         if pixels[base + 14] < FAR:
-            mirrored = pane_reflectance(0.04, -load3(pixels, base + 15).dot(direction))
-            center = center * (1.0 - mirrored) + load3(light_pixels, at + 4) * mirrored
+            mirrored = pane_reflectance(pixels[base + 23], -load3(pixels, base + 15).dot(direction))
+            center = center * unpack(ti.bit_cast(pixels[base + 18], ti.i32)) + load3(light_pixels, at + 4) * mirrored
         color = compress(center * load3(cameras, eye + 16))
         for i in ti.static(range(3)):
             centers[pixel * 3 + i] = color[i]
@@ -185,7 +187,7 @@ def resolve(
                 sub_ray = camera_ray(cameras, eye, px, py)
                 sub_direction = sub_ray.normalized()
                 value = sky_radiance(env, sub_direction)
-                pane = 1.0
+                pane = vec3(1.0)
                 pane_light = vec3(0.0)
                 root = 0
                 limit = FAR
@@ -241,9 +243,12 @@ def resolve(
                             irradiance = stored.total
                             reflection = stored.total * INV_PI
                         if surface.is_glass == 1:
-                            mirrored = pane_reflectance(0.04, -surface.normal.dot(sub_direction))
-                            pane = 1.0 - mirrored
+                            mirrored = pane_reflectance(surface.specular.x, -surface.normal.dot(sub_direction))
                             pane_light = reflection * mirrored
+                            # This is its first face only; the neighbours have met all.
+                            pane = surface.diffuse * (1.0 - mirrored)
+                            if best >= 0:
+                                pane = unpack(ti.bit_cast(pixels[best * PIXEL_STRIDE + 18], ti.i32))
                         elif surface.is_cut == 0:
                             value = shade(
                                 env,

@@ -8,7 +8,7 @@ a network; only the stack is an array, in the block's shared memory.
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.bvh import EMPTY_CHILD, LEAF_SIZE, LEAF_STRIDE
-from benchbot_sim_taichi.kernels.traversal import FAR, Hit, safe_inverse, vec3
+from benchbot_sim_taichi.kernels.traversal import EDGE, FAR, Hit, safe_inverse, vec3
 
 BLOCK = 128
 WIDTH = 4
@@ -29,8 +29,12 @@ def trace_gpu(
     direction: vec3,
     t_max: ti.f32,
     thread: ti.i32,
+    any_hit: ti.i32,
 ):
-    """Nearest hit in (0, t_max), as from `traversal.trace`; `thread` is the number of the ray's thread in its block."""
+    """Nearest hit in (0, t_max), or just the first found when `any_hit` is not 0, as from `traversal.trace`.
+
+    `thread` is the number of the ray's thread in its block.
+    """
     stack = ti.simt.block.SharedArray((STACK_SIZE * BLOCK,), ti.i32)
     hit = Hit(t=t_max, triangle=-1, u=0.0, v=0.0)
     inv_x, inv_y, inv_z = safe_inverse(direction.x), safe_inverse(direction.y), safe_inverse(direction.z)
@@ -86,9 +90,14 @@ def trace_gpu(
                 u = s.dot(p) * inv_det
                 v = direction.dot(q) * inv_det
                 t = edge2.dot(q) * inv_det
-                if det != 0.0 and u >= 0.0 and v >= 0.0 and u + v <= 1.0 and t > 0.0 and t < hit.t:
+                far = ti.abs(s).sum()
+                wide = ti.abs(edge1).sum() + ti.abs(edge2).sum()
+                inside = ti.min(ti.min(u, v), 1.0 - u - v) + EDGE * far * wide * ti.abs(inv_det)
+                if det != 0.0 and inside >= 0.0 and t > 0.0 and t < hit.t:
                     hit = Hit(t=t, triangle=ti.bit_cast(leaves[base + 36 + i], ti.i32), u=u, v=v)
             current = EMPTY
+            if any_hit != 0 and hit.triangle >= 0:
+                top = thread
         if current == EMPTY and top >= BLOCK:
             top -= BLOCK
             current = stack[top]

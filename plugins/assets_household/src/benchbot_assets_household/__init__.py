@@ -1,0 +1,1 @@
+"""Household models for BenchBot's scenes: furniture, kitchenware, electronics, food, people."""

@@ -1,0 +1,159 @@
+"""Asset packs: catalogues of models, and how a model is chosen from one."""
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from benchbot.core import plugins
+from benchbot.core.errors import BenchbotError, did_you_mean
+
+PLACEMENTS = ("floor", "surface", "wall", "ceiling", "opening")
+FINISHES = "finishes.glb"
+"""The file of a pack's finishes, beside its catalogue."""
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A horizontal rectangle of a model that things can stand on, in the model's frame, in metres."""
+
+    z_m: float
+    low_m: tuple[float, float]
+    high_m: tuple[float, float]
+    headroom_m: float
+
+
+@dataclass(frozen=True)
+class AssetModel:
+    """One model of a pack: a GLB file of one object.
+
+    Its frame has z up (in the file y up, as glTF demands) and faces +x; the origin is the middle of its box's bottom
+    face. `size_m` is its box along x, y and z. `class_name` is None for what no map of objects names; `kind` says what
+    it is in a word or two ("floor lamp"). What hangs on a wall has its back at x = -size_m[0] / 2.
+    """
+
+    id: str
+    file: Path
+    class_name: str | None
+    kind: str
+    placement: str
+    size_m: tuple[float, float, float]
+    surfaces: tuple[Surface, ...]
+    is_group: bool
+    triangles: int
+    licence: str
+    author: str
+    source: str
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """The models of one pack, by id, and the file of its finishes if it has one (see `finishes`)."""
+
+    name: str
+    models: Mapping[str, AssetModel]
+    finishes: Path | None = None
+
+    def model(self, model_id: str) -> AssetModel:
+        """Raises BenchbotError when the pack has no such model."""
+        try:
+            return self.models[model_id]
+        except KeyError:
+            raise BenchbotError(
+                f"The asset pack '{self.name}' has no model '{model_id}'",
+                f"It has {len(self.models)} models.{did_you_mean(model_id, list(self.models))}",
+                f"Take a name from 'benchbot assets list {self.name}'.",
+            ) from None
+
+    def of_class(self, class_name: str) -> list[AssetModel]:
+        """All models of a class, sorted by id."""
+        return sorted((m for m in self.models.values() if m.class_name == class_name), key=lambda model: model.id)
+
+    def of_kind(self, kind: str) -> list[AssetModel]:
+        """All models of a kind, sorted by id."""
+        return sorted((model for model in self.models.values() if model.kind == kind), key=lambda model: model.id)
+
+    def stand_in(
+        self,
+        class_name: str,
+        key: str,
+        placement: str | None = None,
+        accepts: Callable[[AssetModel], bool] = lambda model: True,
+    ) -> AssetModel | None:
+        """The model of a class that stands in for an object of another pack; always the same for the same `key`.
+
+        One that `accepts` says yes to, and for the same `placement` where there is any: no alarm clock for a clock on a
+        wall. None when there is no model.
+        """
+        models = [model for model in self.of_class(class_name) if accepts(model)]
+        models = [model for model in models if model.placement == placement] or models
+        if not models:
+            return None
+        return models[int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big") % len(models)]
+
+
+def packs() -> dict[str, Path]:
+    """The installed packs: each name with its catalogue's file."""
+    return {name: found.value.catalogue for name, found in plugins.load().pool("asset_packs").items()}
+
+
+def pack(name: str) -> Catalogue:
+    """An installed pack's catalogue; raises BenchbotError when there is no such pack."""
+    installed = packs()
+    if name not in installed:
+        raise BenchbotError(
+            f"There is no asset pack '{name}'.",
+            f"Installed: {', '.join(sorted(installed)) or 'none'}.{did_you_mean(name, list(installed))}",
+            "Install it: 'pip install benchbot-assets-household' brings 'household', "
+            "'benchbot assets install NAME' the others.",
+        )
+    return load_catalogue(installed[name])
+
+
+@cache
+def load_catalogue(path: Path) -> Catalogue:
+    """Read a pack's catalogue.json; raises BenchbotError when it is missing or broken."""
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        models = [_model(entry, path.parent) for entry in document["models"]]
+        finishes = path.with_name(FINISHES)
+        return Catalogue(
+            document["name"], {model.id: model for model in models}, finishes if finishes.is_file() else None
+        )
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        raise BenchbotError(
+            f"The catalogue of an asset pack cannot be read: {path}",
+            f"{type(error).__name__}: {error}",
+            "Install the asset pack again.",
+        ) from error
+
+
+def _model(entry: Mapping[str, Any], folder: Path) -> AssetModel:
+    x, y, z = entry["size_m"]
+    return AssetModel(
+        id=entry["id"],
+        file=folder / entry["file"],
+        class_name=entry["class"],
+        kind=entry["kind"],
+        placement=entry["placement"],
+        size_m=(float(x), float(y), float(z)),
+        surfaces=tuple(_surface(surface) for surface in entry.get("surfaces", ())),
+        is_group=bool(entry.get("group", False)),
+        triangles=int(entry["triangles"]),
+        licence=entry["licence"],
+        author=entry["author"],
+        source=entry["source"],
+    )
+
+
+def _surface(entry: Mapping[str, Any]) -> Surface:
+    low, high = entry["low_m"], entry["high_m"]
+    return Surface(
+        float(entry["z_m"]),
+        (float(low[0]), float(low[1])),
+        (float(high[0]), float(high[1])),
+        float(entry["headroom_m"]),
+    )

@@ -1,0 +1,1 @@
+"""New environments from a seed: floor plans, furniture by function, and where a robot can go in them."""

@@ -1,0 +1,91 @@
+"""Small things on surfaces, by what goes on there."""
+
+from benchbot_scenes.generator.furnish import Furnisher
+from benchbot_scenes.generator.plot import Item
+
+FRUIT = ("apple", "orange", "banana")
+
+
+def dining(room: Furnisher, table: Item, places: int) -> None:
+    """Laid for so many, with something to eat in the middle."""
+    supply, rng = room.supply, room.plot.rng
+    room.on_top(supply.draw("bowl", placement="surface"), table, (0.0, 0.0), 0.0)
+    long_y = table.size_m[1] >= table.size_m[0]
+    half_across, half_along = (
+        (table.size_m[0] / 2, table.size_m[1] / 2) if long_y else (table.size_m[1] / 2, table.size_m[0] / 2)
+    )
+    for place in range(places):
+        side = 1 if place % 2 else -1
+        along = ((place // 2 + 0.5) / max(1, (places + 1) // 2) - 0.5) * 2 * half_along * 0.9
+        across = side * (half_across - 0.17)
+        for kind, shift in (("fork", 0.11), ("knife", -0.11), ("wine glass" if rng.random() < 0.4 else "cup", 0.0)):
+            inward = across - side * 0.14 if kind in ("cup", "wine glass") else across
+            spot = (inward, along + shift) if long_y else (along + shift, inward)
+            if rng.random() < 0.75:
+                room.on_top(supply.draw(kind, placement="surface"), table, spot, 0.0 if long_y else 90.0)
+    for kind in ("bottle", "cake", *FRUIT):
+        if rng.random() < 0.35:
+            room.on_top(supply.draw(kind, placement="surface"), table)
+
+
+def worktop(room: Furnisher, tops: list[Item]) -> None:
+    """What stands about in a kitchen."""
+    supply, rng = room.supply, room.plot.rng
+    if not tops:
+        return
+    wide = sorted(tops, key=lambda top: -top.size_m[1])
+    room.on_top(supply.draw("microwave"), wide[0], turn_deg=0.0)
+    room.on_top(supply.draw("toaster"), wide[min(1, len(wide) - 1)], turn_deg=0.0)
+    kinds = ["bottle", "bottle", "cup", "cup", "bowl", "knife", "spoon", "wine glass", *FRUIT, "cake", "vase"]
+    chosen = [kinds[i] for i in rng.permutation(len(kinds))[: int(rng.integers(5, 9))]]
+    for kind in chosen:
+        room.on_top(supply.draw(kind, placement="surface"), tops[int(rng.integers(len(tops)))])
+
+
+def desk(room: Furnisher, table: Item, monitor: bool) -> None:
+    """A workplace; the one who sits there looks to -x of the desk's frame."""
+    supply, rng = room.supply, room.plot.rng
+    half_y = table.size_m[1] / 2
+    shift = float(rng.uniform(-0.08, 0.08))
+    screen = supply.draw("monitor", placement="surface") or supply.draw("tv", longest_m=0.8, placement="surface")
+    if monitor and screen is not None:
+        room.on_top(screen, table, (-0.16, shift), 0.0)
+        room.on_top(supply.draw("keyboard", placement="surface"), table, (0.12, shift), 0.0)
+        room.on_top(supply.draw("mouse", placement="surface"), table, (0.13, shift + 0.30), 0.0)
+    else:
+        room.on_top(supply.draw("laptop", placement="surface"), table, (0.02, shift), 0.0)
+        room.on_top(supply.draw("mouse", placement="surface"), table, (0.10, shift + 0.26), 0.0)
+    side = 1 if rng.random() < 0.5 else -1
+    for kind, chance, x, y in (
+        ("cup", 0.6, 0.05, side * (half_y - 0.16)),
+        ("cell phone", 0.4, 0.18, -side * (half_y - 0.22)),
+        ("book", 0.5, -0.12, -side * (half_y - 0.22)),
+        ("table lamp", 0.35, -0.16, side * (half_y - 0.22)),
+    ):
+        if rng.random() < chance:
+            room.on_top(supply.draw(kind, placement="surface"), table, (x, y), float(rng.uniform(-25, 25)))
+
+
+def shelves(room: Furnisher, case: Item, most: int) -> None:
+    """Books and a few other things on the shelves of a bookcase; the lowest stays empty."""
+    supply, rng = room.supply, room.plot.rng
+    count = len(case.model.surfaces)
+    levels = [i for i in range(1, count) if i < count - 1 or case.size_m[2] < 1.4] or [0]
+    for _ in range(most):
+        kind = ("book", "book", "book", "vase", "clock", "bowl", "potted plant")[int(rng.integers(7))]
+        turn = float(rng.uniform(-6, 6)) if kind == "book" else float(rng.uniform(-20, 20))
+        room.on_top(
+            supply.draw(kind, longest_m=0.35, placement="surface"),
+            case,
+            turn_deg=turn,
+            surface=levels[int(rng.integers(len(levels)))],
+        )
+
+
+def scatter(room: Furnisher, carrier: Item | None, kinds: tuple[str, ...], chance: float = 0.6) -> None:
+    """Each of some kinds, perhaps, somewhere on a carrier."""
+    for kind in kinds:
+        if carrier is not None and room.plot.rng.random() < chance:
+            room.on_top(
+                room.supply.draw(kind, placement="surface"), carrier, turn_deg=float(room.plot.rng.uniform(-30, 30))
+            )

@@ -1,0 +1,108 @@
+"""`benchbot generate-environment`: a new furnished place from a seed."""
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from benchbot.cli import console
+from benchbot.cli.options import Json
+from benchbot.core.errors import BenchbotError
+
+if TYPE_CHECKING:
+    from benchbot_scenes.generator.files import Written
+    from benchbot_scenes.generator.generate import Generated
+
+
+def generate_environment(
+    kind: Annotated[
+        str, typer.Option("--kind", metavar="KIND", help="apartment, house, office or company.")
+    ] = "apartment",
+    rooms: Annotated[int, typer.Option("--rooms", metavar="NUMBER", help="How many rooms, 1 to 12.")] = 4,
+    seed: Annotated[int, typer.Option("--seed", metavar="NUMBER", help="What the place is drawn from.")] = 0,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output-location", "-o", metavar="FOLDER", help="The add-on folder. [default: its name]"),
+    ] = None,
+    name: Annotated[
+        str | None, typer.Option("--name", metavar="NAME", help="The environment's name. [default: KIND_SEED]")
+    ] = None,
+    assets: Annotated[
+        str, typer.Option("--assets", metavar="PACK", help="The asset pack to furnish with.")
+    ] = "household",
+    robot: Annotated[
+        str, typer.Option("--robot", metavar="ROBOT", help="The robot that has to fit and see.")
+    ] = "carter",
+    as_json: Json = False,
+) -> None:
+    """Make a new environment from a seed: layout, declaration, trajectory, ground truth, occupancy map.
+
+    The same options always give the same place. Use it with: benchbot run --addons FOLDER --env NAME:1 …
+    """
+    from benchbot.core.catalog import Catalog
+    from benchbot.core.plugins import load
+    from benchbot_scenes.catalogue import pack
+    from benchbot_scenes.generator.files import write_place
+    from benchbot_scenes.generator.generate import generate
+    from benchbot_scenes.visibility import observer
+
+    name = _checked_name(name if name is not None else f"{kind}_{seed}")
+    folder = output if output is not None else Path(name)
+    _require_new(folder)
+    sees = observer(Catalog(load()).get("robots", robot).data)
+    place = generate(seed, kind, rooms, pack(assets), sees)
+    description = f"A generated {kind} of {rooms} room{'s' if rooms > 1 else ''} (seed {seed})."
+    written = write_place(folder, name, 1, description, place, sees)
+    if as_json:
+        console.data_json(_summary(name, place, written))
+    else:
+        _tell(name, folder, place, written)
+
+
+def _checked_name(name: str) -> str:
+    if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_-]*", name):
+        raise BenchbotError(
+            f"'{name}' cannot name an environment.",
+            "A name has letters, digits, '_' and '-'.",
+            "Name it, for example: --name apartment_7",
+        )
+    return name
+
+
+def _require_new(folder: Path) -> None:
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise BenchbotError(
+            f"{folder} is there already.",
+            "Generating makes a new folder, so that nothing is lost.",
+            "Name another one: --output-location FOLDER",
+        )
+
+
+def _summary(name: str, place: "Generated", written: "Written") -> dict[str, Any]:
+    from benchbot_scenes.generator.proxy import class_counts
+
+    building = place.layout.building
+    return {
+        "environment": f"{name}:1",
+        "declaration": str(written.declaration),
+        "rooms": [room.name for room in building.rooms] if building else [],
+        "objects": written.objects,
+        "classes": dict(class_counts(place.items)),
+        "triangles": len(written.geometry.triangles),
+        "trajectory_poses": len(place.trajectory_poses),
+        "least_clearance_m": round(written.least_room_m, 3),
+    }
+
+
+def _tell(name: str, folder: Path, place: "Generated", written: "Written") -> None:
+    summary = _summary(name, place, written)
+    counts = ", ".join(f"{count} {kind}" for kind, count in summary["classes"].items())
+    console.note(f"{summary['environment']}: {', '.join(summary['rooms'])}")
+    console.note(f"{summary['objects']} objects: {counts}")
+    console.note(
+        f"{summary['triangles']} triangles, a trajectory of {summary['trajectory_poses']} poses, "
+        f"never closer than {summary['least_clearance_m']} m to anything"
+    )
+    console.note(f"Use it: benchbot run --addons {folder} --env {summary['environment']} --robot carter --task TASK")
+    console.data(str(written.declaration))

@@ -1,0 +1,101 @@
+"""A generated place as an add-on folder: layout, declaration, ground truth, occupancy map and a picture from above."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from benchbot.core import atomic
+from benchbot.core.errors import BenchbotError
+from benchbot.core.results import write_json
+from benchbot_scenes.compose import compose
+from benchbot_scenes.coverage import MARGIN_M, least_room
+from benchbot_scenes.free_space import FreeSpace, free_space
+from benchbot_scenes.generator.generate import Generated
+from benchbot_scenes.gltf import load_scene
+from benchbot_scenes.ground_truth import ground_truth
+from benchbot_scenes.importing.vocabulary import CLASSES
+from benchbot_scenes.layout import write_layout
+from benchbot_scenes.occupancy_map import write_occupancy_map
+from benchbot_scenes.scene import SceneGeometry
+from benchbot_scenes.top_down import png, top_down
+from benchbot_scenes.visibility import Observer
+
+# The smaller, the less a clearance is understated.
+CHECK_CELL_M = 0.02
+# A clear spring afternoon; lamps are off.
+LIGHTING: dict[str, Any] = {"time": "14:00", "date": "2023-04-20", "latitude_deg": 48, "lamps": {"on": "none"}}
+
+
+@dataclass(frozen=True)
+class Written:
+    """What has been written: the file of the declaration, the composed scene, and how close the robot comes."""
+
+    declaration: Path
+    geometry: SceneGeometry
+    least_room_m: float
+    objects: int
+
+
+def declaration(
+    name: str, variant: int, description: str, place: Generated, lighting: dict[str, Any]
+) -> dict[str, Any]:
+    """The environment's declaration, for a file beside the folder of layouts."""
+    return {
+        "name": name,
+        "variant": variant,
+        "type": "sim_taichi",
+        "map_path": f"../layouts/{name}_{variant}.yaml",
+        "description": description,
+        "start_pose": list(place.start_pose),
+        "trajectory_poses": [list(pose) for pose in place.trajectory_poses],
+        "object_labels": list(CLASSES),
+        "lighting": lighting,
+    }
+
+
+def write_place(folder: Path, name: str, variant: int, description: str, place: Generated, robot: Observer) -> Written:
+    """Write environments/, layouts/, ground_truths/ and maps/ under `folder`; raises BenchbotError when it cannot."""
+    stem = f"{name}_{variant}"
+    document = declaration(name, variant, description, place, LIGHTING)
+    try:
+        for kind in ("environments", "layouts", "ground_truths", "maps"):
+            (folder / kind).mkdir(parents=True, exist_ok=True)
+        write_layout(folder / "layouts" / f"{stem}.yaml", place.layout)
+        scene = folder / f".{stem}.glb"
+        scene.write_bytes(compose(place.layout))
+        try:
+            geometry = load_scene(scene)
+        finally:
+            scene.unlink()
+        space = free_space(geometry, robot.z_min_m, robot.z_max_m)
+        truth = ground_truth(geometry, document)
+        write_json(folder / "ground_truths" / f"{stem}.json", truth)
+        write_maps(folder / "maps" / stem, geometry, space, (place.start_pose[4], place.start_pose[5]))
+        path = folder / "environments" / f"{stem}.yaml"
+        text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=110)
+        atomic.write(path, text.encode())
+    except OSError as error:
+        raise BenchbotError(
+            f"The environment cannot be written to {folder}.",
+            f"{error.filename}: {error.strerror}",
+            "Name another folder: --output-location FOLDER",
+        ) from error
+    fine = free_space(geometry, robot.z_min_m, robot.z_max_m, cell_m=CHECK_CELL_M)
+    least_m = least_room(fine, place.trajectory_poses)
+    if least_m < robot.radius_m:
+        raise BenchbotError(
+            "The trajectory of this place comes too close to something.",
+            f"The robot has {least_m:.3f} m about its middle and needs {robot.radius_m + MARGIN_M:.2f} m.",
+            "Take another seed, and report this one.",
+        )
+    return Written(path, geometry, least_m, len(truth["ground_truth"]["objects"]))
+
+
+def write_maps(stem: Path, geometry: SceneGeometry, space: FreeSpace, start: tuple[float, float]) -> list[Path]:
+    """Write an occupancy map (STEM.pgm, STEM.yaml) and a picture from above (STEM.png)."""
+    image, description = write_occupancy_map(stem, space, start)
+    picture = stem.with_name(f"{stem.name}.png")
+    atomic.write(picture, png(top_down(geometry)))
+    return [image, description, picture]

@@ -1,0 +1,335 @@
+"""Ways to put furniture into a room: against a wall, in front of something, about a table, on top, up on a wall."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from benchbot_scenes.catalogue import AssetModel, Catalogue
+from benchbot_scenes.generator.plot import (
+    GAP_M,
+    LOW_M,
+    WALL_GAP_M,
+    WALLS,
+    YAW_DEG,
+    Box,
+    Item,
+    Plot,
+    half_extent,
+)
+from benchbot_scenes.layout import Placement
+
+# How densely places along a wall are tried.
+STEP_M = 0.10
+SURFACE_TRIES = 24
+
+
+@dataclass
+class Supply:
+    """The models that a scene is furnished with, and the names of what has been placed.
+
+    A place has one style: the same model again where several are alike (chairs, desks), drawn once.
+    """
+
+    catalogue: Catalogue
+    rng: np.random.Generator
+    counts: dict[str, int] = field(default_factory=dict)
+    style: dict[str, str] = field(default_factory=dict)
+
+    def models(self, *kinds: str) -> list[AssetModel]:
+        """The models of the first of `kinds` (or classes) that the pack has any of."""
+        for kind in kinds:
+            found = self.catalogue.of_kind(kind) or self.catalogue.of_class(kind)
+            if found:
+                return found
+        return []
+
+    def draw(self, *kinds: str, longest_m: float = 99.0, placement: str | None = None) -> AssetModel | None:
+        """A model at random, no wider (across its facing) than `longest_m`, for the floor, a surface, …"""
+        models = self.models(*kinds)
+        found = [model for model in models if model.size_m[1] <= longest_m and placement in (None, model.placement)]
+        return found[int(self.rng.integers(len(found)))] if found else None
+
+    def usual(self, *kinds: str) -> AssetModel | None:
+        """The model that this place has everywhere."""
+        key = kinds[0]
+        if key not in self.style:
+            model = self.draw(*kinds)
+            if model is None:
+                return None
+            self.style[key] = model.id
+        return self.catalogue.model(self.style[key])
+
+    def name(self, model: AssetModel) -> str:
+        """A new id for something placed: its class or kind, and a number."""
+        stem = (model.class_name or model.kind).replace(" ", "_")
+        self.counts[stem] = self.counts.get(stem, 0) + 1
+        return f"{stem}_{self.counts[stem]}"
+
+
+@dataclass(frozen=True)
+class Furnisher:
+    """Puts models into one room; every method gives back what it placed, or None when there was no place for it."""
+
+    plot: Plot
+    supply: Supply
+
+    def _item(
+        self,
+        model: AssetModel,
+        x: float,
+        y: float,
+        z: float,
+        yaw_deg: float,
+        size_m: tuple[float, float, float] | None = None,
+        carrier: str | None = None,
+    ) -> Item:
+        position = (round(x, 4), round(y, 4), round(z, 4))
+        placement = Placement("", model.id, position, round(yaw_deg % 360.0, 1), size_m)
+        return Item(placement, model, size_m or model.size_m, carrier)
+
+    def _named(self, item: Item) -> Item:
+        placement = Placement(**{**vars(item.placement), "id": self.supply.name(item.model)})
+        return Item(placement, item.model, item.size_m, item.carrier)
+
+    def against_wall(
+        self,
+        model: AssetModel | None,
+        walls: Iterable[str] | None = None,
+        front_m: float = 0.0,
+        middle: bool = False,
+        size_m: tuple[float, float, float] | None = None,
+    ) -> Item | None:
+        """With its back to a wall; `front_m` before it stays free, `middle` prefers the middle of walls to corners."""
+        if model is None:
+            return None
+        size = size_m or model.size_m
+        for wall, along_m in self._wall_places(size[1], walls, middle):
+            item = self._at_wall(model, wall, along_m, size_m)
+            front = self._front(item, front_m)
+            if not self._clear_of_windows(wall, along_m, size) or not self.plot.fits(item):
+                continue
+            if front_m and not self._is_clear(front):
+                continue
+            if self.plot.leaves_ways(item):
+                if front_m:
+                    self.plot.kept.append(front)
+                return self.plot.add(self._named(item))
+        return None
+
+    def _at_wall(
+        self,
+        model: AssetModel,
+        wall: str,
+        along_m: float,
+        size_m: tuple[float, float, float] | None = None,
+        z: float = 0.0,
+    ) -> Item:
+        depth_m = (size_m or model.size_m)[0]
+        x, y = self.plot.at_wall(wall, along_m, depth_m / 2 + (WALL_GAP_M if z == 0.0 else 0.002))
+        return self._item(model, x, y, z, YAW_DEG[wall], size_m)
+
+    def at_wall_exactly(
+        self,
+        model: AssetModel,
+        wall: str,
+        along_m: float,
+        bottom_m: float,
+        gap_m: float = GAP_M,
+        covers_window: bool = False,
+    ) -> Item | None:
+        """At one place of a wall, on the floor or hung at a height."""
+        item = self._at_wall(model, wall, along_m, z=bottom_m)
+        low, high = self.plot.along(wall)
+        if along_m - model.size_m[1] / 2 < low - 1e-6 or along_m + model.size_m[1] / 2 > high + 1e-6:
+            return None
+        if not covers_window and bottom_m == 0.0 and not self._clear_of_windows(wall, along_m, model.size_m):
+            return None
+        if not self.plot.fits(item, gap_m) or not self.plot.leaves_ways(item):
+            return None
+        return self.plot.add(self._named(item))
+
+    def _wall_places(self, width_m: float, walls: Iterable[str] | None, middle: bool) -> Iterator[tuple[str, float]]:
+        """Places along walls: corners (or middles) first, otherwise in a random order."""
+        names = list(walls) if walls is not None else [WALLS[i] for i in self.plot.rng.permutation(4)]
+        for wall in names:
+            low, high = self.plot.along(wall)
+            low, high = low + width_m / 2 + WALL_GAP_M, high - width_m / 2 - WALL_GAP_M
+            if high < low:
+                continue
+            count = int((high - low) / STEP_M) + 1
+            places = low + np.arange(count) * (high - low) / max(1, count - 1) if count > 1 else np.array([low])
+            centre = (low + high) / 2
+            order = np.argsort(np.abs(places - centre) * (1 if middle else -1), kind="stable")
+            if not middle and self.plot.rng.random() < 0.5:
+                order = np.argsort(np.minimum(places - low, high - places) + (places > centre) * 0.01, kind="stable")
+            for number in order:
+                yield wall, float(places[number])
+
+    def _clear_of_windows(self, wall: str, along_m: float, size: tuple[float, float, float]) -> bool:
+        low, high = along_m - size[1] / 2, along_m + size[1] / 2
+        windows = self.plot.openings_in(wall, self.plot.windows)
+        return not any(
+            low < end and start < high and size[2] > max(LOW_M, opening.bottom_m - 0.04)
+            for start, end, opening in windows
+        )
+
+    def _front(self, item: Item, front_m: float) -> Box:
+        half_x, half_y = item.size_m[0] / 2, item.size_m[1] / 2
+        corners = [item.place(x, y) for x in (half_x, half_x + front_m) for y in (-half_y, half_y)]
+        xs, ys = zip(*corners, strict=True)
+        return Box((min(xs) + 0.01, min(ys) + 0.01), (max(xs) - 0.01, max(ys) - 0.01), 0.05)
+
+    def _is_clear(self, box: Box) -> bool:
+        inside = all(box.low[i] >= self.plot.space.low[i] and box.high[i] <= self.plot.space.high[i] for i in (0, 1))
+        return inside and not any(box.overlaps(other) for other in self.plot.taken)
+
+    def relative(
+        self,
+        model: AssetModel | None,
+        to: Item,
+        x: float,
+        y: float,
+        turn_deg: float = 0.0,
+        size_m: tuple[float, float, float] | None = None,
+        touching: bool = False,
+        z: float = 0.0,
+    ) -> Item | None:
+        """At a point of another item's frame; `touching` may overlap that item's box (a chair under its table)."""
+        if model is None:
+            return None
+        px, py = to.place(x, y)
+        item = self._item(model, px, py, z, to.placement.yaw_deg + turn_deg, size_m)
+        if touching:
+            self.plot.taken.remove(to.box)
+        is_free = self.plot.fits(item, -0.01 if touching else GAP_M)
+        if touching:
+            self.plot.taken.append(to.box)
+        if not is_free or not self.plot.leaves_ways(item):
+            return None
+        return self.plot.add(self._named(item))
+
+    def standing(self, model: AssetModel | None, x: float, y: float, yaw_deg: float) -> Item | None:
+        """On the floor at a point of the map frame."""
+        if model is None:
+            return None
+        item = self._item(model, x, y, 0.0, yaw_deg)
+        if not self.plot.fits(item) or not self.plot.leaves_ways(item):
+            return None
+        return self.plot.add(self._named(item))
+
+    def rug(self, model: AssetModel | None, about: Item, x: float, turn_deg: float = 0.0) -> Item | None:
+        """A rug under and about an item; furniture stands on it."""
+        if model is None:
+            return None
+        px, py = about.place(x, 0.0)
+        item = self._item(model, px, py, 0.0, about.placement.yaw_deg + turn_deg)
+        box, low, high = item.box, self.plot.space.low, self.plot.space.high
+        if any(box.low[i] < low[i] + 0.05 or box.high[i] > high[i] - 0.05 for i in (0, 1)):
+            return None
+        if any(other.model.kind == "rug" and other.box.overlaps(box) for other in self.plot.items):
+            return None
+        return self.plot.add(self._named(item), takes=False)
+
+    def chairs_about(self, model: AssetModel | None, table: Item, count: int, tucked_m: float = 0.16) -> list[Item]:
+        """Chairs on the long sides of a table, then at its ends, facing it."""
+        if model is None:
+            return []
+        half_x, half_y = table.size_m[0] / 2, table.size_m[1] / 2
+        along_x, along_y = (max(1, int(length / 0.62)) for length in (table.size_m[0], table.size_m[1]))
+        out = model.size_m[0] / 2 - tucked_m
+        seats = [(half_x + out, (i + 0.5) / along_y * 2 * half_y - half_y, 180.0) for i in range(along_y)]
+        seats += [(-half_x - out, y, 0.0) for _, y, _ in seats]
+        ends = [((i + 0.5) / along_x * 2 * half_x - half_x, half_y + out, -90.0) for i in range(along_x)]
+        ends += [(x, -half_y - out, 90.0) for x, _, _ in ends]
+        ordered = [*seats, *ends] if half_y >= half_x else [*ends, *seats]
+        placed: list[Item] = []
+        for x, y, turn in ordered:
+            if len(placed) == count:
+                break
+            jitter = float(self.plot.rng.uniform(-8, 8))
+            chair = self.relative(model, table, x, y, turn + jitter, touching=True)
+            if chair is not None:
+                placed.append(chair)
+        return placed
+
+    def on_top(
+        self,
+        model: AssetModel | None,
+        carrier: Item | None,
+        at: tuple[float, float] | None = None,
+        turn_deg: float | None = None,
+        surface: int | None = None,
+    ) -> Item | None:
+        """On a surface of a carrier (the highest, or that number), at a point of its frame or anywhere free."""
+        if model is None or carrier is None or not carrier.model.surfaces:
+            return None
+        surfaces = sorted(carrier.model.surfaces, key=lambda found: found.z_m)
+        chosen = surfaces[-1 if surface is None else surface % len(surfaces)]
+        scale = [carrier.size_m[i] / carrier.model.size_m[i] for i in range(3)]
+        if model.size_m[2] > chosen.headroom_m * scale[2]:
+            return None
+        low = [chosen.low_m[i] * scale[i] for i in (0, 1)]
+        high = [chosen.high_m[i] * scale[i] for i in (0, 1)]
+        z = carrier.placement.position[2] + chosen.z_m * scale[2]
+        rng = self.plot.rng
+        for _ in range(1 if at is not None and turn_deg is not None else SURFACE_TRIES):
+            turn = float(rng.uniform(-180, 180)) if turn_deg is None else turn_deg
+            half_x, half_y = half_extent(model.size_m, turn)
+            room = [(low[0] + half_x, high[0] - half_x), (low[1] + half_y, high[1] - half_y)]
+            if any(end < start - 0.02 for start, end in room):
+                continue
+            x, y = at or (float(rng.uniform(min(a), max(a))) for a in room)
+            item = self._item(
+                model, *carrier.place(x, y), z, carrier.placement.yaw_deg + turn, carrier=carrier.placement.id
+            )
+            others = [other.box for other in self.plot.items if other.carrier == carrier.placement.id]
+            if not any(item.box.overlaps(other, 0.01) for other in others):
+                return self.plot.add(self._named(item), takes=False)
+        return None
+
+    def on_wall(
+        self,
+        model: AssetModel | None,
+        bottom_m: float,
+        walls: Iterable[str] | None = None,
+        above: Item | None = None,
+        middle: bool = True,
+    ) -> Item | None:
+        """Hung on a wall, clear of openings and of what stands before it; above the middle of an item when given."""
+        if model is None:
+            return None
+        size = model.size_m
+        if above is not None:
+            places: Sequence[tuple[str, float]] = [self._behind(above)]
+        else:
+            places = list(self._wall_places(size[1], walls, middle))
+        for wall, along_m in places:
+            item = self._at_wall(model, wall, along_m, z=max(bottom_m, 0.01))
+            low, high = along_m - size[1] / 2 - 0.06, along_m + size[1] / 2 + 0.06
+            holes = self.plot.openings_in(wall, (*self.plot.windows, *self.plot.doors))
+            if any(
+                low < end and start < high and bottom_m < hole.top_m + 0.1 and bottom_m + size[2] > hole.bottom_m
+                for start, end, hole in holes
+            ):
+                continue
+            if any(item.box.overlaps(other.box, 0.03) for other in self.plot.items if other is not above):
+                continue
+            if low < self.plot.along(wall)[0] or high > self.plot.along(wall)[1]:
+                continue
+            if bottom_m < 1.1 and (not self.plot.fits(item) or not self.plot.leaves_ways(item)):
+                continue
+            return self.plot.add(self._named(item))
+        return None
+
+    def _behind(self, item: Item) -> tuple[str, float]:
+        wall = next(wall for wall in WALLS if abs(YAW_DEG[wall] - item.placement.yaw_deg % 360) < 45)
+        x, y, _ = item.placement.position
+        return wall, y if wall in ("west", "east") else x
+
+    def hung_at_ceiling(self, model: AssetModel | None, x: float, y: float) -> Item | None:
+        """Under the ceiling."""
+        if model is None:
+            return None
+        item = self._item(model, x, y, self.plot.height_m - model.size_m[2], 0.0)
+        return self.plot.add(self._named(item), takes=False)

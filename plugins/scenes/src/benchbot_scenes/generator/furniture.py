@@ -1,0 +1,291 @@
+"""What rooms are furnished with, by function: one programme each, most important things first."""
+
+from collections.abc import Callable, Sequence
+
+from benchbot_scenes.catalogue import AssetModel
+from benchbot_scenes.generator import clutter, fixtures
+from benchbot_scenes.generator.furnish import Furnisher
+from benchbot_scenes.generator.offices import archive, lobby, meeting, office, open_office
+from benchbot_scenes.generator.plot import WALLS, Item
+
+SOFA_DISTANCE_M = (2.3, 3.6)
+PICTURE_ABOVE_BED_M = 1.35
+
+
+def living(room: Furnisher) -> None:
+    """A couch that faces a tv over a coffee table; in a large room also a place to eat."""
+    supply, rng = room.supply, room.plot.rng
+    size_x, size_y = room.plot.size_m
+    couch = _sofa_corner(room)
+    if couch is not None:
+        lamp = supply.draw("floor lamp", placement="floor")
+        side = 1 if rng.random() < 0.5 else -1
+        if lamp is not None:
+            off = side * (couch.size_m[1] / 2 + lamp.size_m[1] / 2 + 0.08)
+            room.relative(lamp, couch, -0.1, off) or room.relative(lamp, couch, -0.1, -off)
+        for y in (-0.5, 0.5):
+            room.on_top(supply.draw("cushion"), couch, (-0.05, y), 0.0)
+    if size_x * size_y > 24.0:
+        _dining_place(room, int(rng.choice([4, 6])), away_from=couch)
+    case = room.against_wall(supply.draw("bookcase"), front_m=0.3)
+    if case is not None:
+        clutter.shelves(room, case, int(rng.integers(5, 9)))
+    chest = room.against_wall(supply.draw("sideboard", "chest of drawers"), front_m=0.3)
+    if chest is not None:
+        clutter.scatter(room, chest, ("table lamp", "vase", "clock", "book", "potted plant"), 0.5)
+    fixtures.plants(room, 3)
+    _finish(room, 3)
+
+
+def _sofa_corner(room: Furnisher) -> Item | None:
+    supply, rng = room.supply, room.plot.rng
+    board, couch = supply.draw("sideboard", "tv stand", "shelf"), supply.draw("couch", placement="floor")
+    for wall in (WALLS[i] for i in rng.permutation(4)):
+        depth = room.plot.size_m[0 if wall in ("west", "east") else 1]
+        stand = room.against_wall(board, [wall], middle=True)
+        if stand is None:
+            continue
+        room.on_top(supply.draw("tv", longest_m=stand.size_m[1] + 0.3, placement="surface"), stand, (0.0, 0.0), 0.0)
+        if couch is None:
+            return None
+        furthest = depth - stand.size_m[0] / 2 - couch.size_m[0] / 2 - 0.06
+        near, far = SOFA_DISTANCE_M
+        ahead = furthest if furthest < far + 0.4 else float(rng.uniform(near + 0.4, far))
+        placed = room.relative(couch, stand, ahead, 0.0, 180.0) if ahead > near - 0.4 else None
+        if placed is None:
+            return None
+        table = supply.draw("coffee table")
+        rug = supply.draw("rug", longest_m=2.6)
+        front = placed.size_m[0] / 2 + 0.42
+        centre = front + (table.size_m[0] / 2 if table else 0.3)
+        room.rug(rug, placed, centre)
+        low_table = room.relative(table, placed, centre, 0.0)
+        if low_table is not None:
+            clutter.scatter(room, low_table, ("book", "cup", "bowl", "cell phone", "vase"), 0.55)
+            clutter.scatter(room, low_table, ("apple", "banana", "orange"), 0.2)
+        return placed
+    return None
+
+
+def _dining_place(room: Furnisher, seats: int, away_from: Item | None = None) -> Item | None:
+    """A table with chairs where there is most room."""
+    supply, rng = room.supply, room.plot.rng
+    model = supply.draw("dining table", "table", placement="floor")
+    if model is None:
+        return None
+    low, high = room.plot.space.low, room.plot.space.high
+    places = [
+        (low[0] + x * (high[0] - low[0]), low[1] + y * (high[1] - low[1]))
+        for x in (0.25, 0.35, 0.5, 0.65, 0.75)
+        for y in (0.15, 0.25, 0.35, 0.5, 0.65, 0.75, 0.85)
+    ]
+    if away_from is not None:
+        sx, sy, _ = away_from.placement.position
+        places.sort(key=lambda place: -((place[0] - sx) ** 2 + (place[1] - sy) ** 2))
+    else:
+        places = [places[i] for i in rng.permutation(len(places))]
+    for x, y in places:
+        table = room.standing(model, x, y, float(rng.choice([0.0, 90.0])))
+        if table is not None:
+            chairs = room.chairs_about(supply.usual("chair"), table, seats)
+            clutter.dining(room, table, min(len(chairs), 4))
+            return table
+    return None
+
+
+def kitchen(room: Furnisher) -> None:
+    """Units along a wall, and a table."""
+    supply, rng = room.supply, room.plot.rng
+    tops = _units(room)
+    clutter.worktop(room, tops)
+    table = _dining_place(room, 2 if room.plot.size_m[0] * room.plot.size_m[1] < 11 else 4)
+    if table is None:
+        chest = room.against_wall(supply.draw("sideboard", "chest of drawers"), front_m=0.3)
+        clutter.scatter(room, chest, ("potted plant", "bowl", "bottle", "clock"), 0.6)
+    shelf = room.on_wall(supply.draw("shelf"), 1.45)
+    if shelf is not None:
+        clutter.scatter(room, shelf, ("cup", "bowl", "bottle", "book", "clock"), 0.6)
+    if rng.random() < 0.5:
+        fixtures.plants(room, 1)
+    _finish(room, 1, with_curtains=False)
+
+
+def _units(room: Furnisher) -> list[Item]:
+    """Refrigerator, counters, oven and sink side by side along the wall where most of them fit."""
+    supply, rng = room.supply, room.plot.rng
+    counter = supply.usual("kitchen counter")
+    oven = supply.draw("stove", "oven", placement="floor")
+    sink = supply.draw("kitchen sink") or next(
+        (model for model in supply.models("sink") if model.placement == "floor" and model.size_m[1] >= 0.7), None
+    )
+    row = [supply.draw("refrigerator", placement="floor"), counter, sink, counter, oven, counter, counter]
+    walls = sorted(WALLS, key=lambda wall: (len(room.plot.openings_in(wall, room.plot.doors)), -_length(room, wall)))
+    for wall in walls[:3]:
+        placed = _row(room, [model for model in row if model is not None], wall, bool(rng.random() < 0.5))
+        if len(placed) >= 3:
+            return [item for item in placed if item.model.kind == "kitchen counter"]
+    return []
+
+
+def _row(room: Furnisher, models: Sequence[AssetModel], wall: str, backwards: bool) -> list[Item]:
+    low, high = room.plot.along(wall)
+    placed: list[Item] = []
+    way = -1 if backwards else 1
+    along = (high - 0.03) if backwards else (low + 0.03)
+    for model in models:
+        middle = along + way * model.size_m[1] / 2
+        # A tap may stand before a window.
+        covers = model.class_name == "sink"
+        item = room.at_wall_exactly(model, wall, middle, 0.0, gap_m=-0.005, covers_window=covers)
+        if item is None:
+            if placed:
+                break
+            return []
+        placed.append(item)
+        along += way * (model.size_m[1] + 0.002)
+    return placed
+
+
+def _length(room: Furnisher, wall: str) -> float:
+    low, high = room.plot.along(wall)
+    return high - low
+
+
+def bedroom(room: Furnisher) -> None:
+    """A bed with its tables and lamps, a wardrobe, perhaps a desk."""
+    supply, rng = room.supply, room.plot.rng
+    area = room.plot.size_m[0] * room.plot.size_m[1]
+    wide = [model for model in supply.models("bed") if (model.size_m[1] > 1.3) == (area > 11)] or supply.models("bed")
+    bed = room.against_wall(wide[int(rng.integers(len(wide)))] if wide else None, front_m=0.0, middle=True)
+    if bed is not None:
+        table = supply.usual("bedside table")
+        if table is not None:
+            off = bed.size_m[1] / 2 + table.size_m[1] / 2 + 0.04
+            back = -(bed.size_m[0] - table.size_m[0]) / 2
+            for side in (1, -1):
+                stand = room.relative(table, bed, back, side * off)
+                if stand is not None:
+                    room.on_top(supply.usual("table lamp"), stand, (-0.03, -0.04 * side), 0.0)
+                    clutter.scatter(room, stand, ("book", "cup", "clock", "cell phone"), 0.35)
+        room.on_wall(supply.draw("picture"), PICTURE_ABOVE_BED_M, above=bed)
+        rug = supply.draw("rug", longest_m=2.6)
+        if rug is not None and rng.random() < 0.7:
+            room.rug(rug, bed, 0.55)
+    room.against_wall(supply.draw("wardrobe"), front_m=0.55)
+    if area > 11 and rng.random() < 0.6:
+        _workplace(room, supply.draw("desk", longest_m=1.4), monitor=False)
+    chest = room.against_wall(supply.draw("chest of drawers"), front_m=0.45)
+    clutter.scatter(room, chest, ("vase", "clock", "book", "potted plant", "bottle", "table lamp"), 0.4)
+    room.against_wall(supply.draw("basket"))
+    fixtures.plants(room, 1)
+    _finish(room, 2)
+
+
+def _workplace(room: Furnisher, model: AssetModel | None, monitor: bool) -> Item | None:
+    if model is None:
+        return None
+    table = room.against_wall(model, front_m=0.0)
+    if table is None:
+        return None
+    chair = room.supply.usual("office chair", "chair")
+    if chair is not None:
+        jitter = float(room.plot.rng.uniform(-15, 15))
+        room.relative(
+            chair, table, table.size_m[0] / 2 + chair.size_m[0] / 2 - 0.18, 0.0, 180.0 + jitter, touching=True
+        )
+    clutter.desk(room, table, monitor)
+    return table
+
+
+def bathroom(room: Furnisher) -> None:
+    """Toilet, washbasin with mirror, bathtub or shower."""
+    supply, rng = room.supply, room.plot.rng
+    tub = supply.draw("bathtub", "shower") if rng.random() < 0.6 else supply.draw("shower", "bathtub")
+    if tub is not None:
+        short = _shortest_wall(room)
+        room.against_wall(tub, short) or room.against_wall(tub)
+    _toilet_and_basin(room)
+    room.against_wall(supply.draw("basket"))
+    shelf = room.on_wall(supply.draw("shelf", longest_m=1.0), 1.4)
+    clutter.scatter(room, shelf, ("bottle", "bottle", "cup"), 0.7)
+    _finish(room, 0, with_curtains=False)
+
+
+def washroom(room: Furnisher) -> None:
+    """Toilet and washbasin."""
+    _toilet_and_basin(room)
+    shelf = room.on_wall(room.supply.draw("shelf", longest_m=1.0), 1.4)
+    clutter.scatter(room, shelf, ("bottle", "cup", "potted plant"), 0.6)
+    _finish(room, 0, with_curtains=False)
+
+
+def _toilet_and_basin(room: Furnisher) -> None:
+    supply = room.supply
+    room.against_wall(supply.draw("toilet", placement="floor"), front_m=0.45)
+    basins = [model for model in supply.models("bathroom sink", "sink") if model.placement in ("floor", "wall")]
+    basins = [model for model in basins if model.size_m[1] < 0.75] or basins
+    if not basins:
+        return
+    basin = basins[int(supply.rng.integers(len(basins)))]
+    placed = (
+        room.against_wall(basin, front_m=0.4, middle=True)
+        if basin.placement == "floor"
+        else room.on_wall(basin, max(0.3, 0.86 - basin.size_m[2]))
+    )
+    if placed is not None:
+        room.on_wall(supply.draw("mirror", longest_m=1.0), 1.15 if placed.box.top_m < 1.1 else 1.4, above=placed)
+
+
+def _shortest_wall(room: Furnisher) -> list[str]:
+    """The two short walls, those without doors first."""
+    size_x, size_y = room.plot.size_m
+    walls = ["south", "north"] if size_x < size_y else ["west", "east"]
+    return sorted(walls, key=lambda wall: len(room.plot.openings_in(wall, room.plot.doors)))
+
+
+def study(room: Furnisher) -> None:
+    """A workplace at home, and books."""
+    supply, rng = room.supply, room.plot.rng
+    _workplace(room, supply.draw("desk"), monitor=bool(rng.random() < 0.6))
+    for _ in range(2):
+        case = room.against_wall(supply.draw("bookcase"), front_m=0.4)
+        if case is not None:
+            clutter.shelves(room, case, int(rng.integers(4, 8)))
+    if rng.random() < 0.5:
+        room.against_wall(supply.draw("couch", longest_m=1.8, placement="floor"), front_m=0.4)
+    lamp = room.against_wall(supply.draw("floor lamp", placement="floor"))
+    if lamp is None:
+        fixtures.plants(room, 2)
+    _finish(room, 2)
+
+
+def hall(room: Furnisher) -> None:
+    """Pictures, and a place for coats."""
+    room.on_wall(room.supply.draw("coat rack", placement="wall"), 1.5)
+    fixtures.lamps(room, ("ceiling lamp", "pendant lamp"))
+    fixtures.pictures(room, 4)
+
+
+def _finish(room: Furnisher, most_pictures: int, with_curtains: bool = True) -> None:
+    fixtures.lamps(room)
+    fixtures.radiators(room)
+    if with_curtains:
+        fixtures.curtains(room)
+    if most_pictures:
+        fixtures.pictures(room, most_pictures)
+
+
+PROGRAMMES: dict[str, Callable[[Furnisher], None]] = {
+    "living": living,
+    "kitchen": kitchen,
+    "bedroom": bedroom,
+    "bathroom": bathroom,
+    "washroom": washroom,
+    "study": study,
+    "hall": hall,
+    "office": office,
+    "open_office": open_office,
+    "meeting": meeting,
+    "lobby": lobby,
+    "archive": archive,
+}

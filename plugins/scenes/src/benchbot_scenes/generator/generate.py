@@ -1,0 +1,178 @@
+"""A new place from a seed: plan, furniture, start pose and a trajectory on which every object is seen."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchbot.core.errors import BenchbotError
+from benchbot_scenes.catalogue import Catalogue
+from benchbot_scenes.coverage import MARGIN_M, Coverage, Pose7, plan_coverage
+from benchbot_scenes.free_space import FreeSpace, free_space
+from benchbot_scenes.generator.floor_plan import OUTER_WALL_M, Plan, Space, floor_plan
+from benchbot_scenes.generator.furnish import Furnisher, Supply
+from benchbot_scenes.generator.furniture import PROGRAMMES
+from benchbot_scenes.generator.kinds import FUNCTIONS, MOST_ROOMS, find_kind
+from benchbot_scenes.generator.plot import Item, Plot
+from benchbot_scenes.generator.proxy import proxy
+from benchbot_scenes.layout import Building, Layout, Opening, Room
+from benchbot_scenes.visibility import CARTER, Observer
+
+CEILING = "#f4f2ee"
+FEWEST_OBJECTS, MOST_OBJECTS = 25, 80
+# A plan that is too crowded or too bare is drawn anew, so many times; the last one is furnished sparsely.
+ATTEMPTS = 8
+# What a start pose has about it.
+START_ROOM_M = 0.45
+
+
+@dataclass(frozen=True)
+class Generated:
+    """A place: its plan and layout, and poses [qw, qx, qy, qz, x, y, z] on the floor."""
+
+    plan: Plan
+    layout: Layout
+    start_pose: Pose7
+    trajectory_poses: tuple[Pose7, ...]
+    items: tuple[Item, ...]
+
+
+def generate(seed: int, kind: str, rooms: int, catalogue: Catalogue, robot: Observer = CARTER) -> Generated:
+    """The place of a seed; the same pack, kind, number of rooms and seed always give the same.
+
+    Every object of a class is seen on the trajectory, every room can be driven into. From three rooms on there are 25
+    to 80 objects, as far as the pack has models. Raises BenchbotError for an unknown kind or a number of rooms that
+    is not 1 to 12.
+    """
+    place = find_kind(kind)
+    if not 1 <= rooms <= MOST_ROOMS:
+        raise BenchbotError(
+            f"A place cannot have {rooms} rooms.",
+            f"The generator builds 1 to {MOST_ROOMS} rooms on one floor.",
+            f"Give a number from 1 to {MOST_ROOMS}.",
+        )
+    if seed < 0:
+        raise BenchbotError(f"{seed} is not a seed.", "A seed is a whole number, 0 or more.", "Give another one.")
+    for attempt in range(ATTEMPTS):
+        rng = np.random.default_rng([seed, attempt])
+        plan = floor_plan(place, rooms, rng)
+        last = attempt == ATTEMPTS - 1
+        items, finishes = _furnished(plan, place.height_m, catalogue, rng, sparse=last)
+        found = _with_trajectory(plan, items, place.height_m, robot)
+        if found is None:
+            continue
+        kept, coverage = found
+        wanted = rooms < 3 or sum(item.model.class_name is not None for item in kept) >= FEWEST_OBJECTS
+        if wanted or last:
+            layout = _layout(catalogue.name, plan, finishes, kept, place.height_m)
+            return Generated(plan, layout, coverage.poses[0], coverage.poses, tuple(kept))
+    raise BenchbotError(
+        f"No {kind} of {rooms} rooms can be made from seed {seed}.",
+        f"{ATTEMPTS} plans were drawn, and in none of them the robot finds its way.",
+        "Take another seed, and report this one.",
+    )
+
+
+def _furnished(
+    plan: Plan, height_m: float, catalogue: Catalogue, rng: np.random.Generator, sparse: bool
+) -> tuple[list[Item], dict[str, tuple[str, str]]]:
+    supply = Supply(catalogue, rng)
+    items: list[Item] = []
+    finishes: dict[str, tuple[str, str]] = {}
+    style: dict[str, tuple[str, str]] = {}
+    for space in plan.spaces:
+        function = FUNCTIONS[space.function]
+        # Rooms of one kind are finished alike, and a hall like the room it leads from.
+        key = plan.spaces[0].function if space.function == "hall" else space.function
+        if key not in style:
+            chosen = FUNCTIONS[key]
+            style[key] = str(rng.choice(chosen.floors)), str(rng.choice(chosen.walls))
+        finishes[space.name] = style[key]
+        doors = tuple(opening for opening in plan.openings if opening.bottom_m == 0.0 and touches(space, opening))
+        windows = tuple(opening for opening in plan.openings if opening.kind == "window" and touches(space, opening))
+        plot = Plot(space, height_m, doors, windows, rng)
+        PROGRAMMES["hall" if sparse else function.furniture](Furnisher(plot, supply))
+        items += plot.items
+    return _thinned(items, rng), finishes
+
+
+def touches(space: Space, opening: Opening) -> bool:
+    """Whether an opening is in one of a room's walls."""
+    x, y = opening.at
+    reach = OUTER_WALL_M / 2 + 0.02
+    return (
+        space.low[0] - reach <= x <= space.high[0] + reach
+        and space.low[1] - reach <= y <= space.high[1] + reach
+        and (space.low[0] < x < space.high[0] or space.low[1] < y < space.high[1])
+    )
+
+
+def _thinned(items: Sequence[Item], rng: np.random.Generator) -> list[Item]:
+    """At most so many objects: of the small things on others some are taken away."""
+    small = [item for item in items if item.carrier is not None and item.model.class_name is not None]
+    excess = sum(item.model.class_name is not None for item in items) - MOST_OBJECTS
+    gone = {small[i].placement.id for i in rng.permutation(len(small))[: max(0, excess)]}
+    return [item for item in items if item.placement.id not in gone]
+
+
+def _with_trajectory(
+    plan: Plan, items: list[Item], height_m: float, robot: Observer
+) -> tuple[list[Item], Coverage] | None:
+    """The items that are seen, and the trajectory; None when a room cannot be driven into."""
+    scene = proxy(plan.spaces, plan.openings, items, height_m)
+    space = free_space(scene, robot.z_min_m, robot.z_max_m)
+    start = _start(plan, space, robot)
+    if start is None or not _enters_all(plan, space, start, robot):
+        return None
+    coverage = plan_coverage(scene, start, robot, space=space)
+    # What is taken away hides nothing and is in nobody's way.
+    return (_without(items, set(coverage.unseen)), coverage) if coverage.poses else None
+
+
+def _without(items: Sequence[Item], names: set[str]) -> list[Item]:
+    """The items but for those named and what stands on them."""
+    return [item for item in items if item.placement.id not in names and item.carrier not in names]
+
+
+def _start(plan: Plan, space: FreeSpace, robot: Observer) -> tuple[float, float, float] | None:
+    """In the room that is entered, where there is much room, near its middle, towards the middle of the whole place."""
+    hub = plan.spaces[0]
+    middle = ((hub.low[0] + hub.high[0]) / 2, (hub.low[1] + hub.high[1]) / 2)
+    best: tuple[float, float, float] | None = None
+    for column, row in np.argwhere(space.largest_region(robot.radius_m + MARGIN_M)):
+        x, y = space.centre(int(column), int(row))
+        if not (hub.low[0] < x < hub.high[0] and hub.low[1] < y < hub.high[1]):
+            continue
+        cost = math.dist((x, y), middle) + 4 * max(0.0, START_ROOM_M - float(space.clearance_m[column, row]))
+        if best is None or cost < best[0]:
+            best = (cost, x, y)
+    if best is None:
+        return None
+    _, x, y = best
+    far = max(plan.spaces, key=lambda room: math.dist((x, y), room.low))
+    heading = math.atan2((far.low[1] + far.high[1]) / 2 - y, (far.low[0] + far.high[0]) / 2 - x)
+    return round(x, 4), round(y, 4), round(heading / (math.pi / 2)) * math.pi / 2
+
+
+def _enters_all(plan: Plan, space: FreeSpace, start: tuple[float, float, float], robot: Observer) -> bool:
+    cells = np.argwhere(space.region(start[:2], robot.radius_m + MARGIN_M))
+    places = np.array(space.low_m) + (cells + 0.5) * space.cell_m
+    return all(bool(((places > room.low) & (places < room.high)).all(1).any()) for room in plan.spaces)
+
+
+def _layout(
+    assets: str, plan: Plan, finishes: dict[str, tuple[str, str]], items: Sequence[Item], height_m: float
+) -> Layout:
+    rooms = tuple(
+        Room(
+            space.name,
+            (space.low, (space.high[0], space.low[1]), space.high, (space.low[0], space.high[1])),
+            finishes[space.name][0],
+            finishes[space.name][1],
+            CEILING,
+        )
+        for space in plan.spaces
+    )
+    building = Building(height_m, OUTER_WALL_M, rooms, plan.openings)
+    return Layout(assets, building, tuple(item.placement for item in items))

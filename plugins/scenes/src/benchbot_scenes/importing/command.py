@@ -1,0 +1,169 @@
+"""`benchbot import-environment`: an environment from anybody's scene file."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
+
+import typer
+
+from benchbot.cli import console
+from benchbot.cli.options import Json
+from benchbot.core.errors import BenchbotError
+
+if TYPE_CHECKING:
+    from benchbot_scenes.importing.environment import Imported
+    from benchbot_scenes.importing.guesses import Guesses
+    from benchbot_scenes.visibility import Observer
+
+
+def import_environment(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A scene: .glb .gltf .obj .ply .stl .usd .usda .usdc .usdz")
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output-location", "-o", metavar="FOLDER", help="Where the add-on folder is made. [default: its name]"
+        ),
+    ] = None,
+    name: Annotated[
+        str | None, typer.Option("--name", metavar="NAME", help="The environment's name. [default: the file's]")
+    ] = None,
+    units: Annotated[
+        Literal["auto", "m", "cm", "mm", "in", "ft"],
+        typer.Option("--units", metavar="auto|m|cm|mm|in|ft", help="The unit of the file."),
+    ] = "auto",
+    up: Annotated[
+        Literal["auto", "y", "z"], typer.Option("--up", metavar="auto|y|z", help="The axis that points up in the file.")
+    ] = "auto",
+    floor_z_m: Annotated[
+        float | None,
+        typer.Option("--floor-z", metavar="METRES", help="Height of the floor in the file. [default: found]"),
+    ] = None,
+    guesses: Annotated[
+        Path | None,
+        typer.Option("--guesses", metavar="FILE", help="A corrected guesses.yaml of an earlier import."),
+    ] = None,
+    robot: Annotated[
+        str, typer.Option("--robot", metavar="ROBOT", help="The robot that has to fit and to see.")
+    ] = "carter",
+    no_pictures: Annotated[
+        bool, typer.Option("--no-pictures", help="Leave ray-traced views out of the report, which saves time.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
+    """Make an environment of a scene file: scene, ground truth, occupancy map, trajectory, and a report.
+
+    Unit, up axis, floor, classes and start pose are guessed; the report says how, options and --guesses correct it.
+    """
+    from benchbot_scenes.importing import environment, pictures, report
+
+    name = _checked_name(name if name is not None else _name_of(file))
+    folder = output if output is not None else Path(name)
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise BenchbotError(
+            f"{folder} is there already.",
+            "An import makes a new folder, so that nothing is lost.",
+            "Name another one: --output-location FOLDER",
+        )
+    known = _known(guesses, units, up, floor_z_m, file)
+    console.note(f"Reading {file.name} and planning in it …")
+    imported = environment.build(file, name, _observer(robot), known)
+    environment.write(imported, folder)
+    if not no_pictures:
+        console.note("Taking pictures for the report …")
+    views = [] if no_pictures else pictures.views(imported)
+    page = folder / "report.html"
+    page.write_text(report.page(imported, file.name, views), encoding="utf-8")
+    if as_json:
+        console.data_json(_summary(imported, folder))
+    else:
+        _tell(imported, folder)
+
+
+def _known(path: Path | None, units: str, up: str, floor_z_m: float | None, file: Path) -> "Guesses":
+    from benchbot_scenes.importing.guesses import beside, read_guesses
+
+    known = beside(file) if path is None else read_guesses(path)
+    if units != "auto":
+        known = replace(known, units=units)
+    if up != "auto":
+        known = replace(known, up=cast(Literal["y", "z"], up))
+    return known if floor_z_m is None else replace(known, floor_z_m=floor_z_m)
+
+
+def _observer(robot: str) -> "Observer":
+    from benchbot.core import plugins
+    from benchbot.core.catalog import Catalog
+    from benchbot_scenes.visibility import CARTER, observer
+
+    catalog = Catalog(plugins.load())
+    if robot == "carter" and robot not in catalog.names("robots"):
+        return CARTER
+    declared = catalog.get("robots", robot).data
+    if "footprint" not in declared:
+        raise BenchbotError(
+            f"The robot '{robot}' has no footprint.",
+            "Only simulated robots say how much room they need.",
+            "Choose one of type sim_taichi, such as carter.",
+        )
+    return observer(declared)
+
+
+def _name_of(file: Path) -> str:
+    return re.sub(r"[^a-z0-9]+", "_", file.stem.lower()).strip("_") or "scene"
+
+
+def _checked_name(name: str) -> str:
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", name):
+        raise BenchbotError(
+            f"'{name}' cannot be an environment's name.",
+            "It becomes part of file names and of NAME:1.",
+            "Use letters, digits, _ and -: --name my_room",
+        )
+    return name
+
+
+def _summary(imported: "Imported", folder: Path) -> dict[str, Any]:
+    objects = imported.ground_truth["ground_truth"]["objects"]
+    found = [entry["class"] for entry in objects]
+    return {
+        "environment": f"{imported.declaration['name']}:1",
+        "folder": str(folder),
+        "triangles": len(imported.geometry.triangles),
+        "size_m": [round(side, 3) for side in imported.understood.size_m],
+        "units": imported.guesses.units,
+        "up": imported.guesses.up,
+        "floor_z_m": imported.guesses.floor_z_m,
+        "free_area_m2": round(imported.room.area_m2, 2),
+        "start_pose": imported.declaration["start_pose"],
+        "trajectory_poses": len(imported.declaration["trajectory_poses"]),
+        "classes": {class_name: found.count(class_name) for class_name in sorted(set(found))},
+        "unseen": list(imported.unseen),
+        "hidden": list(imported.guesses.hidden or ()),
+        "notes": list(imported.notes),
+    }
+
+
+def _tell(imported: "Imported", folder: Path) -> None:
+    told = _summary(imported, folder)
+    size = " x ".join(f"{side:.1f}" for side in told["size_m"])
+    classes = ", ".join(f"{count} {class_name}" for class_name, count in told["classes"].items())
+    console.table(
+        ("what", "value"),
+        [
+            ("environment", told["environment"]),
+            ("size", f"{size} m, {told['triangles']:,} triangles"),
+            ("unit", f"{told['units']}: {imported.reasons.get('units', 'as told')}"),
+            ("up axis", f"{told['up']}: {imported.reasons.get('up', 'as told')}"),
+            ("floor", f"{told['floor_z_m']:g} m: {imported.reasons.get('floor_z_m', 'as told')}"),
+            ("room to move", f"{told['free_area_m2']:.1f} m²"),
+            ("trajectory", f"{told['trajectory_poses']} poses"),
+            ("objects", classes or "none: no name in the file is that of a class"),
+            ("report", str(folder / "report.html")),
+        ],
+    )
+    for note in told["notes"]:
+        console.note(note)
+    console.note(f"Run it: benchbot run --addons {folder} --env {told['environment']} --robot carter --task …")

@@ -1,0 +1,145 @@
+"""A whole environment from a file: scene, declaration, ground truth, map and report, as an add-on folder."""
+
+import json
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from benchbot.core.errors import BenchbotError
+from benchbot_scenes.ground_truth import BACKGROUND, mapped_objects
+from benchbot_scenes.importing import light
+from benchbot_scenes.importing.glb import to_glb
+from benchbot_scenes.importing.guesses import Guesses, write_guesses
+from benchbot_scenes.importing.planning import Room, find_room, plan
+from benchbot_scenes.importing.understanding import Understood, understand
+from benchbot_scenes.importing.vocabulary import CLASSES
+from benchbot_scenes.occupancy_map import write_occupancy_map
+from benchbot_scenes.scene import SceneGeometry
+from benchbot_scenes.visibility import Observer
+
+OPEN_BELOW, ROOFED_ABOVE = 0.05, 0.95
+NO_DAYLIGHT = {
+    "sun": {"azimuth_deg": 0.0, "elevation_deg": 45.0, "irradiance": [0.0, 0.0, 0.0]},
+    "sky": {"zenith": [0.0, 0.0, 0.0], "horizon": [0.0, 0.0, 0.0], "ground": [0.0, 0.0, 0.0]},
+}
+"""For closed scenes: what falls on a house from outside would only confuse the exposure."""
+GUESSES_FILE = "guesses.yaml"
+
+
+@dataclass(frozen=True)
+class Imported:
+    """An environment that was made: what the file was taken for, where the robot can go, and its declaration."""
+
+    understood: Understood
+    geometry: SceneGeometry
+    room: Room
+    declaration: dict[str, Any]
+    ground_truth: dict[str, Any]
+    unseen: tuple[str, ...]
+    guesses: Guesses
+    reasons: dict[str, str]
+    notes: tuple[str, ...]
+
+
+def build(path: Path, name: str, robot: Observer, known: Guesses) -> Imported:
+    """Understand a file and propose an environment in it; raises BenchbotError when that cannot be."""
+    understood = understand(path, known)
+    geometry, reasons, notes = understood.geometry, dict(understood.reasons), list(understood.notes)
+    room = find_room(geometry, robot, known.start_pose)
+    notes.append(_about_roof(light.roofed_share(geometry, room.space, room.reached)))
+    dark = light.is_dark(geometry, room.start[:2])
+    if dark:
+        geometry, lamps = light.with_lamps(geometry, room.space, room.reached)
+        notes.append(
+            f"It is closed and nothing in it shines: ceiling lamps were added, {len(lamps)} in all."
+            if lamps
+            else "It is closed and nothing in it shines: pictures will be black."
+        )
+    coverage = plan(geometry, room.start, robot)
+    x, y, heading = room.start
+    half = heading / 2
+    declaration: dict[str, Any] = {
+        "name": name,
+        "variant": 1,
+        "type": "sim_taichi",
+        "map_path": f"../scenes/{name}_1.glb",
+        "description": f"Imported from {path.name}.",
+        "start_pose": [round(v, 6) for v in (math.cos(half), 0.0, 0.0, math.sin(half), x, y, 0.0)],
+        "trajectory_poses": [list(pose) for pose in coverage.poses],
+        "object_labels": list(CLASSES),
+    }
+    lighting = known.lighting or (NO_DAYLIGHT if dark else None)
+    if lighting is not None:
+        declaration["lighting"] = lighting
+    if known.start_pose is None:
+        reasons["start_pose"] = f"x, y, heading in degrees: amid the largest free region, {room.area_m2:.1f} m²"
+    return Imported(
+        understood=understood,
+        geometry=geometry,
+        room=room,
+        declaration=declaration,
+        ground_truth=ground_truth(geometry, declaration),
+        unseen=coverage.unseen,
+        guesses=_guessed(understood, room, known),
+        reasons=reasons,
+        notes=tuple(notes),
+    )
+
+
+def write(imported: Imported, folder: Path) -> None:
+    """Write the add-on folder, which `--addons FOLDER` takes; raises BenchbotError when it cannot be written."""
+    stem = f"{imported.declaration['name']}_{imported.declaration['variant']}"
+    try:
+        for kind in ("environments", "ground_truths", "maps", "scenes"):
+            (folder / kind).mkdir(parents=True, exist_ok=True)
+        (folder / "scenes" / f"{stem}.glb").write_bytes(to_glb(imported.geometry))
+        text = yaml.safe_dump(imported.declaration, sort_keys=False, default_flow_style=None, width=110)
+        (folder / "environments" / f"{stem}.yaml").write_text(text, encoding="utf-8")
+        truth = json.dumps(imported.ground_truth, indent=1) + "\n"
+        (folder / "ground_truths" / f"{stem}.json").write_text(truth, encoding="utf-8")
+        write_occupancy_map(folder / "maps" / stem, imported.room.space, imported.room.start[:2])
+        source = imported.declaration["description"].removeprefix("Imported from ").removesuffix(".")
+        write_guesses(folder / GUESSES_FILE, imported.guesses, imported.reasons, source)
+    except OSError as error:
+        raise BenchbotError(
+            f"The environment cannot be written to {folder}",
+            f"{error.filename}: {error.strerror}",
+            "Name another folder: --output-location FOLDER",
+        ) from error
+
+
+def _about_roof(share: float) -> str:
+    if share < OPEN_BELOW:
+        return "It is open from above (a scan without ceiling?): sun and sky shine in."
+    if share < ROOFED_ABOVE:
+        return f"{share:.0%} of its free floor has something above it; sun and sky shine in elsewhere."
+    return "It has a ceiling."
+
+
+def _guessed(understood: Understood, room: Room, known: Guesses) -> Guesses:
+    x, y, heading = room.start
+    classes: dict[str, str | None] = {
+        found.name: found.class_name for found in understood.recognised.objects if found.class_name is not None
+    }
+    return replace(
+        known,
+        units=understood.unit,
+        up=understood.up,
+        floor_z_m=understood.floor_z_m,
+        start_pose=(x, y, round(math.degrees(heading), 3)),
+        hidden=tuple(dict.fromkeys(understood.recognised.colliders)),
+        classes=classes | known.classes,
+    )
+
+
+def ground_truth(geometry: SceneGeometry, declaration: dict[str, Any]) -> dict[str, Any]:
+    """The boxes of the objects that have a class, in the form of BenchBot 2's ground truths."""
+    labels = declaration["object_labels"]
+    return {
+        "environment": declaration,
+        "format": {"name": "object_map_ground_truth"},
+        "ground_truth": {"objects": mapped_objects(geometry, labels), "class_list": [*labels, BACKGROUND]},
+    }

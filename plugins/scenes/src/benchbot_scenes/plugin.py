@@ -1,0 +1,32 @@
+"""What this distribution offers to BenchBot."""
+
+from collections.abc import Iterator
+
+from benchbot import hookimpl
+from benchbot.core.hookspecs import AssetPack, Command
+
+
+@hookimpl
+def benchbot_asset_packs() -> Iterator[AssetPack]:
+    """Yield the packs that the user has installed."""
+    from benchbot_scenes.packs import folder
+
+    for name, catalogue in folder.installed().items():
+        yield AssetPack(name, catalogue)
+
+
+@hookimpl
+def benchbot_commands() -> Iterator[Command]:
+    """Yield this distribution's commands."""
+    yield Command("assets", "benchbot_scenes.packs.command:app", "List packs of 3D models, and install more.")
+    yield Command(
+        "import-environment",
+        "benchbot_scenes.importing.command:import_environment",
+        "Make an environment of a glTF, OBJ, PLY, STL or USD file.",
+    )
+    yield Command(
+        "generate-environment",
+        "benchbot_scenes.generator.command:generate_environment",
+        "Make a new furnished environment from a seed.",
+    )
+    yield Command("map", "benchbot_scenes.map_command:map_environment", "Occupancy map and picture of an environment.")

@@ -1,0 +1,198 @@
+"""What is seen from where: lines of sight through a scene's voxels, without a renderer."""
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from benchbot_scenes.scene import SceneGeometry
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+VOXEL_M = 0.05
+# So many points of an object are looked at; it is seen when this share of them is.
+POINTS = 16
+SEEN_SHARE = 0.18
+UPPER_PART = 0.8
+# A line of sight ends short of its goal, where an object's own and its carrier's voxels begin.
+END_GAP_M = 0.10
+# How far apart a line of sight is looked at.
+STEP_VOXELS = 0.7
+
+
+@dataclass(frozen=True)
+class Voxels:
+    """Which instance (`Instance.index`, 0 is none) fills each cube of a grid; `low_m` is the grid's corner."""
+
+    low_m: Floats
+    size_m: float
+    owner: npt.NDArray[np.int32]
+
+    def owners(self, points: Floats) -> npt.NDArray[np.int32]:
+        """The instances at points (N, 3) of the map frame; 0 outside the grid."""
+        shape = np.array(self.owner.shape)
+        # The outermost cubes are empty, so that what is outside may count as in one of them.
+        i, j, k = np.clip(((points - self.low_m) / self.size_m).astype(np.int32), 0, shape - 1).T
+        found: npt.NDArray[np.int32] = self.owner.ravel()[(i * shape[1] + j) * shape[2] + k]
+        return found
+
+
+@dataclass(frozen=True)
+class Target:
+    """Something to be seen: its instance, the points (P, 3) on it that are looked at, and their middle."""
+
+    name: str
+    index: int
+    points: Floats
+    middle: Floats
+
+
+def voxels(geometry: SceneGeometry, size_m: float = VOXEL_M) -> Voxels:
+    """Fill the cubes that a scene's opaque surfaces pass through."""
+    opaque = np.array([material.transmission < 0.5 for material in geometry.materials], bool)
+    kept = opaque[geometry.triangle_material]
+    corners = geometry.vertices[geometry.triangles[kept]].astype(np.float64)
+    finite = np.isfinite(corners).all((1, 2))
+    points, triangle = surface_points(corners[finite], 0.7 * size_m)
+    low = points.min(0, initial=0.0) - 1.5 * size_m
+    shape = np.ceil((points.max(0, initial=0.0) - low) / size_m).astype(np.int64) + 2
+    owner = np.zeros(shape, np.int32)
+    i, j, k = np.floor((points - low) / size_m).astype(np.int64).T
+    owner[i, j, k] = geometry.triangle_instance[kept][finite][triangle]
+    return Voxels(low, size_m, owner)
+
+
+def surface_points(corners: Floats, spacing_m: float) -> tuple[Floats, Integers]:
+    """Points on triangles (T, 3, 3) in rows `spacing_m` apart, corners included, and the triangle of each."""
+    sides_m = np.linalg.norm(np.roll(corners, -1, 1) - corners, axis=2)
+    longest = np.argmax(sides_m, axis=1)
+    # Rows are parallel to the longest side: a sliver has few of them.
+    order = (longest[:, None] + np.arange(3)) % 3
+    start, end, apex = np.take_along_axis(corners, order[..., None], 1).transpose(1, 0, 2)
+    base_m = np.take_along_axis(sides_m, longest[:, None], 1)[:, 0]
+    area2 = np.linalg.norm(np.cross(end - start, apex - start), axis=1)
+    row_count = np.ceil(area2 / np.maximum(base_m, 1e-12) / spacing_m).astype(np.int64) + 1
+    triangle, row = _runs(row_count)
+    up = row / np.maximum(row_count[triangle] - 1, 1)
+    first = start[triangle] + up[:, None] * (apex - start)[triangle]
+    along = (1 - up)[:, None] * (end - start)[triangle]
+    column_count = np.ceil((1 - up) * base_m[triangle] / spacing_m).astype(np.int64) + 1
+    line, column = _runs(column_count)
+    share = column / np.maximum(column_count[line] - 1, 1)
+    return first[line] + share[:, None] * along[line], triangle[line]
+
+
+def _runs(counts: Integers) -> tuple[Integers, Integers]:
+    """For runs of so many: which run each element is of, and its number within."""
+    run = np.repeat(np.arange(len(counts)), counts)
+    return run, np.arange(len(run)) - np.repeat(np.cumsum(counts) - counts, counts)
+
+
+def targets(geometry: SceneGeometry, names: Collection[str] | None = None) -> list[Target]:
+    """The objects of a class, or those named, as things to be seen."""
+    chosen = []
+    for instance in geometry.instances:
+        if (instance.class_name is None) if names is None else (instance.name not in names):
+            continue
+        corners = geometry.vertices[geometry.triangles[geometry.triangle_instance == instance.index]]
+        if not len(corners):
+            continue
+        low, high = corners.min((0, 1)), corners.max((0, 1))
+        points, _ = surface_points(corners.astype(np.float64), float(np.linalg.norm(high - low)) / 4)
+        rng = np.random.default_rng(0)
+        # Half of the points are from its upper part: the rest may be sunk into what carries it.
+        upper = np.flatnonzero(points[:, 2] >= low[2] + UPPER_PART * (high[2] - low[2]))
+        chosen_points = [rng.permutation(some)[: POINTS // 2] for some in (upper, np.arange(len(points)))]
+        spread = np.unique(np.concatenate(chosen_points))
+        middle = ((low + high) / 2).astype(np.float64)
+        chosen.append(Target(instance.name, instance.index, points[spread], middle))
+    return chosen
+
+
+def seen_from(
+    eyes: Floats, things: Sequence[Target], scene: Voxels, range_m: float, half_height_deg: float
+) -> npt.NDArray[np.bool_]:
+    """Say which of `things` each of `eyes` (E, 3) sees, turned towards it: (E, things).
+
+    Seen means within `range_m`, a share of the points within the picture's height, and nothing else in between.
+    """
+    seen = np.zeros((len(eyes), len(things)), bool)
+    limit = math.tan(math.radians(half_height_deg))
+    for number, thing in enumerate(things):
+        near = np.flatnonzero(np.linalg.norm(eyes - thing.middle, axis=1) <= range_m)
+        if not len(near):
+            continue
+        ways = thing.points[None] - eyes[near, None]
+        planar_m = np.linalg.norm(ways[..., :2], axis=2)
+        visible = np.abs(ways[..., 2]) <= limit * planar_m
+        visible &= _is_free(eyes[near], ways, thing.index, scene)
+        seen[near, number] = visible.mean(1) >= SEEN_SHARE
+    return seen
+
+
+def _is_free(eyes: Floats, ways: Floats, index: int, scene: Voxels) -> npt.NDArray[np.bool_]:
+    length_m = np.linalg.norm(ways, axis=2)
+    reach_m = np.maximum(length_m - END_GAP_M, 0.0).ravel()
+    unit = (ways / np.maximum(length_m, 1e-9)[..., None]).reshape(-1, 3)
+    start = np.repeat(eyes, ways.shape[1], axis=0)
+    free = np.ones(len(unit), bool)
+    going = np.arange(len(unit))
+    way_m = STEP_VOXELS * scene.size_m
+    while len(going := going[reach_m[going] > way_m]):
+        owner = scene.owners(start[going] + way_m * unit[going])
+        is_clear = (owner == 0) | (owner == index)
+        free[going[~is_clear]] = False
+        going = going[is_clear]
+        way_m += STEP_VOXELS * scene.size_m
+    return free.reshape(length_m.shape)
+
+
+def bearings_rad(eyes: Floats, things: Sequence[Target]) -> Floats:
+    """The direction in the floor's plane from each eye to the middle of each thing: (E, things)."""
+    middles = np.array([thing.middle for thing in things]).reshape(-1, 3)
+    ways = middles[None] - eyes[:, None]
+    angles: Floats = np.arctan2(ways[..., 1], ways[..., 0])
+    return angles
+
+
+@dataclass(frozen=True)
+class Observer:
+    """A robot as far as it matters here: a disc that collides between two heights, and a camera on its axis.
+
+    `half_width_deg` and `half_height_deg` are half the picture's angles; beyond `range_m` objects are too small.
+    """
+
+    radius_m: float
+    z_min_m: float
+    z_max_m: float
+    eye_m: float
+    half_width_deg: float
+    half_height_deg: float
+    range_m: float = 4.0
+
+
+# The robot "carter" of benchbot-sim-taichi.
+CARTER = Observer(0.30, 0.03, 1.10, 1.05, 45.0, 29.4)
+
+
+def observer(robot: Mapping[str, object]) -> Observer:
+    """The observer that a simulated robot's declaration describes."""
+    footprint, camera, frames = (_mapping(robot.get(key)) for key in ("footprint", "camera", "frames"))
+    frame = _mapping(frames.get(str(camera.get("frame"))))
+    mount = frame.get("xyz", (0.0, 0.0, CARTER.eye_m))
+    height, width = (float(str(camera.get(key, value))) for key, value in (("height", 540), ("width", 960)))
+    fx, fy = (float(str(camera.get(key, 480))) for key in ("fx", "fy"))
+    return Observer(
+        float(str(footprint.get("radius_m", CARTER.radius_m))),
+        float(str(footprint.get("z_min_m", CARTER.z_min_m))),
+        float(str(footprint.get("z_max_m", CARTER.z_max_m))),
+        float(mount[2]) if isinstance(mount, (list, tuple)) else CARTER.eye_m,
+        math.degrees(math.atan(width / 2 / fx)),
+        math.degrees(math.atan(height / 2 / fy)),
+    )
+
+
+def _mapping(value: object) -> Mapping[str, object]:
+    return value if isinstance(value, Mapping) else {}

@@ -1,0 +1,134 @@
+"""Places from seeds: always the same, never stuck, nothing in anything else."""
+
+import math
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchbot.core.errors import BenchbotError
+from benchbot_scenes.coverage import least_room
+from benchbot_scenes.differences import furnished
+from benchbot_scenes.free_space import free_space
+from benchbot_scenes.generator.changes import changed
+from benchbot_scenes.generator.furniture import PROGRAMMES
+from benchbot_scenes.generator.generate import Generated, generate
+from benchbot_scenes.generator.kinds import FUNCTIONS, KINDS
+from benchbot_scenes.generator.plot import FLAT_M, Item
+from benchbot_scenes.generator.proxy import proxy
+from benchbot_scenes.layout import read_layout, write_layout
+from benchbot_scenes.visibility import CARTER, bearings_rad, seen_from, targets, voxels
+from plugins.scenes.tests.generator.furniture import pack
+
+PLACES = [("apartment", 4, 7), ("office", 5, 3), ("apartment", 1, 0)]
+
+
+@cache
+def place(kind: str, rooms: int, seed: int) -> Generated:
+    return generate(seed, kind, rooms, pack())
+
+
+@pytest.fixture(params=PLACES, ids=lambda chosen: f"{chosen[0]}-{chosen[1]}")
+def made(request: pytest.FixtureRequest) -> Generated:
+    return place(*request.param)
+
+
+def on_floor(items: tuple[Item, ...]) -> Iterator[Item]:
+    return (item for item in items if item.carrier is None and item.size_m[2] > FLAT_M)
+
+
+def test_a_seed_gives_the_same_place_again() -> None:
+    kind, rooms, seed = PLACES[0]
+    assert generate(seed, kind, rooms, pack()) == place(kind, rooms, seed)
+
+
+def test_another_seed_gives_another_place() -> None:
+    assert place("apartment", 4, 7).layout != generate(8, "apartment", 4, pack()).layout
+
+
+def test_the_way_is_clear_and_every_object_is_seen(made: Generated) -> None:
+    building = made.layout.building
+    assert building is not None
+    scene = proxy(made.plan.spaces, made.plan.openings, made.items, building.height_m)
+    space = free_space(scene, CARTER.z_min_m, CARTER.z_max_m)
+    assert least_room(space, made.trajectory_poses) >= CARTER.radius_m
+    things = targets(scene)
+    eyes = np.array([(pose[4], pose[5], CARTER.eye_m) for pose in made.trajectory_poses])
+    seen = seen_from(eyes, things, voxels(scene), CARTER.range_m, CARTER.half_height_deg)
+    off = bearings_rad(eyes, things) - np.array([[2 * math.atan2(p[3], p[0])] for p in made.trajectory_poses])
+    ahead = np.abs((off + np.pi) % (2 * np.pi) - np.pi) < math.radians(CARTER.half_width_deg)
+    assert (seen & ahead).any(0).all()
+
+
+def test_furniture_stands_apart_in_its_room(made: Generated) -> None:
+    spaces = made.plan.spaces
+    standing = list(on_floor(made.items))
+    for number, item in enumerate(standing):
+        box = item.box
+        assert any(
+            all(box.low[i] >= room.low[i] - 1e-3 and box.high[i] <= room.high[i] + 1e-3 for i in (0, 1))
+            for room in spaces
+        ), item.placement.id
+        for other in standing[:number]:
+            tucked = {item.model.class_name, other.model.class_name} == {"chair", "table"}
+            assert tucked or not box.overlaps(other.box, -0.011), (item.placement.id, other.placement.id)
+
+
+def test_small_things_stand_on_their_carriers(made: Generated) -> None:
+    items = {item.placement.id: item for item in made.items}
+    for item in made.items:
+        if item.carrier is not None:
+            carrier = items[item.carrier].box
+            x, y, z = item.placement.position
+            assert carrier.low[0] <= x <= carrier.high[0]
+            assert carrier.low[1] <= y <= carrier.high[1]
+            assert z <= carrier.top_m + 1e-6
+
+
+def test_names_are_unique_and_a_file_keeps_the_layout(made: Generated, tmp_path: Path) -> None:
+    names = [item.placement.id for item in made.items]
+    assert len(set(names)) == len(names)
+    write_layout(tmp_path / "place.yaml", made.layout)
+    again = read_layout(tmp_path / "place.yaml")
+    assert [found.id for found in again.objects] == names
+
+
+def test_objects_are_neither_few_nor_too_many() -> None:
+    for kind, rooms, seed in PLACES[:-1]:
+        counted = sum(item.model.class_name is not None for item in place(kind, rooms, seed).items)
+        assert 25 <= counted <= 80
+
+
+def test_every_function_has_its_furniture() -> None:
+    assert {function.furniture for function in FUNCTIONS.values()} == set(PROGRAMMES)
+
+
+def test_a_pack_without_models_makes_bare_rooms() -> None:
+    bare = pack()
+    made = generate(1, "apartment", 3, type(bare)("empty", {}))
+    assert made.layout.objects == ()
+    assert len(made.trajectory_poses) >= 1
+
+
+@pytest.mark.parametrize(("rooms", "seed"), [(0, 1), (13, 1), (3, -1)])
+def test_what_cannot_be_is_refused(rooms: int, seed: int) -> None:
+    with pytest.raises(BenchbotError):
+        generate(seed, next(iter(KINDS)), rooms, pack())
+
+
+def test_a_variant_is_the_base_with_some_objects_gone_moved_and_new(tmp_path: Path) -> None:
+    base = place(*PLACES[0])
+    file = tmp_path / "base.yaml"
+    write_layout(file, base.layout)
+    variant = changed(base, file, 4, pack(), removed=4, moved=2, added=3, people=1)
+    assert variant == changed(base, file, 4, pack(), removed=4, moved=2, added=3, people=1)
+    assert len(variant.removed) == 4
+    assert len(variant.moved) == 2
+    assert len(variant.objects) == 4
+    scene = {placement.id: placement for _, placement in furnished(variant).objects}
+    names = {placement.id for placement in base.layout.objects}
+    assert set(scene) == names - set(variant.removed) | {placement.id for placement in variant.objects}
+    for move in variant.moved:
+        assert scene[move.id].position == pytest.approx(move.position)

@@ -1,0 +1,221 @@
+"""A binary tree of boxes, split by a binned surface-area heuristic, level by level.
+
+Wald, "On fast construction of SAH-based bounding volume hierarchies", RT 2007. On a processor the splits are compiled
+(`kernels.splitting`), several nodes at a time; on a GPU, whose threads are too slow for the large nodes at the top,
+numpy works out those of a whole level at once.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float32]
+IndexArray = npt.NDArray[np.int64]
+
+MEDIAN_DEPTH = 48
+MAX_PIECES = 256
+BOX_STRIDE = 6
+
+
+@dataclass(frozen=True)
+class BinaryTree:
+    """Nodes in the order of their levels; a leaf's items are `count` of `order` from `start` on."""
+
+    low: FloatArray
+    high: FloatArray
+    left: IndexArray  # -1 for leaves; the right child is left + 1
+    start: IndexArray
+    count: IndexArray
+    order: IndexArray
+
+    def area(self) -> FloatArray:
+        """Half the areas of the nodes' boxes."""
+        return _half_area(self.low, self.high)
+
+
+class Splitter(Protocol):
+    """What splits nodes."""
+
+    def split(self, start: IndexArray, count: IndexArray, at_median: bool) -> tuple[IndexArray, FloatArray, FloatArray]:
+        """Reorder each node's items, left ones first; returns how many went left, and low and high of all children."""
+
+    @property
+    def order(self) -> IndexArray:
+        """The items, as they lie now."""
+
+
+def grow(low: FloatArray, high: FloatArray, leaf_size: int, *, compiled: bool) -> BinaryTree:
+    """Split all nodes of one level at once until none holds more than `leaf_size` of the boxes (N, 3), N > 0.
+
+    To be `compiled` only where kernels run on the processor.
+    """
+    splitter: Splitter = (CompiledSplitter if compiled else NumpySplitter)(low, high, leaf_size)
+    lefts, starts, counts = [np.full(1, -1)], [np.zeros(1, np.int64)], [np.full(1, len(low))]
+    lows, highs = [low.min(axis=0)[None]], [high.max(axis=0)[None]]
+    node_total = 1
+    while True:
+        open_nodes = np.flatnonzero(counts[-1] > leaf_size)
+        if len(open_nodes) == 0:
+            break
+        start, count = starts[-1][open_nodes], counts[-1][open_nodes]
+        left_count, child_low, child_high = splitter.split(start, count, len(counts) > MEDIAN_DEPTH)
+        lefts[-1][open_nodes] = node_total + 2 * np.arange(len(open_nodes))
+        starts.append(np.stack([start, start + left_count], axis=1).ravel())
+        counts.append(np.stack([left_count, count - left_count], axis=1).ravel())
+        lows.append(child_low)
+        highs.append(child_high)
+        lefts.append(np.full(2 * len(open_nodes), -1))
+        node_total += 2 * len(open_nodes)
+    return BinaryTree(
+        np.concatenate(lows),
+        np.concatenate(highs),
+        np.concatenate(lefts),
+        np.concatenate(starts),
+        np.concatenate(counts),
+        splitter.order,
+    )
+
+
+class CompiledSplitter:
+    """Splits with a kernel; moves the boxes along with their numbers, so that those of a node lie together."""
+
+    def __init__(self, low: FloatArray, high: FloatArray, leaf_size: int) -> None:
+        self._boxes = np.ascontiguousarray(np.concatenate([low, high], axis=1), np.float32).ravel()
+        self._order = np.arange(len(low), dtype=np.int32)
+        self._leaf_size = leaf_size
+
+    @property
+    def order(self) -> IndexArray:
+        """The items, as they lie now."""
+        return self._order.astype(np.int64)
+
+    def split(self, start: IndexArray, count: IndexArray, at_median: bool) -> tuple[IndexArray, FloatArray, FloatArray]:
+        """Split nodes; see `Splitter`."""
+        from benchbot_sim_taichi.kernels import splitting
+
+        nodes, pieces = len(start), min(len(start), MAX_PIECES)
+        left_count = np.zeros(nodes, np.int32)
+        children = np.zeros(nodes * 2 * BOX_STRIDE, np.float32)
+        splitting.split_nodes(
+            self._boxes,
+            self._order,
+            start.astype(np.int32),
+            count.astype(np.int32),
+            left_count,
+            children,
+            np.zeros(pieces * splitting.SCRATCH_STRIDE, np.float32),
+            nodes,
+            pieces,
+            self._leaf_size,
+            int(at_median),
+        )
+        boxes = children.reshape(-1, BOX_STRIDE)
+        return left_count.astype(np.int64), boxes[:, :3], boxes[:, 3:]
+
+
+class NumpySplitter:
+    """Splits with numpy."""
+
+    def __init__(self, low: FloatArray, high: FloatArray, leaf_size: int) -> None:
+        self._low, self._high, self._leaf_size = low, high, leaf_size
+        self._center = (low + high) * np.float32(0.5)
+        self.order = np.arange(len(low))
+
+    def split(self, start: IndexArray, count: IndexArray, at_median: bool) -> tuple[IndexArray, FloatArray, FloatArray]:
+        """Split nodes; see `Splitter`."""
+        left_count = self._partition(start, count, at_median)
+        child_start = np.stack([start, start + left_count], axis=1).ravel()
+        child_count = np.stack([left_count, count - left_count], axis=1).ravel()
+        items = self.order[_ranges(child_start, child_count)]
+        offsets = np.concatenate([[0], np.cumsum(child_count)[:-1]])
+        return (
+            left_count,
+            np.minimum.reduceat(self._low[items], offsets, axis=0),
+            np.maximum.reduceat(self._high[items], offsets, axis=0),
+        )
+
+    def _partition(self, start: IndexArray, count: IndexArray, at_median: bool) -> IndexArray:
+        """Reorder each node's range of `order` in place, left items first; returns how many went left."""
+        slots = _ranges(start, count)
+        items = self.order[slots]
+        node = np.repeat(np.arange(len(start)), count)
+        offsets = np.concatenate([[0], np.cumsum(count)[:-1]])
+        points = self._center[items]
+        origin = np.minimum.reduceat(points, offsets, axis=0)
+        extent = np.maximum.reduceat(points, offsets, axis=0) - origin
+        bins = 16 if len(start) < 4096 else 8
+        scale = np.where(extent > 0, bins * np.float32(0.9999) / np.maximum(extent, np.float32(1e-30)), 0)
+        bin_index = np.minimum(((points - origin[node]) * scale[node]).astype(np.int64), bins - 1)
+        axis, split, cost = _best_split(
+            node, bin_index, self._low[items], self._high[items], len(start), bins, self._leaf_size
+        )
+        goes_right = bin_index[np.arange(len(node)), axis[node]] > split[node]
+        by_median = np.full(len(start), at_median) | ~np.isfinite(cost)
+        if by_median.any():
+            rank = np.arange(len(node)) - offsets[node]
+            goes_right = np.where(by_median[node], rank >= count[node] // 2, goes_right)
+        left_count: IndexArray = np.bincount(node, weights=~goes_right, minlength=len(start)).astype(np.int64)
+        lefts_before: IndexArray = np.cumsum(~goes_right) - ~goes_right
+        rank_left: IndexArray = lefts_before - lefts_before[offsets][node]
+        rank_right = (np.arange(len(node)) - offsets[node]) - rank_left
+        target = start[node] + np.where(goes_right, left_count[node] + rank_right, rank_left)
+        self.order[target] = items
+        return left_count
+
+
+def _half_area(low: FloatArray, high: FloatArray) -> FloatArray:
+    size = np.maximum(high - low, 0)
+    area: FloatArray = size[..., 0] * size[..., 1] + size[..., 1] * size[..., 2] + size[..., 2] * size[..., 0]
+    return area
+
+
+def _ranges(start: IndexArray, count: IndexArray) -> IndexArray:
+    """Concatenation of `arange(start, start + count)` of each row."""
+    offsets = np.concatenate([[0], np.cumsum(count)[:-1]])
+    ranges: IndexArray = np.arange(int(count.sum())) + np.repeat(start - offsets, count)
+    return ranges
+
+
+def _best_split(
+    node: IndexArray, bin_index: IndexArray, low: FloatArray, high: FloatArray, nodes: int, bins: int, leaf_size: int
+) -> tuple[IndexArray, IndexArray, FloatArray]:
+    """Axis, last bin on the left and SAH cost of each node's cheapest split; infinite when there is none."""
+    best_axis, best_split = np.zeros(nodes, np.int64), np.zeros(nodes, np.int64)
+    best_cost = np.full(nodes, np.inf, np.float32)
+    for axis in range(3):
+        key = node * bins + bin_index[:, axis]
+        count = np.bincount(key, minlength=nodes * bins).reshape(nodes, bins)
+        bin_low = np.full((3, nodes * bins), np.inf, np.float32)
+        bin_high = np.full((3, nodes * bins), -np.inf, np.float32)
+        for i in range(3):
+            np.minimum.at(bin_low[i], key, low[:, i])
+            np.maximum.at(bin_high[i], key, high[:, i])
+        lows, highs = bin_low.reshape(3, nodes, bins), bin_high.reshape(3, nodes, bins)
+        left_area = _swept_area(lows, highs)[:, :-1]
+        right_area = _swept_area(lows[:, :, ::-1], highs[:, :, ::-1])[:, ::-1][:, 1:]
+        left_count = np.cumsum(count, axis=1)[:, :-1]
+        right_count = count.sum(axis=1, keepdims=True) - left_count
+        cost = left_area * _blocks(left_count, leaf_size) + right_area * _blocks(right_count, leaf_size)
+        cost = np.where((left_count > 0) & (right_count > 0), cost, np.inf).astype(np.float32)
+        split = cost.argmin(axis=1)
+        least = cost[np.arange(nodes), split]
+        better = least < best_cost
+        best_axis[better], best_split[better], best_cost[better] = axis, split[better], least[better]
+    return best_axis, best_split, best_cost
+
+
+def _blocks(count: IndexArray, leaf_size: int) -> IndexArray:
+    """Leaves that so many triangles fill: a leaf costs the same to test whether it is full or not."""
+    blocks: IndexArray = (count + leaf_size - 1) // leaf_size
+    return blocks
+
+
+def _swept_area(bin_low: FloatArray, bin_high: FloatArray) -> FloatArray:
+    """Half areas (nodes, bins) of the union of all bins up to each one; 0 while that union is empty."""
+    low = np.minimum.accumulate(bin_low, axis=2)
+    high = np.maximum.accumulate(bin_high, axis=2)
+    size = np.where(high >= low, high - np.where(np.isfinite(low), low, 0), 0)
+    area: FloatArray = size[0] * size[1] + size[1] * size[2] + size[2] * size[0]
+    return area

@@ -1,0 +1,144 @@
+"""Laser scanners of a simulated robot: a planar one, and a lidar of many rings."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from benchbot.core.geometry import Pose
+from benchbot.core.lidar import directions, elevations_deg
+from benchbot_sim_taichi.declared import check_keys, limits_m, optional
+from benchbot_sim_taichi.renderer import Renderer
+
+
+@dataclass(frozen=True)
+class RangeNoise:
+    """Normal errors of ranges; their variance is `sigma_m`² + (`sigma_relative` × range)²."""
+
+    sigma_m: float = 0.0
+    sigma_relative: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (0 <= self.sigma_m < np.inf and 0 <= self.sigma_relative < np.inf):
+            raise ValueError(f"{self} is negative or not finite")
+
+    @classmethod
+    def from_mapping(cls, values: Mapping[str, Any]) -> Self:
+        """Read a scanner's `noise`; raises TypeError or ValueError when it is not one."""
+        return cls(**{str(key): float(value) for key, value in values.items()})
+
+    def apply(self, ranges_m: npt.NDArray[np.float64], random: np.random.Generator) -> npt.NDArray[np.float64]:
+        """Return ranges with errors; what is infinite stays so."""
+        finite = np.isfinite(ranges_m)
+        sigma_m = np.hypot(self.sigma_m, self.sigma_relative * np.where(finite, ranges_m, 0.0))
+        return np.where(finite, ranges_m + sigma_m * random.standard_normal(ranges_m.shape), ranges_m)
+
+
+@dataclass(frozen=True)
+class Laser:
+    """A planar scanner: `beams` rays over the full turn, counter-clockwise from -pi, in the plane of its frame."""
+
+    frame: str
+    beams: int
+    range_m: tuple[float, float]
+    noise: RangeNoise | None = None
+
+    def __post_init__(self) -> None:
+        if not self.beams > 0:
+            raise ValueError(f"{self} has no beams")
+
+    @classmethod
+    def from_mapping(cls, values: Mapping[str, Any]) -> Self:
+        """Read a robot's `laser` mapping; raises KeyError, TypeError or ValueError when it is not one."""
+        check_keys("laser", values, cls)
+        return cls(
+            frame=str(values["frame"]),
+            beams=int(values["beams"]),
+            range_m=limits_m(values["range_m"]),
+            noise=optional(values, "noise", RangeNoise.from_mapping),
+        )
+
+    def scan(
+        self, renderer: Renderer, laser_poses: Sequence[Pose], randoms: Sequence[np.random.Generator]
+    ) -> list[dict[str, Any]]:
+        """Return a scan from each pose in the map frame, with noise from the generator of each (REP-117)."""
+        angles_rad = _around(self.beams)
+        along = np.stack([np.cos(angles_rad), np.sin(angles_rad), np.zeros(self.beams)], 1)
+        nearest_m, farthest_m = self.range_m
+        return [
+            {"scans": np.stack([scan, angles_rad], 1), "range_min": nearest_m, "range_max": farthest_m}
+            for scan in _measure(renderer, laser_poses, along, self.range_m, self.noise, randoms)
+        ]
+
+
+@dataclass(frozen=True)
+class Lidar:
+    """A multi-beam lidar: rings of `beams` rays over the full turn, each at its elevation above the x-y plane."""
+
+    frame: str
+    elevations_deg: tuple[float, ...]
+    beams: int
+    range_m: tuple[float, float]
+    noise: RangeNoise | None = None
+
+    def __post_init__(self) -> None:
+        if not (self.beams > 0 and self.elevations_deg):
+            raise ValueError(f"{self} has no beams")
+        if not all(abs(elevation) <= 90 for elevation in self.elevations_deg):
+            raise ValueError(f"elevations_deg are {list(self.elevations_deg)}, not all within [-90, 90]")
+
+    @classmethod
+    def from_mapping(cls, values: Mapping[str, Any]) -> Self:
+        """Read a robot's `lidar` mapping; raises KeyError, TypeError or ValueError when it is not one."""
+        check_keys("lidar", values, cls)
+        return cls(
+            frame=str(values["frame"]),
+            elevations_deg=elevations_deg(values["elevations_deg"]),
+            beams=int(values["beams"]),
+            range_m=limits_m(values["range_m"]),
+            noise=optional(values, "noise", RangeNoise.from_mapping),
+        )
+
+    def scan(
+        self, renderer: Renderer, lidar_poses: Sequence[Pose], randoms: Sequence[np.random.Generator]
+    ) -> list[dict[str, Any]]:
+        """Return the channel `lidar` from each pose in the map frame, with noise from the generator of each."""
+        elevations_rad, azimuths_rad = np.radians(self.elevations_deg), _around(self.beams)
+        along = directions(elevations_rad, azimuths_rad).reshape(-1, 3)
+        shape = (len(elevations_rad), self.beams)
+        return [
+            {
+                "frame_id": self.frame,
+                "ranges_m": ranges_m.astype(np.float32).reshape(shape),
+                "elevations_rad": elevations_rad,
+                "azimuths_rad": azimuths_rad,
+            }
+            for ranges_m in _measure(renderer, lidar_poses, along, self.range_m, self.noise, randoms)
+        ]
+
+
+def _around(beams: int) -> npt.NDArray[np.float64]:
+    return np.linspace(-np.pi, np.pi, beams, endpoint=False)
+
+
+def _measure(
+    renderer: Renderer,
+    poses: Sequence[Pose],
+    along: npt.NDArray[np.float64],
+    range_m: tuple[float, float],
+    noise: RangeNoise | None,
+    randoms: Sequence[np.random.Generator],
+) -> npt.NDArray[np.float64]:
+    """Return ranges (poses, rays) along (rays, 3) in each pose's frame: +inf beyond the limits, -inf before them."""
+    nearest_m, farthest_m = range_m
+    matrices = [pose.matrix() for pose in poses]
+    origins = np.concatenate([np.broadcast_to(matrix[:3, 3], along.shape) for matrix in matrices])
+    rays = np.concatenate([along @ matrix[:3, :3].T for matrix in matrices])
+    ranges_m = renderer.cast(origins, rays, farthest_m).astype(np.float64).reshape(-1, len(along))
+    if noise:
+        ranges_m = np.stack([noise.apply(*each) for each in zip(ranges_m, randoms, strict=True)])
+        ranges_m[ranges_m > farthest_m] = np.inf
+    ranges_m[ranges_m < nearest_m] = -np.inf
+    return ranges_m

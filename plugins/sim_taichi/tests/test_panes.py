@@ -1,0 +1,94 @@
+"""What panes and cut-outs take from the light that the default quality stores and shows."""
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from benchbot_scenes.gltf import load_scene
+from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
+from benchbot_sim_taichi.path_trace import path_trace
+from benchbot_sim_taichi.quality import FAST, REALTIME
+from benchbot_sim_taichi.renderer import Intrinsics, Renderer
+from benchbot_sim_taichi.surface_cells import CELL_STRIDE
+from plugins.sim_taichi.tests import rooms
+from plugins.sim_taichi.tests.cameras import looking
+from plugins.sim_taichi.tests.glb import Glb
+
+pytestmark = pytest.mark.xdist_group("renderer")
+
+TINT = (0.9, 0.5, 0.25)
+BLACK = Sky((0, 0, 0), (0, 0, 0), (0, 0, 0))
+NOON = Lighting(sun=Sun(azimuth_deg=0, elevation_deg=90, irradiance=(5, 5, 5)), sky=BLACK, exposure=0.2)
+NIGHT = Lighting(sun=Sun(irradiance=(0, 0, 0)), sky=BLACK, exposure=0.5)
+HEAD_ON = 1 - 2 * 0.04 / 1.04
+
+
+def passed(layers: int) -> npt.NDArray[np.float64]:
+    """What so many panes let pass of light that meets them head-on."""
+    return (HEAD_ON * np.array(TINT)) ** layers
+
+
+def floor_below(path: Path, layers: int, lighting: Lighting, cache: Path) -> npt.NDArray[np.float64]:
+    """Irradiance (3,) in the middle of a floor, below so many panes and a small lamp."""
+    glb = Glb()
+    glb.box("floor", (-0.8, -0.8, -0.1), (0.8, 0.8, 0.0), glb.material((0.5, 0.5, 0.5)))
+    glb.box("lamp", (-0.05, -0.05, 2.9), (0.05, 0.05, 2.95), glb.material(emission=(50, 50, 50)))
+    corners, quad = np.array([[-3, -3, 0], [3, -3, 0], [3, 3, 0], [-3, 3, 0]], float), np.array([[0, 1, 2], [0, 2, 3]])
+    for layer in range(layers):
+        glb.add(f"pane {layer}", corners + np.array([0, 0, 1 + 0.5 * layer]), quad, glb.material(TINT, glass=True))
+    renderer = Renderer(load_scene(glb.write(path)), lighting, cache_dir=cache)
+    cells = renderer.irradiance.cells.reshape(-1, CELL_STRIDE)
+    here = (cells[:, 5] > 0.9) & (np.abs(cells[:, 2]) < 0.05) & (np.abs(np.abs(cells[:, :2]) - 0.4).max(1) < 0.2)
+    mean: npt.NDArray[np.float64] = cells[here, 6:9].mean(0).astype(np.float64)
+    return mean
+
+
+@pytest.mark.parametrize("lighting", [NOON, NIGHT], ids=["sun", "lamp"])
+@pytest.mark.parametrize("layers", [1, 2])
+def test_panes_tint_and_dim_what_comes_through_them(
+    tmp_path: Path, kernel_cache: Path, lighting: Lighting, layers: int
+) -> None:
+    bare = floor_below(tmp_path / "bare.glb", 0, lighting, kernel_cache)
+    seen = floor_below(tmp_path / "panes.glb", layers, lighting, kernel_cache)
+    assert seen / bare == pytest.approx(passed(layers), rel=0.02)
+
+
+@pytest.mark.parametrize("quality", [REALTIME, FAST], ids=lambda quality: quality.name)
+def test_a_wall_behind_a_pane_is_seen_as_paths_show_it(tmp_path: Path, kernel_cache: Path, quality: object) -> None:
+    glb = Glb()
+    glb.box("wall", (3, -9, -9), (3.1, 9, 9), glb.material((0, 0, 0), emission=(1, 1, 1), ior=1.0))
+    glb.box("pane", (1, -9, -9), (1.01, 9, 9), glb.material(TINT, glass=True))
+    scene = load_scene(glb.write(tmp_path / "a.glb"))
+    picture = Renderer(scene, NIGHT, cache_dir=kernel_cache, quality=quality).render(  # type: ignore[arg-type]
+        looking((0, 0, 0), 0.0), Intrinsics.from_horizontal_fov(32, 32, 4.0)
+    )
+    paths = Renderer(scene, NIGHT, cache_dir=kernel_cache)
+    radiance = path_trace(
+        paths, looking((0, 0, 0), 0.0), Intrinsics.from_horizontal_fov(8, 8, 4.0), samples_per_pixel=64
+    )
+    assert (radiance / paths.exposure).mean((0, 1)) == pytest.approx(passed(2), rel=0.05)
+    without = Renderer(load_scene(wall(tmp_path / "b.glb", passed(2))), NIGHT, cache_dir=kernel_cache, quality=quality)  # type: ignore[arg-type]
+    same = without.render(looking((0, 0, 0), 0.0), Intrinsics.from_horizontal_fov(32, 32, 4.0))
+    assert picture.rgb.mean((0, 1)) == pytest.approx(same.rgb.mean((0, 1)), abs=2)
+
+
+def wall(path: Path, radiance: npt.NDArray[np.float64]) -> Path:
+    glb = Glb()
+    emission = (float(radiance[0]), float(radiance[1]), float(radiance[2]))
+    glb.box("wall", (3, -9, -9), (3.1, 9, 9), glb.material((0, 0, 0), emission=emission, ior=1.0))
+    return glb.write(path)
+
+
+def test_what_is_not_cut_out_casts_a_shadow(tmp_path: Path, kernel_cache: Path) -> None:
+    sun = Sun(azimuth_deg=180, elevation_deg=10, irradiance=(5, 5, 5))
+    scene = load_scene(rooms.fence(tmp_path / "fence.glb"))
+    renderer = Renderer(scene, Lighting(sun=sun, sky=BLACK, exposure=0.2), cache_dir=kernel_cache)
+    cells = renderer.irradiance.cells.reshape(-1, CELL_STRIDE)
+    behind = (cells[:, 3] < -0.9) & (np.abs(cells[:, 0] - 3) < 0.05) & (np.abs(cells[:, 2] - 1) < 0.5)
+    kept, cut = (behind & (np.abs(cells[:, 1] - y) < 0.3) for y in (0.5, -0.5))
+    assert kept.any()
+    assert (cells[kept, 22] == 0).all()
+    assert (cells[cut, 22] == 1).all()
+    assert cells[cut, 6].mean() > 20 * cells[kept, 6].mean()
