@@ -170,7 +170,7 @@ class _Reader:
                 indices[1::2, 1:] = indices[1::2, :0:-1]
             else:
                 indices = np.column_stack([np.full(len(later), corners[0]), later])
-        if len(indices) and indices.max() >= vertices:
+        if len(indices) and (indices.min() < 0 or indices.max() >= vertices):
             raise ValueError("a triangle names a vertex that is not there")
         return indices
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
@@ -236,7 +236,16 @@ def test_compressed_gltf_says_how_to_export_without(tmp_path: Path, extension: s
     assert "gltf-transform" in _refused(path).why
 
 
+@pytest.mark.parametrize("corner", [-1, -(2**31), 8, 2**31 - 1])
+def test_a_triangle_between_points_that_are_not_there_is_refused(tmp_path: Path, corner: int) -> None:
+    path = tmp_path / "a.ply"
+    head = trimesh.creation.box((3, 4, 2.5)).export(file_type="ply", vertex_normal=False)
+    path.write_bytes(head[:-12] + struct.pack("<3i", 0, 1, corner))
+    assert "not there" in _refused(path).why
+
+
 @settings(max_examples=40, deadline=None)
+@example(suffix=".ply", seed=292, bytes_changed=2)
 @given(
     suffix=st.sampled_from([".glb", ".obj", ".ply", ".stl"]),
     seed=st.integers(0, 10**6),

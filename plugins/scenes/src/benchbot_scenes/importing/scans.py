@@ -62,7 +62,7 @@ def read(path: Path) -> Model:
         )
     materials, images = [PLAIN, PAINTED], list[ImageArray]()
     parts = [_part(str(name), mesh, materials, images) for name, mesh in found]
-    if any(len(part.triangles) and part.triangles.max() >= len(part.vertices) for part in parts):
+    if any(part.triangles.min() < 0 or part.triangles.max() >= len(part.vertices) for part in parts):
         raise _broken(path, kind, "A triangle names a vertex that is not there.")
     missing = [f"The texture {name} is not there; grey stands for it." for name in folder.missing]
     return assemble(parts, materials, images, notes=missing)
