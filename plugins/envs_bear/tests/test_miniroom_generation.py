@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import yaml
 
-from benchbot_envs_bear.generate.assemble import generate
+from benchbot_envs_bear.generate.places import generate
 from plugins.envs_bear.tests.conftest import Node
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("miniroom generation")]
@@ -50,11 +50,12 @@ def test_declaration_and_ground_truth_equal_the_committed_ones(
 
 
 def test_another_process_writes_the_same_bytes(folder: Path, tmp_path: Path) -> None:
-    generate("miniroom", "1", tmp_path)
+    generate("miniroom:1", tmp_path)
     for kind, name in (
         ("scenes", "miniroom_1.glb"),
         ("environments", "miniroom_1.yaml"),
         ("ground_truths", "miniroom_1.json"),
+        ("maps", "miniroom_1.pgm"),
     ):
         assert (tmp_path / kind / name).read_bytes() == (folder / kind / name).read_bytes()
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from benchbot_envs_bear.generate import house_decor
 from benchbot_envs_bear.generate import house_plan as plan
-from benchbot_envs_bear.generate.environment import Environment
+from benchbot_envs_bear.generate.environment import as_published
 from benchbot_envs_bear.generate.furnish import PACK, against, fitted, stand
 from benchbot_envs_bear.generate.house_models import CHOICES
 from benchbot_envs_bear.generate.published import load_published
@@ -15,6 +15,7 @@ from benchbot_scenes.layout import Layout
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from benchbot_envs_bear.generate.environment import Environment
     from benchbot_scenes.layout import Placement
 
 NAME = "house"
@@ -49,15 +50,7 @@ def house(variant: int, layouts: Path) -> Environment:
         kept = {box.instance for box in published.objects}
         added = tuple(fitted(box, CHOICES[box.instance]) for box in published.objects if box.instance not in first)
         layout = Layout(PACK, objects=added, base=layouts / "house_1.yaml", removed=tuple(sorted(first - kept)))
-    return Environment(
-        NAME,
-        variant,
-        DESCRIPTIONS[variant],
-        layout,
-        published.start_pose,
-        published.trajectory_poses,
-        LIGHTING[variant],
-    )
+    return as_published(published, DESCRIPTIONS[variant], layout, LIGHTING[variant])
 
 
 def _carriers() -> list[Placement]:

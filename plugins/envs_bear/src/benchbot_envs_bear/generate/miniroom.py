@@ -32,11 +32,6 @@ COUNTER_TOP = 0.8835
 _WALNUT = (0.82, 0.92, 1.0)
 _PALE_OAK = (0.93, 0.96, 1.0)
 
-LIGHTING = {
-    "sun": {"azimuth_deg": 297.0, "elevation_deg": 36.0, "irradiance": [4.6, 4.25, 3.7]},
-    "sky": {"zenith": [0.85, 1.15, 1.65], "horizon": [1.55, 1.66, 1.78], "ground": [0.30, 0.32, 0.26]},
-}
-
 
 def miniroom(layout: Published) -> list[SceneObject]:
     """All objects of the scene, the published ones first, in the published order."""

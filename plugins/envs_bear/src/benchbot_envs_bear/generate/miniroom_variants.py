@@ -1,19 +1,20 @@
-"""The bed-sitting room's variants 2 to 5: what differs from the first one's finished scene, and their light."""
+"""The bed-sitting room's variants: the first is a finished scene; what differs from it in the others, and the light."""
 
 from __future__ import annotations
 
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from benchbot_envs_bear.generate.environment import Environment
+from benchbot_envs_bear.generate.environment import as_published
 from benchbot_envs_bear.generate.furnish import PACK, Choice, against, fitted, stand
-from benchbot_envs_bear.generate.miniroom import COUNTER_TOP, ROOM
+from benchbot_envs_bear.generate.miniroom import COUNTER_TOP, ROOM, miniroom
 from benchbot_envs_bear.generate.published import load_published
 from benchbot_scenes.layout import Layout, Move
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from benchbot_envs_bear.generate.environment import Environment
     from benchbot_scenes.layout import Placement
 
 NAME = "miniroom"
@@ -41,6 +42,7 @@ CHOICES = {
 }
 
 DESCRIPTIONS = {
+    1: "A sunny bed-sitting room with a kitchenette and a dining corner.",
     2: "The bed-sitting room on a summer afternoon; some objects are elsewhere.",
     3: "The bed-sitting room at night in the light of its lamps; some objects are elsewhere.",
     4: "The bed-sitting room on a bright winter's day; many objects are elsewhere, and somebody is at home.",
@@ -49,6 +51,10 @@ DESCRIPTIONS = {
 
 _PLACE = {"latitude_deg": 52.0, "north_deg": 90.0}
 LIGHTING = {
+    1: {
+        "sun": {"azimuth_deg": 297.0, "elevation_deg": 36.0, "irradiance": [4.6, 4.25, 3.7]},
+        "sky": {"zenith": [0.85, 1.15, 1.65], "horizon": [1.55, 1.66, 1.78], "ground": [0.30, 0.32, 0.26]},
+    },
     2: {"time": "15:30", "date": "2023-06-21", **_PLACE, "lamps": {"on": "none"}},
     3: {"time": "22:30", "date": "2023-10-14", **_PLACE, "lamps": {"on": "all"}},
     4: {"time": "11:00", "date": "2023-02-10", **_PLACE, "lamps": {"on": "none"}},
@@ -68,8 +74,10 @@ _ORPHANS = {
 
 
 def miniroom_variant(variant: int, layouts: Path) -> Environment:
-    """Variant 2, 3, 4 or 5; `layouts` is the folder of layouts, beside that of the finished scene."""
+    """One variant; `layouts` is the folder of layouts, beside that of the finished scene, the base of the others."""
     published, first = load_published(NAME, str(variant)), load_published(NAME, "1")
+    if variant == 1:
+        return as_published(first, DESCRIPTIONS[1], miniroom(first), LIGHTING[1])
     known = {box.instance for box in first.objects}
     removed = sorted(known - {box.instance for box in published.objects})
     orphans = [name for instance in removed for name in _ORPHANS.get(instance, ())]
@@ -82,15 +90,7 @@ def miniroom_variant(variant: int, layouts: Path) -> Environment:
         removed=(*removed, *orphans, *gone),
         moved=tuple(moved),
     )
-    return Environment(
-        NAME,
-        variant,
-        DESCRIPTIONS[variant],
-        layout,
-        published.start_pose,
-        published.trajectory_poses,
-        LIGHTING[variant],
-    )
+    return as_published(published, DESCRIPTIONS[variant], layout, LIGHTING[variant])
 
 
 Changes = tuple[list[str], list[Move], list["Placement"]]

@@ -5,14 +5,11 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from benchbot_envs_bear.generate import assemble
-from benchbot_envs_bear.generate.environment import write, write_map
+from benchbot_envs_bear.generate.environment import write
 from benchbot_envs_bear.generate.generated import PLACES as GENERATED
 from benchbot_envs_bear.generate.generated import generated
 from benchbot_envs_bear.generate.house import house
 from benchbot_envs_bear.generate.miniroom_variants import miniroom_variant
-from benchbot_envs_bear.generate.published import load_published
-from benchbot_scenes.gltf import load_scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -40,9 +37,4 @@ def generate(name: str, folder: Path) -> str:
     What the first variant is written to must be there for the others: they are differences to it.
     """
     place, variant = name.split(":")
-    if (place, variant) == ("miniroom", "1"):
-        summary = assemble.generate(place, variant, folder)
-        finished = load_scene(folder / "scenes" / "miniroom_1.glb")
-        write_map(folder, "miniroom_1", finished, load_published(place, variant).start_pose)
-        return summary
     return write(PLACES[place](int(variant), folder / "layouts"), folder)
