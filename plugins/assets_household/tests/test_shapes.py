@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from benchbot_assets_household.generate import shapes
 from benchbot_assets_household.generate.model import Material, Mesh, Part, affine, bounds, fit_to_box, merge, rotation
+from benchbot_assets_household.generate.outlines import circle, rectangle, rounded_rectangle
 
 SOLIDS: dict[str, tuple[Mesh, float]] = {
     "box": (shapes.bevelled_box((1.0, 2.0, 3.0), bevel=0.01), 6.0),
@@ -14,12 +15,12 @@ SOLIDS: dict[str, tuple[Mesh, float]] = {
     "ellipsoid": (shapes.ellipsoid((1.0, 2.0, 3.0), 96, 48), 8 * np.pi),
     "capsule": (shapes.capsule(0.5, 2.0, 64, 16), np.pi * 0.25 * (1 + 2 / 3)),
     "tube": (shapes.tube([(0, 0, 0), (0, 0, 1.0), (0, 0, 2.0)], 0.5, sides=96), np.pi * 0.5),
-    "ring": (shapes.tube(np.pad(shapes.circle(2.0, 128), ((0, 0), (0, 1))), 0.5, 64, closed=True), np.pi**2),
-    "plate": (shapes.extrude(shapes.rectangle(2.0, 1.0), 0.5), 1.0),
-    "plate with a hole": (shapes.extrude(shapes.rectangle(2, 2), 1.0, holes=[shapes.rectangle(1, 1)]), 3.0),
-    "rounded plate": (shapes.extrude(shapes.rounded_rectangle(2, 2, 0.5, 24), 1.0), 4 - 0.25 * (4 - np.pi)),
+    "ring": (shapes.tube(np.pad(circle(2.0, 128), ((0, 0), (0, 1))), 0.5, 64, closed=True), np.pi**2),
+    "plate": (shapes.extrude(rectangle(2.0, 1.0), 0.5), 1.0),
+    "plate with a hole": (shapes.extrude(rectangle(2, 2), 1.0, holes=[rectangle(1, 1)]), 3.0),
+    "rounded plate": (shapes.extrude(rounded_rectangle(2, 2, 0.5, 24), 1.0), 4 - 0.25 * (4 - np.pi)),
     "loft": (
-        shapes.loft(np.stack([np.pad(shapes.rectangle(1, 1), ((0, 0), (0, 1)), constant_values=z) for z in (0, 2)])),
+        shapes.loft(np.stack([np.pad(rectangle(1, 1), ((0, 0), (0, 1)), constant_values=z) for z in (0, 2)])),
         2.0,
     ),
 }
@@ -59,7 +60,7 @@ def test_texture_coordinates_are_in_metres(name: str) -> None:
 
 
 def test_a_box_keeps_its_flat_faces_flat() -> None:
-    mesh = shapes.extrude(shapes.rectangle(1, 1), 0.2, bevel=0.01)
+    mesh = shapes.extrude(rectangle(1, 1), 0.2, bevel=0.01)
     top = mesh.normals[mesh.vertices[:, 2] > 0.2 - 1e-9]
     assert top[:, 2].min() > 0.99
 

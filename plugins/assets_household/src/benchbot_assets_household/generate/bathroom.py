@@ -21,16 +21,9 @@ from benchbot_assets_household.generate.model import (
     rotation,
 )
 from benchbot_assets_household.generate.openings import pane
+from benchbot_assets_household.generate.outlines import rounded_rectangle
 from benchbot_assets_household.generate.planks import board
-from benchbot_assets_household.generate.shapes import (
-    bevelled_box,
-    cylinder,
-    extrude,
-    lathe,
-    loft,
-    rounded_rectangle,
-    tube,
-)
+from benchbot_assets_household.generate.shapes import bevelled_box, cylinder, extrude, lathe, loft, tube
 from benchbot_assets_household.generate.storage import sink, tap
 
 

@@ -10,18 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchbot_assets_household.generate.joinery import board, leg
-from benchbot_assets_household.generate.shapes import (
-    Floats,
-    Material,
-    Mesh,
-    Model,
-    Part,
-    affine,
-    bevelled_box,
-    grid_surface,
-    merge,
-    rotation,
-)
+from benchbot_assets_household.generate.model import Floats, Material, Mesh, Model, Part, affine, merge, rotation
+from benchbot_assets_household.generate.shapes import bevelled_box, grid_surface
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

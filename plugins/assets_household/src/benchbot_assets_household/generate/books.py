@@ -7,20 +7,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchbot_assets_household.generate import textures
-from benchbot_assets_household.generate.shapes import (
+from benchbot_assets_household.generate.model import (
     Material,
     Mesh,
     Model,
     Part,
-    bevelled_box,
-    catmull_rom,
     fit_to_box,
-    grid_surface,
     merge,
     placed,
     rotation,
     transformed,
 )
+from benchbot_assets_household.generate.outlines import catmull_rom
+from benchbot_assets_household.generate.shapes import bevelled_box, grid_surface
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

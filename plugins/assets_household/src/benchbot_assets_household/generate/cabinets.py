@@ -8,8 +8,9 @@ import numpy as np
 
 from benchbot_assets_household.generate.joinery import bar_handle, knob, leg
 from benchbot_assets_household.generate.model import Material, Mesh, Model, Part, merge, moved
+from benchbot_assets_household.generate.outlines import rounded_rectangle
 from benchbot_assets_household.generate.planks import board
-from benchbot_assets_household.generate.shapes import extrude, rounded_rectangle, tube
+from benchbot_assets_household.generate.shapes import extrude, tube
 
 _BOARD = 0.020
 

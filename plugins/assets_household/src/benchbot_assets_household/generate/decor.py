@@ -6,22 +6,9 @@ import numpy as np
 
 from benchbot_assets_household.generate import materials
 from benchbot_assets_household.generate.joinery import board, grain_upright
-from benchbot_assets_household.generate.shapes import (
-    Material,
-    Mesh,
-    Model,
-    Part,
-    cylinder,
-    ellipsoid,
-    extrude,
-    grid_surface,
-    lathe,
-    merge,
-    moved,
-    rectangle,
-    rotated,
-    tube,
-)
+from benchbot_assets_household.generate.model import Material, Mesh, Model, Part, merge, moved, rotated
+from benchbot_assets_household.generate.outlines import rectangle
+from benchbot_assets_household.generate.shapes import cylinder, ellipsoid, extrude, grid_surface, lathe, tube
 
 
 def rug(width: float, depth: float, pile: Material, strand_gap_m: float = 0.022) -> Model:

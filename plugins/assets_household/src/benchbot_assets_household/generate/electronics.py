@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from benchbot_assets_household.generate import materials
+from benchbot_assets_household.generate.meshing import build
 from benchbot_assets_household.generate.model import (
     Material,
     Mesh,
@@ -17,17 +18,9 @@ from benchbot_assets_household.generate.model import (
     rotation,
     transformed,
 )
+from benchbot_assets_household.generate.outlines import rounded_rectangle
 from benchbot_assets_household.generate.planks import board
-from benchbot_assets_household.generate.shapes import (
-    bevelled_box,
-    build,
-    cylinder,
-    extrude,
-    grid_surface,
-    loft,
-    rounded_rectangle,
-    tube,
-)
+from benchbot_assets_household.generate.shapes import bevelled_box, cylinder, extrude, grid_surface, loft, tube
 from benchbot_assets_household.generate.textures import screens
 
 _SCREEN_RADIANCE = 0.06

@@ -18,7 +18,8 @@ from benchbot_assets_household.generate.model import (
     rotation,
     transformed,
 )
-from benchbot_assets_household.generate.shapes import catmull_rom, ellipsoid, grid_surface, lathe, tube
+from benchbot_assets_household.generate.outlines import catmull_rom
+from benchbot_assets_household.generate.shapes import ellipsoid, grid_surface, lathe, tube
 from benchbot_assets_household.generate.textures import linear_color
 
 

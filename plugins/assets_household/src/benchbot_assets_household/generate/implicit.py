@@ -12,8 +12,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from benchbot_assets_household.generate.meshing import build
 from benchbot_assets_household.generate.model import Floats, Mesh
-from benchbot_assets_household.generate.shapes import build
 
 Field: TypeAlias = Callable[[Floats], Floats]
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from benchbot_assets_household.generate.shapes import Mesh, bevelled_box, lathe, merge, moved, rotated, tube
+from benchbot_assets_household.generate.model import Mesh, merge, moved, rotated
+from benchbot_assets_household.generate.shapes import bevelled_box, lathe, tube
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -10,16 +10,9 @@ from benchbot_assets_household.generate import materials
 from benchbot_assets_household.generate.cabinets import framed_front
 from benchbot_assets_household.generate.joinery import bar_handle
 from benchbot_assets_household.generate.model import Material, Mesh, Model, Part, merge, moved, placed, rotated
+from benchbot_assets_household.generate.outlines import rectangle, rounded_rectangle
 from benchbot_assets_household.generate.planks import board
-from benchbot_assets_household.generate.shapes import (
-    bevelled_box,
-    cylinder,
-    extrude,
-    lathe,
-    rectangle,
-    rounded_rectangle,
-    tube,
-)
+from benchbot_assets_household.generate.shapes import bevelled_box, cylinder, extrude, lathe, tube
 from benchbot_assets_household.generate.storage import sink, tap
 
 WORKTOP_M = 0.90

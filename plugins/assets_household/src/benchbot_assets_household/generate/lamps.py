@@ -10,8 +10,9 @@ import numpy as np
 from benchbot_assets_household.generate import materials, textures
 from benchbot_assets_household.generate.joinery import leg
 from benchbot_assets_household.generate.model import Material, Mesh, Model, Part, merge, moved, rotated
+from benchbot_assets_household.generate.outlines import catmull_rom
 from benchbot_assets_household.generate.planks import board
-from benchbot_assets_household.generate.shapes import bevelled_box, catmull_rom, cylinder, ellipsoid, lathe, tube
+from benchbot_assets_household.generate.shapes import bevelled_box, cylinder, ellipsoid, lathe, tube
 
 _WARM = "#ffd9a6"
 

@@ -7,16 +7,9 @@ import numpy as np
 from benchbot_assets_household.generate import materials
 from benchbot_assets_household.generate.joinery import leg
 from benchbot_assets_household.generate.model import Material, Model, Part, affine, merge, moved
+from benchbot_assets_household.generate.outlines import catmull_rom
 from benchbot_assets_household.generate.planks import board
-from benchbot_assets_household.generate.shapes import (
-    bevelled_box,
-    catmull_rom,
-    cylinder,
-    ellipsoid,
-    grid_surface,
-    lathe,
-    tube,
-)
+from benchbot_assets_household.generate.shapes import bevelled_box, cylinder, ellipsoid, grid_surface, lathe, tube
 from benchbot_assets_household.generate.textures import labels
 
 _FORWARD = np.array([[0.0, 0, 1.0], [1.0, 0, 0], [0, 1.0, 0]])

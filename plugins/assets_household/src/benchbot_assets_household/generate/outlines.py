@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeAlias
 
+import mapbox_earcut
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from benchbot_assets_household.generate.model import Floats, rotation
+from benchbot_assets_household.generate.model import Floats, Ints, rotation
 
 Points: TypeAlias = Floats | Sequence[Sequence[float]] | Sequence[Floats]
 
@@ -57,3 +58,31 @@ def smooth_profile(points: Points, samples: int = 32) -> Floats:
     given = np.asarray(points, float)
     z = np.linspace(given[0, 1], given[-1, 1], samples)
     return np.stack([PchipInterpolator(given[:, 1], given[:, 0])(z), z], axis=1)
+
+
+def inward_directions(outline: Floats) -> Floats:
+    """Mitred inward directions (K, 2): moving a point by d along its own insets both edges by d."""
+    forward = np.roll(outline, -1, axis=0) - outline
+    forward /= np.linalg.norm(forward, axis=1, keepdims=True)
+    normal = np.stack([-forward[:, 1], forward[:, 0]], axis=1)
+    previous = np.roll(normal, 1, axis=0)
+    total = normal + previous
+    return np.asarray(2 * total / np.maximum((total**2).sum(axis=1, keepdims=True), 0.5))
+
+
+def signed_area(outline: Floats) -> float:
+    """The area of an outline (K, 2) in m², positive when it is counter-clockwise."""
+    following = np.roll(outline, -1, axis=0)
+    return float(np.sum(outline[:, 0] * following[:, 1] - following[:, 0] * outline[:, 1]) / 2)
+
+
+def triangulate(*rings: Floats) -> Ints:
+    """Counter-clockwise triangles (M, 3) that fill the first ring without the others."""
+    points = np.concatenate(rings)
+    ends = np.cumsum([len(ring) for ring in rings]).astype(np.uint32)
+    triangles = np.asarray(mapbox_earcut.triangulate_float64(points, ends), np.int32).reshape(-1, 3)
+    a, b, c = points[triangles[:, 0]], points[triangles[:, 1]], points[triangles[:, 2]]
+    turn = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    flip = turn < 0
+    triangles[flip] = triangles[flip][:, ::-1]
+    return triangles

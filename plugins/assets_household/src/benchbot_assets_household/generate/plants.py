@@ -8,20 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchbot_assets_household.generate import textures
-from benchbot_assets_household.generate.model import Floats
-from benchbot_assets_household.generate.shapes import (
-    Material,
-    Mesh,
-    Model,
-    Part,
-    catmull_rom,
-    fit_to_box,
-    grid_surface,
-    lathe,
-    merge,
-    placed,
-    tube,
-)
+from benchbot_assets_household.generate.model import Floats, Material, Mesh, Model, Part, fit_to_box, merge, placed
+from benchbot_assets_household.generate.outlines import catmull_rom
+from benchbot_assets_household.generate.shapes import grid_surface, lathe, tube
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -7,19 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchbot_assets_household.generate.joinery import leg, turned_leg
-from benchbot_assets_household.generate.shapes import (
-    Floats,
-    Material,
-    Mesh,
-    Model,
-    Part,
-    catmull_rom,
-    loft,
-    merge,
-    moved,
-    sweep,
-    tube,
-)
+from benchbot_assets_household.generate.model import Floats, Material, Mesh, Model, Part, merge, moved
+from benchbot_assets_household.generate.outlines import catmull_rom
+from benchbot_assets_household.generate.shapes import loft, sweep, tube
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -8,148 +8,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import mapbox_earcut
 import numpy as np
 
+from benchbot_assets_household.generate.meshing import build
 from benchbot_assets_household.generate.model import (
-    Color,
     Floats,
     Ints,
-    Material,
     Mesh,
-    Model,
-    Part,
-    SceneObject,
-    Texture,
     affine,
-    bounds,
-    compact,
-    fit_to_box,
     merge,
-    moved,
-    placed,
-    rotated,
-    rotation,
-    transformed,
-    triangle_count,
 )
 from benchbot_assets_household.generate.outlines import (
     Points,
-    catmull_rom,
     circle,
-    rectangle,
-    rounded_rectangle,
-    smooth_profile,
+    inward_directions,
+    signed_area,
+    triangulate,
 )
-
-__all__ = [
-    "Color",
-    "Floats",
-    "Material",
-    "Mesh",
-    "Model",
-    "Part",
-    "SceneObject",
-    "Texture",
-    "affine",
-    "bevelled_box",
-    "bounds",
-    "build",
-    "capsule",
-    "catmull_rom",
-    "circle",
-    "compact",
-    "cylinder",
-    "ellipsoid",
-    "extrude",
-    "fit_to_box",
-    "grid_surface",
-    "height_field",
-    "lathe",
-    "loft",
-    "merge",
-    "moved",
-    "placed",
-    "rectangle",
-    "rotated",
-    "rotation",
-    "rounded_rectangle",
-    "smooth_profile",
-    "sweep",
-    "transformed",
-    "triangle_count",
-    "tube",
-]
-
-
-def build(
-    vertices: Floats, triangles: Ints, uvs: Floats | None = None, crease_deg: float = 35.0, grain: str = "x"
-) -> Mesh:
-    """A mesh from shared positions: edges sharper than `crease_deg` are kept hard, all others shaded smooth.
-
-    `uvs` (N, 2) go with the vertices; without them each triangle is projected along its dominant axis, in metres,
-    with the axis `grain` along u. Triangles without area are dropped.
-    """
-    corners = vertices[triangles]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = np.linalg.norm(cross, axis=1)
-    keep = area > 1e-12
-    triangles, corners, cross, area = triangles[keep], corners[keep], cross[keep], area[keep]
-    face_normals = cross / area[:, None]
-    corner_uvs = _project(corners, face_normals, grain) if uvs is None else uvs[triangles].reshape(-1, 2)
-    normals = _corner_normals(corners, face_normals, area, crease_deg)
-    rows = np.hstack([corners.reshape(-1, 3), normals, corner_uvs])
-    _, first, inverse = np.unique(np.round(rows, 6), axis=0, return_index=True, return_inverse=True)
-    unique = rows[first]
-    return Mesh(
-        unique[:, :3].copy(),
-        inverse.reshape(-1, 3).astype(np.int32),
-        unique[:, 3:6] / np.linalg.norm(unique[:, 3:6], axis=1, keepdims=True),
-        unique[:, 6:].copy(),
-    )
-
-
-def _corner_normals(corners: Floats, face_normals: Floats, area: Floats, crease_deg: float) -> Floats:
-    """Per triangle corner (3M, 3): the mean of the touching faces within the crease angle.
-
-    Weighted by angle and area, so that large flat faces stay flat beside small bevels.
-    """
-    edges = np.roll(corners, -1, axis=1) - corners
-    back = corners - np.roll(corners, 1, axis=1)
-    cosine = -(edges * back).sum(axis=2)
-    cosine /= np.maximum(np.linalg.norm(edges, axis=2) * np.linalg.norm(back, axis=2), 1e-18)
-    weight = np.arccos(np.clip(cosine, -1.0, 1.0)).ravel() * np.repeat(area, 3)
-    weighted = np.repeat(face_normals, 3, axis=0) * weight[:, None]
-    own = np.repeat(face_normals, 3, axis=0)
-
-    _, vertex = np.unique(np.round(corners.reshape(-1, 3), 6), axis=0, return_inverse=True)
-    order = np.argsort(vertex.ravel(), kind="stable")
-    counts = np.bincount(vertex.ravel())
-    starts = np.repeat(np.cumsum(counts) - counts, counts)
-    valence = np.repeat(counts, counts)
-    left = np.repeat(np.arange(len(order)), valence)
-    offset = np.arange(len(left)) - np.repeat(np.cumsum(valence) - valence, valence)
-    left, right = order[left], order[starts[left] + offset]
-
-    smooth = (own[left] * own[right]).sum(axis=1) > np.cos(np.radians(crease_deg)) - 1e-9
-    normals = np.zeros_like(own)
-    np.add.at(normals, left[smooth], weighted[right[smooth]])
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.where(length > 1e-9, normals / np.maximum(length, 1e-12), own)
-
-
-def _project(corners: Floats, face_normals: Floats, grain: str) -> Floats:
-    """Box-projected texture coordinates (3M, 2) in metres."""
-    along = "xyz".index(grain)
-    others = [axis for axis in range(3) if axis != along]
-    dominant = np.argmax(np.abs(face_normals), axis=1)
-    u_axis = np.where(dominant == along, others[0], along)
-    v_axis = 3 - dominant - u_axis
-    rows = np.arange(len(corners))[:, None]
-    columns = np.arange(3)[None, :]
-    u = corners[rows, columns, u_axis[:, None]]
-    v = corners[rows, columns, v_axis[:, None]]
-    return np.stack([u, v], axis=2).reshape(-1, 2)
 
 
 def grid_surface(
@@ -346,7 +221,7 @@ def sweep(
     )
     if closed or not caps:
         return surface
-    flat = _triangulate(outline)
+    flat = triangulate(outline)
     first = build(points[0], flat[:, ::-1].copy(), outline)
     last = build(points[-1], flat, outline)
     return merge([surface, first, last])
@@ -377,7 +252,7 @@ def extrude(
     Holes are outlines of either direction; their edges stay sharp.
     """
     rim = np.asarray(outline, float)
-    inward = _inward(rim)
+    inward = inward_directions(rim)
     angle = np.radians(np.linspace(0, 90, segments + 1)) if bevel > 0 else np.zeros(1)
     inset, rise = bevel * (1 - np.sin(angle)), bevel * (1 - np.cos(angle))
     lower = [np.column_stack([rim + inward * i, np.full(len(rim), r)]) for i, r in zip(inset, rise, strict=True)]
@@ -388,7 +263,7 @@ def extrude(
     vertices, triangles = [np.concatenate(lower + upper)], []
     triangles.append(_bands(len(rim), len(lower) + len(upper)))
     rings = [rim + inward * inset[0], *(np.asarray(hole, float) for hole in holes)]
-    flat = _triangulate(*rings)
+    flat = triangulate(*rings)
     cap = np.concatenate(rings)
     base = len(vertices[0])
     vertices += [
@@ -397,7 +272,7 @@ def extrude(
     ]
     triangles += [flat[:, ::-1] + base, flat + base + len(cap)]
     for hole in rings[1:]:
-        ring = hole[::-1] if _signed_area(hole) > 0 else hole
+        ring = hole[::-1] if signed_area(hole) > 0 else hole
         base = sum(len(block) for block in vertices)
         vertices.append(
             np.concatenate(
@@ -433,30 +308,3 @@ def _bands(count: int, rings: int) -> Ints:
         [np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]) for a, b, c, d in quads],
         dtype=np.int32,
     )
-
-
-def _inward(outline: Floats) -> Floats:
-    """Mitred inward directions (K, 2): moving a point by d along its own insets both edges by d."""
-    forward = np.roll(outline, -1, axis=0) - outline
-    forward /= np.linalg.norm(forward, axis=1, keepdims=True)
-    normal = np.stack([-forward[:, 1], forward[:, 0]], axis=1)
-    previous = np.roll(normal, 1, axis=0)
-    total = normal + previous
-    return np.asarray(2 * total / np.maximum((total**2).sum(axis=1, keepdims=True), 0.5))
-
-
-def _signed_area(outline: Floats) -> float:
-    following = np.roll(outline, -1, axis=0)
-    return float(np.sum(outline[:, 0] * following[:, 1] - following[:, 0] * outline[:, 1]) / 2)
-
-
-def _triangulate(*rings: Floats) -> Ints:
-    """Counter-clockwise triangles (M, 3) that fill the first ring without the others."""
-    points = np.concatenate(rings)
-    ends = np.cumsum([len(ring) for ring in rings]).astype(np.uint32)
-    triangles = np.asarray(mapbox_earcut.triangulate_float64(points, ends), np.int32).reshape(-1, 3)
-    a, b, c = points[triangles[:, 0]], points[triangles[:, 1]], points[triangles[:, 2]]
-    turn = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-    flip = turn < 0
-    triangles[flip] = triangles[flip][:, ::-1]
-    return triangles

@@ -7,28 +7,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchbot_assets_household.generate import materials, textures
-from benchbot_assets_household.generate.shapes import (
+from benchbot_assets_household.generate.meshing import build
+from benchbot_assets_household.generate.model import (
     Material,
     Mesh,
     Model,
     Part,
     Texture,
-    bevelled_box,
     bounds,
-    build,
-    catmull_rom,
-    ellipsoid,
-    extrude,
     fit_to_box,
-    grid_surface,
-    lathe,
     merge,
     moved,
     rotated,
     rotation,
     transformed,
-    tube,
 )
+from benchbot_assets_household.generate.outlines import catmull_rom
+from benchbot_assets_household.generate.shapes import bevelled_box, ellipsoid, extrude, grid_surface, lathe, tube
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -16,7 +16,8 @@ from benchbot_assets_household.generate.model import (
     rotated,
     rotation,
 )
-from benchbot_assets_household.generate.shapes import bevelled_box, loft, rounded_rectangle
+from benchbot_assets_household.generate.outlines import rounded_rectangle
+from benchbot_assets_household.generate.shapes import bevelled_box, loft
 
 
 def pad(depth: float, width: float, thickness: float, plump: float = 0.028) -> Mesh:

@@ -11,23 +11,9 @@ import numpy as np
 
 from benchbot_assets_household.generate import materials
 from benchbot_assets_household.generate.joinery import bar_handle, board, knob, leg
-from benchbot_assets_household.generate.shapes import (
-    Floats,
-    Material,
-    Mesh,
-    Model,
-    Part,
-    catmull_rom,
-    cylinder,
-    extrude,
-    lathe,
-    loft,
-    merge,
-    moved,
-    rectangle,
-    rounded_rectangle,
-    tube,
-)
+from benchbot_assets_household.generate.model import Floats, Material, Mesh, Model, Part, merge, moved
+from benchbot_assets_household.generate.outlines import catmull_rom, rectangle, rounded_rectangle
+from benchbot_assets_household.generate.shapes import cylinder, extrude, lathe, loft, tube
 
 
 def chest_of_drawers(depth: float, width: float, height: float, wood: Material, metal: Material) -> Model:

@@ -5,22 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from benchbot_assets_household.generate.joinery import board, grain_upright, leg
-from benchbot_assets_household.generate.shapes import (
-    Material,
-    Mesh,
-    Model,
-    Part,
-    catmull_rom,
-    circle,
-    extrude,
-    lathe,
-    merge,
-    moved,
-    rotated,
-    rounded_rectangle,
-    smooth_profile,
-    sweep,
-)
+from benchbot_assets_household.generate.model import Material, Mesh, Model, Part, merge, moved, rotated
+from benchbot_assets_household.generate.outlines import catmull_rom, circle, rounded_rectangle, smooth_profile
+from benchbot_assets_household.generate.shapes import extrude, lathe, sweep
 
 
 def low_table(wood: Material) -> Model:

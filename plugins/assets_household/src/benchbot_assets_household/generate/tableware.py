@@ -7,26 +7,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchbot_assets_household.generate import materials, textures
-from benchbot_assets_household.generate.model import Floats
-from benchbot_assets_household.generate.shapes import (
+from benchbot_assets_household.generate.model import (
+    Floats,
     Material,
     Mesh,
     Model,
     Part,
-    catmull_rom,
-    circle,
-    extrude,
     fit_to_box,
-    grid_surface,
-    lathe,
     merge,
     moved,
     rotated,
-    rounded_rectangle,
-    smooth_profile,
-    sweep,
-    tube,
 )
+from benchbot_assets_household.generate.outlines import catmull_rom, circle, rounded_rectangle, smooth_profile
+from benchbot_assets_household.generate.shapes import extrude, grid_surface, lathe, sweep, tube
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

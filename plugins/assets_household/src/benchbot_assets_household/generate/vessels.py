@@ -8,7 +8,8 @@ import numpy as np
 
 from benchbot_assets_household.generate import materials
 from benchbot_assets_household.generate.model import Material, Mesh, Model, Part, Texture, merge, moved
-from benchbot_assets_household.generate.shapes import catmull_rom, grid_surface, lathe, sweep
+from benchbot_assets_household.generate.outlines import catmull_rom
+from benchbot_assets_household.generate.shapes import grid_surface, lathe, sweep
 from benchbot_assets_household.generate.textures import labels, linear_color
 
 Profile = Sequence[tuple[float, float]]

@@ -10,10 +10,20 @@ from benchbot_assets_household.generate.bed import double_bed
 from benchbot_assets_household.generate.books import book, book_stack, magazines
 from benchbot_assets_household.generate.decor import canister, curtain, curtain_rod, floor_lamp, radiator, rug, towel
 from benchbot_assets_household.generate.joinery import board
-from benchbot_assets_household.generate.model import Model, Part, SceneObject, fit_to_box, placed, rotation, transformed
+from benchbot_assets_household.generate.model import (
+    Model,
+    Part,
+    SceneObject,
+    fit_to_box,
+    merge,
+    moved,
+    placed,
+    rotation,
+    transformed,
+)
 from benchbot_assets_household.generate.plants import dracaena, potted_plant
 from benchbot_assets_household.generate.seating import spindle_chair, upholstered_chair
-from benchbot_assets_household.generate.shapes import cylinder, merge, moved, tube
+from benchbot_assets_household.generate.shapes import cylinder, tube
 from benchbot_assets_household.generate.small_objects import alarm_clock, apple, basket, picture
 from benchbot_assets_household.generate.storage import chest_of_drawers, counter, deep_sill, sink, splashback, tap
 from benchbot_assets_household.generate.tables import low_table, round_table

@@ -11,7 +11,7 @@ import numpy as np
 
 from benchbot_assets_household.generate import materials
 from benchbot_assets_household.generate.joinery import board
-from benchbot_assets_household.generate.shapes import (
+from benchbot_assets_household.generate.model import (
     Floats,
     Material,
     Mesh,
@@ -19,15 +19,12 @@ from benchbot_assets_household.generate.shapes import (
     Part,
     SceneObject,
     affine,
-    cylinder,
-    extrude,
-    lathe,
     merge,
     moved,
-    rectangle,
     rotated,
-    tube,
 )
+from benchbot_assets_household.generate.outlines import rectangle
+from benchbot_assets_household.generate.shapes import cylinder, extrude, lathe, tube
 
 WALL_M = 0.24
 
