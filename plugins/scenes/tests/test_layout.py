@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from benchbot.core.errors import BenchbotError
@@ -50,6 +50,7 @@ BUILDINGS = st.builds(
     openings=st.lists(OPENINGS, max_size=2).map(tuple),
 )
 BUILT = st.builds(Layout, assets=NAMES, building=BUILDINGS, objects=st.lists(PLACEMENTS, max_size=2).map(tuple))
+SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
 SAME = """\
 assets: household
 building:
@@ -61,6 +62,7 @@ building:
 
 
 @given(BUILT)
+@example(Layout("household", Building(2.5, 0.1, (Room("\u2028", SQUARE, "a", "b", "\x85"),), ())))
 def test_a_layout_comes_back_as_it_was_written(tmp_path_factory: pytest.TempPathFactory, layout: Layout) -> None:
     path = tmp_path_factory.mktemp("layout") / "layout.yaml"
     write_layout(path, layout)

@@ -173,6 +173,15 @@ class _Dumper(yaml.SafeDumper):
     def ignore_aliases(self, data: Any) -> bool:
         return True
 
+    def represent_str(self, data: str) -> yaml.ScalarNode:
+        """Escape the line breaks of Unicode, which a YAML reader would take for spaces in all but double quotes."""
+        style = '"' if _BREAKS.intersection(data) else None
+        return self.represent_scalar("tag:yaml.org,2002:str", data, style)
+
+
+_BREAKS = frozenset("\x85\u2028\u2029")
+_Dumper.add_representer(str, _Dumper.represent_str)
+
 
 def _entry(record: Opening | Placement | Move) -> dict[str, Any]:
     """A record's document, without what is at its default."""
