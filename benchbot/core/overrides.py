@@ -79,7 +79,12 @@ def parse(texts: Sequence[str]) -> dict[str, Any]:
                 f"{value!r}: {why}.",
                 "Write a value as YAML has it: 0.5, 21:30, all, [lamp_1, lamp_2].",
             ) from error
-    return found
+    return normal(found)
+
+
+def normal(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings as environments declare them: `lighting.time` may be given in hours, 8 or 21.5 or 8:00."""
+    return {key: _clock(value) if key == "lighting.time" else value for key, value in settings.items()}
 
 
 def check(settings: Mapping[str, Any]) -> None:
@@ -133,6 +138,16 @@ def applied(scene: Declaration, settings: Mapping[str, Any]) -> Declaration:
             "Mend --set; the keys are explained in docs/lighting.md",
         )
     return replace(scene, data=data)
+
+
+def _clock(value: Any) -> Any:
+    """Return hours, or a time without its leading zero, as HH:MM; what is neither is left to the schema to refuse."""
+    if isinstance(value, str):
+        return f"0{value}" if re.fullmatch(r"[0-9]:[0-5][0-9]", value) else value
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < 24:
+        return value
+    minutes = round(value * 60)
+    return value if minutes == 24 * 60 else f"{minutes // 60:02d}:{minutes % 60:02d}"
 
 
 def label(settings: Mapping[str, Any]) -> str:

@@ -1,6 +1,6 @@
 """Selection: is a run of this task on this robot in these scenes possible, and if not, every reason why."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,14 @@ class Limits:
     steps: int | None = None
     simulated_time_s: float | None = None
     wall_time_s: float | None = None
+
+
+class ImpossibleError(BenchbotError):
+    """Several reasons at once why a run is not possible."""
+
+    def __init__(self, title: str, why: str, fix: str, reasons: Sequence[BenchbotError]) -> None:
+        super().__init__(title, why, fix)
+        self.reasons = tuple(reasons)
 
 
 @dataclass(frozen=True)
@@ -81,7 +89,7 @@ def select(
     `method` is the evaluation method, when scoring was asked for; `episode` the number of one, where the task has some
     (the first one when None). `settings` override what the environments declare: see `benchbot.core.overrides`.
     """
-    settings = dict(settings or {})
+    settings = overrides.normal(settings or {})
     errors: list[BenchbotError] = []
 
     def take(kind: str, name: str) -> Declaration | None:
@@ -126,11 +134,7 @@ def select(
     if errors or task_found is None or robot_found is None:
         reasons = "\n".join(f"{number}. {error.title} {error.why}" for number, error in enumerate(errors, 1))
         fixes = "\n".join(f"{number}. {error.fix}" for number, error in enumerate(errors, 1))
-        raise BenchbotError(
-            f"This run is not possible, for {len(errors)} reasons.",
-            reasons,
-            fixes,
-        )
+        raise ImpossibleError(f"This run is not possible, for {len(errors)} reasons.", reasons, fixes, errors)
     limits = _limits(task_found, limits or Limits())
     return Selection(task_found, robot_found, tuple(scenes), results_format, seed, limits, chosen, settings)
 

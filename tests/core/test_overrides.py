@@ -49,6 +49,25 @@ def test_values_are_read_as_people_mean_them(text: str, value: Any) -> None:
 
 
 @pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("8", "08:00"),
+        ("8:05", "08:05"),
+        ("21.5", "21:30"),
+        ("0", "00:00"),
+        ("23.99", "23:59"),
+        ("24", 24),
+        ("23.999", 23.999),
+        ("-1", -1),
+        ("true", True),
+        ("noon", "noon"),
+    ],
+)
+def test_a_time_of_day_may_be_given_in_hours(text: str, value: Any) -> None:
+    assert overrides.parse([f"lighting.time={text}"]) == {"lighting.time": value}
+
+
+@pytest.mark.parametrize(
     ("texts", "title"),
     [
         (["lighting.time"], "--set lighting.time sets nothing."),

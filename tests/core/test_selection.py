@@ -136,10 +136,10 @@ def test_settings_change_every_scene_of_a_run(catalog: Catalog) -> None:
 
 def test_settings_that_do_not_fit_are_among_the_reasons(catalog: Catalog) -> None:
     with pytest.raises(BenchbotError) as caught:
-        select(catalog, task="tour", robot="carrt", environment="room:1", settings={"lighting.time": "9:30"})
+        select(catalog, task="tour", robot="carrt", environment="room:1", settings={"lighting.time": "9.30"})
 
     assert "for 2 reasons" in caught.value.title
-    assert "lighting.time: '9:30' does not match" in caught.value.why
+    assert "lighting.time: '9.30' does not match" in caught.value.why
 
 
 @pytest.mark.parametrize(
