@@ -1,12 +1,11 @@
 """`benchbot compare`: sets of results, pair by pair."""
 
-from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 
 from benchbot.cli import console
-from benchbot.cli.options import Json, Method, Missing
+from benchbot.cli.options import GroundTruths, Json, Method, Missing, Over
 
 
 def compare(
@@ -20,14 +19,7 @@ def compare(
     score: Annotated[
         str | None, typer.Option(metavar="NAME", help="Which score. [default: the method's headline]")
     ] = None,
-    over: Annotated[
-        Literal["places", "environments"],
-        typer.Option(
-            metavar="places|environments",
-            help="What is a sample of many: places, each with all its variants, or environments, to speak of the "
-            "variants of just these places.",
-        ),
-    ] = "places",
+    over: Over = "places",
     ignore_seeds: Annotated[
         bool, typer.Option("--ignore-seeds", help="Pair the results of an environment in order, whatever their seeds.")
     ] = False,
@@ -35,10 +27,7 @@ def compare(
         bool, typer.Option("--ignore-settings", help="Pair results, too, whose runs differ in what --set changed.")
     ] = False,
     method: Method = None,
-    ground_truth: Annotated[
-        list[Path] | None,
-        typer.Option("--ground-truth", metavar="GT.json", help="A ground truth to use instead of the installed ones."),
-    ] = None,
+    ground_truth: GroundTruths = None,
     missing: Missing = "zero",
     as_json: Json = False,
 ) -> None:
@@ -50,14 +39,13 @@ def compare(
     """
     from benchbot.core.catalog import Catalog
     from benchbot.core.plugins import load
-    from benchbot.evaluation import comparison, result_sets
-    from benchbot.evaluation.intervals import Over
+    from benchbot.evaluation import comparison, intervals, result_sets
 
     catalog = Catalog(load())
     named = result_sets.read(sets, catalog=catalog, method=method, ground_truth_paths=ground_truth, missing=missing)
     evaluator = result_sets.evaluator_of(named, catalog)
     document = comparison.compare(
-        named, evaluator, score, over=Over(over), ignore_seeds=ignore_seeds, ignore_settings=ignore_settings
+        named, evaluator, score, over=intervals.Over(over), ignore_seeds=ignore_seeds, ignore_settings=ignore_settings
     )
     for line in document["notes"]:
         console.note(line)

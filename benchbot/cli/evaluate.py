@@ -1,13 +1,23 @@
 """`benchbot eval`: results against ground truths."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from benchbot.cli import console, requirement
 from benchbot.cli.asides import listing, showing
-from benchbot.cli.options import Json, Method, Missing, RequiredEnvsBatch, RequiredTask, Requirements
+from benchbot.cli.options import (
+    GroundTruths,
+    Json,
+    Method,
+    Missing,
+    Over,
+    RequiredEnvs,
+    RequiredEnvsBatch,
+    RequiredTask,
+    Requirements,
+)
 from benchbot.core.errors import BenchbotError, ExitCode
 
 if TYPE_CHECKING:
@@ -19,30 +29,15 @@ def evaluate(
         list[Path], typer.Argument(metavar="RESULT", help="Result files, ZIP archives and folders of them.")
     ],
     method: Method = None,
-    ground_truth: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--ground-truth", metavar="GT.json", help="Use this ground truth, or a folder of them; repeatable."
-        ),
-    ] = None,
+    ground_truth: GroundTruths = None,
     output: Annotated[
         Path, typer.Option("--output-location", "-o", metavar="PATH", help="Write the scores here.")
     ] = Path("scores.json"),
     required_task: RequiredTask = None,
-    required_envs: Annotated[
-        str | None,
-        typer.Option("--required-envs", metavar="ENV,ENV", help="These environments count, with a result or without."),
-    ] = None,
+    required_envs: RequiredEnvs = None,
     required_envs_batch: RequiredEnvsBatch = None,
     missing: Missing = "zero",
-    over: Annotated[
-        Literal["places", "environments"],
-        typer.Option(
-            metavar="places|environments",
-            help="What intervals take for a sample of many: places, each with all its variants, or environments, to "
-            "speak of the variants of just these places.",
-        ),
-    ] = "places",
+    over: Over = "places",
     explain: Annotated[
         Path | None,
         typer.Option(
@@ -68,8 +63,7 @@ def evaluate(
     from benchbot.core import scores
     from benchbot.core.catalog import Catalog
     from benchbot.core.plugins import load
-    from benchbot.evaluation import explanation, validate_files
-    from benchbot.evaluation.intervals import Over
+    from benchbot.evaluation import explanation, intervals, validate_files
     from benchbot.evaluation.score import score_files
 
     requirements = requirement.parse(require)
@@ -95,7 +89,7 @@ def evaluate(
         required_task=required_task,
         required_envs=environments,
         missing=missing,
-        over=Over(over),
+        over=intervals.Over(over),
     )
     document = evaluation.document
     explained = None if explain is None else explanation.explain(evaluation)

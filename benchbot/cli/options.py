@@ -11,15 +11,33 @@ QUICK: dict[str, Any] = {"default_map": {"help": False, "install_completion": Fa
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Requirements = Annotated[
     list[str] | None,
-    typer.Option("--require", metavar="SCORE>=X", help="Exit with 4 unless the score is reached; repeatable."),
+    typer.Option(
+        "--require", metavar="SCORE>=X", help="Exit with 4 unless the score is reached (of an error: <=X); repeatable."
+    ),
 ]
 
 Method = Annotated[
     str | None,
     typer.Option("--method", "-m", metavar="METHOD", help="How to score. [default: the one that fits the task]"),
 ]
+GroundTruths = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--ground-truth",
+        metavar="GT.json",
+        help="Use this ground truth, or a folder of them, instead of the installed ones; repeatable.",
+    ),
+]
 RequiredTask = Annotated[
     str | None, typer.Option("--required-task", metavar="TASK", help="Leave out results of other tasks.")
+]
+RequiredEnvs = Annotated[
+    str | None,
+    typer.Option(
+        "--required-envs",
+        metavar="ENV,ENV",
+        help="These environments count, with a result or without; results of others are left out.",
+    ),
 ]
 RequiredEnvsBatch = Annotated[
     str | None, typer.Option("--required-envs-batch", metavar="BATCH", help="The same, as a batch names them.")
@@ -29,6 +47,14 @@ Missing = Annotated[
     typer.Option(
         metavar="zero|leave-out",
         help="How results that are missing, broken or of failed episodes count: as zero, or not at all.",
+    ),
+]
+Over = Annotated[
+    Literal["places", "environments"],
+    typer.Option(
+        metavar="places|environments",
+        help="What is taken for a sample of many: places, each with all its variants, or environments, to speak of the "
+        "variants of just these places.",
     ),
 ]
 

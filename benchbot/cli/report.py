@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from benchbot.cli import console
-from benchbot.cli.options import Method, Missing, RequiredEnvsBatch, RequiredTask
+from benchbot.cli.options import GroundTruths, Method, Missing, Over, RequiredEnvs, RequiredEnvsBatch, RequiredTask
 from benchbot.core.errors import BenchbotError
 
 DEFAULT = Path("report.html")
@@ -47,19 +47,12 @@ def report(
             help="What submit --record frames=FOLDER wrote, for a single result. [default: 'frames' beside the result]",
         ),
     ] = None,
-    ground_truth: Annotated[
-        list[Path] | None,
-        typer.Option("--ground-truth", metavar="GT.json", help="A ground truth to use instead of the installed ones."),
-    ] = None,
+    ground_truth: GroundTruths = None,
     required_task: RequiredTask = None,
-    required_envs: Annotated[
-        str | None,
-        typer.Option(
-            "--required-envs", metavar="ENV,ENV", help="These environments count, also those without a result."
-        ),
-    ] = None,
+    required_envs: RequiredEnvs = None,
     required_envs_batch: RequiredEnvsBatch = None,
     missing: Missing = "zero",
+    over: Over = "places",
 ) -> None:
     """Make a report of results, to be read by somebody who was not there; prints the paths of what it wrote.
 
@@ -68,6 +61,7 @@ def report(
     from benchbot.cli.evaluate import required_environments
     from benchbot.core.catalog import Catalog
     from benchbot.core.plugins import load
+    from benchbot.evaluation import intervals
     from benchbot.evaluation.report import format_of, gather, render, write
     from benchbot.evaluation.score import score_files
 
@@ -90,6 +84,7 @@ def report(
         required_task=required_task,
         required_envs=required_environments(catalog, required_envs, required_envs_batch),
         missing=missing,
+        over=intervals.Over(over),
     )
     if frames is not None and evaluation.document["coverage"]["expected"] > 1:
         raise BenchbotError(

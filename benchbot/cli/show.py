@@ -1,5 +1,6 @@
 """`benchbot show`: one declaration as it was written, and the file it is in."""
 
+from dataclasses import asdict
 from typing import Annotated, Any
 
 import typer
@@ -47,6 +48,8 @@ def record(kind: str, name: str, as_json: bool = False) -> None:
         if hasattr(found, field):
             value = getattr(found, field)
             document[field] = sorted(value) if isinstance(value, frozenset) else value
+    if getattr(found, "scores", None):
+        document["scores"] = {score: asdict(reading) for score, reading in found.scores.items()}
     if as_json:
         console.data_json(document)
     else:

@@ -5,7 +5,7 @@ A plug-in is a module (or object) named by an entry point in the group `benchbot
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 import pluggy
@@ -75,12 +75,25 @@ class Explain(Protocol):
 
 
 @dataclass(frozen=True)
+class Score:
+    """How a score is read: whether less of it is better, and the least and the greatest value that it can have.
+
+    `lower_is_better` is None of a score that is not good or bad by itself, such as a length; so is what is not known.
+    """
+
+    lower_is_better: bool | None = None
+    least: float | None = None
+    greatest: float | None = None
+
+
+@dataclass(frozen=True)
 class Evaluator:
     """A method of evaluation.
 
     `headline` names the score that stands for a result, the first one when it is empty; `version` changes whenever the
     numbers do. Without `ground_truth_formats`, `evaluate` gets no ground truth: the result says all that it needs.
-    `explain`, if given, tells a person how a result's scores came about; it may show the ground truth.
+    `explain`, if given, tells a person how a result's scores came about; it may show the ground truth. `scores` says
+    how scores are read, by their names; of those that are not in it nothing is known.
     """
 
     name: str
@@ -92,14 +105,68 @@ class Evaluator:
     combine: Combine
     description: str = ""
     explain: Explain | None = None
+    scores: Mapping[str, Score] = field(default_factory=dict, hash=False)
+
+    def score(self, name: str) -> Score:
+        """Return how a score is read."""
+        return self.scores.get(name, Score())
+
+
+@dataclass(frozen=True)
+class Resources:
+    """What one worker of a batch needs: processor cores, GPUs, bytes of memory and seconds of wall time at most.
+
+    What is None is not limited, or left to the executor.
+    """
+
+    cpus: int = 1
+    gpus: int = 0
+    memory_bytes: int | None = None
+    time_s: float | None = None
+
+
+@dataclass(frozen=True)
+class WorkOrder:
+    """What an executor is asked to launch: `count` workers of the batch in `folder`, which all of them can write to.
+
+    A worker is the process `[*command, "--name", NAME]`, with a name that no other worker of the batch has had
+    (letters, digits, `-`, `_` and `.`). It finds its work in the folder, ends by itself when there is none left, may be
+    killed at any moment, and ends in order at SIGTERM, within seconds. It needs the environment of the driver.
+    """
+
+    folder: "Path"
+    command: tuple[str, ...]
+    count: int
+    resources: Resources = Resources()
+    options: Mapping[str, str] = field(default_factory=dict)
+
+
+class Workers(Protocol):
+    """Workers that an executor has launched; they live on when the driver is gone."""
+
+    @property
+    def reference(self) -> str:
+        """Enough to find them again by `Executor.attach`, from another process: process numbers, a job's number, …"""
+
+    def alive(self) -> int:
+        """Return how many run or wait to run."""
+
+    def stop(self) -> None:
+        """End all of them, in order first. Returns when they are ended or sure to end; safe to call again."""
 
 
 @dataclass(frozen=True)
 class Executor:
-    """Where the episodes of a batch run."""
+    """Where the workers of a batch run.
+
+    `launch` starts them and returns at once; it raises BenchbotError, with the fix, when they cannot run there.
+    `attach` finds those that an earlier driver has launched, by their `reference`; what is gone counts as not alive.
+    """
 
     name: str
-    run: Callable[..., None]
+    launch: Callable[[WorkOrder], Workers]
+    attach: Callable[[str], Workers]
+    description: str = ""
 
 
 @dataclass(frozen=True)

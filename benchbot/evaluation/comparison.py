@@ -57,6 +57,7 @@ def compare(
         "method": {"name": evaluator.name, "version": evaluator.version},
         "task": sets[0].document["task_details"]["name"],
         "score": design.score,
+        "lower_is_better": design.evaluator.score(design.score).lower_is_better,
         "over": design.over.value,
         "alpha": ALPHA,
         "power": POWER,
@@ -88,7 +89,7 @@ def _comparison(a: ResultSet, b: ResultSet, design: Design) -> Document:
     weighted = [mean * len(cluster) for mean, cluster in zip(means, clusters, strict=True)]
     test = permutation.sign_flip(weighted)
     smallest_p = permutation.smallest_p(weighted)
-    interval, detectable = _precision(clusters, difference, score, _bounded(valued))
+    interval, detectable = _precision(clusters, difference, score, _bounded(valued, design))
     return {
         "a": a.name,
         "b": b.name,
@@ -132,8 +133,10 @@ def _judged(comparison: Document, p_holm: float, comparisons: int, design: Desig
         reachable_p=min(1.0, comparison["smallest_p"] * comparisons),
         detectable=comparison["minimum_detectable"],
         comparisons=comparisons,
+        lower_is_better=design.evaluator.score(design.score).lower_is_better,
     )
-    return {**comparison, "p_holm": p_holm, "verdict": finding.verdict.value, "sentence": finding.sentence}
+    said = {"verdict": finding.verdict.value, "better": finding.better, "sentence": finding.sentence}
+    return {**comparison, "p_holm": p_holm, **said}
 
 
 def _sides(pairs: Sequence[Pair]) -> tuple[list[Document], list[Document]]:
@@ -151,9 +154,10 @@ def _value(row: Document, combine: Combine, score: str) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
-def _bounded(valued: Sequence[tuple[Pair, tuple[float, float] | None]]) -> float:
+def _bounded(valued: Sequence[tuple[Pair, tuple[float, float] | None]], design: Design) -> float:
     """Return how large a difference can be."""
-    low, high = intervals.bounds([value for _, values in valued if values is not None for value in values])
+    found = [value for _, values in valued if values is not None for value in values]
+    low, high = intervals.bounds(found, design.evaluator.score(design.score))
     return high - low
 
 
@@ -184,7 +188,7 @@ def _standardised(means: Sequence[float]) -> float | None:
 
 
 def _summary(results: ResultSet, design: Design) -> Document:
-    found = intervals.of_rows(results.rows, design.evaluator.combine, over=design.over)
+    found = intervals.of_rows(results.rows, design.evaluator.combine, over=design.over, scores=design.evaluator.scores)
     coverage = results.document["coverage"]
     return {
         "name": results.name,

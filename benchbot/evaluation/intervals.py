@@ -17,6 +17,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from benchbot.core import overrides
+from benchbot.core.hookspecs import Score
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -32,6 +33,8 @@ FEWEST_CLUSTERS = 5
 _CHECKS = 20
 _TOLERATED_ERROR = 0.25
 _BLOCK = 1_000
+_UNKNOWN = Score()
+_NOTHING: Mapping[str, Score] = {}
 
 Document = dict[str, Any]
 Item = TypeVar("Item")
@@ -75,12 +78,15 @@ class Linear:
         return self.error <= _TOLERATED_ERROR
 
 
-def of_rows(rows: Sequence[Document], combine: "Combine", *, over: Over = Over.PLACES) -> Document:
+def of_rows(
+    rows: Sequence[Document], combine: "Combine", *, over: Over = Over.PLACES, scores: Mapping[str, Score] = _NOTHING
+) -> Document:
     """Return `{"intervals": …, "statistics": …}` of a scores document whose combined scores are `combine` of its rows.
 
     `rows` are all that count, what is missing among them (`scores` is empty). Their order does not matter. A score has
     no interval (None) when there are fewer than five clusters, when all give the same, and when the method's summary
-    is far from a mean; the note says so. A score whose rows all lie in [0, 1], or above 0, keeps to that.
+    is far from a mean; the note says so. A score keeps to its bounds in `scores`; one without, whose rows all lie in
+    [0, 1], or above 0, keeps to that.
     """
     clusters = grouped(sorted(rows, key=_canonical), lambda row: row["environment"], over)
     names = list(combine([row["scores"] for row in rows]))
@@ -98,7 +104,8 @@ def of_rows(rows: Sequence[Document], combine: "Combine", *, over: Over = Over.P
         elif not found[name].varies:
             notes.append(f"{name}: no interval, all {over} give the same.")
         else:
-            intervals[name] = limits(found[name], [row["scores"][name] for row in rows if name in row["scores"]])
+            values = [row["scores"][name] for row in rows if name in row["scores"]]
+            intervals[name] = limits(found[name], bounds(values, scores.get(name, _UNKNOWN)))
     return {
         "intervals": intervals,
         "statistics": _statistics(f"bootstrap-t over {over}", len(clusters), " ".join(notes) or None),
@@ -147,15 +154,15 @@ def linear(clusters: Sequence[Sequence[Item]], statistic: Statistic[Item], seed:
 
 def limits(
     statistic: Linear,
-    values: Sequence[float],
+    within: tuple[float, float],
     *,
     level: float = LEVEL,
     draws: int = DRAWS,
     seed: int = SEED,
 ) -> Document:
-    """Return `{low, high, level}`, kept within the bounds that `values`, the scores of the rows, suggest."""
+    """Return `{low, high, level}`, kept within bounds."""
     low, high = bootstrap_t(statistic, level=level, draws=draws, seed=seed)
-    lowest, highest = bounds(values)
+    lowest, highest = within
     return {"low": max(low, lowest), "high": min(high, highest), "level": level}
 
 
@@ -183,8 +190,16 @@ def bootstrap_t(
     )
 
 
-def bounds(values: Sequence[float]) -> tuple[float, float]:
-    """Return [0, 1] when all values are in it, else [0, ∞) when none is negative, else all numbers."""
+def bounds(values: Sequence[float], score: Score = _UNKNOWN) -> tuple[float, float]:
+    """Return the bounds of a score, infinite ones among them.
+
+    Of a score that says none: [0, 1] when all values are in it, else [0, ∞) when none is negative, else all numbers.
+    """
+    if score.least is not None or score.greatest is not None:
+        return (
+            -math.inf if score.least is None else score.least,
+            math.inf if score.greatest is None else score.greatest,
+        )
     if any(value < 0 for value in values):
         return -math.inf, math.inf
     return 0.0, 1.0 if all(value <= 1 for value in values) else math.inf

@@ -3,6 +3,10 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 _DISTANCES_PX = (5, 12, 22, 36, 54, 78, 110)
 _DIRECTIONS = 24
@@ -50,31 +54,64 @@ def place(
     Labels of small boxes choose first. Each takes the place that hides least of other labels, of the boxes and of the
     path, and is nearest to its box; `scale` stretches the distances that are tried.
     """
-    placed: dict[int, Rectangle] = {}
+    import numpy as np
+
+    corners = np.array([_corners(box) for box in boxes], float).reshape(-1, 4)
+    areas = np.array([box.area for box in boxes], float)
+    points = np.array(path, float).reshape(-1, 2)
+    paper = np.array([_corners(within)], float)
+    placed = np.empty((0, 4))
+    labels: dict[int, Rectangle] = {}
     for i in sorted(range(len(boxes)), key=lambda index: boxes[index].area):
-
-        def cost(candidate: tuple[Rectangle, float], index: int = i) -> float:
-            label, distance_px = candidate
-            hidden = 40 * sum(label.overlap(other) for other in placed.values())
-            hidden += sum(_hides(label, boxes[index], other) for j, other in enumerate(boxes) if j != index)
-            points = sum(label.left < x < label.right and label.top < y < label.bottom for x, y in path)
-            outside = label.area - label.overlap(within)
-            return (hidden + 100 * outside) / label.area + 0.15 * points + 0.012 * distance_px / scale
-
-        placed[i], _ = min(_candidates(boxes[i], sizes[i], scale), key=cost)
-    return [placed[i] for i in range(len(boxes))]
-
-
-def _hides(label: Rectangle, own: Rectangle, other: Rectangle) -> float:
-    """Return how bad it is that `label` covers `other`: little if its own box stands on that, much if that is small."""
-    shared = label.overlap(other)
-    if not shared:
-        return 0.0
-    contains = own.overlap(other) > 0.8 * own.area
-    return shared * (0.15 if contains else 1.0 + 4.0 * (other.area < 2 * label.area))
+        found = list(_candidates(boxes[i], sizes[i], scale))
+        places = np.array([corner for corner, _ in found])
+        distances_px = np.array([distance_px for _, distance_px in found])
+        area = (places[:, 2:] - places[:, :2]).prod(1)
+        # A label may well cover what its own box stands on; covering what is small is worst.
+        is_under = _overlaps(corners[i : i + 1], corners)[0] > 0.8 * areas[i]
+        badness = np.where(is_under, 0.15, 1.0 + 4.0 * (areas < 2 * sizes[i][0] * sizes[i][1]))
+        badness[i] = 0.0
+        hidden = 40 * _overlaps(places, placed).sum(1) + _overlaps(places, corners) @ badness
+        left, top, right, bottom = places.T[:, :, None]
+        x, y = points.T
+        on_path = ((left < x) & (x < right) & (top < y) & (y < bottom)).sum(1)
+        outside = area - _overlaps(places, paper)[:, 0]
+        cost = (hidden + 100 * outside) / area + 0.15 * on_path + 0.012 * distances_px / scale
+        best = places[int(cost.argmin())]
+        placed = np.vstack([placed, best])
+        labels[i] = Rectangle(*map(float, best))
+    return [labels[i] for i in range(len(boxes))]
 
 
-def _candidates(box: Rectangle, size: tuple[float, float], scale: float) -> Iterator[tuple[Rectangle, float]]:
+def legible(labels: Sequence[Rectangle], tolerance: float = 0.08) -> list[bool]:
+    """Say which labels can be kept so that none hides another by more than a share of itself; the first go first."""
+    kept: list[Rectangle] = []
+    found = []
+    for label in labels:
+        fits = all(label.overlap(other) <= tolerance * min(label.area, other.area) for other in kept)
+        found.append(fits)
+        if fits:
+            kept.append(label)
+    return found
+
+
+def _corners(rectangle: Rectangle) -> tuple[float, float, float, float]:
+    return (rectangle.left, rectangle.top, rectangle.right, rectangle.bottom)
+
+
+def _overlaps(some: "NDArray[Any]", others: "NDArray[Any]") -> "NDArray[Any]":
+    """Return the areas (N, M) that rectangles (N, 4) share with others (M, 4)."""
+    import numpy as np
+
+    low = np.maximum(some[:, None, :2], others[None, :, :2])
+    high = np.minimum(some[:, None, 2:], others[None, :, 2:])
+    shared: NDArray[Any] = np.clip(high - low, 0.0, None).prod(2)
+    return shared
+
+
+def _candidates(
+    box: Rectangle, size: tuple[float, float], scale: float
+) -> Iterator[tuple[tuple[float, float, float, float], float]]:
     """Yield places for a label of `size`, and their distance from the box: inside when it fits, then all around."""
     width, height = size
     margin = 5 * scale
@@ -84,7 +121,7 @@ def _candidates(box: Rectangle, size: tuple[float, float], scale: float) -> Iter
         rows = (y - height / 2, box.top + margin, box.bottom - margin - height)
         for left in columns:
             for top in rows:
-                yield Rectangle(left, top, left + width, top + height), 0.0
+                yield (left, top, left + width, top + height), 0.0
     for distance_px in _DISTANCES_PX:
         for step in range(_DIRECTIONS):
             angle = 2 * math.pi * step / _DIRECTIONS
@@ -94,4 +131,4 @@ def _candidates(box: Rectangle, size: tuple[float, float], scale: float) -> Iter
             reach_y = (box.bottom - box.top + height) / 2 + distance_px * scale
             stretch = 1 / max(abs(dx) / reach_x, abs(dy) / reach_y)
             x, y = box.center[0] + dx * stretch, box.center[1] + dy * stretch
-            yield Rectangle(x - width / 2, y - height / 2, x + width / 2, y + height / 2), distance_px * scale
+            yield (x - width / 2, y - height / 2, x + width / 2, y + height / 2), distance_px * scale

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Required, TypedDict, Unpack
 
@@ -96,7 +96,8 @@ def score_files(paths: Sequence[Path], **options: Unpack[Options]) -> Evaluation
     combined = evaluator.combine([row["scores"] for row in counted])
     details = [submission.document["environment_details"] for submission in coverage.scored]
     document = _document(evaluator, submissions[0].document, details, rows, combined, coverage)
-    document |= intervals.of_rows(counted, evaluator.combine, over=options.get("over", intervals.Over.PLACES))
+    over = options.get("over", intervals.Over.PLACES)
+    document |= intervals.of_rows(counted, evaluator.combine, over=over, scores=evaluator.scores)
     return Evaluation(document, evaluator, scored)
 
 
@@ -144,13 +145,15 @@ def _document(
     combined: dict[str, float],
     coverage: Coverage,
 ) -> Document:
+    method = {
+        "name": evaluator.name,
+        "version": evaluator.version,
+        "headline": evaluator.headline or next(iter(combined)),
+    }
+    reading = {name: asdict(evaluator.scores[name]) for name in combined if name in evaluator.scores}
     return {
         "version": scores.VERSION,
-        "method": {
-            "name": evaluator.name,
-            "version": evaluator.version,
-            "headline": evaluator.headline or next(iter(combined)),
-        },
+        "method": method | ({"scores": reading} if reading else {}),
         "task_details": result["task_details"],
         "environment_details": environment_details,
         "scores": combined,

@@ -41,6 +41,7 @@ class Finding:
     reachable_p: float
     detectable: float | None
     comparisons: int = 1
+    lower_is_better: bool | None = None
 
     @property
     def verdict(self) -> Verdict:
@@ -54,6 +55,13 @@ class Finding:
         return Verdict.UNDECIDED
 
     @property
+    def better(self) -> str | None:
+        """The set that is better, None where none is known to be."""
+        if self.lower_is_better is None or self.verdict not in (Verdict.HIGHER, Verdict.LOWER):
+            return None
+        return self.a if (self.verdict is Verdict.LOWER) == self.lower_is_better else self.b
+
+    @property
     def sentence(self) -> str:
         """The verdict with its evidence, to be quoted."""
         minus = f"{self.a} minus {self.b} is {self._written(self.difference)}"
@@ -61,11 +69,9 @@ class Finding:
             case Verdict.EQUAL:
                 return f"{self.a} and {self.b} have the same {self.score} in each of {self._sample}."
             case Verdict.HIGHER:
-                return f"{self.a} scores higher than {self.b} by {self._written(self.difference)} {self._evidence()}."
+                return self._told_apart(self.a, self.b, 1)
             case Verdict.LOWER:
-                return (
-                    f"{self.b} scores higher than {self.a} by {self._written(-self.difference)} {self._evidence(-1)}."
-                )
+                return self._told_apart(self.b, self.a, -1)
             case Verdict.TOO_FEW:
                 return (
                     f"{self._sample} cannot tell {self.a} and {self.b} apart: {minus} {self._evidence()}. "
@@ -73,6 +79,12 @@ class Finding:
                 )
             case Verdict.UNDECIDED:
                 return f"{self.a} and {self.b} are not told apart: {minus} {self._evidence()}.{self._power}"
+
+    def _told_apart(self, higher: str, lower: str, sign: int) -> str:
+        by = self._written(sign * self.difference)
+        if self.lower_is_better:
+            return f"{lower} is better than {higher}: its {self.score} is lower by {by} ({self._basis(sign)})."
+        return f"{higher} scores higher than {lower} by {by} {self._evidence(sign)}."
 
     @property
     def _sample(self) -> str:
@@ -90,6 +102,9 @@ class Finding:
         return f" A difference of {self._written(self.detectable)} would have been found four times out of five."
 
     def _evidence(self, sign: int = 1) -> str:
+        return f"{self.score} ({self._basis(sign)})"
+
+    def _basis(self, sign: int) -> str:
         parts = []
         if self.interval is not None:
             low, high = sorted(sign * end for end in self.interval)
@@ -97,7 +112,7 @@ class Finding:
         parts.append(f"paired permutation test over {self._sample}, p {_equals(self.p)}")
         if self.comparisons > 1:
             parts.append(f"adjusted for {self.comparisons} comparisons by Holm's method")
-        return f"{self.score} ({', '.join(parts)})"
+        return ", ".join(parts)
 
     def _written(self, value: float) -> str:
         """Return a number with two digits of the interval's half width, or of the difference when there is none."""

@@ -1,6 +1,7 @@
 import csv
 import json
 import os
+import re
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -116,3 +117,37 @@ def test_a_folder_of_results_is_one_report(results: CommandLine, here: Here) -> 
     assert done.returncode == 0, done.stderr
     assert "| arena\\_empty:1 | 0.000 |" in done.stdout
     assert "| arena\\_perfect:1 | 1.000 |" in done.stdout
+
+
+def test_what_is_a_sample_of_many_can_be_said(results: CommandLine, here: Here) -> None:
+    for variant in range(6):
+        document = json.loads((results.folder / "perfect.json").read_text())
+        document["environment_details"][0]["variant"] = variant
+        (results.folder / "set").mkdir(exist_ok=True)
+        (results.folder / "set" / f"{variant}.json").write_text(json.dumps(document))
+        truth = json.loads((results.folder / "truth.json").read_text())
+        truth["environment"]["variant"] = variant
+        (results.folder / "truths").mkdir(exist_ok=True)
+        (results.folder / "truths" / f"{variant}.json").write_text(json.dumps(truth))
+    for variant in range(3):
+        empty = json.loads((results.folder / "empty.json").read_text())
+        empty["environment_details"][0]["variant"] = variant
+        (results.folder / "set" / f"{variant}.json").write_text(json.dumps(empty))
+
+    words = ("report", "set", "--ground-truth", "truths", "--format", "md")
+    over_places, over_environments = here(*words), here(*words, "--over", "environments")
+
+    assert "**OMQ 0.500**" in over_places.stdout, over_places.stderr
+    assert "**OMQ 0.500 [" in over_environments.stdout
+
+
+@pytest.mark.parametrize("option", ["--ground-truth", "--required-envs", "--over", "--missing", "--method"])
+def test_an_option_of_scoring_is_explained_alike_wherever_it_is(here: Here, option: str) -> None:
+    said = set()
+    for command in ("eval", "report", "compare"):
+        text = " ".join(here(command, "--help").stdout.split())
+        if f" {option} " in text:
+            # Up to the next option.
+            said.add(re.split(r" (?=-{1,2}[a-z])", text[text.index(f" {option} ") + 1 :])[0])
+
+    assert len(said) == 1

@@ -43,3 +43,9 @@ def test_schemas_are_printed(here: Here) -> None:
     wrong = here("schema", "taks")
     assert wrong.returncode == 2
     assert "Did you mean 'task'?" in wrong.stderr
+
+
+def test_a_method_says_how_its_scores_are_read(here: Here) -> None:
+    shown = json.loads(here("show", "method", "omq", "--json").stdout)
+
+    assert shown["scores"]["OMQ"] == {"lower_is_better": False, "least": 0.0, "greatest": 1.0}

@@ -1,5 +1,6 @@
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 
 from benchbot.core import plugins, schema
 from benchbot.core.errors import BenchbotError
-from benchbot.core.hookspecs import Evaluator
+from benchbot.core.hookspecs import Evaluator, Score
 from benchbot.evaluation import permutation, student_t
 from benchbot.evaluation.comparison import compare
 from benchbot.evaluation.intervals import Over
@@ -214,3 +215,15 @@ def test_sets_under_other_settings_are_compared_only_when_asked_and_it_is_noted(
     assert "--ignore-settings" in caught.value.fix
     assert document["comparisons"][0]["pairs"] == 9
     assert document["notes"] == ["The settings differ (--set): day with none; night with lighting.time=21:30."]
+
+
+@pytest.mark.parametrize(("lower_is_better", "better"), [(False, "new"), (True, "old"), (None, None)])
+def test_which_set_is_better_depends_on_the_score(omq: Evaluator, lower_is_better: bool | None, better: str) -> None:
+    read_so = replace(omq, scores={"OMQ": Score(lower_is_better=lower_is_better)})
+
+    document = compare([result_set("new", NEW), result_set("old", OLD)], read_so)
+
+    schema.check(document, "comparison", Path("comparison.json"))
+    found = document["comparisons"][0]
+    assert (document["lower_is_better"], found["better"], found["verdict"]) == (lower_is_better, better, "higher")
+    assert found["sentence"].startswith("old is better than new" if lower_is_better else "new scores higher than old")

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from benchbot.core import plugins, schema
 from benchbot.core.catalog import Catalog
-from benchbot.core.hookspecs import Evaluator
+from benchbot.core.hookspecs import Evaluator, Score
 from benchbot.evaluation import evaluate_files, intervals
 from benchbot.evaluation.intervals import Over, of_rows
 from tests.evaluation.conftest import Make, Save, chair, ground_truth
@@ -159,6 +159,29 @@ def test_the_method_that_makes_the_number_makes_its_interval() -> None:
 )
 def test_scores_suggest_their_bounds(values: list[float], bounds: tuple[float, float]) -> None:
     assert intervals.bounds(values) == bounds
+
+
+@pytest.mark.parametrize(
+    ("score", "bounds"),
+    [
+        (Score(least=0.0, greatest=1.0), (0.0, 1.0)),
+        (Score(least=0.0), (0.0, math.inf)),
+        (Score(greatest=5.0), (-math.inf, 5.0)),
+        (Score(lower_is_better=True), (0.0, 1.0)),
+    ],
+)
+def test_what_a_method_says_of_a_score_counts_more_than_its_values(score: Score, bounds: tuple[float, float]) -> None:
+    assert intervals.bounds([0.2, 0.4], score) == bounds
+
+
+def test_an_error_of_which_all_values_are_below_one_is_not_taken_for_a_share() -> None:
+    rows = rows_of([[0.9], [0.95], [0.99], [0.05], [0.97]])
+
+    guessed = of_rows(rows, mean)["intervals"]["score"]
+    said = of_rows(rows, mean, scores={"score": Score(lower_is_better=True, least=0.0)})["intervals"]["score"]
+
+    assert guessed["high"] <= 1.0 < said["high"]
+    assert guessed["low"] == said["low"]
 
 
 def test_a_bounded_score_keeps_to_its_bounds() -> None:

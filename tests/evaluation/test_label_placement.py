@@ -1,7 +1,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchbot.evaluation.label_placement import Rectangle, place
+from benchbot.evaluation.label_placement import Rectangle, legible, place
 
 PAPER = Rectangle(0, 0, 800, 600)
 SIZE = (60.0, 18.0)
@@ -51,3 +51,15 @@ def test_labels_stay_on_the_paper(corners: list[tuple[int, int]]) -> None:
     labels = place([box(x, y) for x, y in corners], [SIZE] * len(corners), [], PAPER)
 
     assert all(label.overlap(PAPER) > 0.99 * label.area for label in labels)
+
+
+@given(st.lists(st.tuples(st.integers(0, 300), st.integers(0, 60)), max_size=30))
+def test_of_labels_that_would_hide_one_another_the_first_are_kept(corners: list[tuple[int, int]]) -> None:
+    labels = [box(x, y, *SIZE) for x, y in corners]
+
+    kept = [label for label, fits in zip(labels, legible(labels), strict=True) if fits]
+
+    assert kept[:1] == labels[:1]
+    assert all(a.overlap(b) <= 0.08 * a.area for i, a in enumerate(kept) for b in kept[:i])
+    left_out = [label for label, fits in zip(labels, legible(labels), strict=True) if not fits]
+    assert all(any(label.overlap(other) > 0.08 * label.area for other in kept) for label in left_out)

@@ -20,7 +20,10 @@ def test_one_result_against_its_ground_truth(make_result: Make, tmp_path: Path) 
     document = evaluate(result, [truth], method="omq")
 
     assert document["scores"]["OMQ"] == 1.0
+    reading = document["method"].pop("scores")
     assert document["method"] == {"name": "omq", "version": "1.0", "headline": "OMQ"}
+    assert reading["OMQ"] == {"lower_is_better": False, "least": 0.0, "greatest": 1.0}
+    assert set(reading) == set(document["scores"])
     assert document["task_details"] == result["task_details"]
     assert document["environment_details"] == result["environment_details"]
     assert document["rows"][0]["ground_truths"][0]["environment"] == "flat:1"

@@ -79,3 +79,21 @@ def test_equal_results_are_called_equal() -> None:
 
 def test_adjusted_p_values_say_so() -> None:
     assert "p < 0.0001, adjusted for 3 comparisons by Holm's method)" in replace(FOUND, p=3e-5, comparisons=3).sentence
+
+
+def test_of_an_error_the_lower_set_is_the_better_one_and_comes_first() -> None:
+    error = replace(FOUND, score="ATE_RMSE_m", lower_is_better=True)
+
+    assert (error.verdict, error.better) == (Verdict.HIGHER, "old")
+    assert error.sentence == (
+        "old is better than new: its ATE_RMSE_m is lower by 0.051 (95 % interval 0.012 to 0.090, "
+        "paired permutation test over 25 pairs of results in 10 places, p = 0.0117)."
+    )
+    turned = replace(error, a="old", b="new", difference=-0.0512, interval=(-0.0901, -0.0123))
+    assert (turned.verdict, turned.better, turned.sentence) == (Verdict.LOWER, "old", error.sentence)
+
+
+def test_none_is_better_where_that_is_not_known_or_not_found() -> None:
+    assert FOUND.better is None
+    assert replace(FOUND, lower_is_better=False).better == "new"
+    assert replace(FOUND, lower_is_better=False, p=0.21).better is None

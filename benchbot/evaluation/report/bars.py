@@ -4,22 +4,30 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from benchbot.core.hookspecs import Score
 from benchbot.evaluation.report.material import Episode, Material
+
+_UNKNOWN = Score()
 
 
 @dataclass(frozen=True)
 class Axis:
-    """The range of values that the width of a chart stands for; zero is always in it."""
+    """The range of values that the width of a chart stands for."""
 
     low: float
     high: float
 
     @classmethod
-    def of(cls, values: Iterable[float]) -> "Axis":
-        """Return the axis for some values: 0 to 1 when they lie in that, round numbers otherwise."""
+    def of(cls, values: Iterable[float], score: Score = _UNKNOWN) -> "Axis":
+        """Return the axis for some values: all that the score can be, else round numbers around these and zero.
+
+        Values of a score that says nothing of its bounds have 0 to 1 when they lie in that.
+        """
+        if score.least is not None and score.greatest is not None:
+            return cls(score.least, score.greatest)
         known = [0.0, *values]
         low, high = min(known), max(known)
-        if low >= 0 and high <= 1:
+        if low == high or (score.least is None and low >= 0 and high <= 1):
             return cls(0.0, 1.0)
         step = 10.0 ** math.floor(math.log10(max(high - low, 1e-300)))
         return cls(step * math.floor(low / step), step * math.ceil(high / step))
@@ -68,7 +76,7 @@ def axis_of(material: Material) -> Axis:
     """Return the axis of the headline score."""
     name = material.headline
     values = [episode.scores[name] for episode in material.episodes if episode.scores and name in episode.scores]
-    return Axis.of([*values, material.scores["scores"][name]])
+    return Axis.of([*values, material.scores["scores"][name]], material.evaluator.score(name))
 
 
 def bar_of(label: str, episodes: Sequence[Episode], material: Material, axis: Axis) -> Bar:
@@ -89,7 +97,10 @@ def bar_of(label: str, episodes: Sequence[Episode], material: Material, axis: Ax
 
 def _dot(episode: Episode, material: Material, axis: Axis) -> Dot | None:
     if episode.scores is None:
-        counted = material.missing_count_as_zero
-        return Dot(axis.percent(0.0), f"{episode.label}: missing, counted as zero", missing=True) if counted else None
+        counted = material.combined([episode]).get(material.headline)
+        if counted is None:
+            return None
+        said = f"{counted:g}" if counted else "zero"
+        return Dot(axis.percent(counted), f"{episode.label}: missing, counted as {said}", missing=True)
     value = episode.scores.get(material.headline)
     return None if value is None else Dot(axis.percent(value), f"{episode.label}: {value:.3f}", missing=False)

@@ -5,16 +5,17 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from benchbot.core.geometry import Pose
-from benchbot.evaluation.label_placement import Rectangle, place
+from benchbot.evaluation.label_placement import Rectangle, legible, place
 from benchbot.evaluation.map_drawing import Thing as Footprint
 from benchbot.evaluation.map_drawing import View
 from benchbot.evaluation.report.camera import Box
 from benchbot.evaluation.report.driven import Way
+from benchbot.evaluation.report.floors import Floor
 from benchbot.evaluation.report.objects import FALSE_NEGATIVE, FALSE_POSITIVE, IGNORED, MATCH, Thing
 
 WIDTH = 720
 LEAST_HEIGHT, MOST_HEIGHT = 280, 760
-MOST_LABELS = 48
+MOST_LABELS = 80
 _FRAME_MARGIN = 34
 _ROOM_M = 0.35
 _FAR_M = 5.0
@@ -59,6 +60,17 @@ class Marker:
 
 
 @dataclass(frozen=True)
+class Walls:
+    """The picture of what stands on the floor, and where it lies."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+    data_uri: str
+
+
+@dataclass(frozen=True)
 class Drawing:
     """Everything of a map, in pixels of its own; x right, y down."""
 
@@ -73,6 +85,7 @@ class Drawing:
     end: tuple[float, float] | None
     markers: list[Marker]
     goals: list[tuple[float, float]]
+    walls: Walls | None
     outside: int
     width: int = WIDTH
 
@@ -83,7 +96,11 @@ class Drawing:
 
 
 def draw(
-    things: Sequence[Thing], way: Way, pictures: Sequence[Pose] = (), goals: Sequence[tuple[float, float]] = ()
+    things: Sequence[Thing],
+    way: Way,
+    pictures: Sequence[Pose] = (),
+    goals: Sequence[tuple[float, float]] = (),
+    floor: Floor | None = None,
 ) -> Drawing | None:
     """Return the map of one scene, None when there is nothing to show. `pictures` are numbered from 1."""
     shown, outside = _near(things, way)
@@ -92,6 +109,7 @@ def draw(
     points = [*corners, *way.points, *goals]
     if not points:
         return None
+    points += [floor.low, floor.high] if floor is not None else []
     height = _height(points)
     paper = Rectangle(_FRAME_MARGIN, 8, WIDTH - 8, height - 24)
     view = View.of(paper, points, _ROOM_M)
@@ -111,7 +129,15 @@ def draw(
         end=path[-1] if len(path) > 1 else None,
         markers=[_marker(number, pose, view) for number, pose in enumerate(pictures, 1)],
         goals=[view.point(x, y) for x, y in goals],
+        walls=None if floor is None else _walls(floor, view),
         outside=outside,
+    )
+
+
+def _walls(floor: Floor, view: View) -> Walls:
+    place_ = view.box(Footprint("", floor.low, floor.high))
+    return Walls(
+        *_rounded(place_.left, place_.top, place_.right - place_.left, place_.bottom - place_.top), floor.data_uri
     )
 
 
@@ -174,13 +200,16 @@ def _title(thing: Thing, role: str) -> str:
 
 
 def _labels(things: Sequence[Thing], view: View, path: Sequence[tuple[float, float]]) -> list[Label]:
-    """Name the failures first; where there is no more room for names, the rest has none."""
+    """Name the failures first, then the worst; where there is no more room for a name, a thing has none."""
     named = sorted(things, key=lambda thing: not thing.failed)[:MOST_LABELS]
     boxes = [view.box(max(_footprints(thing), key=lambda footprint: footprint.area)) for thing in named]
     sizes = [(len(_short(thing.name)) * _LETTER_PX + 4, float(_LINE_PX)) for thing in named]
     labels = []
     kept_free = path[:: len(path) // _PATH_POINTS + 1]
-    for thing, box, spot in zip(named, boxes, place(boxes, sizes, kept_free, view.frame), strict=True):
+    spots = place(boxes, sizes, kept_free, view.frame)
+    for thing, box, spot, fits in zip(named, boxes, spots, legible(spots), strict=True):
+        if not fits:
+            continue
         start = box.nearest(*spot.center)
         end = spot.nearest(*start)
         leader = _rounded(*start, *end) if math.dist(start, end) > 7 else None

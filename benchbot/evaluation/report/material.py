@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from benchbot.core import overrides
-from benchbot.core.catalog import Catalog
+from benchbot.core.catalog import Catalog, Declaration
 from benchbot.core.episodes import digest
 from benchbot.core.errors import BenchbotError
 from benchbot.core.hookspecs import Evaluator
@@ -77,13 +77,18 @@ class Episode:
 
 @dataclass(frozen=True)
 class Material:
-    """All that a report needs. `robot` is the declaration of a robot by its name, None when it is not installed."""
+    """All that a report needs.
+
+    `robot` and `scene` give the declaration of a robot and of an environment (`name:variant`), None when it is not
+    installed.
+    """
 
     name: str | None
     scores: Document
     episodes: tuple[Episode, ...]
     evaluator: Evaluator
     robot: Callable[[str], Document | None]
+    scene: Callable[[str], Declaration | None]
     frames: Path | None = None
 
     @property
@@ -142,7 +147,8 @@ def gather(
         declared = catalog.pool("robots").get(wanted)
         return None if declared is None else dict(declared.data)
 
-    return Material(name, scores, tuple(sorted(episodes, key=_order)), evaluation.evaluator, robot, frames)
+    ordered = tuple(sorted(episodes, key=_order))
+    return Material(name, scores, ordered, evaluation.evaluator, robot, catalog.pool("environments").get, frames)
 
 
 def grouped(episodes: Iterable[Episode], key: Callable[[Episode], str]) -> dict[str, list[Episode]]:

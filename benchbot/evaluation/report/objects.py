@@ -74,7 +74,7 @@ def goals_of(episode: Episode) -> list[tuple[float, float]]:
 
 
 def by_class(things: Iterable[Thing]) -> list[ClassTally]:
-    """Return what became of each class, those with most failures first."""
+    """Return what became of each class, those with most failures first, then those of the worst quality."""
     tallies: dict[str, ClassTally] = {}
     for thing in things:
         if thing.verdict in WORDS and thing.verdict != IGNORED:
@@ -85,7 +85,9 @@ def by_class(things: Iterable[Thing]) -> list[ClassTally]:
             tally.not_there += thing.verdict == FALSE_POSITIVE
             if thing.verdict == MATCH and thing.quality is not None:
                 tally.qualities.append(thing.quality)
-    return sorted(tallies.values(), key=lambda tally: (-tally.missed - tally.not_there, tally.name))
+    return sorted(
+        tallies.values(), key=lambda tally: (-tally.missed - tally.not_there, tally.quality or 0.0, tally.name)
+    )
 
 
 def _explained(item: Document, scenes: Sequence[str]) -> Thing:

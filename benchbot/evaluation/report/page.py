@@ -8,26 +8,40 @@ from hashlib import sha256
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
 
 import benchbot
 from benchbot.evaluation.report import origin, summary
 from benchbot.evaluation.report.bars import axis_of, bar_of
 from benchbot.evaluation.report.camera import Box, Camera
 from benchbot.evaluation.report.driven import Way, ways
+from benchbot.evaluation.report.floors import floor_of
 from benchbot.evaluation.report.frames import Frame, frames_of
 from benchbot.evaluation.report.maps import Drawing, draw
-from benchbot.evaluation.report.material import Episode, Material
-from benchbot.evaluation.report.objects import FALSE_NEGATIVE, WORDS, Thing, by_class, goals_of, things_of
+from benchbot.evaluation.report.material import Episode, Material, grouped
+from benchbot.evaluation.report.objects import (
+    FALSE_NEGATIVE,
+    FALSE_POSITIVE,
+    WORDS,
+    Thing,
+    by_class,
+    goals_of,
+    things_of,
+)
 from benchbot.evaluation.report.pictures import Budget, Outline, best_frame, crop, thumbnail
 
 MOST_CARDS, MOST_ROWS = 12, 120
+FEWEST_CARDS, GOOD_QUALITY = 4, 0.9
+"""Where fewer objects than this failed, the worst of those that were found are shown, too, if they are not good."""
+MOST_OPEN = 5
+"""Of more environments than this, one of each place is shown openly."""
 _FRAMES = 3
 _TRUTH_LINE, _PROPOSAL_LINE = (255, 236, 160), (120, 215, 255)
 
 
 @dataclass(frozen=True)
 class Card:
-    """A failure, its picture (None without one) and what that shows."""
+    """What went wrong, or worst, its picture (None without one) and what that shows."""
 
     thing: Thing
     picture: str | None
@@ -60,6 +74,24 @@ class EpisodeView:
         return [(number, word) for number, word in numbers if number]
 
 
+@dataclass(frozen=True)
+class Look:
+    """One environment: its score (None when nothing counts) and what is shown of its episodes, one of them openly."""
+
+    name: str
+    value: float | None
+    views: list[EpisodeView]
+
+
+@dataclass(frozen=True)
+class Place:
+    """The environments of a place, and how many of them are shown openly."""
+
+    name: str
+    looks: list[Look]
+    open: int
+
+
 def html(material: Material) -> str:
     """Return the report as one self-contained HTML page, the same bytes for the same material."""
     axis = axis_of(material)
@@ -67,10 +99,13 @@ def html(material: Material) -> str:
     views = _views(material, budget)
     style = _style()
     found = origin.distributions(material)
+    places = _places(material, views)
     return (
         _templates()
         .get_template("page.html")
         .render(
+            arrow=summary.arrow,
+            arrows=summary.arrows_in_words(material),
             axis=axis,
             bars=[bar_of(name, episodes, material, axis) for name, episodes in material.environments.items()],
             budget=budget,
@@ -80,7 +115,10 @@ def html(material: Material) -> str:
             drives=origin.drives(material),
             environments=summary.environments_in_words(material),
             failures=summary.failures(material),
+            has_variants=any(len(place.looks) > 1 for place in places),
             interval=summary.interval,
+            missing_in_words=summary.missing_in_words(material),
+            reading=summary.reading,
             material=material,
             method=material.scores["method"],
             mixed=origin.mixed(found),
@@ -92,10 +130,10 @@ def html(material: Material) -> str:
             style_hash=base64.b64encode(sha256(style.encode()).digest()).decode(),
             tallies=by_class(thing for shown in views.values() for view in shown for thing in view.things),
             task=summary.task(material),
+            places=places,
             title=summary.title(material),
             variables=summary.variables(material, axis),
             version=benchbot.__version__,
-            views=views,
             words=WORDS,
         )
     )
@@ -113,6 +151,21 @@ def _views(material: Material, budget: Budget) -> dict[str, list[EpisodeView]]:
     return views
 
 
+def _places(material: Material, views: dict[str, list[EpisodeView]]) -> list[Place]:
+    """Return the places; of many environments the worst one of each place comes first, and only that is open."""
+    sign = -1.0 if material.evaluator.score(material.headline).lower_is_better else 1.0
+    found = []
+    for place, episodes in grouped(material.episodes, lambda episode: episode.place).items():
+        names = dict.fromkeys(episode.environment for episode in episodes)
+        values = {name: material.combined(material.environments[name]).get(material.headline) for name in names}
+        looks = [Look(name, value, views[name]) for name, value in values.items()]
+        is_open = len(material.environments) <= MOST_OPEN
+        if not is_open:
+            looks.sort(key=lambda look: (not look.views, sign * (look.value or 0.0)))
+        found.append(Place(place, looks, len(looks) if is_open else 1))
+    return found
+
+
 def _view(episode: Episode, material: Material, budget: Budget) -> EpisodeView:
     things, found = things_of(episode), ways(episode)
     frames = frames_of(episode, material)
@@ -124,12 +177,22 @@ def _view(episode: Episode, material: Material, budget: Budget) -> EpisodeView:
         pictures = [(frame, thumbnail(frame, budget)) for frame in seen]
         shown = [(frame, uri) for frame, uri in pictures if uri is not None]
         on_floor = [thing for thing in things if thing.scene == number]
-        drawing = draw(on_floor, way, [frame.base for frame, _ in shown], goals_of(episode))
         name = f"{scene.get('name')}:{scene.get('variant')}"
+        # Other models stand elsewhere.
+        floor = None if "assets=" in episode.settings else floor_of(material.scene(name))
+        if floor is not None and not budget.takes(len(floor.picture)):
+            floor = None
+        drawing = draw(on_floor, way, [frame.base for frame, _ in shown], goals_of(episode), floor)
         scenes.append(SceneView(name, way, drawing, [uri for _, uri in shown]))
-    failed = [thing for thing in things if thing.failed]
-    cards = [_card(thing, things, frames, camera, budget) for thing in failed[:MOST_CARDS]]
+    cards = [_card(thing, things, frames, camera, budget) for thing in _worst(things)]
     return EpisodeView(episode, scenes, things, cards)
+
+
+def _worst(things: Sequence[Thing]) -> list[Thing]:
+    """Return what failed and, where that is little, what was found worst."""
+    failed = [thing for thing in things if thing.failed][:MOST_CARDS]
+    found = [thing for thing in things if thing.quality is not None and thing.quality < GOOD_QUALITY]
+    return failed + found[: max(FEWEST_CARDS - len(failed), 0)]
 
 
 def _spread(frames: Sequence[Frame]) -> list[Frame]:
@@ -147,9 +210,10 @@ def _card(
     frame = best_frame(frames, camera, box, thing.scene, [other for other in others if other is not None])
     if frame is None:
         return Card(thing, None, "")
-    color = _TRUTH_LINE if thing.verdict == FALSE_NEGATIVE else _PROPOSAL_LINE
-    outlines: list[Outline] = [(box, color)]
-    alt = f"What the camera saw where {thing.name} {_there(thing)}; its box is outlined."
+    boxes = ((thing.true, _TRUTH_LINE), (thing.proposed, _PROPOSAL_LINE))
+    outlines: list[Outline] = [(shown, color) for shown, color in boxes if shown is not None]
+    what = "boxes are" if len(outlines) > 1 else "box is"
+    alt = f"What the camera saw where {thing.name} {_there(thing)}; its {what} outlined."
     return Card(thing, crop(frame, camera, outlines, budget), alt)
 
 
@@ -163,12 +227,19 @@ def _hides(other: Box | None, box: Box) -> bool:
 
 
 def _there(thing: Thing) -> str:
-    return "stands and was missed" if thing.verdict == FALSE_NEGATIVE else "was reported and is not there"
+    said = {FALSE_NEGATIVE: "stands and was missed", FALSE_POSITIVE: "was reported and is not there"}
+    return said.get(thing.verdict or "", "was found")
 
 
 def _number(value: float | None, digits: int = 3) -> str:
     """Return a number with a true minus sign; a dash for none."""
     return "–" if value is None else f"{value:.{digits}f}".replace("-", "−")
+
+
+def _breakable(text: str) -> Markup:
+    """Return a text that may be broken after underscores and colons, as long names of programs are."""
+    safe = str(Markup.escape(text))
+    return Markup(safe.replace("_", "_<wbr>").replace(":", ":<wbr>"))  # noqa: S704 (escaped above)
 
 
 @cache
@@ -182,6 +253,7 @@ def _templates() -> Environment:
         lstrip_blocks=True,
     )
     environment.filters["number"] = _number
+    environment.filters["breakable"] = _breakable
     return environment
 
 

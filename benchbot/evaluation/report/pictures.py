@@ -31,14 +31,20 @@ class Budget:
     left: int = BUDGET_BYTES
     refused: int = 0
 
+    def takes(self, size: int) -> bool:
+        """Say whether there is room for so many bytes, and keep it for them."""
+        if size > self.left:
+            self.refused += 1
+            return False
+        self.left -= size
+        return True
+
     def data_uri(self, image: Image.Image) -> str | None:
         """Return a picture as a data URI, None when there is no room for it."""
         buffer = io.BytesIO()
         image.save(buffer, "JPEG", quality=QUALITY, optimize=True)
-        if buffer.tell() > self.left:
-            self.refused += 1
+        if not self.takes(buffer.tell()):
             return None
-        self.left -= buffer.tell()
         return "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode()
 
 

@@ -86,6 +86,38 @@ def interval(material: Material, name: str) -> Interval | None:
     return None if found is None else Interval(found["low"], found["high"], found["level"])
 
 
+def reading(material: Material, name: str) -> str:
+    """Return how a score is read, in a sentence; nothing when that is not known."""
+    score = material.evaluator.score(name)
+    if score.lower_is_better is None:
+        return ""
+    best = score.least if score.lower_is_better else score.greatest
+    said = "Less is better" if score.lower_is_better else "More is better"
+    return f"{said}." if best is None else f"{said}; {best:g} is the best there can be."
+
+
+def arrow(material: Material, name: str) -> str:
+    """Return the arrow that papers put beside a score: up when more is better, down when less is."""
+    return {None: "", False: "↑", True: "↓"}[material.evaluator.score(name).lower_is_better]
+
+
+def arrows_in_words(material: Material) -> str:
+    """Return what the arrows mean that there are beside scores."""
+    meanings = {"↑": "↑ more is better", "↓": "↓ less is better"}
+    used = {arrow(material, name) for name in material.score_names}
+    said = ", ".join(meaning for sign, meaning in meanings.items() if sign in used)
+    return f"; {said}" if said else ""
+
+
+def missing_in_words(material: Material) -> str:
+    """Return how what is missing counts, in the scores that there are."""
+    if not material.missing_count_as_zero:
+        return "left out of the scores"
+    # A method gives what is missing no error: zero would be perfect.
+    without = [name for name in material.score_names if name not in material.evaluator.combine([{}])]
+    return f"counted as zero in every score{' but ' if without else ''}{', '.join(without)}"
+
+
 def variables(material: Material, axis: Axis) -> list[Variable]:
     """Return what differs between the episodes, of place, variant, robot and seed."""
     keys: dict[str, Callable[[Episode], str]] = {
@@ -97,7 +129,8 @@ def variables(material: Material, axis: Axis) -> list[Variable]:
     found = []
     for name, key in keys.items():
         groups = grouped([episode for episode in material.episodes if episode.environment != UNKNOWN], key)
-        if len([level for level in groups if level != UNKNOWN]) > 1:
+        says_more = name != "place" or len(groups) < len(material.environments)
+        if says_more and len([level for level in groups if level != UNKNOWN]) > 1:
             bars = [bar_of(level, episodes, material, axis) for level, episodes in groups.items()]
             found.append(Variable(name, bars))
     return found

@@ -17,6 +17,7 @@ _LATEX = {
     "\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_",
     "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "<": r"\textless{}", ">": r"\textgreater{}",
     "|": r"\textbar{}", '"': "''", "→": r"$\rightarrow$", "–": "--", "`": r"\textasciigrave{}",
+    "↑": r"$\uparrow$", "↓": r"$\downarrow$",
 }  # fmt: skip
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]|[\ud800-\udfff]")
 
@@ -52,7 +53,7 @@ def to_markdown(material: Material) -> str:
         "",
         f"**{text(headline)} {_with_interval(material, headline)}** {text(measured)}. {text(_coverage(material))}",
         "",
-        f"| environment | {' | '.join(map(text, material.score_names))} | episodes |",
+        f"| environment | {' | '.join(map(text, _named(material)))} | episodes |",
         f"|---|{'---:|' * (len(material.score_names) + 1)}",
     ]
     for label, values, count in _rows(material):
@@ -86,7 +87,7 @@ def to_latex(material: Material) -> str:
             rf"  \caption{{{caption}}}",
             rf"  \begin{{tabular}}{{l{'r' * (len(names) + 1)}}}",
             r"    \toprule",
-            _latex_row(["Environment", *map(text, names), "Episodes"]),
+            _latex_row(["Environment", *map(text, _named(material)), "Episodes"]),
             r"    \midrule",
             *body[:-1],
             r"    \midrule",
@@ -109,9 +110,13 @@ def _rows(material: Material) -> list[tuple[str, list[str], int]]:
     ]
 
 
+def _named(material: Material) -> list[str]:
+    return [f"{name} {summary.arrow(material, name)}".rstrip() for name in material.score_names]
+
+
 def _coverage(material: Material) -> str:
     coverage = material.scores["coverage"]
-    missing = "counted as zero" if material.missing_count_as_zero else "left out"
+    missing = summary.missing_in_words(material)
     gaps = f"; {len(coverage['missing'])} missing, {missing}" if coverage["missing"] else ""
     return f"{coverage['scored']} of {coverage['expected']} results scored{gaps}."
 

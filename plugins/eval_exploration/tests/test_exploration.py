@@ -96,3 +96,10 @@ def test_a_robot_wanders_and_its_coverage_is_scored(tmp_path: Path) -> None:
     assert done.stdout.startswith("coverage 0.")
     scores = json.loads((tmp_path / "scores.json").read_text())["scores"]
     assert 0.3 < scores["coverage_over_10m"] < scores["coverage"]
+
+
+def test_every_score_says_how_it_is_read() -> None:
+    method = load().record("evaluators", "exploration")
+
+    assert set(method.scores) == set(evaluator.NAMES)
+    assert [name for name in evaluator.NAMES if method.score(name).lower_is_better] == ["collisions"]

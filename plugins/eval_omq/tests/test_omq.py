@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 
 from benchbot.core.errors import BenchbotError
+from benchbot.core.plugins import load
 from benchbot_eval_omq import omq
 from plugins.eval_omq.tests.omq_maps import change_map, found, semantic_map, thing, truth
 
@@ -161,3 +162,11 @@ def test_a_result_that_breaks_its_format_is_told_where(result: dict[str, Any], p
 def test_a_broken_ground_truth_is_told_where(room: dict[str, Any], place: str) -> None:
     with pytest.raises(BenchbotError, match=place):
         omq.evaluate(semantic_map(found("chair")), [room])
+
+
+def test_every_score_is_a_share_of_which_more_is_better() -> None:
+    method = load().record("evaluators", "omq")
+
+    names = set(omq.evaluate(change_map(), [truth(), truth()]))
+    assert names == set(method.scores)
+    assert {(score.lower_is_better, score.least, score.greatest) for score in method.scores.values()} == {(False, 0, 1)}

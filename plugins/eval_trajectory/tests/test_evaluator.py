@@ -125,3 +125,11 @@ def test_its_record_names_what_it_gives() -> None:
     assert record.headline in evaluator.NAMES
     assert record.evaluate(result(), []) == evaluator.evaluate(result())
     assert record.combine([]) == {}
+
+
+def test_every_score_is_read_as_an_error_but_length_and_completeness() -> None:
+    method = load().record("evaluators", "trajectory")
+
+    assert set(method.scores) == set(evaluator.NAMES)
+    assert {name for name in evaluator.NAMES if method.score(name).lower_is_better} == set(ERRORS)
+    assert method.score("completeness").lower_is_better is False

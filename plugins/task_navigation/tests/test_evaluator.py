@@ -208,3 +208,15 @@ def test_a_result_of_another_list_is_refused_with_both_hashes() -> None:
     with pytest.raises(BenchbotError, match="not those of this result") as caught:
         scored(result)
     assert "000000000000" in caught.value.why
+
+
+@given(runs)
+def test_every_score_keeps_to_the_bounds_that_the_method_gives_it(run: Run) -> None:
+    method = load().record("evaluators", "navigation")
+    scores = score(run)
+
+    assert set(scores) == set(method.scores)
+    for name, value in scores.items():
+        least, greatest = method.score(name).least, method.score(name).greatest
+        assert least is not None
+        assert least <= value <= (math.inf if greatest is None else greatest)

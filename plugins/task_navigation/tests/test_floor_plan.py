@@ -1,11 +1,14 @@
 """Floor plans: what a ground truth keeps of them, and what is damaged."""
 
 import base64
-import zlib
+import lzma
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
 
 from benchbot.core.errors import BenchbotError
 from benchbot_task_navigation.floor_plan import FloorPlan, distance_to_box_m
@@ -24,6 +27,13 @@ def test_a_plan_survives_being_written_to_the_millimetre_and_never_gains_room() 
     assert (lost_m < 0.001).all()
 
 
+@given(arrays.arrays(np.uint16, st.tuples(st.integers(1, 6), st.integers(1, 6)), elements=st.integers(0, 2000)))
+def test_any_millimetres_are_kept_as_they_are(millimetres: np.ndarray) -> None:
+    plan = FloorPlan((0.0, 0.0), 0.1, millimetres / 1000.0)
+
+    assert (FloorPlan.from_ground_truth(plan.as_ground_truth()).clearance_m == millimetres / 1000.0).all()
+
+
 def test_the_format_makes_and_checks_plans() -> None:
     made = floor_plan.create([0, 0], 0.5, [[1.0, 0.5], [0.25, 0.0]])
     floor_plan.validate(made)
@@ -37,9 +47,10 @@ def test_the_format_makes_and_checks_plans() -> None:
         {"shape": [3, 3]},
         {"shape": [2]},
         {"shape": [0, 0]},
-        {"clearance_mm": "not base64"},
-        {"clearance_mm": base64.b64encode(b"not zlib").decode()},
-        {"clearance_mm": base64.b64encode(zlib.compress(bytes(2**20))).decode()},
+        {"clearance_mm_differences": "not base64"},
+        {"clearance_mm_differences": base64.b64encode(b"not xz").decode()},
+        {"clearance_mm_differences": base64.b64encode(lzma.compress(bytes(2**20))).decode()},
+        {"clearance_mm_differences": base64.b64encode(lzma.compress(bytes(6))).decode()},
         {"origin": [0]},
         {"resolution_m": "wide"},
     ],

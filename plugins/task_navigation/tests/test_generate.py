@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,16 +14,23 @@ import benchbot_task_navigation
 from benchbot.core import schema
 from benchbot.core.catalog import Catalog
 from benchbot.core.errors import BenchbotError
+from benchbot.core.platform import Scene
 from benchbot.core.plugins import load
 from benchbot.evaluation.ground_truths import GroundTruths
 from benchbot_task_navigation import generate
-from benchbot_task_navigation.floor_plan import FloorPlan, distance_to_box_m
+from benchbot_task_navigation.floor_plan import Floats, FloorPlan, Mask, distance_to_box_m
 from benchbot_task_navigation.generate import Place, object_goals, point_goals
+from benchbot_task_navigation.make_episodes import geometry_of, sight
 from benchbot_task_navigation.ways import Ways, length_m
 from plugins.task_navigation.tests.floors import arena, floor
 
 SHIPPED = Path(benchbot_task_navigation.__file__).parent
 ARENA = Place("arena:1", arena(), (-2.0, 0.0, 0.0), 0.2)
+CHAIR = {"class": "chair", "centroid": [1.5, 1.2, 0.5], "extent": [0.6, 0.6, 1.0], "isgroup": False}
+
+
+def everything_is_seen(_item: Mapping[str, Any], places: Floats) -> Mask:
+    return np.ones(len(places), bool)
 
 
 def shipped(name: str) -> Any:
@@ -35,14 +43,17 @@ def miniroom() -> Place:
 
 
 def test_the_shipped_points_are_those_of_seed_zero() -> None:
-    assert point_goals(miniroom(), 0, 25) == shipped("episodes/point_goal/miniroom_1.json")
+    assert point_goals(miniroom(), 0, 20) == shipped("episodes/point_goal/miniroom_1.json")
 
 
 def test_the_shipped_objects_are_those_of_seed_zero() -> None:
-    truth = GroundTruths.of(Catalog(load()), None).find("miniroom:1", {"object_map_ground_truth"})
-    objects = truth["ground_truth"]["objects"]
+    catalog = Catalog(load())
+    objects = GroundTruths.of(catalog, None).find("miniroom:1", {"object_map_ground_truth"})["ground_truth"]["objects"]
+    (declared,) = catalog.environments("miniroom:1")
+    geometry = geometry_of(Scene(declared.data, declared.path.parent))
+    sees = sight(geometry, catalog.get("robots", "carter").data, 0.0)
 
-    assert object_goals(miniroom(), objects, 0, 25) == shipped("episodes/object_goal/miniroom_1.json")
+    assert object_goals(miniroom(), objects, sees, 0, 20) == shipped("episodes/object_goal/miniroom_1.json")
 
 
 def test_the_sample_arenas_are_those_of_seed_zero() -> None:
@@ -74,9 +85,8 @@ def test_no_episode_is_trivial_and_the_robot_fits_at_both_ends() -> None:
 
 
 def test_the_way_to_an_object_ends_where_it_is_near_enough() -> None:
-    chair = {"class": "chair", "centroid": [1.5, 1.2, 0.5], "extent": [0.6, 0.6, 1.0], "isgroup": False}
     unreachable = {"class": "lamp", "centroid": [9.0, 9.0, 2.0], "extent": [0.1, 0.1, 0.1]}
-    listed = object_goals(ARENA, [chair, unreachable], 0, 4)
+    listed = object_goals(ARENA, [CHAIR, unreachable], everything_is_seen, 0, 4)
     schema.check(listed, "episodes", Path("a.json"))
 
     ways = Ways(ARENA.plan, 0.2)
@@ -101,4 +111,30 @@ def test_objects_that_are_always_near_make_no_episode() -> None:
     everywhere = {"class": "table", "centroid": [0.0, 0.0, 0.5], "extent": [6.0, 4.0, 1.0]}
 
     with pytest.raises(BenchbotError, match="0 were found"):
-        object_goals(ARENA, [everywhere], 0, 1)
+        object_goals(ARENA, [everywhere], everything_is_seen, 0, 1)
+
+
+def test_what_is_mostly_hidden_where_the_robot_is_near_is_no_goal() -> None:
+    chairs = [{**CHAIR, "ID_name": name, "centroid": [x, 1.2, 0.5]} for name, x in (("shown", 1.5), ("hidden", -1.5))]
+
+    def sees(item: Mapping[str, Any], places: Floats) -> Mask:
+        return np.full(len(places), item["ID_name"] == "shown") | (places[:, 0] < -2.3)
+
+    listed = object_goals(ARENA, chairs, sees, 0, 4)
+
+    boxes = [box["centroid"] for episode in listed["episodes"] for box in episode["goal"]["instances"]]
+    assert boxes == [[1.5, 1.2, 0.5]] * 4
+
+
+def test_the_way_to_an_object_ends_in_sight_of_it() -> None:
+    def sees(_item: Mapping[str, Any], places: Floats) -> Mask:
+        return np.asarray(places[:, 1] > 0.6)
+
+    listed = object_goals(ARENA, [CHAIR], sees, 0, 4)
+
+    ways = Ways(ARENA.plan, 0.2)
+    near = ARENA.plan.within((1.5, 1.2), (0.6, 0.6), 1.0)
+    for episode in listed["episodes"]:
+        way = ways.towards(near)(tuple(episode["start_pose"][4:6]))
+        assert way is not None
+        assert way[-1][1] > 0.6

@@ -92,6 +92,17 @@ def test_walled_in_it_gives_up() -> None:
     assert Driver((0.0, 0.0, 0.0), [3.0, 0.0], 0.2).next_move((0.0, 0.0, 0.0), wall) is None
 
 
+def test_a_way_that_leads_far_aside_is_found() -> None:
+    # The wall is longer than the floor that it plans on at first; its end is 7 m to the left.
+    wall = np.stack([np.full(400, 1.0), np.linspace(-20.0, 7.0, 400)], 1)
+    driver = Driver((0.0, 0.0, 0.0), [2.0, 0.0], 0.2)
+
+    action, arguments = driver.next_move((0.0, 0.0, 0.0), wall) or ("", {})
+
+    assert action == "move_angle"
+    assert 60 < arguments["angle"] < 110
+
+
 def test_it_takes_no_more_than_its_budget_of_steps() -> None:
     agent = GoToGoal(0.2, "base_link", step_budget=4)
     still = {"translation_xyz": np.zeros(3), "rotation_rpy": np.zeros(3)}

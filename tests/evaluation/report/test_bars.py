@@ -2,6 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchbot.core.hookspecs import Score
 from benchbot.evaluation.report.bars import Axis
 from benchbot.evaluation.report.material import natural
 
@@ -20,6 +21,22 @@ def test_an_axis_runs_from_zero_to_round_numbers(values: list[float], axis: tupl
     found = Axis.of(values)
 
     assert (found.low, found.high) == pytest.approx(axis)
+
+
+@pytest.mark.parametrize(
+    ("values", "score", "axis"),
+    [
+        ([0.2], Score(least=0.0, greatest=1.0), (0.0, 1.0)),
+        ([2.0], Score(least=1.0, greatest=5.0), (1.0, 5.0)),
+        ([0.012, 0.051], Score(lower_is_better=True, least=0.0), (0.0, 0.06)),
+        ([0.0, 0.0], Score(lower_is_better=True, least=0.0), (0.0, 1.0)),
+    ],
+)
+def test_an_axis_keeps_to_what_a_score_can_be(values: list[float], score: Score, axis: tuple[float, float]) -> None:
+    found = Axis.of(values, score)
+
+    assert (found.low, found.high) == pytest.approx(axis)
+    assert [found.percent(axis[0]), found.percent(axis[1])] == [0, 100]
 
 
 @given(st.lists(st.floats(-1e9, 1e9), max_size=5))

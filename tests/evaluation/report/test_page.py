@@ -3,6 +3,8 @@ import io
 import itertools
 import json
 import re
+from collections.abc import Sequence
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from benchbot.core.hookspecs import Score
 from benchbot.evaluation.report import render
 from benchbot.evaluation.report.frames import frames_of
 from tests.evaluation.conftest import Make, Save
@@ -211,6 +214,51 @@ def test_an_interval_is_shown_where_there_is_one(report: Report, results: list[P
     assert "90 in 100 hold the score" in text
     assert "by places, 99 draws, seed 3" in text
     assert "A note." in text
+
+
+def test_of_many_environments_the_worst_of_each_place_is_open(report: Report, results: list[Path]) -> None:
+    material = report(results[:2])
+    good, poor = material.episodes
+    names = [("flat", good), ("flat", poor), ("flat", good), ("loft", good), ("loft", good), ("loft", poor)]
+    episodes = [replace(episode, environment=f"{place}:{i}") for i, (place, episode) in enumerate(names)]
+
+    shown = page(replace(material, episodes=tuple(episodes)))
+
+    environments = [heading.text for heading in shown.all("h4")]
+    assert environments == ["flat:1", "flat:0", "flat:2", "loft:5", "loft:3", "loft:4"]
+    folded = [summary.text for summary in shown.all("summary") if re.match(r"(flat|loft):\d: OMQ", summary.text)]
+    assert [text.split(": ")[0] for text in folded] == ["flat:0", "flat:2", "loft:3", "loft:4"]
+    assert shown.text.count("the one with the worst score is shown") == 2
+    assert len(shown.all("tr", class_="next-place")) == 1
+
+
+def test_where_nothing_failed_the_worst_that_was_found_is_shown(
+    report: Report, make_result: Make, save: Save, tmp_path: Path
+) -> None:
+    shown = page(report([save("a.json", make_result(0.5, 3.0, provenance=provenance(), track=[TRACK]))]))
+
+    worst, *others = shown.all("li", class_="weak")
+    assert not others
+    assert re.search(r"chair\s+found, 0\.\d\d", worst.text)
+
+
+def test_an_error_is_called_an_error_and_has_no_zero_for_what_is_missing(report: Report, results: list[Path]) -> None:
+    def means(scores: Sequence[dict[str, float]]) -> dict[str, float]:
+        known = [row["OMQ"] for row in scores if row]
+        return {"OMQ": sum(known) / len(known)} if known else {}
+
+    material = report(results)
+    read_so = {"OMQ": Score(lower_is_better=True, least=0.0)}
+    error = replace(material, evaluator=replace(material.evaluator, scores=read_so, combine=means))
+
+    shown = page(error)
+
+    assert "Less is better; 0 is the best there can be." in shown.text
+    assert "OMQ ↓" in shown.text
+    assert "1 is missing and counted as zero in every score but OMQ" in shown.text
+    assert not shown.all("circle", class_="dot missing")
+    assert "OMQ $\\downarrow$" in render(error, "tex")
+    assert "| OMQ ↓ |" in render(error, "md")
 
 
 def test_ten_environments_stay_small_enough_to_mail(

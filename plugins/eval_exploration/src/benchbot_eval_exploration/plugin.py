@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from benchbot import hookimpl
-from benchbot.core.hookspecs import Evaluator
+from benchbot.core.hookspecs import Evaluator, Score
 
 _FOLDER = Path(__file__).parent
+_SHARES = ("coverage", "coverage_over_10m", "visited")
 
 
 @hookimpl
@@ -52,4 +53,10 @@ def benchbot_evaluators() -> Iterator[Evaluator]:
         evaluate=_evaluate,
         combine=_combine,
         description="Exploration: the share of the floor that the robot has seen and been to.",
+        scores={
+            **dict.fromkeys(_SHARES, Score(lower_is_better=False, least=0.0, greatest=1.0)),
+            "seen_m2": Score(lower_is_better=False, least=0.0),
+            "path_length_m": Score(least=0.0),
+            "collisions": Score(lower_is_better=True, least=0.0),
+        },
     )

@@ -4,7 +4,9 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from benchbot import hookimpl
-from benchbot.core.hookspecs import Evaluator
+from benchbot.core.hookspecs import Evaluator, Score
+
+_SCORES = ("OMQ", "avg_pairwise", "avg_label", "avg_spatial", "avg_fp_quality", "avg_state_quality")
 
 
 def _evaluate(result: dict[str, Any], ground_truths: Sequence[dict[str, Any]]) -> dict[str, float]:
@@ -38,4 +40,5 @@ def benchbot_evaluators() -> Iterator[Evaluator]:
         combine=_combine,
         description="Object map quality: how well boxes, classes and states of a map agree with the truth.",
         explain=_explain,
+        scores=dict.fromkeys(_SCORES, Score(lower_is_better=False, least=0.0, greatest=1.0)),
     )

@@ -5,9 +5,11 @@ from pathlib import Path
 from typing import Any
 
 from benchbot import hookimpl
-from benchbot.core.hookspecs import Command, Evaluator
+from benchbot.core.hookspecs import Command, Evaluator, Score
 
 _FOLDER = Path(__file__).parent
+_POSITION_ERRORS = ("ATE_RMSE_m", "ATE_mean_m", "ATE_median_m", "ATE_max_m", "ATE_sim3_RMSE_m", "ATE_map_RMSE_m")
+_RELATIVE_ERRORS = ("RPE_1m_m", "RPE_1m_deg", "RPE_frame_m", "RPE_frame_deg")
 
 
 @hookimpl
@@ -58,4 +60,9 @@ def benchbot_evaluators() -> Iterator[Evaluator]:
         evaluate=_evaluate,
         combine=_combine,
         description="Trajectory error, less is better: how far estimated poses are from the robot's track (ATE, RPE).",
+        scores={
+            **dict.fromkeys((*_POSITION_ERRORS, *_RELATIVE_ERRORS), Score(lower_is_better=True, least=0.0)),
+            "path_length_m": Score(least=0.0),
+            "completeness": Score(lower_is_better=False, least=0.0, greatest=1.0),
+        },
     )

@@ -1,14 +1,14 @@
 """Generating episodes: starts and goals drawn on a floor plan, none of them trivial, with the shortest way of each."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from benchbot.core.errors import BenchbotError
-from benchbot_task_navigation.floor_plan import Floats, FloorPlan, Mask, Point
+from benchbot_task_navigation.floor_plan import Floats, FloorPlan, Mask, Point, distance_to_box_m
 from benchbot_task_navigation.ways import Ways, length_m
 
 # M. Savva et al., "Habitat: A Platform for Embodied AI Research", ICCV 2019: within 0.2 m of a point.
@@ -19,6 +19,12 @@ LEAST_DISTANCE_M = 1.0
 LEAST_DETOUR = 1.05
 """A way to a point must be so much longer than the straight line: else it shows no more than that a robot drives."""
 TRIES_PER_EPISODE = 400
+SEEN_SHARE = 0.25
+"""An object counts when it is seen from so many of the places where the robot is near enough."""
+_LOOKED_FROM_EVERY = 16
+
+Sees = Callable[[Mapping[str, Any], Floats], Mask]
+"""Says from which of some places (N, 2) the robot sees an object of the object map's ground truth."""
 
 
 @dataclass(frozen=True)
@@ -51,36 +57,57 @@ def point_goals(place: Place, seed: int, count: int) -> dict[str, Any]:
     raise _no_room(place, "point_goal", count, len(episodes))
 
 
-def object_goals(place: Place, objects: Sequence[Mapping[str, Any]], seed: int, count: int) -> dict[str, Any]:
+def object_goals(
+    place: Place, objects: Sequence[Mapping[str, Any]], sees: Sees, seed: int, count: int
+) -> dict[str, Any]:
     """Return a list of episodes that end near an object; `objects` are those of the object map's ground truth.
 
-    The classes take turns. One that the robot cannot come near, or is always near, is left out.
+    The classes take turns. An object that the robot cannot come near, or mostly does not see from there, is no goal;
+    a class that it is always near is left out. Where the shortest way of an episode ends, one of its objects is seen.
     """
     ways, spots = _ground(place)
     random = np.random.default_rng(seed)
-    reachable = ways.reachable(place.start_xyz[:2])
-    success_m = SUCCESS_DISTANCE_M["object_goal"]
-    boxes = {
-        name: [{"centroid": item["centroid"], "extent": item["extent"]} for item in objects if item["class"] == name]
-        for name in sorted({str(item["class"]) for item in objects})
-    }
-    near = {
-        name: reachable
-        & np.any([place.plan.within(box["centroid"][:2], box["extent"][:2], success_m) for box in found], axis=0)
-        for name, found in boxes.items()
-    }
+    goals: dict[str, list[_Goal]] = {}
+    for goal in _goals(place, objects, ways.reachable(place.start_xyz[:2]), sees):
+        goals.setdefault(str(goal.item["class"]), []).append(goal)
     episodes: list[dict[str, Any]] = []
-    for name in _in_turns(near):
-        found = next(_starts(ways, spots, near[name], random), None)
+    for name in _in_turns(goals):
+        found = next(_starts(ways, spots, goals[name], sees, random), None)
         if found is None:
-            del near[name]
+            del goals[name]
             continue
         start, way = found
-        goal = {"class": name, "instances": boxes[name]}
-        episodes.append(_episode(place, "object_goal", len(episodes), start, random, goal, way))
+        boxes = [{"centroid": goal.item["centroid"], "extent": goal.item["extent"]} for goal in goals[name]]
+        aim = {"class": name, "instances": boxes}
+        episodes.append(_episode(place, "object_goal", len(episodes), start, random, aim, way))
         if len(episodes) == count:
             return _listed(place, "object_goal", episodes)
     raise _no_room(place, "object_goal", count, len(episodes))
+
+
+@dataclass(frozen=True)
+class _Goal:
+    """An object, and the nodes where the robot is near enough."""
+
+    item: Mapping[str, Any]
+    near: Mask
+
+    def is_at(self, place: Floats) -> bool:
+        """Say whether a place (2,) is near enough."""
+        x, y = place
+        away_m = distance_to_box_m((x, y), self.item["centroid"][:2], self.item["extent"][:2])
+        return away_m <= SUCCESS_DISTANCE_M["object_goal"]
+
+
+def _goals(place: Place, objects: Sequence[Mapping[str, Any]], reachable: Mask, sees: Sees) -> Iterator[_Goal]:
+    """Yield the objects that the robot can come near, and mostly sees from there."""
+    for item in objects:
+        near = reachable & place.plan.within(
+            item["centroid"][:2], item["extent"][:2], SUCCESS_DISTANCE_M["object_goal"]
+        )
+        nodes = np.argwhere(near)
+        if len(nodes) and sees(item, place.plan.points(nodes[::_LOOKED_FROM_EVERY])).mean() >= SEEN_SHARE:
+            yield _Goal(item, near)
 
 
 def _in_turns(classes: Mapping[str, Any]) -> Iterator[str]:
@@ -89,13 +116,17 @@ def _in_turns(classes: Mapping[str, Any]) -> Iterator[str]:
         yield from [name for name in sorted(classes) if name in classes]
 
 
-def _starts(ways: Ways, spots: Floats, goals: Mask, random: np.random.Generator) -> Iterator[tuple[Point, Floats]]:
-    """Yield places from which the way to the goals is long enough, and that way, for so many tries."""
-    way_from = ways.towards(goals)
-    for _ in range(TRIES_PER_EPISODE if goals.any() else 0):
+def _starts(
+    ways: Ways, spots: Floats, goals: Sequence[_Goal], sees: Sees, random: np.random.Generator
+) -> Iterator[tuple[Point, Floats]]:
+    """Yield places from which the way to the goals is long enough and ends in sight of one, and that way."""
+    way_from = ways.towards(np.any([goal.near for goal in goals], axis=0))
+    for _ in range(TRIES_PER_EPISODE):
         start = _spot(spots, random)
         way = way_from(start)
-        if way is not None and length_m(way) >= LEAST_DISTANCE_M:
+        if way is None or length_m(way) < LEAST_DISTANCE_M:
+            continue
+        if any(goal.is_at(way[-1]) and sees(goal.item, way[-1:]).all() for goal in goals):
             yield start, way
 
 

@@ -1,36 +1,47 @@
-"""Make floor plan and episodes of an environment: `python -m benchbot_task_navigation.make_episodes miniroom:1`.
+"""Make floor plans and episodes: `python -m benchbot_task_navigation.make_episodes miniroom:1 house:1`.
 
 The same environment, robot and seed give the same bytes. Needs benchbot-sim-taichi, which knows the scene's obstacles.
 """
 
 import argparse
+import json
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchbot.core import plugins, resources, results
+from benchbot.core import atomic, plugins, resources
 from benchbot.core.catalog import Catalog, Declaration
 from benchbot.core.errors import BenchbotError
 from benchbot.core.platform import Scene
 from benchbot.evaluation.ground_truths import GroundTruths
-from benchbot_task_navigation.floor_plan import FloorPlan
-from benchbot_task_navigation.generate import Place, object_goals, point_goals
+from benchbot_task_navigation.floor_plan import Floats, FloorPlan, Mask
+from benchbot_task_navigation.generate import Place, Sees, object_goals, point_goals
 from benchbot_task_navigation.ways import Ways
+
+if TYPE_CHECKING:
+    from benchbot_scenes.scene import SceneGeometry
 
 RESOLUTION_M = 0.025
 BORDER_NODES = 4
+ANY_HEIGHT_DEG = 90.0
 
 
-def floor_plan(scene: Scene, robot: dict[str, Any]) -> FloorPlan:
-    """Return the plan of what a robot can reach in a ray-traced scene, cut off a little beyond that."""
+def geometry_of(scene: Scene) -> "SceneGeometry":
+    """Return what stands in a ray-traced scene."""
     from benchbot_scenes.gltf import load_scene
     from benchbot_scenes.scene_file import scene_file
-    from benchbot_sim_taichi.collision import ObstacleMap
 
     source = scene.folder / scene.environment["map_path"]
-    geometry = load_scene(scene_file(source, resources.cache_dir(), scene.environment.get("assets")))
+    return load_scene(scene_file(source, resources.cache_dir(), scene.environment.get("assets")))
+
+
+def floor_plan(scene: Scene, geometry: "SceneGeometry", robot: Mapping[str, Any]) -> FloorPlan:
+    """Return the plan of what a robot can reach in a ray-traced scene, cut off a little beyond that."""
+    from benchbot_sim_taichi.collision import ObstacleMap
+
     x, y, z = scene.start_pose.translation_xyz
     footprint = robot["footprint"]
     obstacles = ObstacleMap(geometry, z + footprint["z_min_m"], z + footprint["z_max_m"])
@@ -52,6 +63,24 @@ def floor_plan(scene: Scene, robot: dict[str, Any]) -> FloorPlan:
     return FloorPlan.from_ground_truth(cut.as_ground_truth())
 
 
+def sight(geometry: "SceneGeometry", robot: Mapping[str, Any], floor_m: float) -> Sees:
+    """Return what says from where a robot has an object in its line of sight, at the height of its camera.
+
+    Glass hides nothing. The picture's edges do not count: what a robot has driven up to may be below them.
+    """
+    from benchbot_scenes import visibility
+
+    eye_m = floor_m + visibility.observer(robot).eye_m
+    scene = visibility.voxels(geometry)
+    targets = {target.name: target for target in visibility.targets(geometry)}
+
+    def sees(item: Mapping[str, Any], places: Floats) -> Mask:
+        eyes = np.column_stack([places, np.full(len(places), eye_m)])
+        return visibility.seen_from(eyes, [targets[item["ID_name"]]], scene, np.inf, ANY_HEIGHT_DEG)[:, 0]
+
+    return sees
+
+
 def _place(node: Any) -> tuple[float, float]:
     x, y = (round(float(value), 6) for value in node * RESOLUTION_M)
     return x, y
@@ -64,14 +93,15 @@ def main() -> int:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("environment", help="name:variant of an environment of type sim_taichi")
+    parser.add_argument("environments", nargs="+", metavar="NAME:VARIANT", help="environments of type sim_taichi")
     parser.add_argument("--robot", default="carter", help="whose radius and height count (carter)")
     parser.add_argument("--seed", type=int, default=0, help="what the episodes are drawn from (0)")
-    parser.add_argument("--count", type=int, default=25, help="how many episodes of each task (25)")
+    parser.add_argument("--count", type=int, default=20, help="how many episodes of each task (20)")
     parser.add_argument("--output", type=Path, default=Path(), metavar="FOLDER", help="where the files go (here)")
     asked = parser.parse_args()
     try:
-        _make(asked.environment, asked.robot, asked.seed, asked.count, asked.output)
+        for environment in asked.environments:
+            _make(environment, asked.robot, asked.seed, asked.count, asked.output)
     except BenchbotError as error:
         print(error, file=sys.stderr)
         return error.exit_code
@@ -89,30 +119,44 @@ def _make(environment: str, robot_name: str, seed: int, count: int, folder: Path
             "Choose such ones, or make a plan with benchbot_task_navigation.floor_plan and generate.",
         )
     scene = Scene(declared.data, declared.path.parent)
-    plan = floor_plan(scene, robot)
-    place = Place(declared.name, plan, scene.start_pose.translation_xyz, robot["footprint"]["radius_m"])
+    geometry = geometry_of(scene)
+    plan = floor_plan(scene, geometry, robot)
+    start_xyz = scene.start_pose.translation_xyz
+    place = Place(declared.name, plan, start_xyz, robot["footprint"]["radius_m"])
     file_name = declared.name.replace(":", "_")
-    truth = _ground_truth(catalog, declared, plan)
-    written = {folder / "ground_truths" / f"floor_plan_{file_name}.json": truth}
-    written[folder / "episodes" / "point_goal" / f"{file_name}.json"] = point_goals(place, seed, count)
+    _write(folder / "ground_truths" / f"floor_plan_{file_name}.json", _ground_truth(catalog, declared, plan))
+    _write(folder / "episodes" / "point_goal" / f"{file_name}.json", point_goals(place, seed, count))
     try:
         objects = GroundTruths.of(catalog, None).find(declared.name, {"object_map_ground_truth"})
     except BenchbotError as error:
         print(f"No episodes of object_goal: {error.title}", file=sys.stderr)
-    else:
-        listed = object_goals(place, objects["ground_truth"]["objects"], seed, count)
-        written[folder / "episodes" / "object_goal" / f"{file_name}.json"] = listed
-    for path, document in written.items():
-        results.write_json(path, document)
-        print(path)
+        return
+    sees = sight(geometry, robot, start_xyz[2])
+    listed = object_goals(place, objects["ground_truth"]["objects"], sees, seed, count)
+    _write(folder / "episodes" / "object_goal" / f"{file_name}.json", listed)
 
 
 def _ground_truth(catalog: Catalog, environment: Declaration, plan: FloorPlan) -> dict[str, Any]:
     return {
-        "environment": environment.data,
+        "environment": {key: environment.data[key] for key in ("name", "variant")},
         "format": catalog.get("formats", "floor_plan").data,
         "ground_truth": plan.as_ground_truth(),
     }
+
+
+def _write(path: Path, document: Mapping[str, Any]) -> None:
+    """Write a document, a line for each of its keys and for each episode, and print its path."""
+    atomic.write(path, _lines(document).encode())
+    print(path, flush=True)
+
+
+def _lines(document: Mapping[str, Any]) -> str:
+    short = {key: value for key, value in document.items() if key != "episodes"}
+    lines = [f" {json.dumps(key)}: {json.dumps(value, sort_keys=True)}" for key, value in sorted(short.items())]
+    if "episodes" in document:
+        episodes = ",\n".join(f"  {json.dumps(episode, sort_keys=True)}" for episode in document["episodes"])
+        lines.append(f' "episodes": [\n{episodes}\n ]')
+    return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from benchbot import hookimpl
-from benchbot.core.hookspecs import Evaluator
+from benchbot.core.hookspecs import Evaluator, Score
 
 _FOLDER = Path(__file__).parent
 
@@ -65,4 +65,9 @@ def benchbot_evaluators() -> Iterator[Evaluator]:
         evaluate=_evaluate,
         combine=_combine,
         description="Navigation: whether the robot stopped at its goal, and how short its way there was (SPL).",
+        scores={
+            **dict.fromkeys(("SPL", "success", "SoftSPL"), Score(lower_is_better=False, least=0.0, greatest=1.0)),
+            **dict.fromkeys(("distance_to_goal_m", "collisions"), Score(lower_is_better=True, least=0.0)),
+            "path_length_m": Score(least=0.0),
+        },
     )

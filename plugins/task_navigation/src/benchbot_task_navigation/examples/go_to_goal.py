@@ -22,6 +22,9 @@ Place = tuple[float, float, float]
 
 RESOLUTION_M = 0.05
 AROUND_M = 4.0
+# Rooms that the way leads through may lie aside: where there is none, look for one farther away.
+WIDEN_M = 5.0
+WIDENINGS = 3
 REACH_M = 6.0
 # Tried in this order: with room to spare as long as there is a way.
 MARGINS_M = (0.10, 0.05, 0.02)
@@ -31,7 +34,7 @@ LONGEST_DRIVE_M = 0.6
 NEAR_M = 0.05
 BACK_OFF_M = 0.15
 HEADING_TOLERANCE_RAD = math.radians(3)
-STEP_BUDGET = 150
+STEP_BUDGET = 300
 STAY: Move = ("move_angle", {"angle": 0.0})
 
 
@@ -54,6 +57,7 @@ class Driver:
         self._felt = np.zeros(size, bool)
         self._drive: tuple[Point, float] | None = None
         self._bumps = 0
+        self._widenings = 0
 
     def next_move(self, here: Place, points: Floats) -> Move | None:
         """Take in what the laser sees, points (N, 2); return the next move, or None at the goal or without a way."""
@@ -66,6 +70,10 @@ class Driver:
             self._bumps += 1
             return "move_distance", {"distance": -BACK_OFF_M}
         corner = self._corner((x, y))
+        while corner is None and self._widenings < WIDENINGS and self._leads_off((x, y)):
+            self._widen()
+            self._mark(self._seen, points)
+            corner = self._corner((x, y))
         if corner is None:
             # Drift smears old walls: begin again with what is seen from here.
             self._seen[:] = False
@@ -82,17 +90,42 @@ class Driver:
 
     def _corner(self, here: Point) -> Point | None:
         """Return the first corner of the way to the goal."""
-        occupied = self._seen | self._felt
-        clearance_m = ndimage.distance_transform_edt(~occupied) * RESOLUTION_M if occupied.any() else None
-        if clearance_m is None:
+        plan = self._plan()
+        if plan is None:
             return self.goal
-        plan = FloorPlan(self._origin, RESOLUTION_M, np.asarray(clearance_m))
         for margin_m in MARGINS_M:
             way = Ways(plan, self._radius_m + margin_m, reach=1).between(here, self.goal)
             if way is not None:
                 ahead = next((corner for corner in way[1:] if math.dist(corner, here) > NEAR_M), way[-1])
                 return float(ahead[0]), float(ahead[1])
         return None
+
+    def _plan(self) -> FloorPlan | None:
+        """Return how much room there is, None when nothing was met yet."""
+        occupied = self._seen | self._felt
+        if not occupied.any():
+            return None
+        clearance_m = np.asarray(ndimage.distance_transform_edt(~occupied)) * RESOLUTION_M
+        return FloorPlan(self._origin, RESOLUTION_M, clearance_m)
+
+    def _leads_off(self, here: Point) -> bool:
+        """Say whether the free floor around a place reaches the edge of the grid."""
+        plan = self._plan()
+        free = None if plan is None else plan.clearance_m >= self._radius_m + MARGINS_M[-1]
+        if plan is None or free is None or not free.any():
+            return False
+        nodes = np.argwhere(free)
+        nearest = nodes[np.linalg.norm(plan.points(nodes) - here, axis=1).argmin()]
+        regions, _ = ndimage.label(free)
+        edge = np.concatenate([regions[0], regions[-1], regions[:, 0], regions[:, -1]])
+        return bool((edge == regions[tuple(nearest)]).any())
+
+    def _widen(self) -> None:
+        """Plan on more floor, on all sides."""
+        nodes = round(WIDEN_M / RESOLUTION_M)
+        self._origin = (self._origin[0] - nodes * RESOLUTION_M, self._origin[1] - nodes * RESOLUTION_M)
+        self._seen, self._felt = np.pad(self._seen, nodes), np.pad(self._felt, nodes)
+        self._widenings += 1
 
     def _notice_contact(self, here: Point, yaw_rad: float) -> None:
         """Where a drive ended early, the laser misses something there: the wider, the more often."""
