@@ -71,7 +71,7 @@ def frames(options: argparse.Namespace, cache: Path) -> Any:
 
 
 def starts(options: argparse.Namespace, cache: Path) -> Any:
-    return cost_table(costs.starts(cache / "of a fresh process"))
+    return cost_table(costs.starts(cache / "of a fresh process", options.rounds))
 
 
 def memory(options: argparse.Namespace, cache: Path) -> Any:

@@ -5,12 +5,15 @@ import json
 import struct
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from benchbot.core import atomic
 from benchbot.core.errors import BenchbotError
-from benchbot_scenes.compose import Recipe, cook, recipe
 from benchbot_scenes.differences import LAYOUT_SUFFIXES
 from benchbot_scenes.layout import read_layout
+
+if TYPE_CHECKING:
+    from benchbot_scenes.compose import Recipe
 
 VERSION = 3
 """Counts up when the same layout would be composed into other bytes."""
@@ -25,6 +28,8 @@ def scene_file(path: Path, cache_dir: Path, assets: str | None = None) -> Path:
     again. `assets` names a pack whose models stand in for the objects of a layout. Raises BenchbotError.
     """
     if path.suffix.lower() in LAYOUT_SUFFIXES:
+        from benchbot_scenes.compose import cook, recipe
+
         made_of = recipe(read_layout(path), assets=assets)
         if assets is not None and made_of.furnished.finished is not None:
             raise BenchbotError(
@@ -40,7 +45,7 @@ def scene_file(path: Path, cache_dir: Path, assets: str | None = None) -> Path:
     return path
 
 
-def _fingerprint(made_of: Recipe) -> str:
+def _fingerprint(made_of: "Recipe") -> str:
     """What a composed scene depends on, as SHA-256 in hex."""
     scene = made_of.furnished
     building = None if made_of.plan is None else repr(scene.building)

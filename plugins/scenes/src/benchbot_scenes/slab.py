@@ -24,8 +24,17 @@ def project_slab(triangles: Floats, z_min_m: float, z_max_m: float) -> Floats:
 
 def _clip(polygons: Floats, inside_by: Floats) -> Floats:
     """Keep the part of convex polygons (P, N, 3) where the linear `inside_by` (P, N) is ≥ 0: (P', N + 1, 3)."""
-    following, following_by = np.roll(polygons, -1, 1), np.roll(inside_by, -1, 1)
     kept = inside_by >= 0
+    touched = kept.any(1)
+    polygons, inside_by, kept = polygons[touched], inside_by[touched], kept[touched]
+    clipped = np.concatenate([polygons, polygons[:, -1:]], 1)
+    cut = ~kept.all(1)
+    clipped[cut] = _cut(polygons[cut], inside_by[cut], kept[cut])
+    return clipped
+
+
+def _cut(polygons: Floats, inside_by: Floats, kept: Bools) -> Floats:
+    following, following_by = np.roll(polygons, -1, 1), np.roll(inside_by, -1, 1)
     crosses = kept != (following_by >= 0)
     with np.errstate(invalid="ignore", divide="ignore"):
         fraction = np.where(crosses, inside_by / (inside_by - following_by), 0.0)[..., None]
@@ -38,9 +47,8 @@ def _clip(polygons: Floats, inside_by: Floats) -> Floats:
     size = valid.sum(1)
     # A plane cuts at most one corner off a convex polygon and leaves two: one corner more. Repeat the last to fill up.
     columns = np.minimum(np.arange(corners + 1), np.maximum(size, 1)[:, None] - 1)
-    chosen = np.take_along_axis(order, columns, 1)[size > 0]
-    clipped: Floats = np.take_along_axis(outline[size > 0], chosen[..., None], 1)
-    return clipped
+    cut: Floats = np.take_along_axis(outline, np.take_along_axis(order, columns, 1)[..., None], 1)
+    return cut
 
 
 def rasterise(polygons: Floats, low_m: tuple[float, float], shape: tuple[int, int], cell_m: float) -> Bools:

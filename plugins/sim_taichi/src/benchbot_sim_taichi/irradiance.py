@@ -19,7 +19,7 @@ from benchbot_sim_taichi.kernels import cells as kernels
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 10
+VERSION = 11
 RAYS_PER_CELL = 256
 POINTS_PER_CELL = 32
 BOUNCES = 24
@@ -37,6 +37,11 @@ class Irradiance:
     cells: FloatArray
     layout: FloatArray
     near: FloatArray
+
+    def places(self) -> tuple[FloatArray, FloatArray]:
+        """Mean position and normal of each cell, (N, 3) both."""
+        values = self.cells.reshape(-1, surface_cells.CELL_STRIDE)
+        return values[:, 0:3], values[:, 3:6]
 
     def mean_light(self) -> tuple[float, npt.NDArray[np.float64]]:
         """Median luminance that leaves surfaces, and mean irradiance (3,); indoors alone where there is an indoors."""
@@ -72,7 +77,7 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
     found = surface_cells.find(scene)
     count = found.count
     values = np.zeros(max(count, 1) * surface_cells.CELL_STRIDE, np.float32)
-    near = light_grid.find(device, found.layout)
+    near = light_grid.find(device, found.layout, *surface_cells.places(found, scene))
     if count == 0:
         return Irradiance(found.grid, values, found.layout, near)
     cells, grid, layout = _ti.upload(values), _ti.upload(found.grid), _ti.upload(found.layout)

@@ -117,8 +117,9 @@ class Renderer:
     @cached_property
     def _near_lights(self) -> Any:
         light = self.irradiance
-        lights_changed = self._arranged is not None
-        return _ti.upload(light_grid.find(self.device, light.layout) if lights_changed else light.near)
+        if self._arranged is None:
+            return _ti.upload(light.near)
+        return _ti.upload(light_grid.find(self.device, light.layout, *light.places()))
 
     @property
     def scene(self) -> SceneGeometry:

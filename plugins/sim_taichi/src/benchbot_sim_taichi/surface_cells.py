@@ -72,6 +72,16 @@ def find(scene: SceneGeometry, cell_size_m: float = DEFAULT_CELL_SIZE_M) -> Surf
     return SurfaceCells(grid, keys.astype(np.int32), samples[chosen].ravel(), first.astype(np.int32), layout)
 
 
+def places(cells: SurfaceCells, scene: SceneGeometry) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """A point of each cell, and the normal of its triangle on that side, (N, 3) both."""
+    triangle, u, v, side = cells.samples.reshape(-1, SAMPLE_STRIDE)[cells.first[:-1]].T
+    corner = scene.vertices[scene.triangles[triangle.astype(np.int64)]].astype(np.float64)
+    across, down = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    normal = np.cross(across, down) * side[:, None]
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    return corner[:, 0] + across * u[:, None] + down * v[:, None], normal
+
+
 def _scatter(
     scene: SceneGeometry, cell_size_m: float
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], FloatArray]:

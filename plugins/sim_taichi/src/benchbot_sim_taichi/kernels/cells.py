@@ -92,7 +92,18 @@ def light_cells(
                     light_count = ti.select(kind == 1, portals, lamps)
                     wanted = light_count > 0
                     if wanted:
-                        light = sample_near(near, lights, env, first_light, light_count, position, xi)
+                        light = sample_near(
+                            near,
+                            lights,
+                            env,
+                            kind - 1,
+                            first_light,
+                            light_count,
+                            position,
+                            surface.normal,
+                            k,
+                            scramble,
+                        )
                         direction = light.direction
                         value = light.value
                         reach = ti.select(kind == 1, FAR, light.distance)

@@ -197,10 +197,13 @@ def light_directly(
                         near,
                         lights,
                         env,
+                        ti.select(at_window, 0, 1),
                         ti.select(at_window, 0, portals),
                         ti.select(at_window, portals, lamps),
                         point,
-                        sobol_2d(stratum(x, y) * samples + k, seed + ti.select(at_window, 1, 2)),
+                        normal,
+                        stratum(x, y) * samples + k,
+                        seed + ti.select(at_window, 1, 2),
                     )
                     toward = light.direction
                     value = light.value
