@@ -1,9 +1,13 @@
 """The recorder `frames`: what the robot's camera saw at each step, as JPEG files."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 
 if TYPE_CHECKING:
     from benchbot.core.progress import Progress, Step
@@ -20,7 +24,8 @@ class FramesRecording:
         # One frame is written while the next one is taken.
         self._writer = ThreadPoolExecutor(max_workers=1)
         self._writing: Future[None] | None = None
-        folder.mkdir(parents=True, exist_ok=True)
+        with _told(folder):
+            folder.mkdir(parents=True, exist_ok=True)
 
     def reset(self) -> None:
         """Remove the frames of the episode that was given up."""
@@ -33,20 +38,44 @@ class FramesRecording:
         """Write the step's `image_rgb`, if the task observes it."""
         image = step.observations.get("image_rgb")
         if image is not None:
-            from PIL import Image
-
             self._wait()
             path = self._folder / f"{len(self._written):05d}.jpg"
-            self._writing = self._writer.submit(Image.fromarray(image).save, path, quality=QUALITY)
+            self._writing = self._writer.submit(_write, path, image)
             self._written.append(path)
 
     def close(self) -> None:
         """Finish the last frame."""
-        self._wait()
-        self._writer.shutdown()
+        try:
+            self._wait()
+        finally:
+            self._writer.shutdown()
 
     def _wait(self) -> None:
         """Wait for the frame that is being written; raises what went wrong with it."""
         writing, self._writing = self._writing, None
         if writing is not None:
-            writing.result()
+            with _told(self._folder):
+                writing.result()
+
+
+def _write(path: Path, image: Any) -> None:
+    from PIL import Image
+
+    # Not straight into the file: on a full disk, Pillow takes a frame that is cut off for one that is written.
+    encoded = BytesIO()
+    Image.fromarray(image).save(encoded, "JPEG", quality=QUALITY)
+    path.write_bytes(encoded.getbuffer())
+
+
+@contextmanager
+def _told(folder: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise BenchbotError(
+            f"The frames in {folder} cannot be written.",
+            f"{error.strerror or error}.",
+            "Make room, or record into a folder on a disk that has some and that you may write to.",
+            exit_code=ExitCode.INTERNAL,
+            failure=FailureClass.INFRASTRUCTURE,
+        ) from error

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from benchbot.core.errors import BenchbotError
 from benchbot.core.plugins import load
 from benchbot.core.progress import ActionResult, Progress, State, Step
 
@@ -44,7 +45,7 @@ def test_a_frame_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     recording = load().record("recorders", "frames").create(tmp_path / "frames")
     (tmp_path / "frames").rmdir()
     recording.step(None, {}, step(image_rgb=IMAGE), Progress())
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(BenchbotError, match=r"frames cannot be written"):
         recording.close()
 
 

@@ -11,7 +11,7 @@ from benchbot.core.progress import Progress, Step
 from benchbot_record_mcap import messages
 
 COLOUR, DEPTH, SEGMENTATION = "/camera/color", "/camera/depth", "/camera/segmentation"
-ACTION, PROGRESS = "/benchbot/action", "/benchbot/progress"
+ACTION, GOAL, PROGRESS = "/benchbot/action", "/benchbot/goal", "/benchbot/progress"
 
 # `poses` calls the optical frame so on every robot; the channels `laser` and `imu` do not name theirs.
 CAMERA_FRAME, LASER_FRAME, IMU_FRAME = "camera", "lidar", "imu_link"
@@ -70,6 +70,9 @@ def _of_channel(channel: str, observations: Mapping[str, Any], time_ns: int) -> 
             yield "/imu", messages.imu(value, messages.header(time_ns, IMU_FRAME))
         case "poses":
             yield "/tf", messages.transforms(value, time_ns)
+        case "goal":
+            goal = {"class": value} if isinstance(value, str) else {"position_xy": value.tolist()}
+            yield GOAL, messages.text(goal)
         case _:
             raise ValueError("no ROS 2 message is chosen for it")
 
