@@ -18,6 +18,7 @@ from benchbot.core.errors import BenchbotError, ExitCode
 COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("benchbot.cli.run:run", "Start a robot in an environment, ready for a solution."),
     "submit": ("benchbot.cli.submit:submit", "Run a solution, against a running robot or with one of its own."),
+    "batch": ("benchbot.cli.batch:app", "Compute many episodes: robots, environments, seeds, settings; resumable."),
     "eval": ("benchbot.cli.evaluate:evaluate", "Score result files."),
     "report": ("benchbot.cli.report:report", "Make a page, tables or test cases of results."),
     "compare": ("benchbot.cli.compare:compare", "Say whether one set of results scores higher than another."),
@@ -30,6 +31,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "ready": ("benchbot.cli.ready:ready", "Say that you have done what a real robot asked you."),
     "schema": ("benchbot.cli.schema:schema", "Print the JSON Schema of a declaration or document."),
     "plugins": ("benchbot.cli.plugins:app", "Say which plug-ins are installed."),
+    "new": ("benchbot.cli.new:new", "Make a plug-in of your own: a complete project, tested and ready to publish."),
 }
 """Sub-commands: name to (`module:attribute`, help line)."""
 
@@ -37,7 +39,7 @@ EPILOGUE = """\
 Plug-ins may add commands: benchbot list commands.
 
 \b
-Add-ons of BenchBot v2, for run, submit, eval, report, compare, picture, list, show, check and doctor:
+Add-ons of BenchBot v2, for run, submit, batch, eval, report, compare, picture, list, show, check and doctor:
   --addons FOLDER  use those in this folder, too; repeatable
   --trust-addons   let their Python code run, until it changes
 

@@ -29,15 +29,7 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
     if progress.failure is not None:
         failure = {"class": progress.failure.value, "why": progress.failure_why or ""}
     return {
-        "benchbot": benchbot.__version__,
-        "plugins": {
-            **{
-                name: {"version": version(name), "sha256": distribution_hash(name)}
-                for name in sorted(distributions_used(selection))
-            },
-            **{addon.name: {"version": "v2", "sha256": addon.content_hash()} for addon in addons_used(selection)},
-        },
-        **_asset_packs(selection),
+        **software(selection),
         "selection": {
             "task": selection.task.name,
             "robot": selection.robot.name,
@@ -61,6 +53,21 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
     }
 
 
+def software(selection: Selection) -> dict[str, Any]:
+    """Return versions and hashes of BenchBot and of what determines a run's result beside what was selected."""
+    return {
+        "benchbot": benchbot.__version__,
+        "plugins": {
+            **{
+                name: {"version": version(name), "sha256": distribution_hash(name)}
+                for name in sorted(distributions_used(selection))
+            },
+            **{addon.name: {"version": "v2", "sha256": addon.content_hash()} for addon in addons_used(selection)},
+        },
+        **_asset_packs(selection),
+    }
+
+
 def source_of_pose(selection: Selection) -> str:
     """Return whose word the track is: that of a `simulation`, or of a real `robot` about itself."""
     return "robot" if selection.robot.data["type"] in plugins.load().pool("robot_drivers") else "simulation"
@@ -80,10 +87,11 @@ def distributions_used(selection: Selection) -> set[str]:
     """Return the distributions whose code or declarations determine a run's result."""
     loaded = plugins.load()
     kind = selection.robot.data["type"]
-    runs_on = {**loaded.pool("simulators"), **loaded.pool("robot_drivers")}[kind].distribution
+    # The pretended robot of the conformance kit runs on nothing.
+    runs_on = [pool[kind].distribution for pool in map(loaded.pool, ("simulators", "robot_drivers")) if kind in pool]
     declared = (declaration for declaration in _declared(selection) if declaration.addon is None)
     packs = (loaded.pool("asset_packs")[name].distribution for name in _assets_named(selection))
-    return _with_required({"benchbot", runs_on, *(declaration.distribution for declaration in declared), *packs})
+    return _with_required({"benchbot", *runs_on, *(declaration.distribution for declaration in declared), *packs})
 
 
 def _with_required(distributions: set[str]) -> set[str]:
@@ -162,14 +170,18 @@ def solution_details(command: list[str], folder: Path) -> dict[str, Any]:
             return None
         return done.stdout.strip()
 
-    named = {word: folder / word for word in command[1:] if not word.startswith("-")}
-    files = {word: _file_hash(path) for word, path in named.items() if path.is_file()}
-    details: dict[str, Any] = {"command": command, "files": files}
+    details: dict[str, Any] = {"command": command, "files": files_named(command, folder)}
     revision = git("rev-parse", "HEAD")
     if revision is not None:
         details["git_revision"] = revision
         details["git_dirty"] = git("status", "--porcelain", "--untracked-files=no") != ""
     return details
+
+
+def files_named(command: list[str], folder: Path) -> dict[str, str]:
+    """Return the SHA-256 of each file that a command names, relative to `folder`, where it runs."""
+    named = {word: folder / word for word in command[1:] if not word.startswith("-")}
+    return {word: _file_hash(path) for word, path in named.items() if path.is_file()}
 
 
 def _file_hash(path: Path) -> str:

@@ -1,0 +1,1 @@
+"""New plug-ins: complete, tested projects from templates."""
