@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 # What `benchbot[full]` brings, and what is installed besides where it is needed: ROS 2 alone is 250 MB.
 PLUGINS := scenes assets_household sim_taichi task_semslam task_navigation eval_omq eval_trajectory eval_exploration \
 	envs_bear
-MORE_PLUGINS := robot_ros2 record_mcap
+MORE_PLUGINS := robot_ros2 record_mcap executor_slurm executor_ray
 EDITABLE := -e . $(foreach plugin,$(PLUGINS),-e plugins/$(plugin))
 EDITABLE_MORE := $(foreach plugin,$(MORE_PLUGINS),-e plugins/$(plugin))
 SOURCES := benchbot benchbot_api benchbot_eval tests benchmarks plugins conftest.py
@@ -17,7 +17,7 @@ help:  ## Say what each target does
 
 install: $(VENV)/.installed  ## Install BenchBot and its plug-ins into .venv
 
-install-test: $(VENV)/.interfaces $(VENV)/.browser  ## Install what the tests, linters and benchmarks need, too
+install-test: $(VENV)/.interfaces $(VENV)/.browser $(VENV)/.slurm  ## Install what the tests, linters and benchmarks need, too
 
 $(VENV)/.installed: pyproject.toml constraints.txt $(wildcard plugins/*/pyproject.toml)
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -36,6 +36,10 @@ $(VENV)/.interfaces: $(VENV)/.installed-test $(shell find plugins/robot_ros2/tes
 
 $(VENV)/.browser: $(VENV)/.installed tests/evaluation/report/install_chromium.sh
 	tests/evaluation/report/install_chromium.sh
+	touch $@
+
+$(VENV)/.slurm: $(VENV)/.installed plugins/executor_slurm/tests/install_slurm.sh
+	plugins/executor_slurm/tests/install_slurm.sh
 	touch $@
 
 demo: install  ## Drive a robot through a ray-traced room, map it, score the map

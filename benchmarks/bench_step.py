@@ -3,7 +3,11 @@
 The simulator takes no time, so each row is a round trip minus the simulation, until the solution has arrays of its own:
 in this process; in the platform's process; through the supervisor, over TCP or a unix socket, the arrays as bytes or in
 shared memory. The floor is the same number of bytes over a bare socket. The ways are measured in turn, so that each has
-the same share of what else the machine does; before each step, the solution thinks for some milliseconds.
+the same share of what else the machine does; after each step, the solution thinks for some milliseconds.
+
+On a machine that is busy, look at the processor time: that of this process, the supervisor and the simulator's, for a
+step and the thinking after it, in which the supervisor works out the digest of what was observed. Looking it up takes
+most of what the row "in process" shows.
 """
 
 import argparse
@@ -16,7 +20,8 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +39,7 @@ from benchbot.core.session import Session
 from benchbot.supervisor.backend import serve
 from benchbot.supervisor.platform_host import ChildHost
 from benchbot.supervisor.run_state import Connection, RunState
+from tests.supervisor.harness import children_of
 from tests.supervisor.v2_client import V2Client
 
 WIDTH, HEIGHT = 640, 480
@@ -141,17 +147,38 @@ def serve_for_parent(folder: Path) -> None:
     serve(selection(), port=0, unix_socket=folder / "socket", on_ready=tell)
 
 
-def measure(calls: dict[str, Callable[[], object]], rounds: int, thinking_s: float = 0.0) -> dict[str, list[float]]:
-    """Return the milliseconds of each call, all of them in turn in every round, with a pause before each."""
-    taken_ms: dict[str, list[float]] = {name: [] for name in calls}
+@dataclass(frozen=True)
+class Cost:
+    """What a call took, in milliseconds: of wall time, and of processor time with the pause after it."""
+
+    wall_ms: float
+    cpu_ms: float
+
+
+def measure(
+    calls: dict[str, Callable[[], object]], rounds: int, thinking_s: float, pids: list[int]
+) -> dict[str, list[Cost]]:
+    """Return the costs of each call, all of them in turn in every round, with a pause after each."""
+    costs: dict[str, list[Cost]] = {name: [] for name in calls}
     for number in range(rounds + 5):
         for name, call in calls.items():
-            time.sleep(thinking_s)
-            start_s = time.perf_counter()
+            cpu_before_ms, start_s = spent_ms(pids), time.perf_counter()
             call()
+            wall_ms = (time.perf_counter() - start_s) * 1e3
+            time.sleep(thinking_s)
             if number >= 5:
-                taken_ms[name].append((time.perf_counter() - start_s) * 1e3)
-    return taken_ms
+                costs[name].append(Cost(wall_ms, spent_ms(pids) - cpu_before_ms))
+    return costs
+
+
+def spent_ms(pids: list[int]) -> float:
+    """Return the processor time of this process and others so far (proc(5), schedstat; of this one only elsewhere)."""
+    others_ns = 0
+    for pid in pids:
+        for thread in Path(f"/proc/{pid}/task").glob("*/schedstat"):
+            with suppress(OSError):  # a thread that has just ended
+                others_ns += int(thread.read_text("utf-8").split()[0])
+    return time.process_time_ns() / 1e6 + others_ns / 1e6
 
 
 def in_process() -> InProcessHost:
@@ -186,7 +213,7 @@ def act_as_v2(client: V2Client) -> None:
     client.transcript.clear()
 
 
-def run(folder: Path, rounds: int, thinking_s: float) -> dict[str, list[float]]:
+def run(folder: Path, rounds: int, thinking_s: float) -> dict[str, list[Cost]]:
     command = [sys.executable, "-m", "benchmarks.bench_step", "--serve", str(folder)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process, ExitStack() as stack:
         assert process.stdout is not None
@@ -218,13 +245,13 @@ def run(folder: Path, rounds: int, thinking_s: float) -> dict[str, list[float]]:
             ACTION: lambda: first.step("move_distance", {"distance": 0.0}),
             V2_ACTION: lambda: act_as_v2(v2),
         }
-        return measure(ways, rounds, thinking_s)
+        return measure(ways, rounds, thinking_s, [process.pid, *children_of(process.pid), host.pid])
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=200)
-    parser.add_argument("--thinking-ms", type=float, default=4.0, help="before each step; 0 is a solution in a hurry")
+    parser.add_argument("--thinking-ms", type=float, default=4.0, help="after each step; 0 is a solution in a hurry")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the numbers there")
     parser.add_argument("--serve", type=Path, help=argparse.SUPPRESS)
     options = parser.parse_args()
@@ -233,21 +260,26 @@ def main() -> None:
         return
     with tempfile.TemporaryDirectory(prefix="bb-") as folder:
         install(Path(folder))
-        taken_ms = run(Path(folder), options.rounds, options.thinking_ms / 1e3)
+        costs = run(Path(folder), options.rounds, options.thinking_ms / 1e3)
+    taken_ms = {name: np.array([cost.wall_ms for cost in paid]) for name, paid in costs.items()}
     rows = [
         {
             "what": name,
-            "median_ms": float(np.median(values)),
-            "p99_ms": float(np.percentile(values, 99)),
-            "ratio_to_floor": float(np.median(np.array(values) / np.array(taken_ms[FLOOR]))),
+            "median_ms": float(np.median(taken_ms[name])),
+            "p99_ms": float(np.percentile(taken_ms[name], 99)),
+            "ratio_to_floor": float(np.median(taken_ms[name] / taken_ms[FLOOR])),
+            "cpu_ms": float(np.median([cost.cpu_ms for cost in paid])),
         }
-        for name, values in taken_ms.items()
+        for name, paid in costs.items()
     ]
     print(f"step(None), {WIDTH}x{HEIGHT} colour + depth + segmentation, {payload_bytes() / 1e6:.1f} MB")
-    print(f"{'':<30}{'median ms':>10}{'p99 ms':>10}{'ratio':>10}")
+    print(f"{'':<35}{'median ms':>10}{'p99 ms':>10}{'ratio':>10}{'CPU ms':>10}")
     for row in rows:
-        print(f"{row['what']:<30}{row['median_ms']:>10.2f}{row['p99_ms']:>10.2f}{row['ratio_to_floor']:>9.1f}x")
-    ratios = np.array(taken_ms[V2_ACTION]) / np.array(taken_ms[ACTION])
+        print(
+            f"{row['what']:<35}{row['median_ms']:>10.2f}{row['p99_ms']:>10.2f}{row['ratio_to_floor']:>9.1f}x"
+            f"{row['cpu_ms']:>10.2f}"
+        )
+    ratios = taken_ms[V2_ACTION] / taken_ms[ACTION]
     print(f"v2's protocol takes {np.median(ratios):.1f} times as long as ours")
     if options.json:
         options.json.write_text(json.dumps({"bytes": payload_bytes(), "rows": rows}, indent=1))

@@ -1,19 +1,21 @@
 """Environments for learning: stepped together, beside one after the other in the same run.
 
-python -m benchmarks.bench_vector [--arch cuda] [--envs 1 64] [--sizes 64] [--json FILE]
+python -m benchmarks.bench_vector [--arch cuda] [--envs 1 64] [--sizes 64] [--within-s 60] [--json FILE]
 
 Rates are medians of interleaved rounds, in environment steps per second of wall time: each turns by up to 15 degrees
-and observes pictures, laser and poses. `sync` is gymnasium.vector.SyncVectorEnv, whose environments load a
-scene each and take one turn after the other: it has at most 16 of them, in the row of 64 too.
+and observes pictures, laser and poses. What the processors of this machine had to do for a step does not depend on what
+else they do. `sync` is gymnasium.vector.SyncVectorEnv, whose environments load a scene each and take one turn after the
+other, so that two of them tell the rate of any number. Kernels are compiled, or come from the cache of earlier runs,
+before anything is measured. With `--within-s`, and on a graphics processor within a minute, rows that would take longer
+are left out, the largest first.
 """
 
 import argparse
 import json
-import os
+import math
 import statistics
-import tempfile
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -24,19 +26,38 @@ from benchbot_sim_taichi import _ti
 
 SIZES = (64, 128)
 ENVIRONMENTS = (1, 4, 16, 64)
-MOST_SYNC_ENVIRONMENTS = 16
+SYNC_ENVIRONMENTS = 2
 ARGUMENTS = {"largest_distance_m": 0.25, "largest_angle_deg": 15.0}
+
+VectorEnv = gymnasium.vector.VectorEnv[Any, Any, Any]
 
 
 @dataclass(frozen=True)
 class Row:
-    """Environment steps per second, and the ratio of batched to sync."""
+    """Environment steps per second, their ratio to those of `sync`, and milliseconds of processor time for each."""
 
     size: int
     environments: int
     sync: float
     batched: float
     ratio: float
+    batched_cpu_ms: float
+
+
+@dataclass
+class Measured:
+    """A way to step environments, and its steps so far."""
+
+    envs: VectorEnv
+    rates: list[float] = field(default_factory=list)
+    cpu_ms: list[float] = field(default_factory=list)
+
+    def step(self) -> None:
+        actions = turning(self.envs)
+        started_s, started_cpu_s = time.perf_counter(), time.process_time()
+        self.envs.step(actions)
+        self.rates.append(self.envs.num_envs / (time.perf_counter() - started_s))
+        self.cpu_ms.append((time.process_time() - started_cpu_s) / self.envs.num_envs * 1e3)
 
 
 def main() -> None:
@@ -45,49 +66,57 @@ def main() -> None:
     parser.add_argument("--sizes", type=int, nargs="+", default=SIZES, metavar="PIXELS", help="width and height")
     parser.add_argument("--envs", type=int, nargs="+", default=ENVIRONMENTS, metavar="N")
     parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--within-s", type=float, metavar="SECONDS", help="leave out what does not fit (cuda: 60)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the table to this file")
     options = parser.parse_args()
+    ends_s = time.monotonic() + (options.within_s or (60.0 if options.arch == "cuda" else math.inf))
     print(f"benchbot/SemanticSlam-v0, carter_lowres in miniroom:1, {options.arch}")
-    print(f"{'size':>5} {'envs':>5} {'sync':>9} {'batched':>9} {'ratio':>6}")
+    print(f"{'size':>5} {'envs':>5} {'sync':>9} {'batched':>9} {'ratio':>6} {'CPU ms':>7}")
     rows = []
-    with tempfile.TemporaryDirectory() as cache:
-        os.environ["BENCHBOT_CACHE_DIR"] = cache
-        for size in options.sizes:
-            for environments in options.envs:
-                row = measure(size, environments, options.rounds, options.arch)
-                rows.append(row)
-                print(
-                    f"{row.size:5} {row.environments:5} {row.sync:9.1f} {row.batched:9.1f} {row.ratio:6.2f}", flush=True
-                )
+    for size in options.sizes:
+        sync = made("sync", SYNC_ENVIRONMENTS, size, options.arch)
+        longest_s = 0.0
+        for environments in sorted(options.envs):
+            started_s = time.monotonic()
+            if started_s + 2 * longest_s > ends_s:
+                print(f"{size:5} {environments:5} left out")
+                continue
+            row = measure(size, sync, environments, options.rounds, options.arch)
+            longest_s = time.monotonic() - started_s
+            rows.append(row)
+            print(
+                f"{row.size:5} {row.environments:5} {row.sync:9.1f} {row.batched:9.1f} {row.ratio:6.2f}"
+                f" {row.batched_cpu_ms:7.2f}",
+                flush=True,
+            )
+        sync.close()
     if options.json:
-        options.json.write_text(json.dumps([asdict(row) for row in rows], indent=1) + "\n", encoding="utf-8")
+        document = {"arch": options.arch, "rows": [asdict(row) for row in rows]}
+        options.json.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
-def measure(size: int, environments: int, rounds: int, arch: str) -> Row:
+def made(mode: str, count: int, size: int, arch: str) -> VectorEnv:
+    """Return environments that have taken their first step: what is compiled has been."""
     choices: dict[str, Any] = {**ARGUMENTS, "image_size": (size, size), "platform_options": {"arch": arch}}
+    envs: VectorEnv = gymnasium.make_vec("benchbot/SemanticSlam-v0", count, mode, **choices)
+    envs.reset(seed=0)
+    envs.action_space.seed(0)
+    envs.step(turning(envs))
+    return envs
 
-    def make(mode: str, count: int) -> "gymnasium.vector.VectorEnv[Any, Any, Any]":
-        return gymnasium.make_vec("benchbot/SemanticSlam-v0", count, mode, **choices)
 
-    ways = (make("sync", min(environments, MOST_SYNC_ENVIRONMENTS)), make("vector_entry_point", environments))
-    rates: tuple[list[float], list[float]] = ([], [])
-    for envs in ways:
-        envs.reset(seed=0)
-        envs.action_space.seed(0)
-        envs.step(turning(envs))
+def measure(size: int, sync: VectorEnv, environments: int, rounds: int, arch: str) -> Row:
+    one_by_one = Measured(sync)
+    together = Measured(made("vector_entry_point", environments, size, arch))
     for _ in range(rounds):
-        for envs, measured in zip(ways, rates, strict=True):
-            actions = turning(envs)
-            started_s = time.perf_counter()
-            envs.step(actions)
-            measured.append(envs.num_envs / (time.perf_counter() - started_s))
-    for envs in ways:
-        envs.close()
-    sync, batched = (statistics.median(measured) for measured in rates)
-    return Row(size, environments, sync, batched, batched / sync)
+        one_by_one.step()
+        together.step()
+    together.envs.close()
+    slow, quick = statistics.median(one_by_one.rates), statistics.median(together.rates)
+    return Row(size, environments, slow, quick, quick / slow, statistics.median(together.cpu_ms))
 
 
-def turning(envs: "gymnasium.vector.VectorEnv[Any, Any, Any]") -> dict[str, Any]:
+def turning(envs: VectorEnv) -> dict[str, Any]:
     """Return an action for each that cannot collide, so that none starts again."""
     actions: dict[str, Any] = envs.action_space.sample()
     return {**actions, "action": actions["action"] * 0 + 1}

@@ -20,6 +20,9 @@ class ActionResult(Enum):
 class Agent(ABC):
     """A solution: chooses actions from observations, knows when it is done, and saves its results."""
 
+    last_outcome: str | None = None
+    """`BenchBot.last_outcome`, as `BenchBot.run` last told it: before `is_done` and `pick_action` are called."""
+
     @abstractmethod
     def is_done(self, action_result: ActionResult) -> bool:
         """Say whether the current scene is done, given the result of the last action."""

@@ -69,6 +69,17 @@ class BenchBot:
         return list(self._session["observations"])
 
     @property
+    def last_outcome(self) -> str | None:
+        """How the last step's action ended: `reached`, `blocked`, `collided`, `timeout`; None without an action.
+
+        A robot that stops in front of obstacles is `blocked` there: it has not gone as far as it was told, and its
+        action result is SUCCESS, since it may go on.
+        """
+        self._running()
+        outcome: str | None = self._state.get("outcome")
+        return outcome
+
+    @property
     def config(self) -> dict[str, Any]:
         """What is run: `task`, `robot`, `environments` and `results` (the results format)."""
         self._running()
@@ -184,9 +195,11 @@ class BenchBot:
             )
         observations, result = self.reset()
         while True:
+            agent.last_outcome = None
             while not agent.is_done(result):
                 action, arguments = agent.pick_action(observations, self.actions)
                 observations, result = self.step(action, arguments)
+                agent.last_outcome = self.last_outcome
             # A collision ends the whole episode; what was seen until then is still worth a result.
             if result is ActionResult.COLLISION or not self.next_scene():
                 break

@@ -1,12 +1,21 @@
-"""HTTP/1.1 to a supervisor on loopback or a unix socket, over one connection that is kept open."""
+"""HTTP/1.1 to a supervisor on loopback or a unix socket, over one connection that is kept open.
+
+A request leaves in one piece. An answer of a supervisor, whose length is told, is read here; every other one is left to
+`http.client`, which knows all of HTTP and takes its time.
+"""
 
 import http.client
+import re
 import socket
+from collections.abc import Mapping
 from urllib.parse import urlsplit
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 
 CONNECT_TIMEOUT_S = 10.0
+PEEKED_BYTES = 4096
+_PLAIN_ANSWER = re.compile(rb"HTTP/1\.1 ([2-5][0-9]{2}) ")
+_NOT_IN_A_HEADER = re.compile("[\r\n\0]")
 
 
 class Transport:
@@ -14,19 +23,22 @@ class Transport:
 
     def __init__(self, url: str | None, socket_path: str | None, answer_timeout_s: float | None = None) -> None:
         self._where = socket_path or url or ""
+        self._address = None if socket_path is not None else _host_and_port(self._where)
+        self._host = "localhost" if self._address is None else _authority(*self._address)
+        # Usually none: an action may take as long as it takes, and the supervisor itself ends what hangs.
         self._answer_timeout_s = answer_timeout_s
-        if socket_path is not None:
-            self._connection: http.client.HTTPConnection = _UnixConnection(socket_path)
-        else:
-            self._connection = _tcp_connection(self._where)
+        self._socket: socket.socket | None = None
+        self._peeked = bytearray(PEEKED_BYTES)
 
-    def request(self, method: str, path: str, body: bytes, headers: dict[str, str]) -> tuple[int, str, bytearray]:
+    def request(
+        self, method: str, path: str, body: bytes, headers: Mapping[str, str]
+    ) -> tuple[int, str, bytearray | bytes]:
         """Return status, content type and body of the answer; raises BenchbotError when the supervisor is gone."""
+        message = self._message(method, path, body, headers)
         try:
-            self._connect()
-            self._connection.request(method, path, body or None, headers)
-            response = self._connection.getresponse()
-            content = _content(response)
+            connection = self._connected()
+            connection.sendall(message)
+            status, told, content = self._answer(connection, method)
         except (OSError, http.client.HTTPException) as error:
             self.close()
             raise self._gone(error) from error
@@ -34,20 +46,61 @@ class Transport:
             # Interrupted between question and answer: the next answer on this connection would be the wrong one.
             self.close()
             raise
-        return response.status, response.headers.get_content_type(), content
+        if told.get("connection", "").lower() == "close":
+            self.close()
+        return status, told.get("content-type", "").partition(";")[0].strip().lower(), content
 
     def close(self) -> None:
         """Close the connection; the next request opens another."""
-        self._connection.close()
+        connection, self._socket = self._socket, None
+        if connection is not None:
+            connection.close()
 
-    def _connect(self) -> None:
-        connection = self._connection
-        if connection.sock is None:
-            connection.timeout = CONNECT_TIMEOUT_S
-            connection.connect()
-        if connection.sock is not None:
-            # Usually none: an action may take as long as it takes, and the supervisor itself ends what hangs.
-            connection.sock.settimeout(self._answer_timeout_s)
+    def _message(self, method: str, path: str, body: bytes, headers: Mapping[str, str]) -> bytes:
+        told = {"Host": self._host, **headers}
+        if body or method != "GET":
+            told["Content-Length"] = str(len(body))
+        if any(_NOT_IN_A_HEADER.search(value) for value in told.values()):
+            raise BenchbotError(
+                "A header of the request holds a line break.",
+                "The token, or the name of the host, is not on one line.",
+                "Mend BENCHBOT_TOKEN or BENCHBOT_URL.",
+            )
+        lines = [f"{method} {path} HTTP/1.1", *(f"{name}: {value}" for name, value in told.items()), "\r\n"]
+        return "\r\n".join(lines).encode("utf-8") + body
+
+    def _connected(self) -> socket.socket:
+        if self._socket is None:
+            if self._address is None:
+                connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+                connection.settimeout(CONNECT_TIMEOUT_S)
+                self._socket = connection
+                connection.connect(self._where)
+            else:
+                self._socket = connection = socket.create_connection(self._address, CONNECT_TIMEOUT_S)
+                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            connection.settimeout(self._answer_timeout_s)
+        return self._socket
+
+    def _answer(self, connection: socket.socket, method: str) -> tuple[int, Mapping[str, str], bytearray | bytes]:
+        """Return status, headers by their names in lower case, and body."""
+        count = connection.recv_into(self._peeked, 0, socket.MSG_PEEK)
+        head_end = self._peeked.find(b"\r\n\r\n", 0, count) + 4
+        plain = _PLAIN_ANSWER.match(self._peeked)
+        if head_end < 4 or plain is None:
+            return _any_answer(connection, method)
+        told: dict[str, str] = {}
+        for line in self._peeked[: head_end - 4].decode("latin-1").split("\r\n")[1:]:
+            name, _, value = line.partition(":")
+            told[name.strip().lower()] = value.strip()
+        length = told.get("content-length", "")
+        if not length.isdecimal() or "transfer-encoding" in told or plain[1] in (b"204", b"304"):
+            return _any_answer(connection, method)
+        _fill(connection, memoryview(self._peeked)[:head_end])
+        # The arrays will be views of this memory.
+        content = bytearray(int(length))
+        _fill(connection, memoryview(content))
+        return int(plain[1]), told, content
 
     def _gone(self, error: Exception) -> BenchbotError:
         return BenchbotError(
@@ -59,20 +112,23 @@ class Transport:
         )
 
 
-class _UnixConnection(http.client.HTTPConnection):
-    """HTTP over a unix socket."""
-
-    def __init__(self, path: str) -> None:
-        super().__init__("localhost")
-        self._path = path
-
-    def connect(self) -> None:
-        self.sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        self.sock.settimeout(self.timeout)
-        self.sock.connect(self._path)
+def _any_answer(connection: socket.socket, method: str) -> tuple[int, Mapping[str, str], bytes]:
+    response = http.client.HTTPResponse(connection, method=method)
+    response.begin()
+    content = response.read()
+    told = {name.lower(): value for name, value in response.getheaders()}
+    return response.status, {**told, **({"connection": "close"} if response.will_close else {})}, content
 
 
-def _tcp_connection(url: str) -> http.client.HTTPConnection:
+def _fill(connection: socket.socket, view: memoryview) -> None:
+    while view:
+        count = connection.recv_into(view)
+        if count == 0:
+            raise http.client.IncompleteRead(b"", len(view))
+        view = view[count:]
+
+
+def _host_and_port(url: str) -> tuple[str, int]:
     parts = urlsplit(url if "//" in url else f"//{url}")
     try:
         host, port = parts.hostname, parts.port
@@ -84,19 +140,8 @@ def _tcp_connection(url: str) -> http.client.HTTPConnection:
             "An address is written like this: http://127.0.0.1:10000",
             "Mend BENCHBOT_URL or the argument supervisor_address.",
         )
-    return http.client.HTTPConnection(host, port or 10000)
+    return host, port or 10000
 
 
-def _content(response: http.client.HTTPResponse) -> bytearray:
-    """Return the body, read straight into the memory that the arrays will be views of."""
-    if response.length is None:
-        return bytearray(response.read())
-    content = bytearray(response.length)
-    view = memoryview(content)
-    while view:
-        count = response.readinto(view)
-        if count == 0:
-            raise http.client.IncompleteRead(b"", len(view))
-        view = view[count:]
-    response.read()
-    return content
+def _authority(host: str, port: int) -> str:
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"

@@ -15,7 +15,7 @@ from benchbot.core.errors import BenchbotError
 if TYPE_CHECKING:
     from benchbot.core.v2_addons import Addon
 
-COMMANDS = ("run", "submit", "eval", "report", "compare", "picture", "list", "show", "check", "doctor")
+COMMANDS = ("run", "submit", "batch", "eval", "report", "compare", "picture", "list", "show", "check", "doctor")
 
 
 def take(words: Sequence[str]) -> list[str]:

@@ -130,6 +130,16 @@ def simulators(as_json: Json = False) -> None:
     _print(rows, ["name", "kind", "distribution"], as_json)
 
 
+@app.command("executors", context_settings=QUICK)
+def executors(as_json: Json = False) -> None:
+    """List where the workers of a batch can run."""
+    rows = [
+        {"name": name, "description": provided.value.description, "distribution": provided.distribution}
+        for name, provided in sorted(_loaded().pool("executors").items())
+    ]
+    _print(rows, ["name", "description", "distribution"], as_json)
+
+
 @app.command("commands", context_settings=QUICK)
 def commands(as_json: Json = False) -> None:
     """List the commands that plug-ins add to benchbot."""

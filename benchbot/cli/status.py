@@ -76,6 +76,13 @@ class StatusLine:
             self._erase()
             self._text = ""
 
+    def started(self, process: int) -> None:
+        """Learn the number of a solution's process: nobody needs it here."""
+
+    def look(self, progress: Mapping[str, Any], scene_count: int) -> None:
+        """Show where an episode stands; it is for the solution to end it."""
+        self.show_progress(progress, scene_count)
+
     def show_progress(self, progress: Mapping[str, Any], scene_count: int) -> None:
         """Show where an episode stands; what a person must know or do is urgent."""
         urgent = bool(progress["waiting_for"] or progress["ends_run"])

@@ -1,8 +1,5 @@
 """`benchbot submit`: a solution, run against a back end, its result checked, kept and scored."""
 
-import os
-import shlex
-import shutil
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -18,9 +15,9 @@ from benchbot.cli.run import EpisodeNumber, MaxSimulatedTime, MaxSteps, MaxWallT
 from benchbot.core.errors import BenchbotError, ExitCode
 
 if TYPE_CHECKING:
-    from benchbot.cli.episode import Episode, Order
     from benchbot.core.catalog import Catalog
     from benchbot.core.selection import Limits
+    from benchbot.submission.episode import Episode
     from benchbot.supervisor.run_state import Connection
 
 
@@ -81,11 +78,13 @@ def submit(
     The solution finds the robot through BENCHBOT_URL, BENCHBOT_SOCKET and BENCHBOT_TOKEN, and saves its result to
     BENCHBOT_RESULT. The result's path goes to stdout, or the score when one was asked for.
     """
-    from benchbot.cli import episode
+    from benchbot.cli.status import StatusLine
     from benchbot.core import overrides
     from benchbot.core.catalog import Catalog
     from benchbot.core.plugins import load
     from benchbot.core.selection import Limits
+    from benchbot.submission import episode
+    from benchbot.submission.ordering import order_of, split_words
 
     requirements = requirement.parse(require)
     catalog = Catalog(load())
@@ -99,7 +98,7 @@ def submit(
         )
     for path in (results_location, output):
         console.check_output(path)
-    order = _order(catalog, native, example, [*(words or ()), *_words("--args", args)], timeout)
+    order = order_of(catalog, native, example, [*(words or ()), *split_words("--args", args)], timeout)
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     chosen = _chosen(task, robot, environment)
     recorded = recordings(record)
@@ -116,7 +115,7 @@ def submit(
         connection, died = _back_end(
             stack, catalog, chosen, episode_number, changed, seed or 0, limits, evaluate_with, recorded
         )
-        ended = episode.run(order, connection, died)
+        ended = episode.run(order, connection, died, stack.enter_context(StatusLine()))
     kept = _kept(ended, results_location)
     if ended.problem is not None or kept is None or evaluate_with is None:
         if as_json:
@@ -184,44 +183,6 @@ def _summary(ended: "Episode", result: Path | None) -> dict[str, Any]:
         "provenance": ended.document["provenance"],
         "error": None if ended.problem is None else ended.problem.as_dict(),
     }
-
-
-def _order(
-    catalog: "Catalog", native: str | None, example: str | None, words: list[str], timeout_s: float | None
-) -> "Order":
-    """Return what to run; raises BenchbotError unless exactly one mode was chosen and its command exists."""
-    from benchbot.cli.episode import Order
-    from benchbot.cli.solution import cannot_start, python_first
-
-    if (native is None) == (example is None):
-        what = "Neither --native nor --example was" if native is None else "Both --native and --example were"
-        raise BenchbotError(
-            "It is not clear what to submit.",
-            f"{what} given.",
-            "Give one: --native python my_solution.py, or --example NAME (benchbot list examples).",
-        )
-    if native is not None:
-        order = Order([*_words("--native", native), *words], Path.cwd(), timeout_s=timeout_s)
-    else:
-        found = catalog.get("examples", example or "")
-        command = [*_words("native_command", found.data["native_command"]), *words]
-        order = Order(command, found.path.parent, python_first(), timeout_s)
-    if not order.command:
-        raise cannot_start(["(nothing)"], "there is no command")
-    path = order.variables.get("PATH", os.environ.get("PATH"))
-    if os.sep not in order.command[0] and shutil.which(order.command[0], path=path) is None:
-        raise cannot_start(order.command, "there is no such program on PATH")
-    return order
-
-
-def _words(origin: str, text: str | None) -> list[str]:
-    """Return the words of a command, split as a shell would; raises BenchbotError for a quote that stays open."""
-    try:
-        return shlex.split(text or "")
-    except ValueError as error:
-        raise BenchbotError(
-            f"The words of {origin} cannot be told apart.", f"{text!r}: {error}.", "Close the quote, or escape it."
-        ) from error
 
 
 def _chosen(task: str | None, robot: str | None, environment: str | None) -> tuple[str, str, str] | None:

@@ -1,4 +1,4 @@
-"""The commands of BenchBot v2: `benchbot_run`, `benchbot_submit` and `benchbot_eval`, with their own spellings."""
+"""The commands of BenchBot v2, `benchbot_run`, `_submit`, `_batch` and `_eval`, with their own spellings."""
 
 import sys
 from typing import NoReturn
@@ -21,6 +21,16 @@ def submit() -> NoReturn:
 def evaluate() -> NoReturn:
     """Be `benchbot_eval`."""
     _be("eval")
+
+
+def batch() -> NoReturn:
+    """Be `benchbot_batch`: it leaves `batch_0.json` and so on in the working folder, or with another `--prefix`."""
+    words = sys.argv[1:]
+    if not any(
+        word in ("-p", "--prefix", "-h", "--help", "-v", "--version") or word.startswith("--prefix=") for word in words
+    ):
+        sys.argv[1:] = [*words, "--prefix", "batch"]
+    _be("batch")
 
 
 def _be(command: str) -> NoReturn:

@@ -52,6 +52,10 @@ class InProcessHost:
         self._trail = Trail(platform)
         self._followed = followed(platform, self._trail)
 
+    def change_scenes(self, scenes: Sequence[Scene]) -> None:
+        """Be of other scenes from the next `load` on."""
+        self._scenes = scenes
+
     def load(self, scene_index: int, seed: int) -> Status:
         """Put the robot into the clean start state of a scene of the selection."""
         self._platform.load(self._scenes[scene_index], seed)

@@ -19,6 +19,7 @@ KINDS = (
     "ground_truth",
     "example",
     "batch",
+    "plan",
     "episodes",
     "result",
     "scores",

@@ -171,6 +171,12 @@ class Session:
         if host is not None:
             host.halt(why)
 
+    def release(self) -> Host | None:
+        """Give away the host, which is idle, to a session that comes after this one; None when there is none."""
+        self.digest.wait()
+        host, self._host = self._host, None
+        return host
+
     def close(self) -> None:
         """Stop the robot, release the host and finish the recordings."""
         with ExitStack() as stack:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from benchbot.core.hookspecs import Recorder, hookimpl
+from benchbot.core.hookspecs import Executor, Recorder, Workers, WorkOrder, hookimpl
 from benchbot.core.recording import Recording
 
 _FOLDER = Path(__file__).parent
@@ -25,6 +25,24 @@ def benchbot_examples() -> Iterator[Path]:
 def benchbot_recorders() -> Iterator[Recorder]:
     """Yield the recorder of what the camera saw."""
     yield Recorder("frames", _record_frames)
+
+
+@hookimpl
+def benchbot_executors() -> Iterator[Executor]:
+    """Yield the executor that runs the workers of a batch on this machine."""
+    yield Executor("local", _launch_locally, _attach_locally, "Processes of this machine.")
+
+
+def _launch_locally(order: WorkOrder) -> Workers:
+    from benchbot.batch import local
+
+    return local.launch(order)
+
+
+def _attach_locally(reference: str) -> Workers:
+    from benchbot.batch import local
+
+    return local.attach(reference)
 
 
 def _record_frames(folder: Path) -> Recording:

@@ -1,7 +1,7 @@
 """A back end as a child process: `python -m benchbot.supervisor`, started by `backend.Backend.start`.
 
 Its stdin is a socket: it reads an `Order` from it, answers with a `RunState` or with `Failed`, and then serves until it
-is told to stop or until the socket ends, which says that the parent is gone.
+is told to stop or until the socket ends, which says that the parent is gone. Meanwhile it may be told `Following` runs.
 """
 
 import os
@@ -9,36 +9,84 @@ import signal
 import socket
 import sys
 import threading
+from dataclasses import dataclass, field
 from pathlib import Path
+from queue import SimpleQueue
 
 import msgspec
 
 from benchbot.core import plugins
 from benchbot.core.catalog import Catalog
 from benchbot.core.errors import BenchbotError, ExitCode
-from benchbot.core.selection import select
+from benchbot.core.selection import Selection, select
 from benchbot.supervisor import channel
-from benchbot.supervisor.backend import Order, serve
+from benchbot.supervisor.backend import Following, Order, serve
+from benchbot.supervisor.run_state import RunState
+from benchbot.supervisor.succession import RunOrder
 
 
 def main() -> int:
     """Serve what the parent asks for; return the exit code."""
-    parent = socket.socket(fileno=0)
+    parent = Parent(socket.socket(fileno=0))
     try:
-        order = msgspec.msgpack.decode(channel.receive(parent), type=Order)
-        threading.Thread(target=_end_with_parent, args=(parent,), daemon=True).start()
-        _run(parent, order)
+        order = msgspec.msgpack.decode(channel.receive(parent.socket), type=Order)
+        catalog = Catalog(plugins.load())
+        selection = _selection(catalog, order)
+        threading.Thread(target=parent.listen, args=(catalog, order), daemon=True).start()
+        serve(
+            selection,
+            port=order.port,
+            unix_socket=None if order.unix_socket is None else Path(order.unix_socket),
+            options=order.options,
+            timeouts=order.timeouts,
+            record=_folders(order.record),
+            following=parent.orders,
+            on_ready=parent.tell,
+        )
     except BenchbotError as error:
-        channel.send(parent, channel.encode_reply(channel.Failed.of(error)))
+        parent.refuse(error)
         return error.exit_code
     except EOFError:
         return ExitCode.INTERRUPTED
     return ExitCode.OK
 
 
-def _run(parent: socket.socket, order: Order) -> None:
-    selection = select(
-        Catalog(plugins.load()),
+@dataclass
+class Parent:
+    """Whoever has started this process, at the other end of the socket; it waits for each answer."""
+
+    socket: socket.socket
+    orders: "SimpleQueue[RunOrder]" = field(default_factory=SimpleQueue)
+
+    def tell(self, state: RunState) -> None:
+        """Answer that a run is ready."""
+        channel.send(self.socket, channel.encode_reply(state))
+
+    def refuse(self, error: BenchbotError) -> None:
+        """Answer that a run is not possible."""
+        channel.send(self.socket, channel.encode_reply(channel.Failed.of(error)))
+
+    def listen(self, catalog: Catalog, order: Order) -> None:
+        """Put the runs that are asked for into the queue, until the parent is gone: then end this process."""
+        while True:
+            try:
+                message = channel.receive(self.socket)
+            except (EOFError, OSError):
+                os.kill(os.getpid(), signal.SIGTERM)
+                return
+            following = msgspec.msgpack.decode(message, type=Following)
+            changes = {"seed": following.seed, "limits": following.limits, "episode": following.episode}
+            try:
+                selection = _selection(catalog, msgspec.structs.replace(order, **changes))
+            except BenchbotError as error:
+                self.refuse(error)
+            else:
+                self.orders.put(RunOrder(selection, _folders(following.record)))
+
+
+def _selection(catalog: Catalog, order: Order) -> Selection:
+    return select(
+        catalog,
         task=order.task,
         robot=order.robot,
         environment=order.environment,
@@ -48,20 +96,10 @@ def _run(parent: socket.socket, order: Order) -> None:
         episode=order.episode,
         settings=order.settings,
     )
-    serve(
-        selection,
-        port=order.port,
-        unix_socket=None if order.unix_socket is None else Path(order.unix_socket),
-        options=order.options,
-        timeouts=order.timeouts,
-        record={name: Path(folder) for name, folder in order.record.items()},
-        on_ready=lambda state: channel.send(parent, channel.encode_reply(state)),
-    )
 
 
-def _end_with_parent(parent: socket.socket) -> None:
-    parent.recv(1)
-    os.kill(os.getpid(), signal.SIGTERM)
+def _folders(record: dict[str, str]) -> dict[str, Path]:
+    return {name: Path(folder) for name, folder in record.items()}
 
 
 if __name__ == "__main__":

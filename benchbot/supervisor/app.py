@@ -18,8 +18,9 @@ from starlette.responses import Response, StreamingResponse
 from starlette.routing import Route
 
 import benchbot
-from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.supervisor import bodies, lending, v2_routes, wire
+from benchbot.core.errors import BenchbotError, FailureClass
+from benchbot.supervisor import bodies, observing, v2_routes, wire
+from benchbot.supervisor.express import Express, Reader
 from benchbot.supervisor.refused import RefusedError
 from benchbot.supervisor.run import Run
 from benchbot.supervisor.waiting import while_there
@@ -28,13 +29,6 @@ PROGRESS_PERIOD_S = 0.1
 HEARTBEAT_S = 15.0
 
 Endpoint = Callable[[Request], Awaitable[Response]]
-
-
-class StepRequest(msgspec.Struct, forbid_unknown_fields=True):
-    """The body of a step: no action only observes."""
-
-    action: str | None = None
-    arguments: dict[str, Any] = {}
 
 
 class Failure(msgspec.Struct, forbid_unknown_fields=True, rename={"failure": "class"}):
@@ -65,11 +59,13 @@ class OperatorRequest(msgspec.Struct, forbid_unknown_fields=True):
     done: bool
 
 
-class Nothing(msgspec.Struct, forbid_unknown_fields=True):
-    """The body of a request that has nothing to say."""
+class Application(Starlette):
+    """An application that also answers some requests without HTTP's detours: see `express`."""
+
+    express: Callable[[bytes], Express | None]
 
 
-def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = False) -> Starlette:
+def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = False) -> Application:
     """Return the application of one run. Every route but `/` and `/api/v1/health` needs the bearer token.
 
     The operator's route needs a token of its own: a solution must not confirm what a person is asked to do. With
@@ -83,20 +79,15 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
     async def session(request: Request) -> Response:
         return bodies.respond(request, run.describe())
 
-    async def reset(request: Request) -> Response:
-        bodies.require_msgpack(request)
-        await bodies.read(request, Nothing)
-        return await _observed(request, run, run.reset)
+    def observed(route: str) -> Endpoint:
+        async def observe(request: Request) -> Response:
+            bodies.require_msgpack(request)
+            body = await bodies.read(request, observing.BODIES[route])
+            opened = request.headers.get(wire.ARENA_HEADER)
+            answer = partial(observing.answer, run, route, body, opened)
+            return bodies.encoded(await while_there(request, run, answer))
 
-    async def step(request: Request) -> Response:
-        bodies.require_msgpack(request)
-        body = await bodies.read(request, StepRequest)
-        return await _observed(request, run, partial(run.step, body.action, body.arguments))
-
-    async def next_scene(request: Request) -> Response:
-        bodies.require_msgpack(request)
-        await bodies.read(request, Nothing)
-        return await _observed(request, run, run.next_scene)
+        return observe
 
     async def result(request: Request) -> Response:
         body = await bodies.read(request, ResultRequest)
@@ -123,7 +114,7 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
         )
 
     async def stop(request: Request) -> Response:
-        await bodies.read(request, Nothing)
+        await bodies.read(request, observing.Nothing)
         # It is the emergency stop: the robot does not wait for whoever serves the run to wake up and end it in order.
         asyncio.get_running_loop().run_in_executor(None, run.stop)
         return bodies.respond(request, {"stopping": True})
@@ -151,15 +142,13 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
 
         return checked
 
-    return Starlette(
+    app = Application(
         routes=[
             *v2_routes.routes(run, local if open_to_v2 else private),
             Route("/api/v1/health", health),
             Route("/api/v1/session", private(session)),
             Route("/api/v1/events", private(events)),
-            Route("/api/v1/reset", private(reset), methods=["POST"]),
-            Route("/api/v1/step", private(step), methods=["POST"]),
-            Route("/api/v1/next_scene", private(next_scene), methods=["POST"]),
+            *(Route(f"/api/v1/{route}", private(observed(route)), methods=["POST"]) for route in observing.BODIES),
             Route("/api/v1/result", private(result), methods=["POST"]),
             Route("/api/v1/results_functions/{name}", private(results_function), methods=["POST"]),
             Route("/api/v1/stop", private(stop), methods=["POST"]),
@@ -173,13 +162,8 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
             Exception: _internal_error,
         },
     )
-
-
-async def _observed(request: Request, run: Run, call: Callable[..., bytes]) -> Response:
-    """Return the response with what a call observes, encoded while the memory of its arrays is lent to this request."""
-    opened = request.headers.get(wire.ARENA_HEADER)
-    encode = partial(lending.encode, opened=opened)
-    return bodies.encoded(await while_there(request, run, partial(call, deliver=encode)))
+    app.express = Reader(run, token).read
+    return app
 
 
 def _has_token(request: Request, token: str) -> bool:
@@ -270,15 +254,4 @@ async def _client_gone(request: Request, error: Exception) -> Response:
 
 
 async def _internal_error(request: Request, error: Exception) -> Response:
-    response = bodies.respond_error(
-        BenchbotError(
-            "The supervisor made a mistake.",
-            "It could not carry out the request; its log says why.",
-            "Report it, with the log in the run's folder.",
-            exit_code=ExitCode.INTERNAL,
-            failure=FailureClass.INFRASTRUCTURE,
-        )
-    )
-    # The server hangs up after an exception: a client that is told so does not send its next request into the void.
-    response.headers["Connection"] = "close"
-    return response
+    return bodies.respond_mistake()

@@ -6,6 +6,7 @@ a sequence number (8, little-endian), which is odd while arrays are being writte
 """
 
 import fcntl
+import math
 import mmap
 import os
 import secrets
@@ -105,7 +106,7 @@ class ArenaReader:
         kind = np.dtype(dtype)
         if kind.hasobject or offset < HEADER_BYTES or any(size < 0 for size in shape):
             raise ValueError(f"not an array: {dtype} {list(shape)} at {offset}")
-        count = int(np.prod(shape, dtype=object))
+        count = math.prod(shape)
         end = offset + count * kind.itemsize
         if end > len(self._map):
             self._remap(os.fstat(self.handle).st_size)

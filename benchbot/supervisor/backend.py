@@ -9,29 +9,32 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
+from queue import Empty, SimpleQueue
 from typing import IO, Any, Self
 
 import msgspec
 
-from benchbot.core import plugins
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.progress import Progress
-from benchbot.core.recording import Recording
 from benchbot.core.selection import Limits, Selection
 from benchbot.supervisor import channel, server
 from benchbot.supervisor.app import create_app
 from benchbot.supervisor.children import how_it_ended, last_words
-from benchbot.supervisor.platform_host import ChildHost, Timeouts
+from benchbot.supervisor.platform_host import Timeouts
+from benchbot.supervisor.relay import Relay
 from benchbot.supervisor.run import Run
-from benchbot.supervisor.run_state import Connection, RunFolder, RunState
+from benchbot.supervisor.run_state import Connection, RunState
+from benchbot.supervisor.succession import RunOrder, Succession
 
 DEFAULT_PORT = 10000
 ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 SIGNAL_PERIOD_S = 0.1
 STOP_TIMEOUT_S = 15.0
+BEGIN_TIMEOUT_S = 120.0
 STOPPED_ANSWERS_S = 1.0
 
 
@@ -46,6 +49,7 @@ def serve(
     options: Mapping[str, Any] | None = None,
     timeouts: Timeouts | None = None,
     record: Mapping[str, Path] | None = None,
+    following: "SimpleQueue[RunOrder] | None" = None,
     on_ready: Callable[[RunState], None] | None = None,
     on_progress: Callable[[Progress], None] | None = None,
     progress_interval_s: float = 0.5,
@@ -57,6 +61,10 @@ def serve(
     called in the main thread. Leaves no process, socket or state file behind; the run's folder stays when it holds a
     result, or the log of a platform that failed. Raises BenchbotError when the address is taken or not on loopback
     (`allow_remote` permits others). `open_to_v2` lets clients of BenchBot v2 in without a token, on this machine only.
+
+    Each order in the queue `following` ends the run that there is and begins another one, of the same robot and task:
+    on the same address and the same platform, which keeps what it has loaded, with a token, a folder and a result of
+    its own; `on_ready` tells of it.
     """
     if open_to_v2 and allow_remote:
         raise BenchbotError(
@@ -66,36 +74,52 @@ def serve(
         )
     with ExitStack() as stack:
         received = stack.enter_context(_received_signals())
-        folder = RunFolder()
-        log = folder.path / "platform.log"
-        recordings = _start_recordings(record or {})
-        run = Run(
-            selection,
-            lambda: ChildHost(selection, log, options=options, timeouts=timeouts, operator=run.operator, lends=True),
-            folder.result,
-            recordings,
-        )
-        stack.callback(lambda: folder.close(keep=run.platform_failed or folder.result.exists()))
-        stack.enter_context(_logging_to(folder.path / "supervisor.log"))
+        runs = stack.enter_context(Succession(options, timeouts))
+        run = runs.begin(RunOrder(selection, record or {}))
+        stack.enter_context(_logging_to(runs.supervisor_log))
         listeners, connection = _listen(stack, host, port, unix_socket, allow_remote=allow_remote)
-        state = _state(selection, folder, connection, log)
-        app = create_app(run, connection.token, state.operator_token, open_to_v2=open_to_v2)
-        running = stack.enter_context(server.Server(app, listeners))
-        stack.callback(run.close)
-        run.prepare()
-        folder.publish(state)
-        if on_ready is not None:
-            on_ready(state)
-        told_s = time.monotonic()
-        while not received and not run.stop_asked.wait(SIGNAL_PERIOD_S):
-            running.check()
-            if on_progress is not None and time.monotonic() - told_s >= progress_interval_s:
-                told_s = time.monotonic()
-                on_progress(run.progress)
+        state = _state(run.selection, runs, connection)
+        relay = Relay(create_app(run, state.connection.token, state.operator_token, open_to_v2=open_to_v2))
+        running = stack.enter_context(server.Server(relay, listeners))
+        stack.callback(runs.close_run)
+        while True:
+            run.prepare()
+            runs.folder.publish(state)
+            if on_ready is not None:
+                on_ready(state)
+            order = _watch(run, running, received, following, on_progress, progress_interval_s)
+            if order is None:
+                break
+            run = runs.begin(order)
+            state = _state(run.selection, runs, replace(connection, token=_new_token()))
+            relay.app = create_app(run, state.connection.token, state.operator_token, open_to_v2=open_to_v2)
         if run.stopped_in_use:
             # The robot has been stopped; whoever submitted learns of it, and why, before nobody answers any more.
             time.sleep(STOPPED_ANSWERS_S)
         return received[0] if received else None
+
+
+def _watch(
+    run: Run,
+    running: server.Server,
+    received: Sequence[signal.Signals],
+    following: "SimpleQueue[RunOrder] | None",
+    on_progress: Callable[[Progress], None] | None,
+    progress_interval_s: float,
+) -> RunOrder | None:
+    """Return when the run is stopped, or with the order for the next one."""
+    told_s = time.monotonic()
+    while not received and not run.stop_asked.is_set():
+        if following is None:
+            run.stop_asked.wait(SIGNAL_PERIOD_S)
+        else:
+            with suppress(Empty):
+                return following.get(timeout=SIGNAL_PERIOD_S)
+        running.check()
+        if on_progress is not None and time.monotonic() - told_s >= progress_interval_s:
+            told_s = time.monotonic()
+            on_progress(run.progress)
+    return None
 
 
 @contextmanager
@@ -147,27 +171,26 @@ def _listen(
     if port is not None:
         listeners.append(stack.enter_context(server.bind_tcp(host, port, allow_remote=allow_remote)))
         url = server.url_of(listeners[-1])
-    return listeners, Connection(url, path, secrets.token_urlsafe(32))
+    return listeners, Connection(url, path, _new_token())
 
 
-def _start_recordings(record: Mapping[str, Path]) -> list[Recording]:
-    recorders = [(plugins.load().record("recorders", name), folder) for name, folder in record.items()]
-    return [recorder.create(folder) for recorder, folder in recorders]
+def _new_token() -> str:
+    return secrets.token_urlsafe(32)
 
 
-def _state(selection: Selection, folder: RunFolder, connection: Connection, log: Path) -> RunState:
+def _state(selection: Selection, runs: Succession, connection: Connection) -> RunState:
     return RunState(
         connection=connection,
-        operator_token=secrets.token_urlsafe(32),
+        operator_token=_new_token(),
         pid=os.getpid(),
         task=selection.task.name,
         robot=selection.robot.name,
         environment=selection.environment,
         seed=selection.seed,
-        folder=str(folder.path),
-        platform_log=str(log),
-        supervisor_log=str(folder.path / "supervisor.log"),
-        result=str(folder.result),
+        folder=str(runs.folder.path),
+        platform_log=str(runs.platform_log),
+        supervisor_log=str(runs.supervisor_log),
+        result=str(runs.folder.result),
         started_s=time.time(),
     )
 
@@ -175,14 +198,39 @@ def _state(selection: Selection, folder: RunFolder, connection: Connection, log:
 class Backend:
     """A back end that runs as a child process of this one."""
 
-    def __init__(self, process: "subprocess.Popen[bytes]", log: IO[bytes], state: RunState) -> None:
+    def __init__(
+        self, process: "subprocess.Popen[bytes]", child: socket.socket, log: IO[bytes], state: RunState
+    ) -> None:
         self._process = process
+        self._child = child
         self._log = log
         self.state = state
+
+    @property
+    def pid(self) -> int:
+        """The child's process number."""
+        return self._process.pid
 
     def died(self) -> BenchbotError | None:
         """Return why the back end is no longer alive, or None while it is."""
         return None if self._process.poll() is None else _dead(self._process, self._log)
+
+    def begin(
+        self,
+        *,
+        seed: int = 0,
+        limits: Limits | None = None,
+        episode: int | None = None,
+        record: Mapping[str, Path] | None = None,
+        timeout_s: float = BEGIN_TIMEOUT_S,
+    ) -> None:
+        """End the run that there is and begin another one, in the same place: the simulator stays as it is, warm.
+
+        `state` is then that of the new run, with another token. Raises BenchbotError when that one is impossible, or
+        the back end is dead or stuck: end it then.
+        """
+        following = Following(seed, limits or Limits(), episode, _absolute(record))
+        self.state = _ask(self._process, self._child, following, self._log, timeout_s)
 
     @classmethod
     @contextmanager
@@ -220,7 +268,7 @@ class Backend:
             None if unix_socket is None else str(unix_socket),
             dict(options or {}),
             timeouts or Timeouts(),
-            {name: str(path.absolute()) for name, path in (record or {}).items()},
+            _absolute(record),
             episode,
             dict(settings or {}),
         )
@@ -237,7 +285,7 @@ class Backend:
                         start_new_session=True,
                     )
                 try:
-                    yield cls(process, log, _hand_over(process, ours, order, log, start_timeout_s))
+                    yield cls(process, ours, log, _ask(process, ours, order, log, start_timeout_s))
                 finally:
                     _end(process)
 
@@ -260,8 +308,25 @@ class Order(msgspec.Struct, frozen=True):
     settings: dict[str, Any] = {}
 
 
-def _hand_over(
-    process: "subprocess.Popen[bytes]", child: socket.socket, order: Order, log: IO[bytes], timeout_s: float
+class Following(msgspec.Struct, frozen=True):
+    """What `Backend.begin` asks its child to run next: what differs from the run before."""
+
+    seed: int
+    limits: Limits
+    episode: int | None
+    record: dict[str, str]
+
+
+def _absolute(record: Mapping[str, Path] | None) -> dict[str, str]:
+    return {name: str(path.absolute()) for name, path in (record or {}).items()}
+
+
+def _ask(
+    process: "subprocess.Popen[bytes]",
+    child: socket.socket,
+    order: Order | Following,
+    log: IO[bytes],
+    timeout_s: float,
 ) -> RunState:
     """Tell the child what to run and return the state that it answers with when it listens."""
     try:

@@ -6,7 +6,7 @@ import msgspec
 from starlette.requests import Request
 from starlette.responses import Response
 
-from benchbot.core.errors import BenchbotError
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.supervisor import wire
 from benchbot.supervisor.refused import RefusedError, status_of
 
@@ -22,7 +22,14 @@ async def read(request: Request, kind: type[T], max_bytes: int = wire.MAX_BODY_B
     Raises RefusedError 413 for a body over the cap, 415 for another content type, 400 for a body that does not fit.
     """
     body = await _limited(request, max_bytes)
-    kind_of_body = content_type(request)
+    return decoded(body, content_type(request), kind, request.url.path)
+
+
+def decoded(body: bytes | bytearray, kind_of_body: str, kind: type[T], path: str) -> T:
+    """Return the whole body of a request to `path` as `kind`, an empty one as an empty mapping.
+
+    Raises RefusedError 415 for another content type, 400 for a body that does not fit, as does BenchbotError.
+    """
     if not body:
         value: Any = {}
     elif kind_of_body == MSGPACK:
@@ -39,20 +46,29 @@ async def read(request: Request, kind: type[T], max_bytes: int = wire.MAX_BODY_B
     try:
         return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
-        raise RefusedError(
-            400, f"The request to {request.url.path} is not right.", f"{error}.", "See docs/wire.md."
-        ) from error
+        raise RefusedError(400, f"The request to {path} is not right.", f"{error}.", "See docs/wire.md.") from error
 
 
 def content_type(request: Request) -> str:
     """Return the media type of a request's body, in lower case and without parameters; empty when none is named."""
-    return request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    return media_type(request.headers.get("content-type", ""))
+
+
+def media_type(header: str) -> str:
+    """Return the media type in a Content-Type header, in lower case and without parameters."""
+    return header.partition(";")[0].strip().lower()
 
 
 def require_msgpack(request: Request) -> None:
     """Raise RefusedError 406 when the client does not accept what carries arrays, before anything has happened."""
     if not _accepts(request, MSGPACK):
         raise _not_json(request)
+
+
+def accepted(accept: str, media_type: str) -> bool:
+    """Say whether the Accept header of a request names a media type, or a range that it is in."""
+    named = {part.partition(";")[0].strip().lower() for part in accept.split(",")}
+    return not named.isdisjoint({media_type, "application/*", "*/*"})
 
 
 def respond(request: Request, value: Any) -> Response:
@@ -76,6 +92,21 @@ def respond_error(error: BenchbotError) -> Response:
     return Response(msgspec.json.encode(error.as_dict()), status_of(error), headers, JSON)
 
 
+def respond_mistake() -> Response:
+    """Return the response that tells of a mistake of the supervisor's own, after which it hangs up."""
+    error = BenchbotError(
+        "The supervisor made a mistake.",
+        "It could not carry out the request; its log says why.",
+        "Report it, with the log in the run's folder.",
+        exit_code=ExitCode.INTERNAL,
+        failure=FailureClass.INFRASTRUCTURE,
+    )
+    response = respond_error(error)
+    # A client that is told so does not send its next request into the void.
+    response.headers["Connection"] = "close"
+    return response
+
+
 def _not_json(request: Request) -> RefusedError:
     return RefusedError(
         406,
@@ -86,9 +117,7 @@ def _not_json(request: Request) -> RefusedError:
 
 
 def _accepts(request: Request, media_type: str) -> bool:
-    accept = request.headers.get("accept", "*/*")
-    accepted = {part.partition(";")[0].strip().lower() for part in accept.split(",")}
-    return not accepted.isdisjoint({media_type, "application/*", "*/*"})
+    return accepted(request.headers.get("accept", "*/*"), media_type)
 
 
 async def _limited(request: Request, max_bytes: int) -> bytearray:

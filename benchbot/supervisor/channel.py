@@ -64,11 +64,17 @@ class Observe(msgspec.Struct, tag="observe", frozen=True):
     channels: list[str]
 
 
+class Scenes(msgspec.Struct, tag="scenes", frozen=True):
+    """`InProcessHost.change_scenes`: the next run is in other scenes, or starts elsewhere in them."""
+
+    scenes: list[SceneMessage]
+
+
 class Close(msgspec.Struct, tag="close", frozen=True):
     """`Host.close`, and the end of the process."""
 
 
-Request = Start | Load | Act | Observe | Close
+Request = Start | Load | Act | Observe | Scenes | Close
 
 
 class Halt(msgspec.Struct, tag="halt", frozen=True):
@@ -134,6 +140,7 @@ _request_decoder: msgspec.msgpack.Decoder[Request | Aside] = msgspec.msgpack.Dec
 _message_decoder: msgspec.msgpack.Decoder[Reply | Question | Resumed] = msgspec.msgpack.Decoder(
     Reply | Question | Resumed
 )
+_place_decoder = msgspec.msgpack.Decoder(tuple[str, list[int], int])
 
 
 def encode_request(request: Request | Aside) -> bytes:
@@ -170,7 +177,7 @@ def encode_reply(reply: Any, arena: ArenaWriter | None = None) -> bytes:
 
 def decode_reply(data: bytes | bytearray, kind: type[T]) -> T:
     """Return the value of the reply in the bytes, which has no arrays, or raise the BenchbotError in it."""
-    return value_of(msgspec.msgpack.decode(data, type=Reply), kind)
+    return value_of(msgspec.msgpack.decode(data, type=Reply), decoder(kind))
 
 
 def decode_message(data: bytes | bytearray) -> Reply | Question | Resumed:
@@ -178,17 +185,22 @@ def decode_message(data: bytes | bytearray) -> Reply | Question | Resumed:
     return _message_decoder.decode(data)
 
 
-def value_of(reply: Reply, kind: type[T], fetch: Fetch | None = None) -> T:
-    """Return the value of a reply, or raise the BenchbotError in it; arrays are fetched from the arena."""
-    if isinstance(reply, Failed):
-        raise reply.error()
+def decoder(kind: type[T], fetch: Fetch | None = None) -> "msgspec.msgpack.Decoder[T]":
+    """Return what decodes the values of replies as `kind`; their arrays are fetched from the arena."""
 
     def array(code: int, where: memoryview) -> NDArray[Any]:
         if fetch is None or code != ARENA_CODE:
             raise ValueError(f"extension type {code} is not known")
-        return fetch(*msgspec.msgpack.decode(where, type=tuple[str, list[int], int]))
+        return fetch(*_place_decoder.decode(where))
 
-    return msgspec.msgpack.Decoder(kind, ext_hook=array).decode(reply.value)
+    return msgspec.msgpack.Decoder(kind, ext_hook=array)
+
+
+def value_of(reply: Reply, decoder: "msgspec.msgpack.Decoder[T]") -> T:
+    """Return the value of a reply, or raise the BenchbotError in it."""
+    if isinstance(reply, Failed):
+        raise reply.error()
+    return decoder.decode(reply.value)
 
 
 def _collect_arrays(value: Any, arrays: list[NDArray[Any]]) -> None:

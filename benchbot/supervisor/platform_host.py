@@ -29,6 +29,10 @@ CLOSE_TIMEOUT_S = 3.0
 
 T = TypeVar("T")
 
+_NOTHING = channel.decoder(NoneType)
+_STATUS = channel.decoder(Status)
+_OUTCOME = channel.decoder(tuple[Outcome, Status])
+
 
 @dataclass(frozen=True)
 class Timeouts:
@@ -87,8 +91,9 @@ class ChildHost:
                 start_new_session=True,
             )
         self.arena = arena.ArenaReader(self._arena_handle)
-        self._fetch = self.arena.view if lends else self.arena.read
+        self._observations = channel.decoder(dict[str, Any], self.arena.view if lends else self.arena.read)
         self._start: channel.Start | None = _start_message(selection, options or {}, can_ask=operator is not None)
+        self._scenes = self._start.scenes
         self._looked = False
 
     @property
@@ -96,24 +101,39 @@ class ChildHost:
         """The child's process number."""
         return self._process.pid
 
+    def renew(self, selection: Selection, operator: Operator | None) -> None:
+        """Go on with the next run, of the same robot and task; what the platform has loaded stays loaded.
+
+        Call it when nothing is under way.
+        """
+        if self._process.poll() is not None:
+            raise self._died()
+        self._operator = operator
+        scenes = _scene_messages(selection)
+        if self._start is not None:
+            self._start = msgspec.structs.replace(self._start, scenes=scenes)
+        elif scenes != self._scenes:
+            self._call(channel.Scenes(scenes), _NOTHING, self._timeouts.call_s)
+        self._scenes = scenes
+
     def load(self, scene_index: int, seed: int) -> Status:
         """Put the robot into the clean start state of a scene of the selection."""
         # Not in the constructor: `close` can interrupt it only when there is a host to close.
         if self._start is not None:
-            self._call(self._start, NoneType, self._timeouts.load_s)
+            self._call(self._start, _NOTHING, self._timeouts.load_s)
             self._start = None
         self._looked = False
-        return self._call(channel.Load(scene_index, seed), Status, self._timeouts.load_s)
+        return self._call(channel.Load(scene_index, seed), _STATUS, self._timeouts.load_s)
 
     def act(self, action: str, arguments: Mapping[str, Any], goal: Pose | None) -> tuple[Outcome, Status]:
         """Execute one action to its end."""
         request = channel.Act(action, dict(arguments), goal)
-        return self._call(request, tuple[Outcome, Status], self._timeouts.call_s)
+        return self._call(request, _OUTCOME, self._timeouts.call_s)
 
     def observe(self, channels: Iterable[str]) -> dict[str, Any]:
         """Return the asked channels, all of one instant."""
         timeout_s = self._timeouts.call_s if self._looked else self._timeouts.load_s
-        observations = self._call(channel.Observe(list(channels)), dict[str, Any], timeout_s)
+        observations = self._call(channel.Observe(list(channels)), self._observations, timeout_s)
         self._looked = True
         return observations
 
@@ -142,11 +162,11 @@ class ChildHost:
                 os.close(self._arena_handle)
                 self._arena_handle = -1
 
-    def _call(self, request: channel.Request, kind: type[T], timeout_s: float) -> T:
+    def _call(self, request: channel.Request, decoder: "msgspec.msgpack.Decoder[T]", timeout_s: float) -> T:
         with self._busy:
             try:
                 self._send(request)
-                return channel.value_of(self._reply(timeout_s), kind, self._fetch)
+                return channel.value_of(self._reply(timeout_s), decoder)
             except TimeoutError as error:
                 self._kill()
                 raise self._hung(request, timeout_s) from error
@@ -226,11 +246,13 @@ class ChildHost:
 def _start_message(selection: Selection, options: Mapping[str, Any], *, can_ask: bool) -> channel.Start:
     return channel.Start(
         robot=selection.robot.data,
-        scenes=[
-            channel.SceneMessage(scene.data, str(scene.path.parent.absolute())) for scene in selection.environments
-        ],
+        scenes=_scene_messages(selection),
         localisation=selection.localisation,
         cache_dir=str(resources.cache_dir()),
         options=dict(options),
         can_ask=can_ask,
     )
+
+
+def _scene_messages(selection: Selection) -> list[channel.SceneMessage]:
+    return [channel.SceneMessage(scene.data, str(scene.path.parent.absolute())) for scene in selection.environments]

@@ -113,8 +113,13 @@ def _create(request: channel.Start, ask: Callable[[str], None] | None) -> InProc
     records = "simulators" if kind in loaded.pool("simulators") else "robot_drivers"
     spec = PlatformSpec(request.robot, request.localisation, Path(request.cache_dir), request.options, ask)
     platform = loaded.record(records, kind).create(spec)
-    scenes = [Scene(scene.environment, Path(scene.folder)) for scene in request.scenes]
-    return InProcessHost(platform, scenes, MotionConfig.from_robot(request.robot, request.localisation))
+    return InProcessHost(
+        platform, _scenes(request.scenes), MotionConfig.from_robot(request.robot, request.localisation)
+    )
+
+
+def _scenes(told: list[channel.SceneMessage]) -> list[Scene]:
+    return [Scene(scene.environment, Path(scene.folder)) for scene in told]
 
 
 def _answer(host: InProcessHost | None, request: channel.Request) -> Any:
@@ -126,6 +131,8 @@ def _answer(host: InProcessHost | None, request: channel.Request) -> Any:
         return host.act(request.action, request.arguments, request.goal)
     if isinstance(request, channel.Observe):
         return host.observe(request.channels)
+    if isinstance(request, channel.Scenes):
+        return host.change_scenes(_scenes(request.scenes))
     return host.close()
 
 

@@ -27,6 +27,7 @@ from benchbot.supervisor.platform_host import ChildHost
 from benchbot.supervisor.refused import RefusedError
 
 ACTION_WAIT_S = 150.0
+RELEASE_WAIT_S = 30.0
 STOPPED = "The run was stopped by its user (benchbot stop)."
 HUNG_UP = "The solution hung up while the robot was moving."
 
@@ -250,6 +251,19 @@ class Run:
                 self._closed = True
                 self._session.close()
                 self._tell("closed")
+
+    def release(self) -> Host | None:
+        """End the run, and give away its platform for the next one; None when it is dead, or busy for too long."""
+        if not self._lock.acquire(timeout=RELEASE_WAIT_S):
+            self.close()
+            return None
+        try:
+            host = self._session.release()
+            self.close()
+            self._digesting.shutdown()
+            return host
+        finally:
+            self._lock.release()
 
     def _start_host(self, start: Callable[[], Host]) -> Host:
         self._host = start()

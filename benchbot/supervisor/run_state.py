@@ -96,9 +96,13 @@ class RunFolder:
         except OSError as error:
             raise _cannot_write(error) from error
 
+    def unpublish(self) -> None:
+        """Remove the state file: the run has ended, though its process goes on."""
+        (self.path / STATE_FILE).unlink(missing_ok=True)
+
     def close(self, *, keep: bool) -> None:
         """Remove the state file, and the whole folder unless its logs or result are worth keeping."""
-        (self.path / STATE_FILE).unlink(missing_ok=True)
+        self.unpublish()
         if not keep:
             shutil.rmtree(self.path, ignore_errors=True)
         os.close(self._lock)

@@ -9,12 +9,14 @@ import stat
 import threading
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Protocol, Self
 
 import uvicorn
-from starlette.applications import Starlette
+from starlette.types import Receive, Scope, Send
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.supervisor.express import Express
+from benchbot.supervisor.lane import Lane, protocol
 
 # A solution may think for hours between two steps: its connection stays open.
 KEEP_ALIVE_S = 24 * 3600
@@ -80,17 +82,28 @@ def url_of(listener: socket.socket) -> str:
     return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
 
 
+class Served(Protocol):
+    """What is served: an ASGI application, some of whose requests can be answered in the express lane."""
+
+    def express(self, data: bytes, /) -> Express | None:
+        """Return the request that the bytes of a connection are, or None when it is for the application."""
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send, /) -> None:
+        """Answer a request (https://asgi.readthedocs.io)."""
+
+
 class Server:
     """An application served in a background thread for as long as the context lasts."""
 
-    def __init__(self, app: Starlette, listeners: list[socket.socket]) -> None:
+    def __init__(self, app: Served, listeners: list[socket.socket]) -> None:
         self._listeners = listeners
+        self._lane = Lane(app.express)
         self._ready = threading.Event()
         self._uvicorn = _Uvicorn(
             uvicorn.Config(
                 app,
                 loop="asyncio",
-                http="h11",
+                http=protocol(self._lane),
                 ws="none",
                 lifespan="off",
                 log_config=None,
@@ -115,6 +128,7 @@ class Server:
     ) -> None:
         self._uvicorn.should_exit = True
         self._thread.join(2 * SHUTDOWN_S)
+        self._lane.close()
 
     def check(self) -> None:
         """Raise BenchbotError when the server has ended by itself."""

@@ -8,7 +8,7 @@ MessagePack: https://github.com/msgpack/msgpack/blob/master/spec.md
 
 import math
 import struct
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import msgspec
@@ -44,16 +44,14 @@ def encode(value: Any, locate: Locate | None = None) -> bytes:
     It carries None, bool, int (64 bits), float, str, bytes, list, tuple, dict with string keys, and numpy's arrays and
     scalars of bool, int, uint and float.
     """
-    message = _Message(locate)
     try:
-        message.append(value)
+        return _joined(value) if locate is None else _placed(value, locate)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:
         raise BenchbotError(
             "A value cannot be sent.",
             str(error),
             "Use dicts, lists, strings, numbers, booleans, None and numpy arrays of bool, int, uint or float.",
         ) from error
-    return b"".join(message.parts)
 
 
 def decode(data: bytes | bytearray | memoryview, fetch: Fetch | None = None) -> Any:
@@ -72,13 +70,34 @@ def decode(data: bytes | bytearray | memoryview, fetch: Fetch | None = None) -> 
         ) from error
 
 
+def _joined(value: Any) -> bytes:
+    message = _Message()
+    message.append(value)
+    return b"".join(message.parts)
+
+
+def _placed(value: Any, locate: Locate) -> bytes:
+    """Return a message with the places of its arrays; those that have none go by their elements, aligned to nothing."""
+
+    def place(item: Any) -> Any:
+        if not isinstance(item, np.ndarray):
+            return _encode_scalar(item)
+        dtype, _ = _checked(item)
+        offset = locate(item) if dtype == item.dtype else None
+        if offset is None:
+            header = _encoder.encode((dtype.str, item.shape))
+            return msgspec.msgpack.Ext(ARRAY_CODE, bytes([len(header)]) + header + item.astype(dtype).tobytes())
+        return msgspec.msgpack.Ext(PLACE_CODE, _encoder.encode((dtype.str, item.shape, offset)))
+
+    return msgspec.msgpack.Encoder(enc_hook=place).encode(value)
+
+
 class _Message:
     """A message being put together. Arrays stay where they are: joining the parts is the only copy of an image."""
 
-    def __init__(self, locate: Locate | None) -> None:
+    def __init__(self) -> None:
         self.parts: list[bytes | memoryview] = []
         self._size = 0
-        self._locate = locate
 
     def append(self, value: Any) -> None:
         """Append the encoding of a value."""
@@ -97,15 +116,8 @@ class _Message:
             self._add(_encoder.encode(value))
 
     def _append_array(self, array: NDArray[Any]) -> None:
-        """Append an array or its place; raises ValueError for a dtype, rank or size outside of the caps."""
-        dtype = array.dtype.newbyteorder("<") if array.dtype.kind in "iuf" else array.dtype
-        size = _check(dtype.str, list(array.shape))
-        offset = self._locate(array) if self._locate and dtype == array.dtype else None
-        if offset is not None:
-            self._add(
-                _encoder.encode(msgspec.msgpack.Ext(PLACE_CODE, _encoder.encode((dtype.str, array.shape, offset))))
-            )
-            return
+        """Append an array; raises ValueError for a dtype, rank or size outside of the caps."""
+        dtype, size = _checked(array)
         header = _encoder.encode((dtype.str, array.shape))
         if size >= ALIGNED_FROM_BYTES:
             header = _widened(header, -(self._size + 7 + len(header)) % dtype.itemsize, len(array.shape))
@@ -162,7 +174,13 @@ def unpack_array(data: memoryview) -> NDArray[Any]:
     return array if array.flags.aligned and array.flags.writeable else array.copy()
 
 
-def _check(dtype: str, shape: list[int]) -> int:
+def _checked(array: NDArray[Any]) -> tuple["np.dtype[Any]", int]:
+    """Return the dtype that an array has on the wire, and its size; raises ValueError outside of the caps."""
+    dtype = array.dtype.newbyteorder("<") if array.dtype.kind in "iuf" else array.dtype
+    return dtype, _check(dtype.str, array.shape)
+
+
+def _check(dtype: str, shape: Sequence[int]) -> int:
     """Return the size in bytes of an array within the caps; raises ValueError for others."""
     if dtype not in DTYPES:
         raise ValueError(f"arrays of {dtype} are not supported")

@@ -21,8 +21,10 @@ def start_backend() -> Iterator[Callable[..., Backend]]:
     """Starts a back end that runs until the end of the test; the solution finds it as on any machine."""
     with ExitStack() as stack:
 
-        def start(task: str = "sample:passive", environment: str = "arena:1", **more: Any) -> Backend:
-            chosen = Backend.start(task=task, robot="sample_robot", environment=environment, **more)
+        def start(
+            task: str = "sample:passive", environment: str = "arena:1", robot: str = "sample_robot", **more: Any
+        ) -> Backend:
+            chosen = Backend.start(task=task, robot=robot, environment=environment, **more)
             return stack.enter_context(chosen)
 
         yield start

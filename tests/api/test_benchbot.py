@@ -98,6 +98,34 @@ def test_a_loop_of_ones_own(start_backend: StartBackend, capsys: pytest.CaptureF
     assert "Dirty robot state detected. Performing reset ... Complete.\n" in printed
 
 
+def test_a_solution_learns_that_its_robot_was_blocked(start_backend: StartBackend) -> None:
+    start_backend("sample:active", robot="sample_careful_robot")
+    bot = BenchBot()
+    bot.reset()
+    told = [bot.last_outcome]
+    _, result = bot.step("move_distance", distance=30)
+    told.append(bot.last_outcome)
+    bot.step("move_angle", angle=10)
+    told.append(bot.last_outcome)
+    bot.step(None)
+    told.append(bot.last_outcome)
+    assert result is ActionResult.SUCCESS
+    assert told == [None, "blocked", "reached", None]
+
+
+def test_an_agent_learns_how_its_actions_ended(start_backend: StartBackend) -> None:
+    start_backend("sample:active", robot="sample_careful_robot")
+
+    class Curious(Walker):
+        def is_done(self, action_result: ActionResult) -> bool:
+            told.append(self.last_outcome)
+            return super().is_done(action_result)
+
+    told: list[str | None] = []
+    BenchBot(Curious(patience=2, distance=30)).run()
+    assert told == [None, "blocked", "blocked"]
+
+
 def test_what_was_seen_can_be_written_on(start_backend: StartBackend) -> None:
     start_backend()
     observations, _ = BenchBot().reset()

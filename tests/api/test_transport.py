@@ -84,6 +84,51 @@ def test_a_request_over_the_cap_is_not_sent() -> None:
     assert caught.value.failure is FailureClass.AGENT
 
 
+@pytest.mark.parametrize("token", ["to\nken", "token\r\nX-More: 1"])
+def test_a_token_of_two_lines_is_not_sent(token: str) -> None:
+    with pytest.raises(BenchbotError, match="line break"):
+        Client(Connection("http://127.0.0.1:1", None, token)).health()
+
+
+def test_a_connection_that_the_supervisor_ends_is_opened_anew() -> None:
+    body = wire.encode({"steps": 3})
+    head = HEAD + b"Connection: close\r\nContent-Length: %d\r\n\r\n" % len(body)
+    with socket.create_server(("127.0.0.1", 0)) as listener, ExitStack() as stack:
+
+        def serve() -> None:
+            for _ in range(2):
+                connection = stack.enter_context(listener.accept()[0])
+                connection.recv(65536)
+                connection.sendall(head + body)
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        client = Client(Connection(f"http://127.0.0.1:{listener.getsockname()[1]}", None, "token"))
+        assert [client.session(), client.session()] == [{"steps": 3}, {"steps": 3}]
+        thread.join()
+
+
+def test_an_answer_that_comes_byte_by_byte_is_put_together() -> None:
+    body = wire.encode({"steps": 3})
+    answer = HEAD + b"Content-Length: %d\r\n\r\n" % len(body) + body
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+
+        def serve() -> None:
+            connection, _ = listener.accept()
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            with connection:
+                for _ in range(2):
+                    connection.recv(65536)
+                    for number in range(len(answer)):
+                        connection.sendall(answer[number : number + 1])
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        client = Client(Connection(f"http://127.0.0.1:{listener.getsockname()[1]}", None, "token"))
+        assert [client.session(), client.session()] == [{"steps": 3}, {"steps": 3}]
+        thread.join()
+
+
 def test_nobody_at_the_address_is_told() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]

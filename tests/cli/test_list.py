@@ -31,6 +31,7 @@ def test_tasks_are_a_line_each_with_what_they_allow(here: Here) -> None:
         ("examples", "hello_passive"),
         ("methods", "omq"),
         ("simulators", "sim_sample"),
+        ("executors", "local"),
         ("plugins", "sample"),
     ],
 )

@@ -1,14 +1,8 @@
 """Every command of docs/examples.md runs as it stands there, and does what it says."""
 
 import json
-import os
 import re
 import shlex
-import subprocess
-import sys
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,11 +13,11 @@ from PIL import Image
 
 from benchbot.core.catalog import Catalog
 from benchbot.core.plugins import load
+from tests.docs.commands import ROOT, back_end, succeed
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("main job")]
 
-PAGE = (Path(__file__).parents[2] / "docs" / "examples.md").read_text("utf-8")
-START_TIMEOUT_S = 120.0
+PAGE = (ROOT / "docs" / "examples.md").read_text("utf-8")
 
 
 @dataclass(frozen=True)
@@ -38,31 +32,6 @@ SECTIONS = [
     Section(run, re.findall(r"\| `(benchbot submit .*?)` \|", table))
     for run, table in re.findall(r"```bash\n(benchbot run .*?)\n```\n(.*?)(?=\n## |\Z)", PAGE, re.DOTALL)
 ]
-
-
-def words(command: str, folder: Path) -> list[str]:
-    """Return a command's words as a shell in `folder` would; `benchbot` is that of this Python."""
-    program, *rest = shlex.split(command.replace("$PWD", str(folder)))
-    assert program == "benchbot"
-    return [sys.executable, "-m", "benchbot.cli.app", *rest]
-
-
-@contextmanager
-def back_end(command: str, folder: Path) -> Iterator[dict[str, str]]:
-    """Run a back end, on any free port, and yield the variables that lead to it."""
-    environment = {**os.environ, "BENCHBOT_STATE_DIR": str(folder / "state")}
-    with (folder / "run.log").open("w") as log:
-        running = subprocess.Popen([*words(command, folder), "--port", "0"], env=environment, stderr=log, stdout=log)
-        try:
-            deadline_s = time.monotonic() + START_TIMEOUT_S
-            while not list(folder.glob("state/runs/*/run.json")):
-                assert running.poll() is None, (folder / "run.log").read_text()
-                assert time.monotonic() < deadline_s
-                time.sleep(0.05)
-            yield environment
-        finally:
-            running.terminate()
-            running.wait()
 
 
 @dataclass(frozen=True)
@@ -82,10 +51,7 @@ def outputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Output]:
         folder = tmp_path_factory.mktemp("examples")
         with back_end(section.run, folder) as environment:
             for command in section.submissions:
-                done = subprocess.run(
-                    words(command, folder), cwd=folder, env=environment, capture_output=True, text=True, check=False
-                )
-                assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
+                done = succeed(command, folder, environment)
                 # The back end keeps one result, that of the last submission.
                 (path,) = re.findall(r"^Result: (.*)$", done.stderr, re.MULTILINE)
                 document = json.loads(Path(path).read_text())

@@ -137,6 +137,63 @@ def test_a_back_end_is_there_while_it_is_needed() -> None:
     assert files_of(resources.state_dir()) == []
 
 
+def test_a_warm_back_end_begins_one_run_after_another() -> None:
+    with sample_backend(seed=4) as backend:
+        first = backend.state
+        client = Client(first.connection)
+        client.reset()
+        client.step("move_next")
+        client.failed(FailureClass.AGENT, "It did not want to.")
+        (simulator,) = children_of(backend.pid)
+
+        backend.begin(seed=5, limits=Limits(steps=1))
+
+        assert backend.state.connection.url == first.connection.url
+        assert backend.state.result != first.result
+        assert json.loads(Path(first.result).read_text("utf-8"))["provenance"]["failure"]["class"] == "agent"
+        with pytest.raises(BenchbotError, match="does not know you"):
+            client.step("move_next")
+        client = Client(backend.state.connection)
+        assert (client.session()["selection"]["seed"], client.session()["steps"]) == (5, 0)
+        assert client.session()["progress"]["failure"] is None
+        client.reset()
+        client.step("move_next")
+        assert children_of(backend.pid) == [simulator], "it is the same simulator"
+        assert run_state.live() == [backend.state]
+    assert run_state.live() == []
+
+
+def test_a_warm_back_end_begins_anew_where_the_next_episode_starts() -> None:
+    with sample_backend(task="sample:goal", episode=0) as backend:
+        starts = []
+        for number in (0, 1, 0):
+            backend.begin(episode=number)
+            observations = Client(backend.state.connection).reset()["observations"]
+            starts.append(observations["poses"]["base_link"]["translation_xyz"].tolist())
+    assert starts[0] == starts[2] != starts[1]
+
+
+def test_a_warm_back_end_replaces_a_simulator_that_has_died() -> None:
+    with sample_backend() as backend:
+        client = Client(backend.state.connection)
+        client.reset()
+        (simulator,) = children_of(backend.pid)
+        os.kill(simulator, signal.SIGKILL)
+        assert eventually(lambda: not alive(simulator))
+        backend.begin(seed=1)
+        assert Client(backend.state.connection).reset()["state"] == "clean"
+
+
+def test_a_run_that_is_not_possible_leaves_the_one_before() -> None:
+    with sample_backend() as backend:
+        before = backend.state
+        with pytest.raises(BenchbotError, match="has no episodes"):
+            backend.begin(episode=3)
+        assert Client(before.connection).reset()["state"] == "clean"
+        backend.begin(seed=1)
+        assert Client(backend.state.connection).reset()["state"] == "clean"
+
+
 def test_an_impossible_selection_is_told_as_it_is() -> None:
     with pytest.raises(BenchbotError, match="not a known task") as caught, sample_backend(task="sample:pasive"):
         pass

@@ -56,6 +56,11 @@ class Solution:
     ) -> None:
         self.end()
 
+    @property
+    def process(self) -> int:
+        """The number of the process, and of its group."""
+        return self._process.pid
+
     def wait(self, timeout_s: float) -> int | None:
         """Return the exit status (negative: the signal that ended it), or None when it still runs after `timeout_s`."""
         with suppress(subprocess.TimeoutExpired):

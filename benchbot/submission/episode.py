@@ -5,15 +5,15 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from benchbot.api.client import Client
-from benchbot.cli.solution import Solution, describe_exit
-from benchbot.cli.status import StatusLine
 from benchbot.core import results, schema
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.provenance import solution_details
+from benchbot.core.selection import Selection
 from benchbot.core.session import Session
+from benchbot.submission.solution import Solution, describe_exit
 from benchbot.supervisor.run_state import Connection
 
 WATCH_PERIOD_S = 0.25
@@ -34,6 +34,19 @@ class Order:
     timeout_s: float | None = None
 
 
+class Watcher(Protocol):
+    """Who looks on while a solution runs."""
+
+    def write(self, chunk: bytes) -> object:
+        """Take what the solution prints, chunk by chunk and untouched; called in a thread of its own."""
+
+    def started(self, process: int) -> None:
+        """Learn the number of the solution's process, which leads a process group."""
+
+    def look(self, progress: Mapping[str, Any], scene_count: int) -> BenchbotError | None:
+        """See where the episode stands (docs/wire.md); return a reason to end it now, or None to go on."""
+
+
 @dataclass(frozen=True)
 class Episode:
     """How an episode ended: its result document, where the back end keeps it (if it does), and what went wrong."""
@@ -43,7 +56,7 @@ class Episode:
     problem: BenchbotError | None
 
 
-def run(order: Order, connection: Connection, died: Callable[[], BenchbotError | None]) -> Episode:
+def run(order: Order, connection: Connection, died: Callable[[], BenchbotError | None], watcher: Watcher) -> Episode:
     """Run a solution to its end; `died` tells why the back end is gone, if it knows.
 
     Whatever happens there is a result document, and no process is left. Raises BenchbotError when the solution cannot
@@ -55,7 +68,7 @@ def run(order: Order, connection: Connection, died: Callable[[], BenchbotError |
     with tempfile.TemporaryDirectory(prefix="benchbot-") as folder:
         result_path = Path(folder) / "result.json"
         seen: dict[str, Any] = {}
-        problem = _watch(order, client, connection, result_path, session, seen)
+        problem = _watch(order, client, connection, result_path, watcher, session, seen)
         if problem is None:
             try:
                 answer = client.result(_saved(result_path), solution)
@@ -87,6 +100,7 @@ def _watch(
     client: Client,
     connection: Connection,
     result_path: Path,
+    watcher: Watcher,
     session: Mapping[str, Any],
     seen: dict[str, Any],
 ) -> BenchbotError | None:
@@ -97,14 +111,17 @@ def _watch(
     variables = {**connection.environment(), "BENCHBOT_RESULT": str(result_path), **order.variables}
     looked_s = time.monotonic()
     deadline_s = None if order.timeout_s is None else looked_s + order.timeout_s
-    with StatusLine() as status, Solution(order.command, order.folder, variables, status.write) as solution:
+    with Solution(order.command, order.folder, variables, watcher.write) as solution:
+        watcher.started(solution.process)
         while (ended := solution.wait(WATCH_PERIOD_S)) is None:
             try:
                 progress = client.session()["progress"]
             except BenchbotError as error:
                 return error
             seen.update(progress)
-            status.show_progress(progress, session["scene_count"])
+            ended_by = watcher.look(progress, session["scene_count"])
+            if ended_by is not None:
+                return ended_by
             before_s, looked_s = looked_s, time.monotonic()
             if deadline_s is not None and progress["waiting_for"]:
                 deadline_s += looked_s - before_s  # what the operator does is not the solution's time
@@ -195,7 +212,6 @@ def _safety_stop(client: Client, result: Path) -> BenchbotError | None:
 def _failed_without_supervisor(
     session: Mapping[str, Any], failure: FailureClass, why: str, solution: dict[str, Any]
 ) -> dict[str, Any]:
-    """Return the result document of a failed episode when the supervisor, which usually makes it, is gone."""
     from benchbot.core.catalog import Catalog
     from benchbot.core.plugins import load
     from benchbot.core.selection import select
@@ -210,6 +226,13 @@ def _failed_without_supervisor(
         episode=chosen["episode"],
         settings=chosen["settings"],
     )
+    return failed_document(selection, failure, why, solution)
+
+
+def failed_document(
+    selection: Selection, failure: FailureClass, why: str, solution: dict[str, Any] | None
+) -> dict[str, Any]:
+    """Return the result document of a failed episode when the supervisor, which usually makes it, is gone."""
     episode = Session(selection, _no_host)
     episode.fail(failure, why)
     document = results.failed(episode, solution=solution)

@@ -1,0 +1,178 @@
+"""What a batch costs beside the simulation: per episode on a warm simulator, and against `submit` in a shell's loop.
+
+The same episodes are computed in turns as a loop of `benchbot submit` and as batches of few and of many episodes; what
+an episode costs in a batch is the difference of these two batches, so that starting workers does not count. The floor
+is the simulation alone, in one process. Processor seconds are those of all processes together; the machine may be busy.
+`--long N` computes a batch of N episodes and looks at its driver's memory and file handles meanwhile.
+
+python -m benchmarks.bench_batches [--rounds N] [--long N] [--ray-traced] [--json FILE]
+"""
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
+from typing import Any
+
+SAMPLE_PLUGIN = Path(__file__).parent.parent / "tests" / "sample_plugin"
+COMMAND = [sys.executable, "-m", "benchbot.cli.app"]
+FEW, MANY = 2, 8
+SAMPLE = ("--task", "sample:passive", "--robot", "sample_robot", "--env", "arena:1")
+RAY_TRACED = ("--task", "semantic_slam:passive:ground_truth", "--robot", "carter_lowres", "--env", "miniroom:1")
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Seconds for one episode: of wall time, and of all processors together."""
+
+    wall_s: float
+    processor_s: float
+
+
+def measured(act: Callable[[], object], who: int = RUSAGE_CHILDREN) -> Cost:
+    """Return what it costs; `who` says whether that of this process or that of its children is counted."""
+    before, start_s = getrusage(who), time.perf_counter()
+    act()
+    after = getrusage(who)
+    used_s = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return Cost(time.perf_counter() - start_s, used_s)
+
+
+def submit(folder: Path, what: tuple[str, ...], seed: int) -> None:
+    words = ("submit", *what, "--seed", str(seed), "--example", "hello_passive", "--results-location", "result.json")
+    subprocess.run([*COMMAND, *words], cwd=folder, check=True, capture_output=True)
+
+
+def batch(folder: Path, what: tuple[str, ...], episodes: int, jobs: int) -> None:
+    name = f"batch-{time.monotonic_ns()}"
+    words = ("batch", *what, "--seeds", f"0..{episodes - 1}", "--example", "hello_passive", "-j", str(jobs), "-o", name)
+    subprocess.run([*COMMAND, *words], cwd=folder, check=True, capture_output=True)
+
+
+def simulate(what: tuple[str, ...]) -> Callable[[], None]:
+    """Return what runs an episode of a passive task in this process, on a simulator that is loaded: nothing else."""
+    from benchbot.core import plugins
+    from benchbot.core.catalog import Catalog
+    from benchbot.core.host import InProcessHost
+    from benchbot.core.motion import MotionConfig
+    from benchbot.core.platform import PlatformSpec, Scene
+    from benchbot.core.selection import select
+    from benchbot.core.session import Session
+
+    _, task, _, robot, _, environment = what
+    chosen = select(Catalog(plugins.load()), task=task, robot=robot, environment=environment)
+    record = plugins.load().record("simulators", chosen.robot.data["type"])
+    from benchbot.core import resources
+
+    platform = record.create(PlatformSpec(chosen.robot.data, chosen.localisation, resources.cache_dir()))
+    scenes = [Scene(scene.data, scene.path.parent) for scene in chosen.environments]
+    host = InProcessHost(platform, scenes, MotionConfig.from_robot(chosen.robot.data, chosen.localisation))
+    session = Session(chosen, lambda: host)
+
+    def episode() -> None:
+        session.reset()
+        while session.actions:
+            session.step("move_next")
+
+    episode()
+    return episode
+
+
+def per_episode(few: Cost, many: Cost) -> Cost:
+    return Cost((many.wall_s - few.wall_s) / (MANY - FEW), (many.processor_s - few.processor_s) / (MANY - FEW))
+
+
+def median(costs: list[Cost]) -> Cost:
+    return Cost(statistics.median(cost.wall_s for cost in costs), statistics.median(cost.processor_s for cost in costs))
+
+
+def compare(folder: Path, what: tuple[str, ...], rounds: int) -> dict[str, Cost]:
+    """Return what an episode costs, all ways in turn in each round."""
+    bare = simulate(what)
+    submit(folder, what, 0)  # caches
+    found: dict[str, list[Cost]] = {}
+    for number in range(rounds):
+        few, many = (measured(lambda: batch(folder, what, count, 1)) for count in (FEW, MANY))  # noqa: B023
+        few_2, many_2 = (measured(lambda: batch(folder, what, 2 * count, 2)) for count in (FEW, MANY))  # noqa: B023
+        pair = per_episode(few_2, many_2)
+        row = {
+            "the simulation alone": measured(bare, RUSAGE_SELF),
+            "batch, 1 worker": per_episode(few, many),
+            "batch, 2 workers": Cost(pair.wall_s / 2, pair.processor_s / 2),
+            "submit in a loop": measured(lambda: submit(folder, what, number)),  # noqa: B023
+        }
+        for name, cost in row.items():
+            found.setdefault(name, []).append(cost)
+    return {name: median(costs) for name, costs in found.items()}
+
+
+def show(title: str, costs: dict[str, Cost]) -> None:
+    floor, loop = costs["the simulation alone"], costs["submit in a loop"]
+    print(f"\n{title}: one episode")
+    print(f"{'':24}{'wall s':>8}{'cpu s':>8}{'beside the simulation':>24}{'of submit':>11}")
+    for name, cost in costs.items():
+        beside = f"{cost.wall_s - floor.wall_s:.2f} s, {cost.processor_s - floor.processor_s:.2f} cpu s"
+        ratio = cost.processor_s / loop.processor_s
+        print(f"{name:24}{cost.wall_s:8.2f}{cost.processor_s:8.2f}{beside:>24}{ratio:10.2f}x")
+    one, two = costs["batch, 1 worker"], costs["batch, 2 workers"]
+    faster, dearer = one.wall_s / two.wall_s, two.processor_s / one.processor_s
+    print(f"1 → 2 workers: {faster:.2f} times as many episodes an hour, each at {dearer:.2f} times the processor time")
+    print(f"(the load is {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores: on a busy machine wall time says little)")
+
+
+def watch_driver(folder: Path, episodes: int) -> list[dict[str, Any]]:
+    """Compute a long batch; return its driver's memory and open files as it gets on."""
+    words = ("batch", *SAMPLE, "--seeds", f"0..{episodes - 1}", "--example", "hello_passive", "-j", "2", "-o", "long")
+    process = subprocess.Popen([*COMMAND, *words], cwd=folder, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+    rows: list[dict[str, Any]] = []
+    while process.poll() is None:
+        time.sleep(1)
+        finished = len(list((folder / "long" / "episodes").glob("*/result.json")))
+        if not rows or finished - rows[-1]["finished"] >= episodes / 10:
+            try:
+                status = Path(f"/proc/{process.pid}/status").read_text("utf-8")
+                handles = len(list(Path(f"/proc/{process.pid}/fd").iterdir()))
+            except OSError:
+                break
+            memory = next(line.split()[1] for line in status.splitlines() if line.startswith("VmRSS"))
+            rows.append({"finished": finished, "memory_mib": int(memory) / 1024, "file_handles": handles})
+            print(f"{finished:6} finished: {rows[-1]['memory_mib']:6.1f} MiB, {handles} file handles", flush=True)
+    process.wait()
+    return rows
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rounds", type=int, default=3, metavar="N")
+    parser.add_argument(
+        "--long", type=int, metavar="N", help="instead, compute a batch of N episodes and watch its driver"
+    )
+    parser.add_argument("--ray-traced", action="store_true", help="on the ray-traced robot, too")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="also write the numbers to this file")
+    options = parser.parse_args()
+    sys.path.insert(0, str(SAMPLE_PLUGIN))
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(SAMPLE_PLUGIN), os.environ.get("PYTHONPATH")]))
+    document: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory(prefix="bb-") as name:
+        os.environ["BENCHBOT_STATE_DIR"] = f"{name}/state"
+        if options.long:
+            document["long"] = watch_driver(Path(name), options.long)
+        else:
+            for title, what in (("sample", SAMPLE), ("ray traced", RAY_TRACED))[: 1 + options.ray_traced]:
+                costs = compare(Path(name), what, options.rounds)
+                show(title, costs)
+                document[title] = {way: asdict(cost) for way, cost in costs.items()}
+    if options.json:
+        options.json.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
