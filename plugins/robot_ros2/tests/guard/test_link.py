@@ -53,5 +53,5 @@ def test_a_guard_that_hangs_is_noticed(base: Base) -> None:
     with guarded.guarded(declaration()) as guard, Driving(guard) as driving:
         base.until_moving()
         os.kill(guard.pid, signal.SIGSTOP)
-        assert "guard process died" in driving.until_refused().why
+        assert "guard process hung" in driving.until_refused().why
         base.until_stopped()

@@ -1,6 +1,7 @@
 """The driver's side of its guard: commands go down, the news that the robot was stopped comes up."""
 
 import os
+import select
 import socket
 import subprocess
 import sys
@@ -75,11 +76,13 @@ class Guard:
         return self._process.pid
 
     def command(self, linear_mps: float, angular_radps: float) -> None:
-        """Command a velocity, without waiting; it is ramped to, and holds for the declared `command_timeout_s`.
+        """Command a velocity; it is ramped to, and holds for the declared `command_timeout_s`.
 
+        Waits for a guard that does not keep up, no longer than that time: then it hangs, and is replaced.
         Raises BenchbotError(failure=PLATFORM, ends_run=True) once the robot was stopped for safety.
         """
-        if self._trip is None and not self._send(messages.Command(float(linear_mps), float(angular_radps))):
+        command = messages.Command(float(linear_mps), float(angular_radps))
+        if self._trip is None and not self._send(command, self._begin.safety.command_timeout_s):
             # The reading thread knows why, or will in a moment.
             self._over.wait(END_S)
             self._tripped(Trip("The guard process takes no commands.", FIND_OUT))
@@ -108,12 +111,17 @@ class Guard:
         self._connection.close()
         self._log.close()
 
-    def _send(self, message: messages.ToGuard) -> bool:
-        """Send a message, and say whether the guard can get it."""
+    def _send(self, message: messages.ToGuard, patience_s: float = 0.0) -> bool:
+        """Send a message, within a time, and say whether the guard can get it."""
         try:
-            messages.send(self._connection, message)
+            try:
+                messages.send(self._connection, message)
+            except BlockingIOError:
+                select.select([], [self._connection], [], patience_s)
+                messages.send(self._connection, message)
         except BlockingIOError:
-            # It hangs. Killed, it is replaced as one that died is.
+            self._tripped(Trip("The guard process hung.", FIND_OUT))
+            # Killed, it is replaced as one that died is.
             self._process.kill()
             return False
         except OSError:
