@@ -53,6 +53,14 @@ def lit_box(path: Path, albedo: float, radiance: float, radius: float, width: fl
     return glb.write(path)
 
 
+def ceiling_lamp(path: Path) -> Path:
+    """A closed room of 6 x 5 x 2.7 m; a lamp of 40 x 40 x 5 cm glows all around, a centimetre below the ceiling."""
+    glb = Glb()
+    glb.box("walls", (-3, -2.5, 0), (3, 2.5, 2.7), glb.material((0.6,) * 3), inward=True)
+    glb.box("lamp", (-0.2, -0.2, 2.64), (0.2, 0.2, 2.69), glb.material((0.8,) * 3, emission=(10.0,) * 3))
+    return glb.write(path)
+
+
 def plaza(path: Path) -> Path:
     """A grey floor under the open sky with a pole of 1 m at the origin."""
     glb = Glb()

@@ -145,6 +145,16 @@ def test_a_picture_looks_like_the_path_traced_one(tmp_path: Path, kernel_cache: 
     assert np.abs(difference).max() < 30
 
 
+def test_the_light_between_a_lamp_and_the_ceiling_stays_there(tmp_path: Path, kernel_cache: Path) -> None:
+    """What is behind a lamp is very bright, and hidden from the room by the lamp itself."""
+    scene = load_scene(rooms.ceiling_lamp(tmp_path / "room.glb"))
+    renderer = Renderer(scene, Lighting(exposure=1.0), cache_dir=kernel_cache)
+    pose = looking((-2.5, -2.0, 1.0), 40)
+    reference = path_trace(renderer, pose, SMALL, samples_per_pixel=256)
+    expected = camera_response.develop_on_host(reference)[30:].mean()
+    assert renderer.render(pose, SMALL).rgb[30:].mean() == pytest.approx(expected, rel=0.04)
+
+
 def test_panes_that_show_the_sky_are_windows_and_glasses_are_not(tmp_path: Path, kernel_cache: Path) -> None:
     scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
     device = device_scene.upload(scene, Lighting(), kernel_cache)

@@ -19,7 +19,7 @@ from benchbot_sim_taichi.kernels import cells as kernels
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 11
+VERSION = 13
 RAYS_PER_CELL = 256
 POINTS_PER_CELL = 32
 BOUNCES = 24
@@ -97,6 +97,7 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
         cells,
         count,
         POINTS_PER_CELL,
+        float(found.layout[7]),
         seed,
     )
     rays = min(RAYS_PER_CELL, max(LINKS_AT_ONCE // count, 16))

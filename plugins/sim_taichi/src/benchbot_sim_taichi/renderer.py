@@ -277,7 +277,7 @@ class Renderer:
         smooth = self._buffer("smooth", pixel_count * illumination.LIGHT_PIXEL_STRIDE)
         tree, cells, seed = device.tree, self._cells, self._seed
         seen = (cameras, pixels, guide)
-        illumination.light_indirectly(*tree, device.surfaces[0], *cells, *seen, light, *size, seed)
+        illumination.light_indirectly(*tree, *device.surfaces[:2], *cells, *seen, light, *size, seed)
         illumination.light_directly(*scene, *device.lights, self._near_lights, *seen, light, *size, seed)
         illumination.reflect(*scene, device.lights[0], *cells, cameras, pixels, light, *size, seed)
         for step in (1, 4):

@@ -7,7 +7,7 @@ the sun is seen, share of rays that did not start inside a solid.
 """
 
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.kernels.cell_lookup import cell_weight, nearest_cell
+from benchbot_sim_taichi.kernels.cell_lookup import cell_weight, is_lamp, nearest_cell
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import sample_near
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, Passage, pack, sent, sheerness, unpack
@@ -19,6 +19,7 @@ from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
 
 NEAR_M = 0.5
 OFFSET_M = 5e-4
+HIDDEN_WEIGHT = 1e-3
 LINK_NONE = -1
 LINK_NEAR = 1 << 30
 INV_PI = 0.31830988618379067
@@ -55,9 +56,14 @@ def light_cells(
     cells: floats,
     count: ti.i32,
     points_per_cell: ti.i32,
+    size_m: ti.f32,
     seed: ti.i32,
 ):
-    """Mean position, normal, albedo and direct light of each cell; `direct` takes the sun's part."""
+    """Mean position, normal, albedo and direct light of each cell; `direct` takes the sun's part.
+
+    A point counts as far as it can be seen from beyond its cell: the ceiling right behind a lamp is very bright, but
+    no light gets from there into the room.
+    """
     for cell in range(count):
         begin = first[cell]
         size = first[cell + 1] - begin
@@ -68,6 +74,7 @@ def light_cells(
         sees_sun = False
         straight = vec3(0.0)
         scramble = hash_u32(cell ^ seed)
+        weights = 0.0
         for k in range(points_per_cell):
             sample = begin + k % size
             base = sample * SAMPLE_STRIDE
@@ -78,9 +85,13 @@ def light_cells(
                 triangles, materials, texels, images, triangle, samples[base + 1], samples[base + 2], -face, 0.01
             )
             position = sample_point(triangles, vertices, samples, sample) + face * OFFSET_M
-            mean_position += position
-            mean_normal += surface.normal
-            albedo += surface.diffuse * (vec3(1.0) - surface.specular) + surface.specular
+            out = cosine_direction(face, sobol_2d(k, hash_u32(scramble)))
+            around = trace(nodes, leaves, 0, position, out, size_m, True)
+            weight = ti.select(around.triangle >= 0, HIDDEN_WEIGHT, 1.0)
+            weights += weight
+            mean_position += weight * position
+            mean_normal += weight * surface.normal
+            albedo += weight * (surface.diffuse * (vec3(1.0) - surface.specular) + surface.specular)
             xi = sobol_2d(k, scramble)
             for kind in range(3):
                 direction = cone_direction(load3(env, 0), env[15], xi)
@@ -113,11 +124,11 @@ def light_cells(
                         nodes, leaves, sheer_root, triangles, materials, texels, images, position, direction, reach
                     )
                     if kind == 0:
-                        sun += passed.share * value * cosine
+                        sun += weight * passed.share * value * cosine
                         sees_sun |= passed.share.max() > 0.0
                     else:
-                        straight += passed.share * value * cosine
-        scale = 1.0 / ti.cast(points_per_cell, ti.f32)
+                        straight += weight * passed.share * value * cosine
+        scale = 1.0 / weights
         mean_normal = mean_normal.normalized(1e-9)
         for i in ti.static(range(3)):
             cells[cell * CELL_STRIDE + i] = mean_position[i] * scale
@@ -208,7 +219,7 @@ def link_cells(
                     two_sided = materials[ti.cast(triangles[at + 18], ti.i32) * MATERIAL_STRIDE + 14] > 0.5
                     if met.dot(direction) > 0.0 and not two_sided:
                         counted = 0.0
-                    else:
+                    elif not is_lamp(triangles, materials, solid.triangle):
                         met = ti.select(met.dot(direction) > 0.0, -met, met)
                         link = nearest_cell(grid, cells, layout, position + direction * solid.t, met)
                         if link >= 0 and solid.t < NEAR_M:

@@ -10,7 +10,7 @@ before filtering where neighbours are to speak for the pixel), radiance from the
 """
 
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells, nearest_cell
+from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells, is_lamp, nearest_cell
 from benchbot_sim_taichi.kernels.cells import INV_PI, NEAR_M, OFFSET_M
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import sample_near
@@ -94,6 +94,7 @@ def light_indirectly(
     nodes: floats,
     leaves: floats,
     triangles: floats,
+    materials: floats,
     grid: ints,
     cells: floats,
     layout: floats,
@@ -130,11 +131,12 @@ def light_indirectly(
                 if toward.dot(face) > 0.0:
                     hit = trace(nodes, leaves, 0, point, toward, NEAR_M, False)
                     if hit.triangle >= 0:
-                        met = load3(triangles, hit.triangle * TRIANGLE_STRIDE + 15)
-                        met = ti.select(met.dot(toward) > 0.0, -met, met)
-                        cell = nearest_cell(grid, cells, layout, point + toward * hit.t, met)
-                        if cell >= 0:
-                            radiance += load3(cells, cell * CELL_STRIDE + 15)
+                        if not is_lamp(triangles, materials, hit.triangle):
+                            met = load3(triangles, hit.triangle * TRIANGLE_STRIDE + 15)
+                            met = ti.select(met.dot(toward) > 0.0, -met, met)
+                            cell = nearest_cell(grid, cells, layout, point + toward * hit.t, met)
+                            if cell >= 0:
+                                radiance += load3(cells, cell * CELL_STRIDE + 15)
                     else:
                         radiance += stored.far
             radiance /= ti.cast(samples, ti.f32)
