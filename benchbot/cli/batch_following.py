@@ -1,8 +1,5 @@
 """Following a batch: where it stands, its logs, its end, and going on with it."""
 
-import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from benchbot.cli import console
+from benchbot.cli.interrupting import interruptible
 from benchbot.cli.options import Json
 from benchbot.core.errors import BenchbotError, ExitCode
 
@@ -167,7 +165,8 @@ def drive(
         console.data_json({"folder": str(folder.path), "workers": count}) if as_json else console.data(str(folder.path))
         return None
     live = LiveScore(folder, plan.method, catalog)
-    with driver.driving(folder), _interruptible(folder), StatusLine() as line:
+    said = f"the workers have been ended. Go on with: benchbot batch attach {folder.path}"
+    with driver.driving(folder), interruptible(said), StatusLine() as line:
 
         def look(status: "BatchStatus", monitor: "Monitor") -> None:
             status = replace(status, score=live.update(monitor))
@@ -191,27 +190,6 @@ def drive(
     else:
         console.data(str(folder.path) if profile.scores is None else scoring.headline(profile.scores))
     return profile
-
-
-@contextmanager
-def _interruptible(folder: "Folder") -> Iterator[None]:
-    """Let SIGINT, SIGTERM and SIGHUP end the batch in order; while it ends, further ones change nothing."""
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-
-    def interrupt(_number: int, _frame: object) -> None:
-        for number in numbers:
-            signal.signal(number, signal.SIG_IGN)
-        raise KeyboardInterrupt
-
-    before = {number: signal.signal(number, interrupt) for number in numbers}
-    try:
-        yield
-    except KeyboardInterrupt:
-        console.note(f"Interrupted: the workers have been ended. Go on with: benchbot batch attach {folder.path}")
-        raise typer.Exit(ExitCode.INTERRUPTED) from None
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def exit_as_it_ended(folder: "Folder", plan: "Plan", *, detached: bool) -> None:

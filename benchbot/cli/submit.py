@@ -1,8 +1,7 @@
 """`benchbot submit`: a solution, run against a back end, its result checked, kept and scored."""
 
-import signal
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,9 +9,10 @@ import typer
 
 from benchbot.cli import console, requirement
 from benchbot.cli.asides import listing, showing
+from benchbot.cli.interrupting import interruptible
 from benchbot.cli.options import Json, Record, Requirements, Settings, recordings
 from benchbot.cli.run import EpisodeNumber, MaxSimulatedTime, MaxSteps, MaxWallTime
-from benchbot.core.errors import BenchbotError, ExitCode
+from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
     from benchbot.core.catalog import Catalog
@@ -111,7 +111,7 @@ def submit(
             "Give them to benchbot run, or give --task, --robot and --env as well.",
         )
     with ExitStack() as stack:
-        stack.enter_context(_interruptible())
+        stack.enter_context(interruptible("the solution and its back end have been ended."))
         connection, died = _back_end(
             stack, catalog, chosen, episode_number, changed, seed or 0, limits, evaluate_with, recorded
         )
@@ -245,24 +245,3 @@ def _back_end(
         )
     )
     return backend.state.connection, backend.died
-
-
-@contextmanager
-def _interruptible() -> Iterator[None]:
-    """Let SIGINT, SIGTERM and SIGHUP end the submission in order; while it ends, further ones change nothing."""
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-
-    def interrupt(_number: int, _frame: object) -> None:
-        for number in numbers:
-            signal.signal(number, signal.SIG_IGN)
-        raise KeyboardInterrupt
-
-    before = {number: signal.signal(number, interrupt) for number in numbers}
-    try:
-        yield
-    except KeyboardInterrupt:
-        console.note("Interrupted: the solution and its back end have been ended.")
-        raise typer.Exit(ExitCode.INTERRUPTED) from None
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

@@ -2,9 +2,9 @@ import http.client
 import json
 import socket
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing, contextmanager
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +13,9 @@ import numpy as np
 import pytest
 
 from benchbot.core import results
-from benchbot.core.errors import BenchbotError
-from benchbot.supervisor import backend, wire
-from tests.supervisor.harness import TOKEN, Served, eventually, sample_selection
-from tests.supervisor.v2_client import COLLISION, FINISHED, SUCCESS, V2Client
+from benchbot.supervisor import wire
+from tests.supervisor.harness import Served, eventually, sample_selection
+from tests.supervisor.v2_client import COLLISION, FINISHED, SUCCESS, get, run_agent, v2
 
 Serve = Callable[..., Served]
 
@@ -33,32 +32,6 @@ OBSERVATIONS = [
 ]
 
 pytestmark = pytest.mark.filterwarnings("ignore:keys will default:DeprecationWarning")
-
-
-@contextmanager
-def v2(served: Served, token: str | None = None) -> Iterator[V2Client]:
-    with closing(V2Client(served.url, token)) as client:
-        yield client
-
-
-def get(served: Served, path: str, body: Any = None) -> tuple[int, Any]:
-    with httpx.Client(base_url=served.url, timeout=60) as http:
-        response = http.request("GET", path, json={} if body is None else body)
-    return response.status_code, response.json()
-
-
-def run_agent(bench: V2Client) -> dict[str, Any]:
-    """The loop of v2's `BenchBot.run` with its example `hello_passive`, which finds nothing."""
-
-    def scene() -> None:
-        _, result = bench.reset()
-        while result == SUCCESS:
-            _, result = bench.step(bench.actions[0])
-
-    scene()
-    while bench.next_scene():
-        scene()
-    return bench.empty_results()
 
 
 Said = tuple[str, Any, int, str, bytes | None]
@@ -338,64 +311,6 @@ def test_a_wrong_query_is_told_what_is_wrong(serve: Serve, path: str, body: Any,
     assert said == status
     assert error["title"]
     assert error["fix"]
-
-
-@pytest.mark.parametrize("path", ["/connections/move_next", "/connections/laser", "/robot/reset", "/robot/stop"])
-def test_what_uses_the_robot_asks_for_json_which_no_web_page_can_send(serve: Serve, path: str) -> None:
-    served = serve(open_to_v2=True)
-    assert httpx.get(served.url + path).status_code == 415
-    assert httpx.request("GET", served.url + path, data={"a": "b"}).status_code == 415
-    assert httpx.request("GET", served.url + path, content=b"{", headers={"Content-Type": JSON}).status_code == 400
-    assert not served.hosts
-
-
-def test_a_name_that_a_web_page_could_have_bent_to_this_machine_is_refused(serve: Serve) -> None:
-    served = serve(open_to_v2=True)
-    port = served.url.rpartition(":")[2]
-    for host, status in (
-        ("example.org", 403),
-        ("192.0.2.1", 403),
-        ("[2001:db8::1]", 403),
-        ("[", 403),
-        ("127.0.0.1", 200),
-        ("[::1]", 200),
-        ("localhost", 200),
-        ("benchbot_supervisor", 200),
-    ):
-        response = httpx.get(served.url + "/robot/is_dirty", headers={"Host": f"{host}:{port}"})
-        assert response.status_code == status, host
-
-
-PRIVATE = ["/config/", "/connections/laser", "/results_functions/", "/robot/", "/robot/is_dirty", "/robot/reset"]
-
-
-@pytest.mark.parametrize("path", PRIVATE)
-def test_without_no_token_these_routes_need_the_token_too(serve: Serve, path: str) -> None:
-    served = serve()
-    assert get(served, path)[0] == 401
-    with served.http() as http:
-        assert http.request("GET", path, json={}).status_code == 200
-        assert http.request("GET", f"{served.url}/{path}", json={}).status_code == 200
-
-
-def test_with_a_token_v2s_protocol_is_the_same(serve: Serve) -> None:
-    with v2(serve(), TOKEN) as bench:
-        bench.start()
-        assert run_agent(bench)["results"]["objects"] == []
-
-
-def test_no_token_opens_nothing_else(serve: Serve) -> None:
-    served = serve(open_to_v2=True)
-    for path in ("session", "events"):
-        assert httpx.get(f"{served.url}/api/v1/{path}").status_code == 401
-    for path in ("reset", "step", "next_scene", "result", "stop", "operator"):
-        assert httpx.post(f"{served.url}//api/v1//{path}").status_code == 401
-    assert not served.hosts
-
-
-def test_a_run_open_to_v2_is_never_open_to_other_machines() -> None:
-    with pytest.raises(BenchbotError, match="without a token"):
-        backend.serve(sample_selection(), host="0.0.0.0", allow_remote=True, open_to_v2=True)
 
 
 def test_a_dead_platform_is_told_and_a_reset_starts_another(serve: Serve) -> None:

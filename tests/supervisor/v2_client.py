@@ -6,13 +6,17 @@ slashes where it joins a base that ends with one to a route that begins with one
 
 import http.client
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing, contextmanager
 from typing import Any
 from urllib.parse import urlsplit
 
+import httpx
 import jsonpickle
 import jsonpickle.ext.numpy as jsonpickle_numpy
 import numpy as np
+
+from tests.supervisor.harness import Served
 
 SUCCESS, FINISHED, COLLISION = "SUCCESS", "FINISHED", "COLLISION"
 
@@ -124,3 +128,29 @@ def equal(ours: Any, theirs: Any) -> bool:
     if isinstance(ours, list | tuple):
         return type(ours) is type(theirs) and len(ours) == len(theirs) and all(map(equal, ours, theirs))
     return type(ours) is type(theirs) and (ours == theirs or (ours != ours and theirs != theirs))
+
+
+@contextmanager
+def v2(served: Served, token: str | None = None) -> Iterator[V2Client]:
+    with closing(V2Client(served.url, token)) as client:
+        yield client
+
+
+def get(served: Served, path: str, body: Any = None) -> tuple[int, Any]:
+    with httpx.Client(base_url=served.url, timeout=60) as http:
+        response = http.request("GET", path, json={} if body is None else body)
+    return response.status_code, response.json()
+
+
+def run_agent(bench: V2Client) -> dict[str, Any]:
+    """The loop of v2's `BenchBot.run` with its example `hello_passive`, which finds nothing."""
+
+    def scene() -> None:
+        _, result = bench.reset()
+        while result == SUCCESS:
+            _, result = bench.step(bench.actions[0])
+
+    scene()
+    while bench.next_scene():
+        scene()
+    return bench.empty_results()

@@ -1,0 +1,34 @@
+"""Ctrl-C, and what else ends a command, in order and once."""
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import typer
+
+from benchbot.cli import console
+from benchbot.core.errors import ExitCode
+
+
+@contextmanager
+def interruptible(said: str) -> Iterator[None]:
+    """Let SIGINT, SIGTERM and SIGHUP end what is done within, in order; while it ends, further ones change nothing.
+
+    Then exits with 130, after a note that says so.
+    """
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+    def interrupt(_number: int, _frame: object) -> None:
+        for number in numbers:
+            signal.signal(number, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    before = {number: signal.signal(number, interrupt) for number in numbers}
+    try:
+        yield
+    except KeyboardInterrupt:
+        console.note(f"Interrupted: {said}")
+        raise typer.Exit(ExitCode.INTERRUPTED) from None
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

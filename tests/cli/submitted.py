@@ -1,0 +1,16 @@
+"""What the tests of submissions submit to, and what they read."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from benchbot.core import schema
+
+SELECTION = ["--task", "sample:passive", "--robot", "sample_robot", "--env", "arena:1"]
+
+
+def read(path: Path) -> dict[str, Any]:
+    document = json.loads(path.read_text())
+    schema.check(document, "result", path)
+    assert isinstance(document, dict)
+    return document
