@@ -93,7 +93,6 @@ class ChildHost:
         self.arena = arena.ArenaReader(self._arena_handle)
         self._observations = channel.decoder(dict[str, Any], self.arena.view if lends else self.arena.read)
         self._start: channel.Start | None = _start_message(selection, options or {}, can_ask=operator is not None)
-        self._scenes = self._start.scenes
         self._looked = False
 
     @property
@@ -112,9 +111,9 @@ class ChildHost:
         scenes = _scene_messages(selection)
         if self._start is not None:
             self._start = msgspec.structs.replace(self._start, scenes=scenes)
-        elif scenes != self._scenes:
+        else:
+            # Also when they are the same: only an answer tells that the child is not just dying.
             self._call(channel.Scenes(scenes), _NOTHING, self._timeouts.call_s)
-        self._scenes = scenes
 
     def load(self, scene_index: int, seed: int) -> Status:
         """Put the robot into the clean start state of a scene of the selection."""
