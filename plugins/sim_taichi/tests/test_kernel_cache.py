@@ -26,7 +26,7 @@ def test_several_processes_may_fill_the_cache_at_once(tmp_path: Path, kernel_cac
     processes = [warm(tmp_path) for _ in range(2)]
     assert [process.wait() for process in processes] == [0, 0]
     filled = kernels(tmp_path)
-    assert filled.keys() == kernels(kernel_cache).keys()
+    assert filled.keys() <= kernels(kernel_cache).keys(), "where other tests of this process may have added theirs"
     assert warm(tmp_path).wait() == 0
     assert kernels(tmp_path) == filled, "all that were asked for were there"
 
