@@ -2,6 +2,7 @@
 
 import os
 
+import pytest
 from hypothesis import settings
 
 # A busy machine makes nothing wrong: no test has a deadline.
@@ -9,3 +10,9 @@ settings.register_profile("patient", deadline=None)
 # CI judges a change, so it looks at the same examples each time; every other run looks at new ones.
 settings.register_profile("ci", settings.get_profile("patient"), derandomize=True, database=None)
 settings.load_profile("ci" if os.environ.get("CI") else "patient")
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """Return half as many workers again as there are cores: much of the suite waits for processes and time-outs."""
+    return -(-3 * len(os.sched_getaffinity(0)) // 2)

@@ -86,7 +86,7 @@ def lost(reference: str) -> Workers:
 )
 def test_a_broken_promise_is_found_out(changes: dict[str, Any], subject: str, words: str) -> None:
     executor = replace(Executor("mine", local.launch, local.attach), **changes)
-    assert words in broken(check_executor(executor, patience_s=20.0, only=[subject]))[subject]
+    assert words in broken(check_executor(executor, patience_s=10.0, only=[subject]))[subject]
 
 
 def test_what_cannot_be_started_is_told() -> None:

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,12 @@ from benchbot_task_navigation.ways import Ways, length_m
 
 SHIPPED = Path(benchbot_task_navigation.__file__).parent
 PLACES = ("apartment", "company", "house", "miniroom", "office")
-ENVIRONMENTS = [f"{place}:{variant}" for place in PLACES for variant in range(1, 6)]
+# The tests of an environment run beside each other, so that its scene is composed once.
+ENVIRONMENTS = [
+    pytest.param(f"{place}:{variant}", marks=pytest.mark.xdist_group(f"scene of {place}:{variant}"))
+    for place in PLACES
+    for variant in range(1, 6)
+]
 EYE_M = 1.05
 LOOKED_FROM = 24
 
@@ -97,8 +103,13 @@ def scenes(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def shipped(request: pytest.FixtureRequest, scenes: Path) -> Shipped:
+    return loaded(request.param, scenes)
+
+
+@lru_cache(maxsize=1)
+def loaded(environment: str, scenes: Path) -> Shipped:
     catalog = Catalog(plugins.load())
-    (declared,) = catalog.environments(request.param)
+    (declared,) = catalog.environments(environment)
     footprint = catalog.get("robots", "carter").data["footprint"]
     geometry = load_scene(scene_file(declared.path.parent / declared.data["map_path"], scenes, None))
     obstacles = ObstacleMap(geometry, footprint["z_min_m"], footprint["z_max_m"])
