@@ -93,14 +93,20 @@ def test_a_lamp_may_be_all_that_there_is(tmp_path: Path, kernel_cache: Path) -> 
     assert row(renderer, (0.0, 0.0, 0.0), UP)[KINDS:].tolist() == by_power.tolist()
 
 
+@pytest.mark.parametrize("every", [1, SELDOM])
 @pytest.mark.parametrize("normal", [(0.0, 0.0, 1.0), (0.6, 0.0, 0.8), (-1.0, 0.0, 0.0)])
-def test_samples_add_up_to_what_all_lamps_give(two_rooms: Renderer, normal: tuple[float, float, float]) -> None:
-    """Whatever the shares are, the mean of the samples is that of those by power alone."""
-    near, lights = _ti.upload(two_rooms.irradiance.near), two_rooms.device.lights
-    means = np.zeros(2, np.float32)
-    mean_of_samples(near, lights[1], lights[0], lights[3], np.array([0.7, 0.4, 0.3, *normal], np.float32), means, 2**15)
+def test_samples_add_up_to_what_all_lamps_give(
+    two_rooms: Renderer, normal: tuple[float, float, float], every: int
+) -> None:
+    """Whatever the shares are, and however many samples are left out, their mean is that of each lamp in turn."""
+    near, lights = two_rooms.irradiance.near.copy(), two_rooms.device.lights
+    rows = near[HEADER + int(near[4:7].prod()) * DIRECTIONS :].reshape(-1, KINDS + int(near[7]))
+    rows[:, 1] = every
+    means, place = np.zeros(3, np.float32), np.array([0.7, 0.4, 0.3, *normal], np.float32)
+    mean_of_samples(_ti.upload(near), lights[1], lights[0], lights[3], place, means, 2**15)
     assert means[0] > 0.01
     assert means[1] == pytest.approx(means[0], rel=0.03)
+    assert means[2] == pytest.approx(means[0], rel=0.03)
 
 
 finite = st.floats(0.0, 1e6, width=32)

@@ -24,7 +24,7 @@ TEXTURE_POINTS = 16
 
 @dataclass(frozen=True)
 class LightTable:
-    """`records`: corner, two edges, normal (zero: both sides), cumulated share, share over area, emission, portal flag.
+    """`records`: corner, two edges, normal (zero: both sides), cumulated share, area in m², emission, portal flag.
 
     The first `portals` records are window panes, whose emission is the sky behind them; the rest are lamps, textured
     ones with each triangle's mean. Shares are of the total power, each kind for itself. `of_triangle` (T,) is each
@@ -120,14 +120,13 @@ def _records(
     cross = np.cross(edge1, edge2)
     area = 0.5 * np.linalg.norm(cross, axis=1)
     normal = cross / (2 * area[:, None])
-    share = power / power.sum()
     records[:, 0:3] = corner[:, 0]
     records[:, 3:6] = edge1
     records[:, 6:9] = edge2
     records[:, 9:12] = np.where(is_sheet(scene, triangles, normal * area[:, None])[:, None], 0.0, normal)
-    records[:, 12] = np.cumsum(share)
+    records[:, 12] = np.cumsum(power / power.sum())
     records[-1, 12] = 1.0
-    records[:, 13] = share / area
+    records[:, 13] = area
     records[:, 14:17] = emission
     return records
 

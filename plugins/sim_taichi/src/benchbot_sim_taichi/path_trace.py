@@ -38,12 +38,14 @@ def path_trace(
     """
     record = renderer.camera_records(np.asarray(camera_to_map)[None], intrinsics)
     size = (intrinsics.width, intrinsics.height)
-    total = _trace(renderer.device_for_paths, record, size, samples_per_pixel, bounces, seed, strategies, brightest)
+    device, near = renderer.device_for_paths, renderer.near_lights
+    total = _trace(device, near, record, size, samples_per_pixel, bounces, seed, strategies, brightest)
     return total / np.float32(samples_per_pixel)
 
 
 def expose(
     device: DeviceScene,
+    near: Any,
     records: FloatArray,
     size: tuple[int, int],
     quality: "Quality",
@@ -54,14 +56,14 @@ def expose(
 
     `path` takes its samples and denoises them with the help of `seen`, reflectance and normal of what each pixel shows,
     (N, H, W, 3), unless that is None; `reference` takes samples until two halves of them differ by half a byte (root
-    mean square of sRGB), at most `quality.samples`.
+    mean square of sRGB), at most `quality.samples`. `near` is the scene's grid of lights (`light_grid`).
     """
     pictures = []
     for number, record in enumerate(records):
         if quality.name == "reference":
-            pictures.append(_converge(device, record, size, quality.samples, seed))
+            pictures.append(_converge(device, near, record, size, quality.samples, seed))
             continue
-        total = _trace(device, record, size, quality.samples, BOUNCES, seed, 0, BRIGHTEST_BOUNCE)
+        total = _trace(device, near, record, size, quality.samples, BOUNCES, seed, 0, BRIGHTEST_BOUNCE)
         radiance = total / np.float32(quality.samples)
         pictures.append(radiance if seen is None else denoise.denoise(radiance, *(image[number] for image in seen)))
     return np.stack(pictures)
@@ -88,7 +90,7 @@ def features(pixels: Any, count: int, size: tuple[int, int, int]) -> tuple[Float
 
 
 def _converge(
-    device: DeviceScene, record: FloatArray, size: tuple[int, int], most_samples: int, seed: int
+    device: DeviceScene, near: Any, record: FloatArray, size: tuple[int, int], most_samples: int, seed: int
 ) -> FloatArray:
     halves = [np.zeros((size[1], size[0], 3), np.float32), np.zeros((size[1], size[0], 3), np.float32)]
     taken = 0
@@ -96,7 +98,7 @@ def _converge(
         for half, share in enumerate((samples - samples // 2, samples // 2)):
             if share:
                 halves[half] += _trace(
-                    device, record, size, share, BOUNCES, seed + 2 * number + half, 0, BRIGHTEST_BOUNCE
+                    device, near, record, size, share, BOUNCES, seed + 2 * number + half, 0, BRIGHTEST_BOUNCE
                 )
         taken += samples
         if samples > 1 and _difference_bytes(halves[0] / (taken / 2), halves[1] / (taken / 2)) < CONVERGED_BYTES:
@@ -122,6 +124,7 @@ def _difference_bytes(one: FloatArray, other: FloatArray) -> float:
 
 def _trace(
     device: DeviceScene,
+    near: Any,
     record: FloatArray,
     size: tuple[int, int],
     samples: int,
@@ -142,6 +145,7 @@ def _trace(
         *device.surfaces,
         *device.lights,
         device.light_of,
+        near,
         _ti.upload(record.ravel()),
         total,
         width,

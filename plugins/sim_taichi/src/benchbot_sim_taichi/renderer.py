@@ -115,7 +115,8 @@ class Renderer:
         return _ti.upload(light.grid), _ti.upload(light.cells), _ti.upload(light.layout)
 
     @cached_property
-    def _near_lights(self) -> Any:
+    def near_lights(self) -> Any:
+        """Which lights matter where, as `kernels.light_grid` reads it."""
         light = self.irradiance
         if self._arranged is None:
             return _ti.upload(light.near)
@@ -152,7 +153,7 @@ class Renderer:
 
     def relight(self) -> None:
         """Let light bounce anew off objects where they are now (seconds), when the next picture asks for it."""
-        for stored in ("irradiance", "exposure", "_cells", "_near_lights"):
+        for stored in ("irradiance", "exposure", "_cells", "near_lights"):
             self.__dict__.pop(stored, None)
 
     def _arrangement(self) -> arrangement.Arrangement:
@@ -169,7 +170,7 @@ class Renderer:
         self.device = device_scene.rearranged(before, self._arrangement(), after, changed)
         self._arranged, self._scene = after, after.scene
         if self.device.lights is not before.lights:
-            self.__dict__.pop("_near_lights", None)
+            self.__dict__.pop("near_lights", None)
 
     def render(self, camera_to_map: npt.NDArray[np.floating], intrinsics: Intrinsics, *, rgb: bool = True) -> Frame:
         """Take one picture; `camera_to_map` is the (4, 4) pose of the optical frame (x right, y down, z forward).
@@ -268,7 +269,8 @@ class Renderer:
             return
         if self._quality != REALTIME:
             shown = path_trace.features(pixels, pixel_count, size) if path_trace.is_denoised(self._quality) else None
-            paths = path_trace.expose(self.device_for_paths, records, size[1:], self._quality, shown, self._seed)
+            place = (self.device_for_paths, self.near_lights)
+            paths = path_trace.expose(*place, records, size[1:], self._quality, shown, self._seed)
             radiance = _ti.upload(paths.ravel())
             camera_response.develop(radiance, frames.words, frames.rgb_at(first), *size, self._buffer)
             return
@@ -278,7 +280,7 @@ class Renderer:
         tree, cells, seed = device.tree, self._cells, self._seed
         seen = (cameras, pixels, guide)
         illumination.light_indirectly(*tree, *device.surfaces[:2], *cells, *seen, light, *size, seed)
-        illumination.light_directly(*scene, *device.lights, self._near_lights, *seen, light, *size, seed)
+        illumination.light_directly(*scene, *device.lights, self.near_lights, *seen, light, *size, seed)
         illumination.reflect(*scene, device.lights[0], *cells, cameras, pixels, light, *size, seed)
         for step in (1, 4):
             filtering.smooth(cameras, guide, light, smooth, *size, 0, step)

@@ -65,28 +65,6 @@ class LightSample:
 
 
 @ti.func
-def sample_light(lights: ti.template(), env: ti.template(), first, count, point, xi):
-    """Choose a point on lights `first` … `first + count` - 1 (`count` > 0) by their power, seen from `point`.
-
-    The irradiance that it stands for is `value` times the cosine at the receiver.
-    """
-    low = first
-    high = first + count - 1
-    while low < high:
-        middle = (low + high) >> 1
-        if lights[middle * LIGHT_STRIDE + 12] <= xi.x:
-            low = middle + 1
-        else:
-            high = middle
-    base = low * LIGHT_STRIDE
-    before = 0.0
-    if low > first:
-        before = lights[base - LIGHT_STRIDE + 12]
-    across = (xi.x - before) / ti.max(lights[base + 12] - before, 1e-12)
-    return point_of_light(lights, env, low, lights[base + 13], point, ti.Vector([across, xi.y]))
-
-
-@ti.func
 def point_of_light(lights: ti.template(), env: ti.template(), light, area_density, point, xi):
     """A point of one light, seen from `point`, found with `area_density` (probability per area)."""
     base = light * LIGHT_STRIDE
@@ -120,11 +98,3 @@ def light_cosine(lights: ti.template(), base, direction):
     if normal.norm_sqr() < 0.5:
         cosine = ti.abs(load3(lights, base + 3).cross(load3(lights, base + 6)).normalized(1e-12).dot(direction))
     return cosine
-
-
-@ti.func
-def light_density(lights: ti.template(), light, offset, direction):
-    """Density, per solid angle, with which `sample_light` would have found a point of a light at `offset`."""
-    base = light * LIGHT_STRIDE
-    cosine = light_cosine(lights, base, direction)
-    return ti.select(cosine > 0.0, lights[base + 13] * offset.norm_sqr() / ti.max(cosine, 1e-6), 0.0)

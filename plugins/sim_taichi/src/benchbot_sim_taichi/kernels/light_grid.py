@@ -36,13 +36,41 @@ def row_near(near: ti.template(), point, normal):
     return HEADER + nx * ny * nz * DIRECTIONS + number * (KINDS + ti.cast(near[7], ti.i32))
 
 
+@ti.dataclass
+class Choice:
+    """A light, its share of the samples of its kind, and where in that share (0 … 1) the number fell that chose it."""
+
+    light: ti.i32
+    share: ti.f32
+    across: ti.f32
+
+
+@ti.func
+def choose(near: ti.template(), row, first, count, number):
+    """Choose one of the lights `first` … `first + count` - 1 by their shares in a row of the grid."""
+    low = first
+    high = first + count - 1
+    while low < high:
+        middle = (low + high) >> 1
+        if near[row + KINDS + middle] <= number:
+            low = middle + 1
+        else:
+            high = middle
+    before = 0.0
+    if low > first:
+        before = near[row + KINDS + low - 1]
+    share = ti.max(near[row + KINDS + low] - before, 1e-12)
+    return Choice(light=low, share=share, across=(number - before) / share)
+
+
 @ti.func
 def sample_near(
     near: ti.template(), lights: ti.template(), env: ti.template(), kind, first, count, point, normal, index, scramble
 ):
-    """As `light.sample_light`, but by what each light gives to surfaces that face like `normal` around `point`.
+    """A point of one of `count` (> 0) lights, chosen by what they give to surfaces that face like `normal` at `point`.
 
-    `kind` is 0 for windows and 1 for lamps; `index` and `scramble` are those of `sobol_2d`. Where all of a kind give
+    The irradiance that it stands for is `value` times the cosine at the receiver. `kind` is 0 for windows and 1 for
+    lamps, `first` the first light of the kind; `index` and `scramble` are those of `sobol_2d`. Where all of a kind give
     next to nothing, most samples have no `value`, and the others stand for them (Russian roulette).
     """
     sample = LightSample(direction=vec3(0.0, 0.0, 1.0), distance=FAR, value=vec3(0.0), radiance=vec3(0.0), density=0.0)
@@ -50,25 +78,39 @@ def sample_near(
     every = ti.cast(near[row + kind], ti.i32)
     if index % every == 0:
         xi = sobol_2d(index // every, scramble)
-        row += KINDS
-        low = first
-        high = first + count - 1
-        while low < high:
-            middle = (low + high) >> 1
-            if near[row + middle] <= xi.x:
-                low = middle + 1
-            else:
-                high = middle
-        before = 0.0
-        if low > first:
-            before = near[row + low - 1]
-        share = ti.max(near[row + low] - before, 1e-12)
-        base = low * LIGHT_STRIDE
-        area = 0.5 * load3(lights, base + 3).cross(load3(lights, base + 6)).norm()
-        across = ti.Vector([(xi.x - before) / share, xi.y])
-        sample = point_of_light(lights, env, low, share / ti.max(area, 1e-12), point, across)
+        chosen = choose(near, row, first, count, xi.x)
+        across = ti.Vector([chosen.across, xi.y])
+        sample = point_of_light(
+            lights, env, chosen.light, chosen.share / lights[chosen.light * LIGHT_STRIDE + 13], point, across
+        )
         sample.value *= ti.cast(every, ti.f32)
     return sample
+
+
+@ti.func
+def sample_row(near: ti.template(), lights: ti.template(), env: ti.template(), row, kind, first, count, point, xi):
+    """As `sample_near`, from a row of the grid and by random numbers; its `density` is 0 where it is left out.
+
+    Otherwise `density` counts that it might have been.
+    """
+    sample = LightSample(direction=vec3(0.0, 0.0, 1.0), distance=FAR, value=vec3(0.0), radiance=vec3(0.0), density=0.0)
+    number = xi.x * near[row + kind]
+    if number < 1.0:
+        chosen = choose(near, row, first, count, number)
+        density = chosen.share / (near[row + kind] * lights[chosen.light * LIGHT_STRIDE + 13])
+        sample = point_of_light(lights, env, chosen.light, density, point, ti.Vector([chosen.across, xi.y]))
+    return sample
+
+
+@ti.func
+def density_in_row(near: ti.template(), lights: ti.template(), row, kind, first, light, offset, direction):
+    """Density, per solid angle, with which `sample_row` would have found a point of a light at `offset`."""
+    share = near[row + KINDS + light]
+    if light > first:
+        share -= near[row + KINDS + light - 1]
+    cosine = light_cosine(lights, light * LIGHT_STRIDE, direction)
+    density = ti.max(share, 1e-12) / (near[row + kind] * lights[light * LIGHT_STRIDE + 13])
+    return ti.select(cosine > 0.0, density * offset.norm_sqr() / ti.max(cosine, 1e-6), 0.0)
 
 
 @ti.kernel
@@ -88,7 +130,6 @@ def weigh(
         light = index - row * count
         base = light * LIGHT_STRIDE
         edge1, edge2 = load3(lights, base + 3), load3(lights, base + 6)
-        area = 0.5 * edge1.cross(edge2).norm()
         total = 0.0
         for k in range(PLACES):
             at = (row * PLACES + k) * 6
@@ -105,7 +146,9 @@ def weigh(
                 radiance = load3(lights, base + 14)
                 if lights[base + 17] > 0.5:
                     radiance = sky_radiance(env, direction)
-                given = radiance.max() * area * ti.max(cosine, LEAST_COSINE) / ti.max(distance2, NEAREST_M2)
+                given = (
+                    radiance.max() * lights[base + 13] * ti.max(cosine, LEAST_COSINE) / ti.max(distance2, NEAREST_M2)
+                )
                 seen = UNSEEN
                 if received > 0.0:
                     hit = trace(nodes, leaves, 0, point, direction, ti.sqrt(distance2) * 0.999, True)

@@ -1,15 +1,16 @@
 # mypy: ignore-errors
 """Path tracing (Kajiya, "The rendering equation", 1986), with two strategies for each light.
 
-Every reflection looks for the sun, for a window and for a lamp by itself and also goes on by its own lobes; what both
-strategies find is shared between them by the power heuristic (Veach, "Robust Monte Carlo methods for light transport
-simulation", 1997). Panes pass light straight on, also that of shadow rays; solid glass refracts, and lets no shadow ray
-pass.
+Every reflection looks for the sun, and for a window and a lamp that matter there (`light_grid`), and also goes on by
+its own lobes; what both strategies find is shared between them by the power heuristic (Veach, "Robust Monte Carlo
+methods for light transport simulation", 1997). Panes pass light straight on, also that of shadow rays; solid glass
+refracts, and lets no shadow ray pass.
 """
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.glance import tile_pixel
-from benchbot_sim_taichi.kernels.light import is_sun, light_density, sample_light, sky_radiance, sun_direction
+from benchbot_sim_taichi.kernels.light import is_sun, sky_radiance, sun_direction
+from benchbot_sim_taichi.kernels.light_grid import density_in_row, row_near, sample_row
 from benchbot_sim_taichi.kernels.primary import camera_origin, camera_ray
 from benchbot_sim_taichi.kernels.reflectance import (
     LEAST_COSINE,
@@ -65,6 +66,7 @@ def trace_paths(
     portals: ti.i32,
     lamps: ti.i32,
     light_of: ints,
+    near: floats,
     camera: floats,
     total: floats,
     width: ti.i32,
@@ -99,6 +101,8 @@ def trace_paths(
             matt, specular, roughness, gloss = vec3(0.0), vec3(0.0), 1.0, 0.0
             density = 0.0
             was_lit = False
+            # Where the grid of lights speaks for that surface.
+            row = 0
             # A light that is looked for, and what of it would be seen.
             carried = vec3(0.0)
             lobe_density = 0.0
@@ -137,7 +141,7 @@ def trace_paths(
                         count = ti.select(stage == WINDOW, portals, lamps)
                         wanted = count > 0
                         if wanted:
-                            sample = sample_light(lights, env, first, count, vertex, xi)
+                            sample = sample_row(near, lights, env, row, stage - WINDOW, first, count, vertex, xi)
                             direction = sample.direction
                             light_density_there = sample.density
                             light_radiance = sample.radiance
@@ -227,7 +231,9 @@ def trace_paths(
                             else:
                                 other = 0.0
                                 if was_lit and light >= portals:
-                                    other = light_density(lights, light, point - vertex, direction)
+                                    other = density_in_row(
+                                        near, lights, row, 1, portals, light, point - vertex, direction
+                                    )
                                 radiance += bounded(
                                     through * surface.emission * share(density, other, strategies), limit
                                 )
@@ -237,6 +243,7 @@ def trace_paths(
                                 normal = ti.select(surface.normal.dot(direction) > -LEAST_COSINE, face, surface.normal)
                                 view = -direction
                                 vertex = point + face * OFFSET_M
+                                row = row_near(near, vertex, face)
                                 specular = surface.specular
                                 roughness = surface.roughness
                                 shiny = environment_brdf(env, specular, roughness, normal.dot(view))
@@ -248,7 +255,9 @@ def trace_paths(
                             panes += 1
                             origin = point + direction * OFFSET_M
                             if 0 <= light < portals:
-                                window_density += light_density(lights, light, point - vertex, direction)
+                                window_density += density_in_row(
+                                    near, lights, row, 0, 0, light, point - vertex, direction
+                                )
                             if is_search:
                                 carried *= tint * (1.0 - mirrored)
                                 reach -= nearest + OFFSET_M
