@@ -86,7 +86,8 @@ def run(
     from benchbot.core.catalog import Catalog
     from benchbot.core.plugins import load
     from benchbot.core.selection import Limits, select
-    from benchbot.supervisor.backend import DEFAULT_PORT, serve
+    from benchbot.supervisor.backend import serve
+    from benchbot.supervisor.run_state import DEFAULT_PORT
 
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     recorded = recordings(record)

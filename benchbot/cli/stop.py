@@ -2,6 +2,7 @@
 
 import os
 import signal
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -10,7 +11,7 @@ from benchbot.cli import console
 from benchbot.core.errors import BenchbotError, FailureClass
 
 if TYPE_CHECKING:
-    from benchbot.supervisor.run_state import Connection
+    from benchbot.supervisor.run_state import Connection, RunState
 
 ANSWER_TIMEOUT_S = 2.0
 
@@ -23,7 +24,7 @@ def stop(
 
     from benchbot.supervisor.run_state import find, live
 
-    runs = {state.connection: state.pid for state in live()}
+    runs = {state.connection: state for state in live()}
     wanted = list(runs) if every and runs else [find()]
     # All at once: none waits for another one that hangs.
     with ThreadPoolExecutor(len(wanted)) as executor:
@@ -36,22 +37,24 @@ def stop(
             raise outcome
 
 
-def _end(connection: "Connection", pid: int | None) -> str | BenchbotError:
+def _end(connection: "Connection", state: "RunState | None") -> str | BenchbotError:
     """End a run, by force when it does not answer; return what was done, or why it could not be."""
     from benchbot.api.client import Client
     from benchbot.supervisor.run_state import live
 
     where = connection.url or connection.socket
-    client = Client(connection, ANSWER_TIMEOUT_S)
+    # With the solution's token it would be the solution that stops.
+    ours = connection if state is None else replace(connection, token=state.operator_token)
+    client = Client(ours, ANSWER_TIMEOUT_S)
     try:
         client.stop()
     except BenchbotError as error:
         # Only one that is still alive, as its lock says: by now its number may be another process's.
         hangs = error.failure is FailureClass.INFRASTRUCTURE and connection in [run.connection for run in live()]
-        if pid is None or not hangs:
+        if state is None or not hangs:
             return error
         # The platform's process ends with the supervisor, however that one ends.
-        os.kill(pid, signal.SIGKILL)
+        os.kill(state.pid, signal.SIGKILL)
         return f"The back end at {where} did not answer, and was killed."
     finally:
         client.close()

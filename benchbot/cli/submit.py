@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,15 +10,29 @@ import typer
 
 from benchbot.cli import console, requirement
 from benchbot.cli.asides import listing, showing
+from benchbot.cli.container_mode import (
+    Containerised,
+    Cpus,
+    ExampleContainerised,
+    Gpus,
+    WeakLimits,
+    check_options,
+    context_of,
+    in_container,
+)
 from benchbot.cli.interrupting import interruptible
 from benchbot.cli.options import Json, Record, Requirements, Settings, recordings
 from benchbot.cli.run import EpisodeNumber, MaxSimulatedTime, MaxSteps, MaxWallTime
+from benchbot.cli.solution_archive import Submission, pack
+from benchbot.cli.solution_limits import CpuTime, FileSize, Memory, Processes, process_limits
+from benchbot.cli.solution_mode import Readable, SandboxCommand, Sandboxed, mode_of
 from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
     from benchbot.core.catalog import Catalog
     from benchbot.core.selection import Limits
     from benchbot.submission.episode import Episode
+    from benchbot.submission.modes import Mode
     from benchbot.supervisor.run_state import Connection
 
 
@@ -31,6 +46,19 @@ def submit(
     example: Annotated[
         str | None, typer.Option("--example", "-E", metavar="NAME", help="Run an example solution.")
     ] = None,
+    sandbox: SandboxCommand = None,
+    sandboxed: Sandboxed = False,
+    readable: Readable = None,
+    containerised: Containerised = None,
+    example_containerised: ExampleContainerised = False,
+    submission: Submission = None,
+    cpus: Cpus = None,
+    gpus: Gpus = 0,
+    weak_limits: WeakLimits = False,
+    memory: Memory = None,
+    processes: Processes = None,
+    cpu_time: CpuTime = None,
+    file_size: FileSize = None,
     args: Annotated[
         str | None, typer.Option("--args", "-a", metavar="WORDS", help="Words to append to the command, in quotes.")
     ] = None,
@@ -75,6 +103,9 @@ def submit(
                     benchbot submit --native python my_solution.py
     One command:    benchbot submit --task T --robot R --env E --example hello_passive
 
+    Somebody else's solution belongs into a sandbox: --sandbox python their_solution.py; or into a container, built
+    from its Dockerfile: --containerised their_folder
+
     The solution finds the robot through BENCHBOT_URL, BENCHBOT_SOCKET and BENCHBOT_TOKEN, and saves its result to
     BENCHBOT_RESULT. The result's path goes to stdout, or the score when one was asked for.
     """
@@ -86,6 +117,11 @@ def submit(
     from benchbot.submission import episode
     from benchbot.submission.ordering import order_of, split_words
 
+    if submission is not None:
+        others = {"--native": native, "--sandbox": sandbox, "--example": example, "--containerised": containerised}
+        others |= {"--evaluate-with": evaluate_with, "--results-location": results_location, "--task": task}
+        pack(submission, args, others)
+        return
     requirements = requirement.parse(require)
     catalog = Catalog(load())
     if evaluate_with is not None:
@@ -98,7 +134,14 @@ def submit(
         )
     for path in (results_location, output):
         console.check_output(path)
-    order = order_of(catalog, native, example, [*(words or ()), *split_words("--args", args)], timeout)
+    more_words = [*(words or ()), *split_words("--args", args)]
+    bounds = process_limits(memory, processes, cpu_time, file_size)
+    context = context_of(catalog, containerised, example, (native, sandbox), example_containerised)
+    check_options(context, readable, cpus, gpus, weak_limits)
+    if context is None:
+        order = order_of(catalog, native, example, more_words, timeout, sandbox)
+        mode = mode_of(sandboxed=sandboxed or sandbox is not None, readable=readable, limits=bounds)
+        order = replace(order, mode=mode, limits=bounds)
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     chosen = _chosen(task, robot, environment)
     recorded = recordings(record)
@@ -110,10 +153,19 @@ def submit(
             "--episode, --set, --seed, --max-… and --record choose those of a back end that submit starts itself.",
             "Give them to benchbot run, or give --task, --robot and --env as well.",
         )
+    if chosen is not None:
+        # Before anything is built or started.
+        summary = _selected(catalog, chosen, episode_number, changed, seed or 0, limits, evaluate_with)
     with ExitStack() as stack:
         stack.enter_context(interruptible("the solution and its back end have been ended."))
+        if context is not None:
+            order = stack.enter_context(
+                in_container(context, more_words, timeout, bounds, cpus=cpus, gpus=gpus, weak_limits=weak_limits)
+            )
+        if chosen is not None:
+            console.note(summary)
         connection, died = _back_end(
-            stack, catalog, chosen, episode_number, changed, seed or 0, limits, evaluate_with, recorded
+            stack, chosen, episode_number, changed, seed or 0, limits, evaluate_with, recorded, order.mode
         )
         ended = episode.run(order, connection, died, stack.enter_context(StatusLine()))
     kept = _kept(ended, results_location)
@@ -199,9 +251,37 @@ def _chosen(task: str | None, robot: str | None, environment: str | None) -> tup
     return None
 
 
+def _selected(
+    catalog: "Catalog",
+    chosen: tuple[str, str, str],
+    episode: int | None,
+    settings: dict[str, Any],
+    seed: int,
+    limits: "Limits",
+    method: str | None,
+) -> str:
+    """Return what is going to be run, in words; raises BenchbotError when it is impossible."""
+    from benchbot.cli.run import summary
+    from benchbot.core.selection import select
+
+    task, robot, environment = chosen
+    return summary(
+        select(
+            catalog,
+            task=task,
+            robot=robot,
+            environment=environment,
+            method=method,
+            seed=seed,
+            limits=limits,
+            episode=episode,
+            settings=settings,
+        )
+    )
+
+
 def _back_end(
     stack: ExitStack,
-    catalog: "Catalog",
     chosen: tuple[str, str, str] | None,
     episode: int | None,
     settings: dict[str, Any],
@@ -209,28 +289,19 @@ def _back_end(
     limits: "Limits",
     method: str | None,
     recorded: dict[str, Path],
+    mode: "Mode",
 ) -> tuple["Connection", Callable[[], BenchbotError | None]]:
     """Return how to reach the back end (one of our own ends with `stack`), and what tells why it died."""
-    from benchbot.cli.run import summary
-    from benchbot.core.selection import select
+    from benchbot.submission.modes import private_socket, unix_socket_of
     from benchbot.supervisor.backend import Backend
     from benchbot.supervisor.run_state import find
 
     if chosen is None:
-        return find(), lambda: None
+        connection = find()
+        if mode.needs_socket:
+            unix_socket_of(mode, connection)
+        return connection, lambda: None
     task, robot, environment = chosen
-    selection = select(
-        catalog,
-        task=task,
-        robot=robot,
-        environment=environment,
-        method=method,
-        seed=seed,
-        limits=limits,
-        episode=episode,
-        settings=settings,
-    )
-    console.note(summary(selection))
     backend = stack.enter_context(
         Backend.start(
             task=task,
@@ -242,6 +313,8 @@ def _back_end(
             method=method,
             record=recorded,
             settings=settings,
+            port=None if mode.needs_socket else 0,
+            unix_socket=stack.enter_context(private_socket()) if mode.needs_socket else None,
         )
     )
     return backend.state.connection, backend.died

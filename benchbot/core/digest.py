@@ -7,16 +7,23 @@ from typing import Any
 
 import numpy as np
 
+from benchbot.core.action_log import MAX_OBSERVATIONS
+
+MARK_DIGITS = 16
+
 
 class ObservationDigest:
     """A running SHA-256 digest of observations: names, shapes, dtypes and bytes, in sorted order of names."""
 
     def __init__(self) -> None:
         self._hash = sha256()
+        self._marks: list[str] = []
 
     def update(self, observations: Mapping[str, Any]) -> None:
         """Add what a solution was shown at one step."""
         self._add(observations)
+        if len(self._marks) < MAX_OBSERVATIONS:
+            self._marks.append(self._hash.hexdigest()[:MARK_DIGITS])
 
     def wait(self) -> None:
         """Return when the arrays of the last update are no longer needed: at once, here."""
@@ -24,6 +31,10 @@ class ObservationDigest:
     def hexdigest(self) -> str:
         """Return the digest of everything so far."""
         return self._hash.hexdigest()
+
+    def marks(self) -> list[str]:
+        """Return how the digest began after each update: where two of them part, what was shown differs first."""
+        return list(self._marks)
 
     def _add(self, value: Any) -> None:
         if isinstance(value, Mapping):
@@ -72,3 +83,8 @@ class BackgroundDigest(ObservationDigest):
         """Return the digest of everything so far."""
         self.wait()
         return super().hexdigest()
+
+    def marks(self) -> list[str]:
+        """Return how the digest began after each update."""
+        self.wait()
+        return super().marks()

@@ -3,6 +3,7 @@
 import platform as python_platform
 import re
 import subprocess
+from dataclasses import asdict
 from functools import cache
 from hashlib import file_digest, sha256
 from importlib.metadata import requires, version
@@ -25,6 +26,7 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
     apart (see `timings`), so that the same run gives the same bytes.
     """
     selection, progress = session.selection, session.progress
+    limits = {name: value for name, value in asdict(selection.limits).items() if value is not None}
     failure = None
     if progress.failure is not None:
         failure = {"class": progress.failure.value, "why": progress.failure_why or ""}
@@ -37,6 +39,7 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
             "seed": selection.seed,
             **({} if selection.episode is None else {"episode": selection.episode.provenance()}),
             **({"settings": dict(sorted(selection.settings.items()))} if selection.settings else {}),
+            **({"limits": limits} if limits else {}),
         },
         "solution": solution,
         "restarts": session.restarts,
@@ -181,7 +184,15 @@ def solution_details(command: list[str], folder: Path) -> dict[str, Any]:
 def files_named(command: list[str], folder: Path) -> dict[str, str]:
     """Return the SHA-256 of each file that a command names, relative to `folder`, where it runs."""
     named = {word: folder / word for word in command[1:] if not word.startswith("-")}
-    return {word: _file_hash(path) for word, path in named.items() if path.is_file()}
+    return {word: _file_hash(path) for word, path in named.items() if is_file(path)}
+
+
+def is_file(path: Path) -> bool:
+    """Say whether a path, perhaps a word that was never meant as one, names a file."""
+    try:
+        return path.is_file()
+    except OSError:  # a word may be longer than a name of a file can be
+        return False
 
 
 def _file_hash(path: Path) -> str:

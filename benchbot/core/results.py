@@ -43,9 +43,11 @@ def public_environment(scene: Declaration) -> dict[str, Any]:
 
 
 def finish(document: dict[str, Any], session: Session, *, solution: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Return a solution's result, checked and completed: version, true details of task and scenes, provenance, track.
+    """Return a solution's result, checked and completed: version, true details of task and scenes, provenance, track,
+    actions.
 
-    What a solution claims about task, environment, provenance and track is replaced by what really ran and happened.
+    What a solution claims about task, environment, provenance, track and actions is replaced by what really ran and
+    happened.
     Raises BenchbotError (failure `agent`) when `results` is missing or breaks the task's format.
     """
     results_format = session.selection.results_format
@@ -85,6 +87,7 @@ def _complete(document: dict[str, Any], session: Session, solution: dict[str, An
     session.handed_in = True
     source = source_of_pose(session.selection)
     document["track"] = [track.as_dict(source) for track in session.tracks]
+    document["actions"] = session.log.as_list(session.digest.marks())
     return document
 
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from typing import Any, TypeVar
 
+from benchbot.core.action_log import ActionLog
 from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES
 from benchbot.core.digest import ObservationDigest
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass, did_you_mean
@@ -39,6 +40,8 @@ class Session:
         self.progress = Progress()
         self.tracks: list[Track] = []
         """Where the robot really went, scene by scene. It is not for solutions before they have handed in a result."""
+        self.log = ActionLog()
+        """What the solution has done since the last reset."""
         self.restarts = 0
         """How often the robot was put back after it had moved, since a result was last handed in."""
         self.handed_in = False
@@ -82,6 +85,7 @@ class Session:
         self.handed_in = False
         self.progress = Progress()
         self.tracks = []
+        self.log = ActionLog()
         self.digest = self._new_digest()
         self._simulated_before_s = 0.0
         self._active_since_s = time.monotonic()
@@ -186,6 +190,7 @@ class Session:
 
     def _enter(self, scene_index: int) -> Step:
         self.tracks.append(Track(self.selection.environments[scene_index].name))
+        self.log.entered(self.selection.environments[scene_index].name)
         host = self._guarded(self._running_host)
         # Each scene has its own stream of random numbers, so that scene 2 does not depend on what happened in scene 1.
         status = self._guarded(lambda: host.load(scene_index, self.selection.seed + scene_index))
@@ -223,6 +228,7 @@ class Session:
         self.tracks[-1].observed(self.progress.frames)
         self.progress.frames += 1
         self.digest.update(observations)
+        self.log.observed(action, arguments or {})
         step = Step(observations, self.result, self.actions, self.progress.state, self.progress.scene_number, outcome)
         self._tell_recordings(lambda recording: recording.step(action, arguments or {}, step, self.progress))
         return step

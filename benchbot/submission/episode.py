@@ -1,6 +1,5 @@
 """One episode: a solution is run against a back end and watched, and how it ended becomes a result document."""
 
-import tempfile
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -13,7 +12,11 @@ from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.provenance import solution_details
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
-from benchbot.submission.solution import Solution, describe_exit
+from benchbot.submission import result_file
+from benchbot.submission.exchange import exchange_folder
+from benchbot.submission.modes import DEFAULT_LIMITS, RESULT, Mode, ProcessLimits
+from benchbot.submission.native import NATIVE
+from benchbot.submission.solution import describe_exit
 from benchbot.supervisor.run_state import Connection
 
 WATCH_PERIOD_S = 0.25
@@ -26,12 +29,14 @@ EXIT_CODES = {
 
 @dataclass(frozen=True)
 class Order:
-    """What to run: a command in a folder, with variables of its own, for at most `timeout_s` seconds."""
+    """What to run: a command in a folder, with variables of its own, for at most `timeout_s` seconds; and how."""
 
     command: list[str]
     folder: Path
     variables: Mapping[str, str] = field(default_factory=dict)
     timeout_s: float | None = None
+    mode: Mode = NATIVE
+    limits: ProcessLimits = DEFAULT_LIMITS
 
 
 class Watcher(Protocol):
@@ -65,13 +70,14 @@ def run(order: Order, connection: Connection, died: Callable[[], BenchbotError |
     client = Client(connection)
     session = client.session()
     solution = solution_details(order.command, order.folder)
-    with tempfile.TemporaryDirectory(prefix="benchbot-") as folder:
-        result_path = Path(folder) / "result.json"
+    if order.mode.name != NATIVE.name:
+        solution["mode"] = order.mode.name
+    with exchange_folder() as exchange:
         seen: dict[str, Any] = {}
-        problem = _watch(order, client, connection, result_path, watcher, session, seen)
+        problem = _watch(order, client, connection, exchange, watcher, session, seen)
         if problem is None:
             try:
-                answer = client.result(_saved(result_path), solution)
+                answer = client.result(result_file.read(exchange / RESULT), solution)
             except BenchbotError as error:
                 problem = error
             else:
@@ -99,7 +105,7 @@ def _watch(
     order: Order,
     client: Client,
     connection: Connection,
-    result_path: Path,
+    exchange: Path,
     watcher: Watcher,
     session: Mapping[str, Any],
     seen: dict[str, Any],
@@ -108,10 +114,9 @@ def _watch(
 
     `seen` holds the run's progress as it was seen last.
     """
-    variables = {**connection.environment(), "BENCHBOT_RESULT": str(result_path), **order.variables}
     looked_s = time.monotonic()
     deadline_s = None if order.timeout_s is None else looked_s + order.timeout_s
-    with Solution(order.command, order.folder, variables, watcher.write) as solution:
+    with order.mode.start(order, connection, exchange, watcher.write) as solution:
         watcher.started(solution.process)
         while (ended := solution.wait(WATCH_PERIOD_S)) is None:
             try:
@@ -132,33 +137,15 @@ def _watch(
                     "Give it more with --timeout SECONDS, or look for what it waits for.",
                     failure=FailureClass.TIMEOUT,
                 )
-    if ended == 0:
-        return None
+        explained = solution.explain(ended)
+    if explained is not None or ended == 0:
+        return explained
     return BenchbotError(
         "The solution failed.",
         "\n".join(filter(None, [describe_exit(ended), solution.last_words])),
         "Mend the solution; its output above says more.",
         failure=FailureClass.AGENT,
     )
-
-
-def _saved(path: Path) -> dict[str, Any]:
-    if not path.exists():
-        raise BenchbotError(
-            "The solution saved no result.",
-            "It ended well, but wrote nothing where BENCHBOT_RESULT says.",
-            "Save one: in Agent.save_result, or in a loop of your own, to BenchBot.result_filename.",
-            failure=FailureClass.AGENT,
-        )
-    try:
-        return schema.read(path)
-    except BenchbotError as error:
-        raise BenchbotError(
-            "The solution's result cannot be read.",
-            f"{error.title.replace(str(path), 'result')} {error.why}",
-            "Write it with json.dump, as one JSON object.",
-            failure=FailureClass.AGENT,
-        ) from error
 
 
 def _kept(path: Path, answered: dict[str, Any]) -> dict[str, Any]:
@@ -175,6 +162,13 @@ def _with_cause(
         progress = seen if death is not None else client.session()["progress"]
     except BenchbotError as gone:
         death, progress = gone, seen
+    if death is not None and progress.get("failure") == FailureClass.AGENT:
+        return BenchbotError(
+            "The solution stopped its own run.",
+            progress["failure_why"],
+            "Have it end by itself, with exit status 0, when it is done.",
+            failure=FailureClass.AGENT,
+        )
     if death is not None and progress.get("failure") != FailureClass.PLATFORM:
         death.failure = FailureClass.INFRASTRUCTURE
         return death

@@ -12,20 +12,27 @@ from benchbot.submission.solution import cannot_start, python_first
 
 
 def order_of(
-    catalog: Catalog, native: str | None, example: str | None, words: list[str], timeout_s: float | None
+    catalog: Catalog,
+    native: str | None,
+    example: str | None,
+    words: list[str],
+    timeout_s: float | None,
+    sandbox: str | None = None,
 ) -> Order:
-    """Return what to run; raises BenchbotError unless exactly one mode was chosen and its command exists."""
-    if (native is None) == (example is None):
-        what = "Neither --native nor --example was" if native is None else "Both --native and --example were"
+    """Return what to run, natively; raises BenchbotError unless exactly one was chosen and its command exists."""
+    commands = {"--native": native, "--sandbox": sandbox}
+    given = [name for name, value in {**commands, "--example": example}.items() if value is not None]
+    if len(given) != 1:
         raise BenchbotError(
             "It is not clear what to submit.",
-            f"{what} given.",
-            "Give one: --native python my_solution.py, or --example NAME (benchbot list examples).",
+            f"{' and '.join(given)} were given." if given else "No solution was given.",
+            "Give one: --native python my_solution.py, --sandbox python my_solution.py, "
+            "or --example NAME (benchbot list examples).",
         )
-    if native is not None:
-        order = Order([*split_words("--native", native), *words], Path.cwd(), timeout_s=timeout_s)
+    if example is None:
+        order = Order([*split_words(given[0], commands[given[0]]), *words], Path.cwd(), timeout_s=timeout_s)
     else:
-        found = catalog.get("examples", example or "")
+        found = catalog.get("examples", example)
         command = [*split_words("native_command", found.data["native_command"]), *words]
         order = Order(command, found.path.parent, python_first(), timeout_s)
     if not order.command:

@@ -1,54 +1,98 @@
-"""A solution as a child process: started in a group of its own, its output passed on, and always ended."""
+"""A solution as a process under a leader, which starts it and ends all that comes of it; its output is passed on."""
 
+import json
 import os
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Self
+from typing import IO, Any, Self
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.submission.leading.leader import GRACE_S
+from benchbot.submission.leading.offspring import KILLING_TIMEOUT_S
 
-GRACE_S = 2.0
 TAIL_BYTES = 4000
 TAIL_LINES = 5
+MARGIN_S = 5.0
+CODE = Path(__file__).parents[2]
+"""The folder that `benchbot` is in."""
+START = "import sys; sys.path.insert(0, sys.argv[1]); from benchbot.submission.leading import leader; leader.main({})"
+
+
+@dataclass(frozen=True)
+class Leading:
+    """How a leader is started and what it is told beside the command; the defaults are those of a native solution.
+
+    `around` is a command that runs the leader, such as a sandbox's, `code` the folder that `benchbot` is in for it, and
+    `environment` its own. It inherits the open files `handles`. What is `told`: see `leading.leader.main`.
+    """
+
+    around: Sequence[str] = ()
+    code: Path = CODE
+    environment: Mapping[str, str] | None = None
+    handles: Sequence[int] = ()
+    told: Mapping[str, Any] = field(default_factory=dict)
+
+
+NATIVELY = Leading()
 
 
 class Solution:
     """The running process of a solution.
 
-    Its output goes to `output`, chunk by chunk and untouched. Leaving the context ends whatever is left of its process
-    group: asked by SIGTERM, then killed.
+    Its output goes to `output`, chunk by chunk and untouched. Leaving the context ends it and whatever it has started:
+    asked by SIGTERM, then killed. That happens as well when this process dies.
     """
 
     def __init__(
-        self, command: Sequence[str], folder: Path, variables: Mapping[str, str], output: Callable[[bytes], object]
+        self,
+        command: Sequence[str],
+        folder: Path,
+        environment: Mapping[str, str],
+        output: Callable[[bytes], object],
+        leading: Leading = NATIVELY,
     ) -> None:
         self.command = list(command)
         self._folder = folder
-        self._variables = variables
+        self._environment = environment
         self._output = output
+        self._leading = leading
         self._tail = b""
+        self._reports = b""
+        self._ended: dict[str, Any] = {}
 
     def __enter__(self) -> Self:
+        if not self._folder.is_dir():
+            raise cannot_start(self.command, f"its folder {self._folder} is not there")
+        report, reported = os.pipe()
+        controlled, self._control = os.pipe()
         try:
-            # A session of its own, so that Ctrl-C reaches it through us only. The terminal stays readable for it.
-            self._process = subprocess.Popen(
-                self.command,
-                cwd=self._folder,
-                env={**_environment(), "PYTHONUNBUFFERED": "1", **self._variables},
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-            )
-        except OSError as error:
-            raise cannot_start(self.command, error.strerror or str(error)) from error
+            with tempfile.TemporaryFile() as orders:
+                orders.write(json.dumps(self._orders(controlled, reported)).encode())
+                orders.seek(0)
+                self._process = self._start_leader(orders, controlled, reported)
+        except BaseException:
+            os.close(report)
+            os.close(self._control)
+            raise
+        finally:
+            os.close(reported)
+            os.close(controlled)
+        self._report = os.fdopen(report, "rb", buffering=0)
         self._reader = threading.Thread(target=self._pass_on, args=(self._process.stdout,), daemon=True)
         self._reader.start()
+        try:
+            self._check_start()
+        except BaseException:
+            self.end()
+            raise
         return self
 
     def __exit__(
@@ -58,23 +102,45 @@ class Solution:
 
     @property
     def process(self) -> int:
-        """The number of the process, and of its group."""
+        """The number of the leading process, and of its group."""
         return self._process.pid
+
+    @property
+    def refused(self) -> str | None:
+        """Why the result that it wrote was not taken out of its sandbox; None when there is nothing to tell."""
+        refused: str | None = self._ended.get("refused")
+        return refused
 
     def wait(self, timeout_s: float) -> int | None:
         """Return the exit status (negative: the signal that ended it), or None when it still runs after `timeout_s`."""
-        with suppress(subprocess.TimeoutExpired):
-            return self._process.wait(timeout_s)
+        try:
+            status = self._process.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            return None
+        if not self._ended:
+            # A leader that was killed cannot tell how its solution ended. Bubblewrap adds 128 to signals, as shells do.
+            killed = 128 - status if status > 128 else status or -signal.SIGKILL
+            self._ended = {"status": killed, **self._next_report()}
+        told: int = self._ended["status"]
+        return told
+
+    def explain(self, status: int) -> BenchbotError | None:
+        """Nothing limits it, so no limit has ended it."""
         return None
 
     def end(self) -> None:
-        """End the process and everything that it has started in its group."""
-        if self._process.poll() is None:
-            self._signal(signal.SIGTERM)
-            self.wait(GRACE_S)
-        self._signal(signal.SIGKILL)
+        """End the process and everything that it has started."""
+        if self._control >= 0:
+            os.close(self._control)
+            self._control = -1
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(GRACE_S + KILLING_TIMEOUT_S + MARGIN_S)
+        # The leader itself may have been stopped, or killed before the others.
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
         self._reader.join(GRACE_S)
+        self._report.close()
 
     @property
     def last_words(self) -> str:
@@ -82,20 +148,60 @@ class Solution:
         lines = [line.strip() for line in self._tail.decode("utf-8", "replace").splitlines()]
         return "\n".join([line for line in lines if line][-TAIL_LINES:])
 
-    def _signal(self, number: signal.Signals) -> None:
-        with suppress(ProcessLookupError, PermissionError):
-            os.killpg(self._process.pid, number)
+    def _orders(self, control: int, report: int) -> dict[str, Any]:
+        return {
+            "command": self.command,
+            "folder": str(self._folder),
+            "environment": dict(self._environment),
+            "control": control,
+            "report": report,
+            "alone": False,
+            "confinement": None,
+            "handover": None,
+            **self._leading.told,
+        }
+
+    def _start_leader(self, orders: IO[bytes], control: int, report: int) -> "subprocess.Popen[bytes]":
+        leading = self._leading
+        python = [str(Path(sys.executable).resolve()), "-I", "-S", "-c", START.format(orders.fileno())]
+        try:
+            # A session of its own, so that Ctrl-C reaches it through us only. The terminal stays readable for it.
+            return subprocess.Popen(
+                [*leading.around, *python, str(leading.code)],
+                env=leading.environment,
+                pass_fds=(orders.fileno(), control, report, *leading.handles),
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+        except OSError as error:
+            raise cannot_start(self.command, error.strerror or str(error)) from error
+
+    def _check_start(self) -> None:
+        """Wait for the word that the solution has started; raises BenchbotError when it has not."""
+        told = self._next_report()
+        if "started" in told:
+            return
+        self._process.wait()
+        self._reader.join(GRACE_S)
+        raise cannot_start(self.command, told.get("cannot_start") or self.last_words or "it ended before it began")
+
+    def _next_report(self) -> dict[str, Any]:
+        """Return the next thing that the leader tells; nothing when it ends without a word."""
+        while b"\n" not in self._reports:
+            chunk = self._report.read(4096)
+            if not chunk:
+                return {}
+            self._reports += chunk
+        line, _, self._reports = self._reports.partition(b"\n")
+        document: dict[str, Any] = json.loads(line)
+        return document
 
     def _pass_on(self, pipe: IO[bytes]) -> None:
         with pipe:
             while chunk := os.read(pipe.fileno(), 65536):
                 self._tail = (self._tail + chunk)[-TAIL_BYTES:]
                 self._output(chunk)
-
-
-def _environment() -> dict[str, str]:
-    """Return this process's environment without the folders of add-ons: ground truths are in them."""
-    return {name: value for name, value in os.environ.items() if name != "BENCHBOT_ADDONS"}
 
 
 def cannot_start(command: Sequence[str], why: str) -> BenchbotError:

@@ -27,6 +27,7 @@ from benchbot.supervisor.waiting import while_there
 
 PROGRESS_PERIOD_S = 0.1
 HEARTBEAT_S = 15.0
+NOT_THE_SOLUTIONS = (FailureClass.PLATFORM, FailureClass.INFRASTRUCTURE)
 
 Endpoint = Callable[[Request], Awaitable[Response]]
 
@@ -99,6 +100,13 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
                 'Send {"result": {…}}, or {"failure": {"class": "agent", "why": "…"}}.',
             )
         failure = None if body.failure is None else (body.failure.failure, body.failure.why)
+        if failure is not None and failure[0] in NOT_THE_SOLUTIONS and run.progress.failure is None:
+            raise RefusedError(
+                403,
+                f"That it is a failure of class '{failure[0]}' is not for a solution to say.",
+                "The run itself knows of none, and an episode that failed like that may be tried again.",
+                "Say that the solution failed, with class 'agent'.",
+            )
         finished = await run_in_threadpool(run.finish, body.result, body.solution, failure)
         return bodies.respond(request, finished)
 
@@ -114,9 +122,12 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
         )
 
     async def stop(request: Request) -> Response:
+        by_solution = not _has_token(request, operator_token)
+        if by_solution:
+            _check_token(request, token)
         await bodies.read(request, observing.Nothing)
         # It is the emergency stop: the robot does not wait for whoever serves the run to wake up and end it in order.
-        asyncio.get_running_loop().run_in_executor(None, run.stop)
+        asyncio.get_running_loop().run_in_executor(None, partial(run.stop, by_solution=by_solution))
         return bodies.respond(request, {"stopping": True})
 
     async def operator(request: Request) -> Response:
@@ -151,7 +162,7 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
             *(Route(f"/api/v1/{route}", private(observed(route)), methods=["POST"]) for route in observing.BODIES),
             Route("/api/v1/result", private(result), methods=["POST"]),
             Route("/api/v1/results_functions/{name}", private(results_function), methods=["POST"]),
-            Route("/api/v1/stop", private(stop), methods=["POST"]),
+            Route("/api/v1/stop", stop, methods=["POST"]),
             Route("/api/v1/operator", operator, methods=["POST"]),
         ],
         middleware=[Middleware(v2_routes.MergedSlashes)],

@@ -29,6 +29,7 @@ from benchbot.supervisor.refused import RefusedError
 ACTION_WAIT_S = 150.0
 RELEASE_WAIT_S = 30.0
 STOPPED = "The run was stopped by its user (benchbot stop)."
+STOPPED_BY_SOLUTION = "The solution stopped its run (/api/v1/stop)."
 HUNG_UP = "The solution hung up while the robot was moving."
 
 T = TypeVar("T")
@@ -234,11 +235,17 @@ class Run:
             )
         return request
 
-    def stop(self) -> None:
-        """End the run because somebody asked for it: the emergency stop, for whoever uses the robot just then."""
+    def stop(self, *, by_solution: bool = False) -> None:
+        """End the run because somebody asked for it: the emergency stop, for whoever uses the robot just then.
+
+        Where that is the solution, it has failed: else it could have an episode that goes badly tried again.
+        """
         with self._callers:
             under_way = self._caller is not None
-        if under_way:
+        if by_solution:
+            self._session.fail(FailureClass.AGENT, STOPPED_BY_SOLUTION)
+            self.stopped_in_use = True
+        elif under_way:
             self._session.fail(FailureClass.PLATFORM, STOPPED)
             self.stopped_in_use = True
         self.close()

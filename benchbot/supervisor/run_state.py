@@ -15,6 +15,7 @@ from typing import Any, Self
 from benchbot.core import resources
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 
+DEFAULT_PORT = 10000
 KEPT_FOLDERS = 20
 STATE_FILE = "run.json"
 

@@ -80,8 +80,8 @@ def test_without_a_back_end_the_way_to_one_is_told(here: Here) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ([], "Neither --native nor --example was given."),
-        (["--native", "true", "--example", "hello_passive"], "Both --native and --example were given."),
+        ([], "No solution was given."),
+        (["--native", "true", "--example", "hello_passive"], "--native and --example were given."),
         (["--example", "hello_pasive"], "Did you mean 'hello_passive'?"),
         (["--native", "no_such_program"], "no_such_program: there is no such program on PATH."),
         (["--native", " "], "there is no command"),

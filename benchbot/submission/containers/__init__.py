@@ -1,0 +1,1 @@
+"""Solutions in containers, on podman or docker: found, built, limited, watched, and always removed."""

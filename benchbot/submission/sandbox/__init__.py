@@ -1,0 +1,1 @@
+"""A sandbox for solutions, of the kernel's own means: little to see, one way out, and limits on everything."""

@@ -1,0 +1,154 @@
+"""A control group for one solution: limits on all of its processes together (cgroups(7), versions 1 and 2)."""
+
+import os
+import secrets
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchbot.submission.modes import ProcessLimits
+
+MOUNTED = Path("/sys/fs/cgroup")
+OWN = Path("/proc/self/cgroup")
+PREFIX = "benchbot-"
+REMOVING_TIMEOUT_S = 5.0
+ENTER = 'until [ "$1" = -- ]; do echo 0 > "$1" || exit 125; shift; done; shift; exec "$@"'
+
+
+@dataclass(frozen=True)
+class ControlGroup:
+    """The folders of the group: one in version 2, one per controller in version 1."""
+
+    folders: Mapping[str, Path]
+
+    def entering(self, command: list[str]) -> list[str]:
+        """Return the command that joins the group and becomes `command`: so nothing that it starts is outside."""
+        joined = [str(folder / "cgroup.procs") for folder in dict.fromkeys(self.folders.values())]
+        return ["/bin/sh", "-c", ENTER, "sh", *joined, "--", *command]
+
+    def killed_for_memory(self) -> bool:
+        """Say whether the kernel has killed one of its processes because the group used too much memory."""
+        folder = self.folders["memory"]
+        return any(_count(folder / name, "oom_kill") for name in ("memory.oom_control", "memory.events"))
+
+    def refused_processes(self) -> bool:
+        """Say whether the group has been refused a process because it had too many."""
+        return _count(self.folders["pids"] / "pids.events", "max") > 0
+
+    def cpu_time_s(self) -> float:
+        """Return the CPU time that all of its processes have used, those that have ended, too."""
+        with suppress(OSError):
+            return int((self.folders["cpu"] / "cpuacct.usage").read_text()) / 1e9
+        return _count(self.folders["cpu"] / "cpu.stat", "usage_usec") / 1e6
+
+
+@contextmanager
+def control_group(limits: ProcessLimits, mounted: Path = MOUNTED, own: Path = OWN) -> Iterator[ControlGroup | None]:
+    """Make a group with limits on memory and processes; yields None where this user may not make one.
+
+    It is removed in the end, when all of its processes have ended.
+    """
+    name = f"{PREFIX}{os.getpid()}-{secrets.token_hex(4)}"
+    made: list[Path] = []
+    try:
+        yield _make(name, limits, mounted, own, made)
+    finally:
+        for folder in made:
+            _remove(folder)
+
+
+def _make(name: str, limits: ProcessLimits, mounted: Path, own: Path, made: list[Path]) -> ControlGroup | None:
+    try:
+        groups = dict(line.split(":", 2)[1:] for line in own.read_text().splitlines())
+    except OSError:
+        return None
+    if (mounted / "cgroup.controllers").exists():
+        folder = _folder(mounted, groups.get("", "/"), name, ("memory.max", "pids.max"), made)
+        folders = {} if folder is None else dict.fromkeys(("memory", "pids", "cpu"), folder)
+    else:
+        folders = {}
+        for key, controller, file in (
+            ("memory", "memory", "memory.limit_in_bytes"),
+            ("pids", "pids", "pids.max"),
+            ("cpu", "cpuacct", "cpuacct.usage"),
+        ):
+            path = next((path for names, path in groups.items() if controller in names.split(",")), "/")
+            made_here = _folder(mounted / controller, path, name, (file,), made)
+            if made_here is not None:
+                folders[key] = made_here
+    if len(folders) < 3:
+        return None
+    try:
+        for knob, value in _values(folders, limits):
+            knob.write_text(value)
+    except OSError:
+        return None
+    return ControlGroup(folders)
+
+
+def _folder(mounted: Path, path: str, name: str, files: tuple[str, ...], made: list[Path]) -> Path | None:
+    """Make the group below our own, or below the nearest one above that lets us and has the controllers."""
+    inner = mounted / path.strip("/")
+    for above in (inner, *inner.parents):
+        folder = above / name
+        _sweep(above)
+        with suppress(OSError):
+            folder.mkdir()
+            if all((folder / file).exists() for file in files):
+                made.append(folder)
+                return folder
+            folder.rmdir()
+        if above == mounted:
+            return None
+    return None
+
+
+def _sweep(above: Path) -> None:
+    """Remove the groups of processes that were killed before they could: nothing is in them any more."""
+    for folder in above.glob(f"{PREFIX}*-*"):
+        owner = folder.name.removeprefix(PREFIX).partition("-")[0]
+        if owner.isdecimal() and not Path("/proc", owner).exists():
+            with suppress(OSError):
+                folder.rmdir()
+
+
+def _values(folders: Mapping[str, Path], limits: ProcessLimits) -> Iterator[tuple[Path, str]]:
+    memory, pids = folders["memory"], folders["pids"]
+    if limits.memory_bytes is not None:
+        if (memory / "memory.max").exists():
+            yield memory / "memory.max", str(limits.memory_bytes)
+        else:
+            yield memory / "memory.limit_in_bytes", str(limits.memory_bytes)
+        # With memory on disk: the kernel may not account for that.
+        for name, value in (("memory.memsw.limit_in_bytes", str(limits.memory_bytes)), ("memory.swap.max", "0")):
+            if (memory / name).exists():
+                yield memory / name, value
+    if limits.processes is not None:
+        yield pids / "pids.max", str(limits.processes)
+
+
+def _count(file: Path, key: str) -> int:
+    with suppress(OSError, ValueError):
+        for line in file.read_text().splitlines():
+            words = line.split()
+            if len(words) == 2 and words[0] == key:
+                return int(words[1])
+    return 0
+
+
+def _remove(folder: Path) -> None:
+    """Remove a group; its last processes may still be on their way out."""
+    until_s = time.monotonic() + REMOVING_TIMEOUT_S
+    while True:
+        try:
+            folder.rmdir()
+        except FileNotFoundError:
+            return
+        except OSError:
+            if time.monotonic() > until_s:
+                return
+            time.sleep(0.01)
+        else:
+            return

@@ -1,0 +1,63 @@
+"""Solutions that look around in their sandbox, or do what they may not; as source code."""
+
+LOOKS_AROUND = """\
+import ctypes, json, os, pwd, signal, socket, sys
+
+def tried(call, *arguments):
+    try:
+        return repr(call(*arguments))
+    except (OSError, ValueError) as error:
+        return type(error).__name__
+
+def kernel(number, *arguments):
+    libc = ctypes.CDLL(None, use_errno=True)
+    return [libc.syscall(number, *arguments), ctypes.get_errno()]
+
+connection = socket.socket(socket.AF_UNIX)
+connection.connect(os.environ["BENCHBOT_SOCKET"])
+import benchbot.api, numpy
+listening = socket.socketpair()
+seen = {
+    "user": os.getuid(),
+    "variables": dict(os.environ),
+    "processes": tried(lambda: sorted(int(name) for name in os.listdir("/proc") if name.isdigit())),
+    "shadow": tried(open, "/etc/shadow"),
+    "ground_truth": tried(os.listdir, TRUTH),
+    "readable": tried(open, READABLE),
+    "sockets": [tried(socket.socket, family) for family in (socket.AF_INET, socket.AF_INET6, socket.AF_NETLINK)],
+    "written": {
+        path: tried(open, path, "w")
+        for path in ("solution.py", "/usr/x", "/etc/x", "/dev/x", "/x", "/run/x", benchbot.__file__)
+    },
+    "temporary": tried(open, os.environ["TMPDIR"] + "/x", "w"),
+    "outer": tried(os.kill, OUTER, 0),
+    "namespace": kernel(272, 0x10000000),
+    "parent": tried(open, f"/proc/{os.getppid()}/mem", "rb"),
+    "raised": tried(__import__("resource").setrlimit, __import__("resource").RLIMIT_CORE, (1, 1)),
+}
+os.system("(setsid sleep 1000 &)")
+with open(os.environ["BENCHBOT_RESULT"], "w") as file:
+    json.dump(seen, file)
+"""
+"""Says what it sees and may; leaves a process behind. TRUTH, READABLE and OUTER are put in."""
+
+EATS_MEMORY = "x = [bytearray(b'x' * 2**20) for _ in range(2000)]"
+FORKS = """\
+import os, time
+children = []
+try:
+    for _ in range(1000):
+        child = os.fork()
+        if child == 0:
+            time.sleep(1000)
+        children.append(child)
+except OSError as error:
+    raise SystemExit(f"{len(children)} children: {error}")
+"""
+BURNS = "while True: pass"
+WRITES_MUCH = "open('/tmp/x', 'wb').write(bytes(3 * 2**20))"
+LINKS = "import os; os.symlink('/etc/hostname', os.environ['BENCHBOT_RESULT'])"
+PIPES = "import os; os.mkfifo(os.environ['BENCHBOT_RESULT'])"
+TOO_MUCH = "import os; open(os.environ['BENCHBOT_RESULT'], 'wb').truncate(2**26 + 1)"
+KILLS_ALL = "import os; os.kill(-1, 9)"
+ENDS_ITS_LEADER = "import os, time; os.kill(os.getppid(), 9); time.sleep(1000)"

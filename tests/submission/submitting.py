@@ -1,0 +1,55 @@
+"""What the tests of the ways to run a solution share: a back end on a unix socket, and somebody who looks on."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from benchbot.core.errors import BenchbotError
+from benchbot.submission import episode
+from benchbot.submission.episode import Episode, Order
+from benchbot.supervisor.backend import Backend
+
+
+@dataclass
+class Spectator:
+    """Keeps what a solution prints, and the number of its process."""
+
+    output: bytearray = field(default_factory=bytearray)
+    process: int = 0
+
+    @property
+    def text(self) -> str:
+        """What was printed."""
+        return self.output.decode()
+
+    def write(self, chunk: bytes) -> None:
+        """Keep what it prints."""
+        self.output += chunk
+
+    def started(self, process: int) -> None:
+        """Keep its number."""
+        self.process = process
+
+    def look(self, progress: Mapping[str, Any], scene_count: int) -> BenchbotError | None:
+        """Let it go on."""
+
+
+@contextmanager
+def back_end(folder: Path) -> Iterator[Backend]:
+    """Yield a back end on a unix socket alone, with the sample simulator."""
+    with Backend.start(
+        task="sample:passive",
+        robot="sample_robot",
+        environment="arena:1",
+        port=None,
+        unix_socket=folder / "supervisor" / "supervisor.sock",
+    ) as backend:
+        yield backend
+
+
+def submit(order: Order, backend: Backend) -> tuple[Episode, Spectator]:
+    """Run a solution; return how its episode ended, and who has looked on."""
+    spectator = Spectator()
+    return episode.run(order, backend.state.connection, backend.died, spectator), spectator
