@@ -21,6 +21,9 @@ RATIO_LIMIT = 500
 """How much larger than its compressed form a member may be; JSON seldom reaches 100."""
 
 _IGNORED = ("scores.json", "submission.json")
+_RESULTS = ("results",)
+_OF_A_BUNDLE = {("manifest.json",), ("solution",), _RESULTS}
+"""What tells a bundle from other archives (see `benchbot.bundling`), and where its results are."""
 
 
 @dataclass(frozen=True)
@@ -105,8 +108,12 @@ def _members(path: Path) -> Iterator[Submission | Unreadable]:
                 raise refused(str(path), f"It has {len(members)} members; at most {FILE_LIMIT} are read.")
             if sum(member.file_size for member in members) > ARCHIVE_LIMIT_BYTES:
                 raise refused(str(path), f"Its members are larger than {ARCHIVE_LIMIT_BYTES >> 20} MiB together.")
+            tops = {PurePosixPath(member.filename).parts[:1] for member in members}
+            bundled = tops >= _OF_A_BUNDLE
             for member in sorted(members, key=lambda info: info.filename):
                 name = PurePosixPath(member.filename)
+                if bundled and name.parts[:1] != _RESULTS:
+                    continue  # the solution's own files
                 if name.suffix.lower() != ".json" or name.name in _IGNORED or "__MACOSX" in name.parts:
                     continue
                 found = True
