@@ -5,16 +5,19 @@ import os
 import shlex
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import IO
 
 from benchbot.batch.claims import Claim
 from tests import conftest
-from tests.machines import PATIENCE_S
+from tests.machines import PATIENCE_S, Machine
+from tests.supervisor.harness import eventually
 
 # Whoever imports this has the sample plug-in, and so has every process that they start.
 assert conftest.SAMPLE_PLUGIN
 BENCHBOT = (sys.executable, "-m", "benchbot.cli.app")
+Start = Callable[[Sequence[str], IO[str]], "subprocess.Popen[str]"]
 EPISODES = 12
 DOOMED = "node2"
 SOLUTION = """\
@@ -56,6 +59,28 @@ def command(folder: Path, *words: str) -> list[str]:
 def environment(**more: str) -> dict[str, str]:
     """Return the environment in which it runs."""
     return {**os.environ, **more}
+
+
+def survive(folder: Path, on_cluster: Sequence[str], start: Start, head: Machine, doomed: Machine) -> None:
+    """Compute the batch on a cluster, and let it lose its driver and the doomed machine in the middle of it.
+
+    `start` starts a command on the `head` with a file for its stderr. The same command afterwards ends it well: every
+    episode has its result, and only what the doomed machine was at was taken over.
+    """
+    words = command(folder, *on_cluster, "--json")
+    with (folder.parent / "driver.log").open("w+") as log:
+        driver = start(words, log)
+        assert eventually(lambda: is_on_the_doomed_machine(folder), PATIENCE_S)
+        (inside,) = head.run("pgrep", "-f", "benchbot.cli.app").split()
+        head.run("kill", "-9", inside)
+        driver.communicate()
+        doomed.kill()
+        again = start(words, log)
+        said, _ = again.communicate(timeout=2 * PATIENCE_S)
+        log.seek(0)
+        assert again.returncode == 0, log.read()
+    assert json.loads(said)["status"]["finished"] == EPISODES
+    assert {str(event["worker"]).split("-")[0] for event in told(folder, "stole")} == {DOOMED}
 
 
 def compute_here(folder: Path) -> Mapping[str, bytes]:

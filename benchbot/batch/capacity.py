@@ -24,11 +24,12 @@ class Capacity:
 def of_this_machine() -> Capacity:
     """Return what is free now: processor cores that this process may run on, and memory without swapping."""
     cpus = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return Capacity(cpus, _free_memory_bytes())
+    return Capacity(cpus, free_memory_bytes())
 
 
-def _free_memory_bytes() -> int | None:
-    limits = [bytes_free for bytes_free in (_available_bytes(), _group_bytes()) if bytes_free is not None]
+def free_memory_bytes() -> int | None:
+    """Return how much memory this process may still take, of the machine's and within its limits; None: not known."""
+    limits = [bytes_free for bytes_free in (_available_bytes(), group_bytes()) if bytes_free is not None]
     return min(limits) if limits else None
 
 
@@ -41,11 +42,52 @@ def _available_bytes() -> int | None:
     return None if line is None else int(line.split()[1]) * 1024
 
 
-def _group_bytes() -> int | None:
-    """Return what is left of the memory of this process's control group (cgroup v2), if it has a limit."""
-    folder = Path("/sys/fs/cgroup")
+def group_bytes(root: Path = Path("/sys/fs/cgroup"), membership: Path = Path("/proc/self/cgroup")) -> int | None:
+    """Return what is left of the memory of this process's control groups; None when none of them has a limit."""
     try:
-        limit = (folder / "memory.max").read_text("utf-8").strip()
-        return None if limit == "max" else int(limit) - int((folder / "memory.current").read_text("utf-8"))
-    except (OSError, ValueError):
+        lines = [line.split(":", 2) for line in membership.read_text("utf-8").splitlines()]
+    except OSError:
+        return None
+    left = [
+        _left_bytes(group, version)
+        for _, controllers, own in lines
+        for version in _VERSIONS
+        if controllers == version.controller
+        # The limit may be that of a group around its own, such as a cluster's job around its step.
+        for group in _around(root / version.controller, own)
+    ]
+    return min((free for free in left if free is not None), default=None)
+
+
+@dataclass(frozen=True)
+class _Version:
+    """How one of the two versions of control groups calls things (Linux, cgroup-v1/memory.rst and cgroup-v2.rst)."""
+
+    controller: str
+    limit: str
+    used: str
+    cached: str
+
+
+_VERSIONS = (
+    _Version("", "memory.max", "memory.current", "inactive_file"),
+    _Version("memory", "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
+)
+
+
+def _around(root: Path, own: str) -> list[Path]:
+    parts = [part for part in own.split("/") if part]
+    return [root.joinpath(*parts[:count]) for count in range(len(parts) + 1)]
+
+
+def _left_bytes(group: Path, version: _Version) -> int | None:
+    try:
+        limit = (group / version.limit).read_text("utf-8").strip()
+        if limit == "max":
+            return None
+        used = int((group / version.used).read_text("utf-8"))
+        statistics = dict(line.split() for line in (group / "memory.stat").read_text("utf-8").splitlines())
+        # What was read from files long ago makes room for whoever needs it.
+        return int(limit) - used + int(statistics[version.cached])
+    except (OSError, ValueError, KeyError):
         return None

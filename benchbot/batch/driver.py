@@ -1,25 +1,20 @@
 """The driver of a batch: launches workers, looks on, launches anew what is lost. It may die: the workers go on."""
 
-import fcntl
 import json
-import os
-import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass, field
-from typing import Self
+from collections.abc import Callable
+from contextlib import suppress
 
 from benchbot.batch import plan as plans
 from benchbot.batch import work
 from benchbot.batch.claims import Claim
+from benchbot.batch.crew import Crew
 from benchbot.batch.events import EventLog, check_writable
 from benchbot.batch.folder import Folder
-from benchbot.batch.plan import Plan
 from benchbot.batch.status import BatchStatus, Monitor
 from benchbot.core import plugins, results
 from benchbot.core.errors import BenchbotError, ExitCode
-from benchbot.core.hookspecs import Executor, Resources, Workers, WorkOrder
+from benchbot.core.hookspecs import Executor, Workers
 from benchbot.supervisor.children import last_words
 
 LOOK_S = 0.5
@@ -27,42 +22,6 @@ FRUITLESS_LAUNCHES = 3
 """How often workers may be launched anew without any episode being finished in between."""
 
 Looker = Callable[[BatchStatus, Monitor], None]
-
-
-@dataclass(frozen=True)
-class Crew:
-    """Who computes a batch: an executor, how many workers, and what each of them needs."""
-
-    executor: str = "local"
-    jobs: int = 1
-    resources: Resources = Resources()  # noqa: RUF009 - it is frozen
-    options: Mapping[str, str] = field(default_factory=dict)
-
-    @classmethod
-    def read(cls, folder: Folder) -> Self:
-        """Return the crew of a batch, that of its last driver; one local worker when it had none."""
-        try:
-            document = json.loads(folder.crew.read_bytes())
-            return cls(**{**document, "resources": Resources(**document["resources"])})
-        except (OSError, ValueError, TypeError, KeyError):
-            return cls()
-
-    def write(self, folder: Folder) -> None:
-        """Write it down for drivers that come later."""
-        results.write_json(folder.crew, asdict(self))
-
-    def order(self, folder: Folder, count: int) -> WorkOrder:
-        """Return the order for some of the workers."""
-        command = (
-            sys.executable,
-            "-P",  # the folder where the driver runs must not shadow modules
-            "-m",
-            "benchbot.batch.worker",
-            str(folder.path),
-            "--cpus",
-            str(self.resources.cpus),
-        )
-        return WorkOrder(folder.path, command, count, self.resources, dict(self.options))
 
 
 class Engine:
@@ -122,32 +81,22 @@ def count_alive(folder: Folder) -> int:
         return -1
 
 
-@contextmanager
-def driving(folder: Folder) -> Iterator[None]:
-    """Be the only driver of a batch on this machine; raises BenchbotError when there is one already."""
-    check_writable(folder.path)
-    handle = os.open(folder.path / "driver.lock", os.O_RDWR | os.O_CREAT, 0o666)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError as error:
-        os.close(handle)
-        raise BenchbotError(
-            f"Somebody drives the batch in {folder.path} already.",
-            "Another benchbot batch of this folder is running.",
-            f"Look on: benchbot batch status {folder.path}   End it: benchbot batch cancel {folder.path}",
-        ) from error
-    try:
-        yield
-    finally:
-        os.close(handle)
+def begin(folder: Folder, crew: Crew) -> None:
+    """Note down who computes a batch, and that nobody has ended it; raises BenchbotError. Call it inside `driving`."""
+    for needed in (folder.claims, folder.events, folder.episodes, folder.workers):
+        check_writable(needed)
+    crew.write(folder)
+    folder.cancelled.unlink(missing_ok=True)
 
 
-def drive(folder: Folder, crew: Crew, look: Looker) -> BatchStatus:
-    """See a batch to its end; `look` is called again and again. Call it inside `driving`.
+def drive(folder: Folder, crew: Crew, look: Looker, at_end: Callable[[], None] = lambda: None) -> BatchStatus:
+    """See a batch that has begun to its end; `look` is called again and again. Call it inside `driving.driving`.
 
-    Raises BenchbotError when workers keep dying without finishing anything. On KeyboardInterrupt, all are ended.
+    `at_end` is called when every episode is finished, before workers that still run are ended. Raises BenchbotError
+    when workers keep dying without finishing anything. On that and on KeyboardInterrupt all are ended; what else `look`
+    raises leaves them alone.
     """
-    plan = _begin(folder, crew)
+    plan = plans.read(folder.plan)
     events = EventLog(folder.events, "driver")
     engine = Engine(folder, crew)
     monitor = Monitor(folder, plan)
@@ -174,6 +123,7 @@ def drive(folder: Folder, crew: Crew, look: Looker) -> BatchStatus:
                 events.tell("launched", count=_missing(crew, status) - alive, executor=crew.executor)
                 engine.launch(_missing(crew, status) - alive)
             time.sleep(LOOK_S)
+        at_end()
         _wait_for_ends(engine)
     except (KeyboardInterrupt, BenchbotError):
         end(folder, engine)
@@ -182,8 +132,8 @@ def drive(folder: Folder, crew: Crew, look: Looker) -> BatchStatus:
 
 
 def start_detached(folder: Folder, crew: Crew) -> int:
-    """Launch the workers of a batch, unless they run already, and leave them alone; return how many run."""
-    plan = _begin(folder, crew)
+    """Launch the workers of a batch that has begun, unless they run already; return how many run."""
+    plan = plans.read(folder.plan)
     engine = Engine(folder, crew)
     missing = _missing(crew, Monitor(folder, plan).look()) - engine.alive()
     if missing > 0:
@@ -208,15 +158,6 @@ def end(folder: Folder, engine: Engine) -> None:
         if claim is not None and claim.process.is_dead:
             for episode in folder.episodes.glob(f"*-{path.name[: plans.KEY_DIGITS]}"):
                 work.end_orphan(episode)
-
-
-def _begin(folder: Folder, crew: Crew) -> Plan:
-    plan = plans.read(folder.plan)
-    for needed in (folder.claims, folder.events, folder.episodes, folder.workers):
-        check_writable(needed)
-    crew.write(folder)
-    folder.cancelled.unlink(missing_ok=True)
-    return plan
 
 
 def _missing(crew: Crew, status: BatchStatus) -> int:

@@ -14,6 +14,10 @@ from benchbot.submission.ordering import split_words
 Wanted = dict[str, Any]
 
 
+SOLUTIONS = ("native", "sandbox", "containerised", "example")
+"""The keys that say what is run: one of them."""
+
+
 def read(path: Path) -> Wanted:
     """Return what a batch file says; raises BenchbotError naming file and line of everything that is wrong with it."""
     document = schema.read(path)
@@ -24,8 +28,8 @@ def read(path: Path) -> Wanted:
 def merged(told: Wanted, given: Mapping[str, Any]) -> Wanted:
     """Return what a file says, overridden by what the command line says; None there says nothing."""
     limits = {**told.get("limits", {}), **_said(given.get("limits", {}))}
-    if given.get("native") is not None or given.get("example") is not None:
-        told = {key: value for key, value in told.items() if key not in ("native", "example")}
+    if any(given.get(key) is not None for key in SOLUTIONS):
+        told = {key: value for key, value in told.items() if key not in SOLUTIONS}
     return {**told, **_said(given), "limits": limits}
 
 
@@ -51,7 +55,7 @@ def request(wanted: Wanted) -> Request:
         task=wanted["task"],
         robots=_names(wanted["robots"]),
         environments=_names(wanted["environments"]),
-        native=wanted.get("native"),
+        native=wanted.get("native") or wanted.get("sandbox"),
         example=wanted.get("example"),
         words=tuple(split_words("--args", wanted.get("args"))),
         seeds=_numbers("--seeds", wanted.get("seeds", 0)),

@@ -8,6 +8,8 @@ workers/WORKER.log    what the process of a worker has printed
 crew.json             how the workers are launched: which executor, how many, what each needs
 executor.json         which workers run, for drivers that come later
 cancelled             a word to the driver: end all of them
+driver.lock           held by who drives the batch; driver.log is what a detached driver has printed
+conclusion.json       of a detached batch: what was made of the results at its end
 results/, scores.json, report.html, junit.xml, results.zip    what `benchbot batch` makes of them at the end
 """
 
@@ -55,6 +57,21 @@ class Folder:
     def executor(self) -> Path:
         """Which workers run."""
         return self.path / "executor.json"
+
+    @property
+    def driver_lock(self) -> Path:
+        """Held by who drives the batch on this machine."""
+        return self.path / "driver.lock"
+
+    @property
+    def driver_log(self) -> Path:
+        """What a detached driver has printed."""
+        return self.path / "driver.log"
+
+    @property
+    def conclusion(self) -> Path:
+        """What a detached batch's results were made into, or why they could not be."""
+        return self.path / "conclusion.json"
 
     @property
     def episodes(self) -> Path:

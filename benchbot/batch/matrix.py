@@ -2,24 +2,23 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from itertools import product
 from pathlib import Path
 from typing import Any
 
+from benchbot.batch import solutions
 from benchbot.batch.plan import Plan, PlannedEpisode, PlannedSolution, canonical, digest, plan_hash
 from benchbot.batch.request import Request
+from benchbot.batch.source_files import SourceFiles
 from benchbot.core import overrides
 from benchbot.core.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.core.provenance import files_named, software
+from benchbot.core.provenance import software
 from benchbot.core.selection import ImpossibleError, Selection, select
-from benchbot.submission.episode import Order
-from benchbot.submission.ordering import order_of, split_words
+from benchbot.submission.ordering import order_of
 
 LABEL_LENGTH = 100
-BESIDE_LIMIT = 500
-"""How many Python files beside a solution's are hashed at most: beyond that it is no solution's folder."""
 
 
 def make(request: Request, catalog: Catalog, folder: Path) -> Plan:
@@ -27,19 +26,18 @@ def make(request: Request, catalog: Catalog, folder: Path) -> Plan:
 
     Raises one BenchbotError that names all reasons why some combination is impossible.
     """
-    order = order_of(catalog, request.native, request.example, list(request.words), request.timeout_s)
-    order = replace(order, folder=folder) if request.native is not None else order
+    command, ran_in = _command(request, catalog, folder)
     for name in request.record:
         catalog.plugins.record("recorders", name)
-    solution = PlannedSolution(
-        request.native, request.example, tuple(request.words), str(folder), dict(_files(order.command, order.folder))
-    )
+    hold = request.hold
+    found = solutions.files(command, ran_in, hold).hashes
+    solution = PlannedSolution(request.native, request.example, tuple(request.words), str(folder), found, hold)
     selections = _selections(request, catalog)
     shared = {
         "task": request.task,
         "limits": asdict(request.limits),
         "timeout_s": request.timeout_s,
-        "solution": {"command": order.command, "files": dict(solution.files)},
+        "solution": {"command": command, "files": dict(solution.files), **hold.determines()},
     }
     episodes = tuple(_episodes(request, selections, shared))
     return Plan(
@@ -55,13 +53,19 @@ def make(request: Request, catalog: Catalog, folder: Path) -> Plan:
     )
 
 
-def order_for(plan: Plan, catalog: Catalog) -> Order:
-    """Return what is run in each episode of a plan; raises BenchbotError when its command is not there."""
+def files_of(plan: Plan, catalog: Catalog) -> SourceFiles:
+    """Return the files of a plan's solution as they are now, and where there were too many."""
     solution = plan.solution
-    if solution.native is None:
-        return order_of(catalog, None, solution.example, list(solution.words), plan.timeout_s)
-    words = [*split_words("--native", solution.native), *solution.words]
-    return Order(words, Path(solution.folder), timeout_s=plan.timeout_s)
+    request = Request(plan.task, (), (), solution.native, solution.example, solution.hold, solution.words)
+    return solutions.files(*_command(request, catalog, Path(solution.folder)), solution.hold)
+
+
+def _command(request: Request, catalog: Catalog, folder: Path) -> tuple[list[str], Path]:
+    """Return the command, and where it runs; an image says itself what runs in its container."""
+    if request.hold.context is not None:
+        return [solutions.IMAGE, *request.words], folder
+    order = order_of(catalog, request.native, request.example, list(request.words), request.timeout_s)
+    return order.command, folder if request.native is not None else order.folder
 
 
 def select_for(plan: Plan, episode: PlannedEpisode, catalog: Catalog) -> Selection:
@@ -166,15 +170,3 @@ def _label(
     if settings:
         parts.append(overrides.label(settings).replace(", ", "_"))
     return re.sub(r"[^\w.=-]", "-", "_".join(parts))[:LABEL_LENGTH]
-
-
-def _files(command: list[str], folder: Path) -> Iterator[tuple[str, str]]:
-    """Yield name and SHA-256 of the files that a command names, and of the Python files in the folders of these."""
-    named = files_named(command, folder)
-    yield from named.items()
-    for script in (word for word in named if word.endswith(".py")):
-        around = (folder / script).parent
-        beside = sorted(path for path in around.glob("*.py") if path.is_file())
-        if len(beside) <= BESIDE_LIMIT:
-            for name, content in files_named(["", *(path.name for path in beside)], around).items():
-                yield str(Path(script).parent / name), content

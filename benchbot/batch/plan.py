@@ -2,15 +2,16 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from benchbot.core import results, schema
 from benchbot.core.errors import BenchbotError
 from benchbot.core.selection import Limits
+from benchbot.submission.modes import DEFAULT_LIMITS, ProcessLimits
 
 VERSION = 1
 KEY_DIGITS = 8
@@ -34,14 +35,40 @@ class Policy:
 
 
 @dataclass(frozen=True)
+class Hold:
+    """What holds a solution: a sandbox, or the container of a `dockerfile` in a folder, its `context`; or nothing."""
+
+    sandboxed: bool = False
+    readable: tuple[str, ...] = ()
+    context: str | None = None
+    dockerfile: str | None = None
+    weak_limits: bool = False
+    limits: ProcessLimits = DEFAULT_LIMITS
+
+    @classmethod
+    def from_dict(cls, document: Mapping[str, Any]) -> Self:
+        """Return what was written into a plan."""
+        limits = ProcessLimits(**document["limits"])
+        return cls(**{**document, "readable": tuple(document["readable"]), "limits": limits})
+
+    def determines(self) -> dict[str, Any]:
+        """Return what of it may change a result; nothing for a native solution."""
+        if self == type(self)():
+            return {}
+        held = asdict(replace(self, context=None, dockerfile=None))
+        return {"hold": {**held, "contained": self.context is not None}}
+
+
+@dataclass(frozen=True)
 class PlannedSolution:
-    """What is run in each episode: a command or an example, and the hashes of its files."""
+    """What is run in each episode: a command or an example, or a container, and the hashes of its files."""
 
     native: str | None
     example: str | None
     words: tuple[str, ...]
     folder: str
     files: Mapping[str, str]
+    hold: Hold = Hold()
 
 
 @dataclass(frozen=True)
@@ -134,12 +161,14 @@ def read(path: Path) -> Plan:
             "Its hash is not that of its episodes.",
             "Begin the batch again with another command: benchbot batch --output-location FOLDER …",
         )
-    solution = document["solution"]
+    solution = {"hold": asdict(Hold()), **document["solution"]}
     return Plan(
         hash=document["hash"],
         task=document["task"],
         method=document["method"],
-        solution=PlannedSolution(**{**solution, "words": tuple(solution["words"])}),
+        solution=PlannedSolution(
+            **{**solution, "words": tuple(solution["words"]), "hold": Hold.from_dict(solution["hold"])}
+        ),
         limits=Limits(**document["limits"]),
         timeout_s=document["timeout_s"],
         record=tuple(document["record"]),

@@ -105,6 +105,8 @@ def _difference(found: Preview, before: Plan) -> str:
     ]
     if (one.native, one.example, one.words) != (other.native, other.example, other.words):
         reasons.append("the command of the solution")
+    if one.hold != other.hold:
+        reasons.append("what holds the solution")
     fresh = [episode for episode in plan.episodes if episode.key not in old]
     if not reasons and Counter(episode.label for episode in fresh) & Counter(e.label for e in found.dropped):
         reasons.append("BenchBot, a plug-in, or an environment")

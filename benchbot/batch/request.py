@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from benchbot.batch.plan import Policy
+from benchbot.batch.plan import Hold, Policy
 from benchbot.core import overrides
 from benchbot.core.errors import BenchbotError
 from benchbot.core.selection import Limits
@@ -22,7 +22,9 @@ class Request:
     robots: Sequence[str]
     environments: Sequence[str]
     native: str | None = None
+    """The command, also one that a sandbox holds."""
     example: str | None = None
+    hold: Hold = Hold()  # noqa: RUF009 - it is frozen
     words: Sequence[str] = ()
     seeds: Sequence[int] = (0,)
     repeats: int = 1

@@ -1,5 +1,6 @@
 """How a batch gets on: read from its folder alone, again and again, at little cost."""
 
+import json
 import time
 from collections import Counter
 from collections.abc import Mapping
@@ -65,6 +66,8 @@ class BatchStatus:
     score: Score | None = None
     newest: tuple[Mapping[str, Any], ...] = field(default=())
     """The last events, oldest first."""
+    conclusion: Mapping[str, Any] | None = None
+    """Of a detached batch that is complete: `files` that were made of its results, or the `problem` why none were."""
 
     @property
     def pending(self) -> int:
@@ -137,7 +140,15 @@ class Monitor:
             left_s=None if mean_s is None else left * mean_s / at_once,
             score=score,
             newest=tuple(self._newest),
+            conclusion=None if self._left else self._conclusion(),
         )
+
+    def _conclusion(self) -> Mapping[str, Any] | None:
+        try:
+            document: Mapping[str, Any] = json.loads(self._folder.conclusion.read_bytes())
+        except (OSError, ValueError):
+            return None
+        return document
 
     def _check(self, key: str) -> None:
         episode = self._left[key]

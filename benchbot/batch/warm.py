@@ -6,6 +6,7 @@ from pathlib import Path
 
 from benchbot.batch.plan import Place, Plan, PlannedEpisode
 from benchbot.core.errors import BenchbotError
+from benchbot.submission.modes import private_socket
 from benchbot.supervisor.backend import Backend
 from benchbot.supervisor.run_state import RunState
 
@@ -15,8 +16,9 @@ START_TIMEOUT_S = 300.0
 class WarmBackend:
     """At most one back end, of the place of the episode that was begun last."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Plan, *, needs_socket: bool) -> None:
         self._plan = plan
+        self._needs_socket = needs_socket
         self._place: Place | None = None
         self._backend: Backend | None = None
         self._stack = ExitStack()
@@ -51,6 +53,8 @@ class WarmBackend:
                 limits=self._plan.limits,
                 episode=episode.episode,
                 record=record,
+                port=None if self._needs_socket else 0,
+                unix_socket=self._stack.enter_context(private_socket()) if self._needs_socket else None,
                 start_timeout_s=START_TIMEOUT_S,
             )
         )

@@ -9,6 +9,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from benchbot.batch.attempts import PROCESS
+from benchbot.batch.memory import MemoryWatch
 from benchbot.batch.processes import ProcessId
 from benchbot.core.errors import BenchbotError, FailureClass
 
@@ -20,10 +21,11 @@ class NotWantedError(Exception):
 class AttemptWatcher:
     """Keeps a solution's output in a folder, and ends a solution that makes no progress for `stall_s` (0: never)."""
 
-    def __init__(self, folder: Path, stall_s: float, is_wanted: Callable[[], bool]) -> None:
+    def __init__(self, folder: Path, stall_s: float, is_wanted: Callable[[], bool], memory: MemoryWatch) -> None:
         self._folder = folder
         self._stall_s = stall_s
         self._is_wanted = is_wanted
+        self._memory = memory
         self._progress: object = None
         self._moved_s = time.monotonic()
 
@@ -50,6 +52,7 @@ class AttemptWatcher:
         """Return a reason to end a solution that is stuck; raises NotWantedError when nobody wants its result."""
         if not self._is_wanted():
             raise NotWantedError
+        self._memory.sample()
         seen = (progress["state"], progress["frames"], progress["steps"], progress["waiting_for"])
         if seen != self._progress:
             self._progress, self._moved_s = seen, time.monotonic()

@@ -15,7 +15,8 @@ from benchbot.batch import disk
 from benchbot.batch.attempts import LOST_LIMIT, PROCESS, RESULT, RETRIED, Attempt, Attempts
 from benchbot.batch.events import EventLog
 from benchbot.batch.folder import Folder
-from benchbot.batch.matrix import order_for, select_for
+from benchbot.batch.matrix import select_for
+from benchbot.batch.memory import MemoryWatch
 from benchbot.batch.plan import Plan, PlannedEpisode
 from benchbot.batch.processes import ProcessId
 from benchbot.batch.warm import WarmBackend
@@ -25,6 +26,8 @@ from benchbot.core.catalog import Catalog
 from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.core.provenance import solution_details
 from benchbot.submission import episode as submission
+from benchbot.submission.episode import Order
+from benchbot.submission.native import NATIVE
 
 SETTLE_S = 1.0
 
@@ -39,6 +42,8 @@ class Desk:
     backend: WarmBackend
     events: EventLog
     worker: str
+    memory: MemoryWatch
+    order: Order
 
 
 def finish(desk: Desk, planned: PlannedEpisode, is_wanted: Callable[[], bool]) -> FailureClass | None:
@@ -84,15 +89,16 @@ def end_orphan(folder: Path) -> None:
 def _run(desk: Desk, planned: PlannedEpisode, attempt: Attempt, is_wanted: Callable[[], bool]) -> dict[str, Any]:
     """Run the solution once; return the result document, which there is however it ends."""
     record = {name: attempt.folder / name for name in desk.plan.record}
-    order = order_for(desk.plan, desk.catalog)
+    desk.memory.begin()
+    order = desk.order
     state = None
-    with AttemptWatcher(attempt.folder, desk.plan.policy.stall_s, is_wanted) as watcher:
+    with AttemptWatcher(attempt.folder, desk.plan.policy.stall_s, is_wanted, desk.memory) as watcher:
         try:
             state = desk.backend.begin(planned, record)
             ended = submission.run(order, state.connection, desk.backend.died, watcher)
         except BenchbotError as error:
             watcher.write(f"{error}\n".encode())
-            solution = solution_details(order.command, order.folder)
+            solution = _solution(order)
             why = f"{error.title} {error.why}"
             failure = error.failure or FailureClass.INFRASTRUCTURE
             if state is not None and failure is FailureClass.AGENT:
@@ -108,10 +114,14 @@ def _run(desk: Desk, planned: PlannedEpisode, attempt: Attempt, is_wanted: Calla
     return ended.document
 
 
+def _solution(order: Order) -> dict[str, Any]:
+    mode = order.mode.name
+    return {**solution_details(order.command, order.folder), **({} if mode == NATIVE.name else {"mode": mode})}
+
+
 def _given_up(desk: Desk, planned: PlannedEpisode, lost: int) -> dict[str, Any]:
     why = f"{lost} workers have vanished while they computed this episode: it may be what ends them."
-    order = order_for(desk.plan, desk.catalog)
-    solution = solution_details(order.command, order.folder)
+    solution = _solution(desk.order)
     selection = select_for(desk.plan, planned, desk.catalog)
     return submission.failed_document(selection, FailureClass.INFRASTRUCTURE, why, solution)
 
@@ -186,8 +196,13 @@ def _wait_for_room(desk: Desk, is_wanted: Callable[[], bool]) -> None:
     def tell(folder: Path, free: int) -> None:
         desk.events.tell("paused", why=f"{folder}: {free >> 20} MiB are free, {minimum >> 20} MiB are needed")
 
+    def tell_of_memory(free: int, needed: int) -> None:
+        why = f"{free >> 20} MiB of memory are free, the last episodes took {needed >> 20} MiB more than is in use"
+        desk.events.tell("paused", why=why)
+
     for folder in (desk.folder.path, resources.state_dir(), Path(tempfile.gettempdir())):
         disk.wait_for_room(folder, minimum, is_wanted, tell)
+    desk.memory.wait_for_room(is_wanted, tell_of_memory)
     if not is_wanted():
         raise NotWantedError
 

@@ -1,7 +1,8 @@
 """A worker of a batch: `python -m benchbot.batch.worker FOLDER --name NAME`.
 
 It claims one pending episode after another and computes it, staying where its simulator is warm; while others hold the
-last ones it waits, in case they are lost. It can be killed at any moment; SIGTERM, SIGINT and SIGHUP end it in order.
+last ones it waits, in case they are lost. Of a batch that nobody looks on at, whoever is the first to have nothing left
+evaluates the results. It can be killed at any moment; SIGTERM, SIGINT and SIGHUP end it in order.
 Exit codes: 0 nothing is left that it may take · 3 it cannot work (its output says why) · 130 it was told to end.
 """
 
@@ -10,17 +11,19 @@ import os
 import random
 import signal
 import sys
-import threading
 import time
 from collections import Counter
-from contextlib import suppress
+from contextlib import ExitStack
 from pathlib import Path
 
-from benchbot.batch import disk, plan, work
+from benchbot.batch import disk, plan, solutions, work
 from benchbot.batch.attempts import Attempts
 from benchbot.batch.claims import HeldClaim, Observer
+from benchbot.batch.crew import Crew
 from benchbot.batch.events import EventLog, check_writable
 from benchbot.batch.folder import Folder
+from benchbot.batch.heartbeat import Heartbeat
+from benchbot.batch.memory import MemoryWatch
 from benchbot.batch.plan import Place, PlannedEpisode
 from benchbot.batch.warm import WarmBackend
 from benchbot.batch.watching import NotWantedError
@@ -29,8 +32,6 @@ from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.plugins import load
 
 IDLE_S = 0.5
-HEARTBEATS_PER_SILENCE = 15
-LONGEST_HEARTBEAT_S = 2.0
 THREADS = (
     "OMP_NUM_THREADS",
     "OPENBLAS_NUM_THREADS",
@@ -42,9 +43,9 @@ THREADS = (
 
 
 class Worker:
-    """Takes and finishes episodes, in one process, one at a time."""
+    """Takes and finishes episodes, in one process, one at a time. What its solution needs is let go with `stack`."""
 
-    def __init__(self, folder: Folder, name: str) -> None:
+    def __init__(self, folder: Folder, name: str, stack: ExitStack) -> None:
         self._plan = plan.read(folder.plan)
         for needed in (folder.claims, folder.events, folder.episodes):
             check_writable(needed)
@@ -52,8 +53,11 @@ class Worker:
         self._name = name
         self._events = EventLog(folder.events, name)
         self._observer = Observer(folder.claims, self._plan.policy.stale_s)
-        self._backend = WarmBackend(self._plan)
-        self._desk = work.Desk(folder, self._plan, Catalog(load()), self._backend, self._events, name)
+        catalog, gpus = Catalog(load()), Crew.read(folder).resources.gpus
+        order = stack.enter_context(solutions.prepared(self._plan, catalog, print, gpus))
+        self._backend = WarmBackend(self._plan, needs_socket=order.mode.needs_socket)
+        memory = MemoryWatch(os.getpid())
+        self._desk = work.Desk(folder, self._plan, catalog, self._backend, self._events, name, memory, order)
         self._left = {episode.key: episode for episode in self._plan.episodes}
         self.told_to_end = False
 
@@ -83,6 +87,14 @@ class Worker:
             self._backend.close()
             self._events.tell("ended", finished=finished, told=self.told_to_end)
         return finished
+
+    def conclude(self) -> None:
+        """Evaluate a batch that is finished, when nobody looks on at it; raises OSError and BenchbotError."""
+        if not self._left and not self.told_to_end and Crew.read(self._folder).detached:
+            # Few workers come here, all of them at the very end.
+            from benchbot.batch.conclusion import conclude
+
+            conclude(self._folder, self._plan, self._desk.catalog, self._name)
 
     def _next_when_there_is_room(self) -> tuple[HeldClaim, PlannedEpisode] | None:
         try:
@@ -159,30 +171,6 @@ class Worker:
         return True
 
 
-class Heartbeat:
-    """Beats a claim in a thread for as long as the context lasts."""
-
-    def __init__(self, claim: HeldClaim, stale_s: float) -> None:
-        self._claim = claim
-        self._period_s = min(LONGEST_HEARTBEAT_S, stale_s / HEARTBEATS_PER_SILENCE)
-        self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._beat, name="benchbot-heartbeat", daemon=True)
-
-    def __enter__(self) -> "Heartbeat":
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._ended.set()
-        self._thread.join()
-
-    def _beat(self) -> None:
-        while not self._ended.wait(self._period_s):
-            # A shared folder may be away for a while: others will say whether the claim is lost.
-            with suppress(OSError):
-                self._claim.beat()
-
-
 def main() -> int:
     """Work as the command line says; return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m benchbot.batch.worker", description=__doc__)
@@ -195,10 +183,12 @@ def main() -> int:
         for variable in THREADS:
             os.environ.setdefault(variable, str(options.cpus))
     try:
-        worker = Worker(Folder(options.folder.absolute()), options.name)
-        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
-            signal.signal(number, worker.stop)
-        worker.run(options.jobs_limit)
+        with ExitStack() as stack:
+            worker = Worker(Folder(options.folder.absolute()), options.name, stack)
+            for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+                signal.signal(number, worker.stop)
+            worker.run(options.jobs_limit)
+        worker.conclude()
     except (BenchbotError, OSError) as error:
         print(error, file=sys.stderr)
         return ExitCode.INTERNAL

@@ -1,6 +1,7 @@
 """`benchbot batch`: many episodes, unattended: every robot in every environment, over night."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -8,15 +9,18 @@ import typer
 from typer.core import TyperGroup
 
 from benchbot.cli import batch_following as following
-from benchbot.cli import console, requirement
+from benchbot.cli import batch_solution, console, requirement
 from benchbot.cli.asides import listing, showing
 from benchbot.cli.batch_following import Detach, Jobs
+from benchbot.cli.container_mode import Containerised
 from benchbot.cli.options import QUICK, Json, Requirements
 from benchbot.cli.run import MaxSimulatedTime, MaxSteps, MaxWallTime
+from benchbot.cli.solution_limits import CpuTime, FileSize, Memory, Processes
+from benchbot.cli.solution_mode import Readable, SandboxCommand
 from benchbot.core.errors import BenchbotError, ExitCode
 
 if TYPE_CHECKING:
-    from benchbot.batch.driver import Crew
+    from benchbot.batch.crew import Crew
     from benchbot.batch.finishing import Profile
     from benchbot.batch.folder import Folder
     from benchbot.batch.plan import Plan
@@ -85,6 +89,20 @@ def run(
         str | None, typer.Option("--native", "-n", metavar="COMMAND", help="Run this command on this machine, or")
     ] = None,
     example: Annotated[str | None, typer.Option("--example", metavar="NAME", help="an example solution.")] = None,
+    sandbox: SandboxCommand = None,
+    sandboxed: Annotated[bool | None, typer.Option("--sandboxed", help="Hold the example in a sandbox, too.")] = None,
+    readable: Readable = None,
+    containerised: Containerised = None,
+    example_containerised: Annotated[
+        bool | None, typer.Option("--example-containerised", help="Run the example in a container instead.")
+    ] = None,
+    weak_limits: Annotated[
+        bool | None, typer.Option("--weak-limits", help="Run it even where the engine ignores limits, if you trust it.")
+    ] = None,
+    memory: Memory = None,
+    processes: Processes = None,
+    cpu_time: CpuTime = None,
+    file_size: FileSize = None,
     args: Annotated[
         str | None, typer.Option("--args", "-a", metavar="WORDS", help="Words to append to the command, in quotes.")
     ] = None,
@@ -186,6 +204,16 @@ def run(
         "set": settings,
         "native": native,
         "example": example,
+        "sandbox": sandbox,
+        "sandboxed": sandboxed,
+        "readable": None if readable is None else [str(path) for path in readable],
+        "containerised": None if containerised is None else str(containerised),
+        "example_containerised": example_containerised,
+        "weak_limits": weak_limits,
+        "memory": memory,
+        "processes": processes,
+        "cpu_time_s": cpu_time,
+        "file_size": file_size,
         "args": args,
         "evaluate_with": evaluate_with,
         "record": record,
@@ -206,7 +234,7 @@ def run(
         "time_limit_s": time_limit,
     }
     wanted = files.merged(told, given)
-    request = files.request(wanted)
+    request = replace(files.request(wanted), hold=batch_solution.hold_of(catalog, wanted))
     if requirements and request.method is None:
         raise BenchbotError(
             "There will be no score.",
@@ -215,10 +243,15 @@ def run(
         )
     plan = matrix.make(request, catalog, Path.cwd())
     folder = Folder((output or preparation.default_folder(plan, prefix or "batch")).absolute())
+    sources = matrix.files_of(plan, catalog)
+    if dry_run or sources.unread:
+        console.note(sources.text)
     if dry_run:
         _show_plan(preparation.preview(folder, plan), folder, as_json=as_json)
         return
     crew = _crew(wanted, len(plan.episodes))
+    if crew.executor == "local":
+        batch_solution.check_here(plan, catalog, crew.resources.gpus)
     found = preparation.prepare(folder, plan, update=update)
     console.note(f"Batch {plan.hash[:8]} in {folder.path}\n{found.text}")
     profile = following.drive(
@@ -261,7 +294,7 @@ def _options(texts: Sequence[str] | None) -> dict[str, str] | None:
 def _crew(wanted: dict[str, Any], episodes: int) -> "Crew":
     """Return the crew that was asked for: locally, no more workers than there is room for."""
     from benchbot.batch import capacity
-    from benchbot.batch.driver import Crew
+    from benchbot.batch.crew import Crew
     from benchbot.core.hookspecs import Resources
 
     executor = str(wanted.get("executor", "local"))

@@ -12,7 +12,7 @@ from benchbot.cli.options import Json
 from benchbot.core.errors import BenchbotError, ExitCode
 
 if TYPE_CHECKING:
-    from benchbot.batch.driver import Crew
+    from benchbot.batch.crew import Crew
     from benchbot.batch.finishing import Profile
     from benchbot.batch.folder import Folder
     from benchbot.batch.plan import Plan
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the batch.")]
 Detach = Annotated[
-    bool, typer.Option("--detach", help="Leave the workers to themselves; benchbot batch attach DIR comes back.")
+    bool,
+    typer.Option("--detach", help="Leave the batch to itself until it is scored; attach DIR comes back."),
 ]
 Jobs = Annotated[
     int | None,
@@ -122,13 +123,14 @@ def retry(
     as_json: Json = False,
 ) -> None:
     """Compute episodes that have failed once more, and go on with the batch; what they left is kept beside."""
-    from benchbot.batch import driver, retrying
     from benchbot.batch import plan as plans
+    from benchbot.batch import retrying
+    from benchbot.batch.driving import driving
     from benchbot.batch.folder import Folder
 
     folder = Folder(directory.absolute())
     plans.read(folder.plan)
-    with driver.driving(folder):
+    with driving(folder):
         count = retrying.begin_anew(folder, failed)
     console.note(f"{count} episodes are computed once more.")
     _go_on(directory, jobs, archive=archive, detach=detach, as_json=as_json)
@@ -136,7 +138,7 @@ def retry(
 
 def _go_on(directory: Path, jobs: int | None, *, archive: bool, detach: bool, as_json: bool) -> None:
     from benchbot.batch import plan as plans
-    from benchbot.batch.driver import Crew
+    from benchbot.batch.crew import Crew
     from benchbot.batch.folder import Folder
     from benchbot.core.catalog import Catalog
     from benchbot.core.plugins import load
@@ -145,6 +147,7 @@ def _go_on(directory: Path, jobs: int | None, *, archive: bool, detach: bool, as
     plan = plans.read(folder.plan)
     crew = Crew.read(folder)
     crew = crew if jobs is None else replace(crew, jobs=jobs)
+    archive = archive or crew.archive
     drive(folder, crew, Catalog(load()), plan, archive=archive, detach=detach, as_json=as_json)
     exit_as_it_ended(folder, plan, detached=detach)
 
@@ -153,25 +156,30 @@ def drive(
     folder: "Folder", crew: "Crew", catalog: "Catalog", plan: "Plan", *, archive: bool, detach: bool, as_json: bool
 ) -> "Profile | None":
     """See a batch to its end and make its profile, or launch it and return None."""
-    from benchbot.batch import driver, finishing
+    from benchbot.batch import detached, driver, finishing
+    from benchbot.batch.driving import driving
     from benchbot.batch.live_score import LiveScore
     from benchbot.cli import batch_status, scoring
     from benchbot.cli.status import StatusLine
 
+    crew = replace(crew, detached=detach, archive=archive)
     if detach:
-        with driver.driving(folder):
+        with driving(folder):
+            driver.begin(folder, crew)
             count = driver.start_detached(folder, crew)
+        detached.start(folder)
         console.note(f"{count} workers run by themselves. Look on: benchbot batch attach {folder.path}")
         console.data_json({"folder": str(folder.path), "workers": count}) if as_json else console.data(str(folder.path))
         return None
     live = LiveScore(folder, plan.method, catalog)
     said = f"the workers have been ended. Go on with: benchbot batch attach {folder.path}"
-    with driver.driving(folder), interruptible(said), StatusLine() as line:
+    with driving(folder), interruptible(said), StatusLine() as line:
 
         def look(status: "BatchStatus", monitor: "Monitor") -> None:
             status = replace(status, score=live.update(monitor))
             line.show(batch_status.line(status), (status.finished, status.paused, len(status.running)))
 
+        driver.begin(folder, crew)
         ended = driver.drive(folder, crew, look)
     console.note(batch_status.verdict(ended))
     try:

@@ -20,7 +20,7 @@ def line(status: BatchStatus) -> str:
 
 def page(status: BatchStatus) -> str:
     """Return everything that is known, in lines."""
-    rows = [
+    rows: list[tuple[str, str]] = [
         ("Folder", status.folder),
         ("Finished", f"{status.finished} of {status.episodes}"),
         ("Failures", ", ".join(_failures(status)) or "none"),
@@ -36,6 +36,10 @@ def page(status: BatchStatus) -> str:
             "nothing" if status.is_complete else "not known yet" if status.left_s is None else duration(status.left_s),
         ),
     ]
+    for name, path in ((status.conclusion or {}).get("files") or {}).items():
+        rows.append((name.capitalize(), path))
+    if status.conclusion is not None and "problem" in status.conclusion:
+        rows.append(("Not scored", status.conclusion["problem"]))
     return "\n".join(f"{label:<13}{value}".rstrip() for label, value in rows)
 
 

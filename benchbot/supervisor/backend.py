@@ -21,16 +21,15 @@ import msgspec
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.progress import Progress
 from benchbot.core.selection import Limits, Selection
-from benchbot.supervisor import channel, server
+from benchbot.supervisor import channel, run_state, server
 from benchbot.supervisor.app import create_app
 from benchbot.supervisor.children import how_it_ended, last_words
 from benchbot.supervisor.platform_host import Timeouts
 from benchbot.supervisor.relay import Relay
 from benchbot.supervisor.run import Run
-from benchbot.supervisor.run_state import Connection, RunState
+from benchbot.supervisor.run_state import DEFAULT_PORT, Connection, RunState
 from benchbot.supervisor.succession import RunOrder, Succession
 
-DEFAULT_PORT = 10000
 ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 SIGNAL_PERIOD_S = 0.1
 STOP_TIMEOUT_S = 15.0
@@ -339,13 +338,16 @@ def _ask(
 
 
 def _end(process: "subprocess.Popen[bytes]") -> None:
-    """End the child: politely, then by force; it is always reaped."""
+    """End the child: politely, then by force; it is always reaped, and what it could not tidy up any more is."""
     process.terminate()
     try:
         process.wait(STOP_TIMEOUT_S)
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()
+    if process.returncode < 0:
+        with suppress(OSError):
+            run_state.clean()
 
 
 def _dead(process: "subprocess.Popen[bytes]", log: IO[bytes]) -> BenchbotError:

@@ -81,6 +81,8 @@ class _Trial:
         self.options = options
         self.patience_s = patience_s
         (folder / "worker.py").write_text(WORKER, encoding="utf-8")
+        # By which an executor may tell whether a machine sees the folder.
+        (folder / "plan.json").write_text("{}", encoding="utf-8")
 
     @contextmanager
     def launched(self, count: int) -> Iterator[Workers]:

@@ -1,6 +1,7 @@
 """`benchbot batch` as a person uses it."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -8,9 +9,11 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
+from benchbot.batch.crew import Crew
+from benchbot.batch.folder import Folder
 from tests.batch.conftest import Batches, wait_until
 from tests.cli.conftest import make_plugin  # noqa: F401 - a fixture
-from tests.cli.solutions import CRASHING
+from tests.cli.solutions import CRASHING, PASSIVE
 
 MakePlugin = Callable[..., Path]
 
@@ -24,6 +27,17 @@ def benchbot_ground_truths():
 """
 
 
+GATED = f"""\
+import pathlib, time
+try:
+    pathlib.Path("first").mkdir()
+except FileExistsError:
+    while not pathlib.Path("open").exists():
+        time.sleep(0.05)
+{PASSIVE}"""
+"""Of all episodes the first one ends, and the others when somebody opens the gate."""
+
+
 def truth(variant: int) -> str:
     bottle = {"class": "bottle", "ID_name": "b", "isgroup": False, "centroid": [0, 0, 0.5], "extent": [1, 1, 1]}
     return json.dumps(
@@ -35,12 +49,13 @@ def truth(variant: int) -> str:
     )
 
 
-def test_a_warm_back_end_gives_the_bytes_of_a_cold_one(batches: Batches) -> None:
-    done = batches.run("b", "--jobs", "1", seeds="0..2", envs="arena:1")
+def test_a_warm_back_end_gives_the_bytes_of_a_cold_one_also_to_a_solution_in_a_sandbox(batches: Batches) -> None:
+    words = ("--task", "sample:passive", "--env", "arena:1", "--sandbox", batches.solution, "--memory", "1GiB")
+    done = batches.cli("batch", *words, "--robots", "sample_robot", "--seeds", "0..2", "--jobs", "1", "-o", "b")
     assert done.returncode == 0, done.stderr
     assert done.stdout == f"{batches.path('b')}\n"
-    words = ("--task", "sample:passive", "--robot", "sample_robot", "--env", "arena:1", "--seed", "2")
-    batches.cli("submit", *words, "--native", batches.solution, "--results-location", "cold.json")
+    assert "The solution is held: sandbox" in done.stderr
+    batches.cli("submit", *words, "--robot", "sample_robot", "--seed", "2", "--results-location", "cold.json")
     assert batches.results("b")["sample_robot_arena-1_seed2"] == (batches.cli.folder / "cold.json").read_text()
     assert batches.told("b", "started") == 1
 
@@ -141,18 +156,51 @@ def test_ctrl_c_ends_it_in_order_and_attach_goes_on(batches: Batches) -> None:
     assert finished < 6
 
 
-def test_a_detached_batch_goes_on_alone_and_can_be_cancelled(batches: Batches) -> None:
-    detached = batches.run("b", "--jobs", "2", "--args", "0.3", "--detach", seeds="0..5")
-    assert detached.returncode == 0, detached.stderr
+def test_a_detached_batch_sees_to_itself_until_it_is_scored(
+    batches: Batches,
+    make_plugin: MakePlugin,  # noqa: F811
+) -> None:
+    make_plugin("arena-truths", TRUTHS, {f"ground_truths/{n}.json": truth(n) for n in (1, 2)})
+    batches.solution = batches.cli.script("gated.py", GATED)
+    folder = batches.path("b")
+
+    def detach(*words: str) -> None:
+        detached = batches.cli(*words, "--detach")
+        assert detached.returncode == 0, detached.stderr
+        wait_until((folder / "driver.lock").read_text)
+
+    detach(*batches.words("b", "--jobs", "1", "--evaluate-with", "omq", "--zip", seeds="0"))
     wait_until(lambda: batches.told("b", "finished"))
+    (worker,) = batches.processes("benchbot.batch.worker")
+    os.kill(worker, signal.SIGKILL)
+    wait_until(lambda: batches.told("b", "started") == 2)
     status = json.loads(batches.cli("batch", "status", "b", "--json").stdout)
-    assert (status["workers"], status["episodes"], status["complete"]) == (2, 12, False)
-    assert "Running" in batches.cli("batch", "status", "b").stdout
+    assert (status["workers"], status["episodes"], status["complete"]) == (1, 2, False)
     assert batches.cli("batch", "cancel", "b").returncode == 0
     assert batches.cli.no_process_is_left()
-    status = json.loads(batches.cli("batch", "status", "b", "--json").stdout)
-    assert status["workers"] == 0
-    assert 0 < status["finished"] < 12
+
+    detach("batch", "attach", "b")
+    person = batches.cli.start("batch", "attach", "b")
+    wait_until(lambda: not Crew.read(Folder(folder)).detached)
+    wait_until(lambda: not batches.processes("benchbot.batch.detached"))
+    assert batches.processes("benchbot.batch.worker")
+    person.send_signal(signal.SIGINT)
+    person.communicate(timeout=120)
+    assert batches.cli.no_process_is_left()
+
+    detach("batch", "attach", "b")
+    (driver,) = batches.processes("benchbot.batch.detached")
+    os.kill(driver, signal.SIGKILL)
+    (batches.cli.folder / "open").touch()
+    wait_until((folder / "conclusion.json").exists)
+    assert [event["who"][:6] for event in batches.events("b") if event["what"] == "evaluating"] == ["local-"]
+    assert json.loads((folder / "scores.json").read_text())["coverage"]["scored"] == 2
+    assert len(zipfile.ZipFile(folder / "results.zip").namelist()) == 2
+
+    detach("batch", "attach", "b")
+    assert batches.cli.no_process_is_left()
+    assert batches.told("b", "evaluating") == 1
+    assert f"Scores       {folder / 'scores.json'}" in batches.cli("batch", "status", "b").stdout
 
 
 def test_cancel_ends_a_driver_too(batches: Batches) -> None:
@@ -166,7 +214,6 @@ def test_cancel_ends_a_driver_too(batches: Batches) -> None:
 
 
 def test_workers_that_cannot_work_are_said_with_their_last_words(batches: Batches) -> None:
-    batches.run("b", "--dry-run")
     plan = batches.run("b", "--jobs", "1", "--executor", "local", "--executor-option", "queue=fast", seeds="0")
     assert "The executor 'local' has no option 'queue'." in plan.stderr
     assert plan.returncode == 2

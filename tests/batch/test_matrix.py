@@ -8,12 +8,13 @@ import pytest
 from benchbot.batch import matrix, preparation
 from benchbot.batch import plan as plans
 from benchbot.batch.folder import Folder
-from benchbot.batch.plan import Plan
+from benchbot.batch.plan import Hold, Plan
 from benchbot.batch.request import Request
 from benchbot.core import plugins
 from benchbot.core.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.selection import Limits
+from benchbot.submission.modes import ProcessLimits
 
 Make = Callable[..., Plan]
 
@@ -65,15 +66,18 @@ def test_episodes_of_a_task_with_a_list_are_told_apart(make: Make) -> None:
         {"words": ("more",)},
         {"robots": ["sample_careful_robot"]},
         {"repeats": 2},
+        {"hold": Hold(sandboxed=True)},
+        {"hold": Hold(sandboxed=True, limits=ProcessLimits(processes=7))},
     ],
 )
 def test_whatever_determines_a_result_is_in_its_key(change: dict[str, Any], make: Make) -> None:
     assert keys(make()).isdisjoint(keys(make(**change)))
 
 
-@pytest.mark.parametrize("name", ["solution.py", "beside.py"])
+@pytest.mark.parametrize("name", ["solution.py", "beside.py", "mapping/__init__.py", "mapping/deep/er/model.py"])
 def test_an_edited_solution_is_another_one(name: str, make: Make, tmp_path: Path) -> None:
     before = make()
+    (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
     (tmp_path / name).write_text("print('goodbye')\n")
     assert keys(make()).isdisjoint(keys(before))
 
@@ -96,7 +100,8 @@ def test_a_real_robot_is_not_moved_unattended(make: Make) -> None:
 
 
 def test_a_plan_is_read_as_it_was_written(make: Make, tmp_path: Path) -> None:
-    plan = make(seeds=[0, 5], repeats=2, record=["frames"], method="omq", limits=Limits(steps=3))
+    hold = Hold(sandboxed=True, readable=("/data",), limits=ProcessLimits(memory_bytes=2**30))
+    plan = make(seeds=[0, 5], repeats=2, record=["frames"], method="omq", limits=Limits(steps=3), hold=hold)
     plans.write(tmp_path / "plan.json", plan)
     assert plans.read(tmp_path / "plan.json") == plan
 

@@ -51,6 +51,12 @@ def test_before_anything_is_finished_nothing_is_promised() -> None:
     assert "Failures     none" in page
 
 
+def test_what_a_detached_batch_was_made_into_is_named() -> None:
+    page = batch_status.page(replace(STATUS, conclusion={"files": {"scores": "/data/night/scores.json"}}))
+    assert "Scores       /data/night/scores.json" in page
+    assert "Not scored   Nothing" in batch_status.page(replace(STATUS, conclusion={"problem": "Nothing to score."}))
+
+
 @pytest.mark.parametrize(("seconds", "text"), [(0.4, "0 s"), (99, "99 s"), (120, "2 min"), (9000, "2.5 h")])
 def test_times_are_said_as_people_do(seconds: float, text: str) -> None:
     assert batch_status.duration(seconds) == text

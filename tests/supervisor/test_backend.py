@@ -13,6 +13,7 @@ from benchbot.api.client import Client
 from benchbot.core import resources
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.selection import Limits
+from benchbot.supervisor import backend as backends
 from benchbot.supervisor import run_state, server
 from benchbot.supervisor.backend import Backend
 from tests.supervisor.harness import alive, children_of, eventually
@@ -216,6 +217,20 @@ def test_a_back_end_that_dies_is_told() -> None:
         error = backend.died()
     assert "SIGKILL" in error.why
     assert error.failure is FailureClass.INFRASTRUCTURE
+
+
+def test_a_back_end_that_is_too_slow_to_end_is_tidied_up_after(
+    short_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(backends, "STOP_TIMEOUT_S", 0.1)
+    with sample_backend(unix_socket=short_folder / "socket") as backend:
+        children = [backend.pid, *children_of(backend.pid)]
+        # A machine that is very busy, or swaps, looks just like this.
+        os.kill(backend.pid, signal.SIGSTOP)
+    assert eventually(lambda: not any(alive(child) for child in children))
+    assert run_state.live() == []
+    assert not Path(backend.state.folder, "run.json").exists()
+    assert list(short_folder.iterdir()) == []
 
 
 def test_a_back_end_ends_with_the_process_that_started_it() -> None:

@@ -15,8 +15,8 @@ from tests.supervisor.harness import eventually
 RAY = str(Path(sys.executable).parent / "ray")
 PORT = 6379
 FILES = "/mnt"
-# Nobody is asked for a token, nothing is reported to anyone, a lost node is noticed within seconds, and a busy machine
-# has its time.
+# Nobody is asked for a token, nothing is reported to anyone, a lost node or head is noticed within seconds, and a busy
+# machine has its time.
 ENVIRONMENT = {
     "RAY_AUTH_MODE": "disabled",
     "RAY_USAGE_STATS_ENABLED": "0",
@@ -25,6 +25,7 @@ ENVIRONMENT = {
     "RAY_health_check_period_ms": "1000",
     "RAY_health_check_timeout_ms": "5000",
     "RAY_health_check_failure_threshold": "5",
+    "RAY_gcs_rpc_server_reconnect_timeout_s": "10",
 }
 
 
@@ -47,10 +48,15 @@ class Cluster:
             env={**os.environ, **ENVIRONMENT, "RAY_ADDRESS": self.address, **environment},
         )
 
-    def start(self, *words: str, log: IO[str] | None = None, **environment: str) -> "subprocess.Popen[str]":
-        """Start a command on the head that is talked with through stdin and stdout; `log` gets its stderr."""
+    def start(
+        self, *words: str, log: IO[str] | None = None, on: Machine | None = None, **environment: str
+    ) -> "subprocess.Popen[str]":
+        """Start a command, on the head unless told otherwise, that is talked with through stdin and stdout.
+
+        `log` gets its stderr.
+        """
         return subprocess.Popen(
-            [*self.head.prefix, *words],
+            [*(on or self.head).prefix, *words],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=log,

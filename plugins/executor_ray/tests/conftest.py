@@ -10,15 +10,16 @@ import pytest
 
 from benchbot.core.errors import BenchbotError
 from plugins.executor_ray.tests.cluster import Cluster, cluster
+from tests.machines import Machine
 
 DRIVER = str(Path(__file__).with_name("driver.py"))
 
 
 class Driver:
-    """What launches and watches workers; it runs on the head, as Ray wants it."""
+    """What launches and watches workers; it runs on a machine of the cluster, as Ray wants it."""
 
-    def __init__(self, cluster: Cluster) -> None:
-        self.process = cluster.start(sys.executable, DRIVER)
+    def __init__(self, cluster: Cluster, on: Machine | None = None) -> None:
+        self.process = cluster.start(sys.executable, DRIVER, on=on)
 
     def launch(self, folder: Path, command: list[str], count: int = 1, **order: Any) -> str:
         order = {"resources": {}, "options": {}, **order}

@@ -1,41 +1,47 @@
 """A batch on a real cluster that loses a node, and its driver, is the batch that this machine computes."""
 
-import json
 import subprocess
+import sys
+from collections.abc import Sequence
 from pathlib import Path
+from typing import IO
 
 import pytest
 
+from benchbot.core.errors import BenchbotError
 from plugins.executor_ray.tests.cluster import Cluster, cluster
+from plugins.executor_ray.tests.conftest import Driver
 from tests import batches
 from tests.machines import PATIENCE_S
 from tests.supervisor.harness import eventually
 
 pytestmark = [pytest.mark.xdist_group("ray"), pytest.mark.slow]
 
+ON_RAY = ("--executor", "ray", "--jobs", "3")
 
-def test_a_batch_survives_the_loss_of_a_node_and_of_its_driver(tmp_path: Path) -> None:
-    folder, logs = tmp_path / "on ray", tmp_path / "logs"
+
+def test_a_batch_survives_the_loss_of_a_node_and_of_its_driver_but_not_of_the_head(
+    tmp_path: Path, folder: Path
+) -> None:
+    on_ray, logs = tmp_path / "on ray", tmp_path / "logs"
     logs.mkdir()
-    with cluster(logs) as ray, (logs / "driver.log").open("w+") as log:
-        command = batches.command(folder, "--executor", "ray", "--jobs", "3", "--json")
+    with cluster(logs) as ray:
 
-        def begin() -> "subprocess.Popen[str]":
-            return ray.start(*command, log=log, **batches.environment())
+        def start(words: Sequence[str], log: IO[str]) -> "subprocess.Popen[str]":
+            return ray.start(*words, log=log, on=ray.head, **batches.environment())
 
-        driver = begin()
-        assert eventually(lambda: batches.is_on_the_doomed_machine(folder), PATIENCE_S)
-        (inside,) = ray.head.run("pgrep", "-f", "benchbot.cli.app").split()
-        ray.head.run("kill", "-9", inside)
-        driver.communicate()
-        ray.nodes[1].kill()
-        again = begin()
-        said, _ = again.communicate(timeout=2 * PATIENCE_S)
-        log.seek(0)
-        assert again.returncode == 0, log.read()
-        assert json.loads(said)["status"]["finished"] == batches.EPISODES
-        assert {str(event["worker"]).split("-")[0] for event in batches.told(folder, "stole")} == {batches.DOOMED}
-    assert batches.results(folder) == batches.compute_here(tmp_path / "here")
+        batches.survive(on_ray, ON_RAY, start, ray.head, ray.nodes[1])
+
+        driver = Driver(ray, on=ray.nodes[0])
+        reference = driver.launch(folder, [sys.executable, "-c", "import time; time.sleep(600)"])
+        assert driver.alive(reference) == 1
+        ray.head.kill()
+        with pytest.raises(BenchbotError, match="The Ray cluster was lost") as caught:
+            eventually(lambda: driver.alive(reference) != 1, PATIENCE_S)
+        assert "results that were written stay" in caught.value.why
+        assert "run the same command again" in caught.value.fix
+        driver.end()
+    assert batches.results(on_ray) == batches.compute_here(tmp_path / "here")
 
 
 def test_a_batch_that_is_cancelled_leaves_nothing_on_the_cluster(ray_cluster: Cluster, tmp_path: Path) -> None:

@@ -1,9 +1,10 @@
 """A batch on a real cluster that loses a node, and its driver, is the batch that this machine computes."""
 
-import json
 import signal
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
+from typing import IO
 
 import pytest
 
@@ -20,25 +21,14 @@ ON_SLURM = ("--executor", "slurm", "--jobs", "2", "--memory-gb", "1", "--executo
 def test_a_batch_survives_the_loss_of_a_node_and_of_its_driver(tmp_path: Path) -> None:
     folder, logs = tmp_path / "on slurm", tmp_path / "logs"
     logs.mkdir()
-    with cluster(logs) as slurm, (logs / "driver.log").open("w+") as log:
+    with cluster(logs) as slurm:
 
-        def begin() -> "subprocess.Popen[str]":
-            command = [*slurm.head.prefix, *batches.command(folder, *ON_SLURM, "--json")]
+        def start(words: Sequence[str], log: IO[str]) -> "subprocess.Popen[str]":
             environment = batches.environment(**slurm.environment)
+            command = [*slurm.head.prefix, *words]
             return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, env=environment, text=True)
 
-        driver = begin()
-        assert eventually(lambda: batches.is_on_the_doomed_machine(folder), PATIENCE_S)
-        (inside,) = slurm.head.run("pgrep", "-f", "benchbot.cli.app").split()
-        slurm.head.run("kill", "-9", inside)
-        driver.communicate()
-        slurm.nodes[1].kill()
-        again = begin()
-        said, _ = again.communicate(timeout=2 * PATIENCE_S)
-        log.seek(0)
-        assert again.returncode == 0, log.read()
-        assert json.loads(said)["status"]["finished"] == batches.EPISODES
-        assert {str(event["worker"]).split("-")[0] for event in batches.told(folder, "stole")} == {batches.DOOMED}
+        batches.survive(folder, ON_SLURM, start, slurm.head, slurm.nodes[1])
     assert batches.results(folder) == batches.compute_here(tmp_path / "here")
 
 

@@ -8,8 +8,11 @@ from pathlib import Path
 import pytest
 
 from benchbot.core.errors import BenchbotError
+from benchbot.core.findings import Level
 from benchbot.core.hookspecs import Resources, WorkOrder
+from benchbot.testing import check_executor
 from benchbot_executor_slurm.array_job import ArrayJob
+from benchbot_executor_slurm.plugin import benchbot_executors
 from benchbot_executor_slurm.submission import launch
 from plugins.executor_slurm.tests.cluster import Cluster
 from tests.machines import PATIENCE_S
@@ -79,6 +82,13 @@ def test_workers_that_are_stopped_end_in_order_wherever_they_are(folder: Path) -
     assert ended(job)
     assert list(logs(folder).values()) == ["waits\nends in order\n"] * 2
     found.stop()
+
+
+@pytest.mark.usefixtures("slurm")
+def test_it_keeps_the_promises_of_an_executor(tmp_path: Path) -> None:
+    (executor,) = benchbot_executors()
+    findings = check_executor(executor, shared_folder=tmp_path, patience_s=PATIENCE_S)
+    assert [finding for finding in findings if finding.level is not Level.OK] == []
 
 
 def test_the_warning_before_the_time_is_over_reaches_the_worker(slurm: Cluster, folder: Path) -> None:

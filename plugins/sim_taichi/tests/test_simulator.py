@@ -16,8 +16,10 @@ from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot_scenes.gltf import load_scene
+from benchbot_scenes.scene import SceneGeometry
+from benchbot_sim_taichi import simulator as simulators
 from benchbot_sim_taichi.collision import ObstacleMap
-from benchbot_sim_taichi.simulator import CHANNELS, RayTracedSimulator
+from benchbot_sim_taichi.simulator import CHANNELS, PICTURES, RayTracedSimulator
 from plugins.sim_taichi.tests.glb import Glb
 
 ROBOTS = Path(str(files("benchbot_sim_taichi"))) / "robots"
@@ -208,6 +210,34 @@ def test_the_same_seed_shows_the_same_bytes(room: Scene, kernel_cache: Path) -> 
         digest.update(platform.observe(CHANNELS))
         digests.append(digest.hexdigest())
     assert digests[0] == digests[1]
+
+
+@ray_traced
+def test_a_room_is_loaded_once_wherever_robots_start_and_looks_the_same(
+    room: Scene, kernel_cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loads: list[Path] = []
+
+    def counted(path: Path) -> SceneGeometry:
+        loads.append(path)
+        return load_scene(path)
+
+    monkeypatch.setattr(simulators, "load_scene", counted)
+    elsewhere = replace(room, environment={**room.environment, "start_pose": [0, 0, 0, 1, -1.5, 1.5, 0]})
+    digests = []
+    for scenes in ((elsewhere,), (room, elsewhere)):
+        platform = simulator(cache_dir=kernel_cache)
+        for scene in scenes:
+            digest = ObservationDigest()
+            platform.load(scene, seed=5)
+            digest.update(platform.observe(PICTURES))
+        digests.append(digest.hexdigest())
+    assert digests[0] == digests[1]
+    assert len(loads) == 2
+    assert platform.pose().translation_xyz == elsewhere.start_pose.translation_xyz
+
+    platform.load(replace(room, environment={**room.environment, "start_pose": [1, 0, 0, 0, 0, 0, 0.8]}), seed=5)
+    assert len(loads) == 3, "on another floor other things are in the way"
 
 
 @ray_traced

@@ -38,13 +38,13 @@ class Actors:
         """The cluster's address, the namespace, and what each worker needs."""
         return json.dumps({"address": self._address, "namespace": self._namespace, "asked": self._asked})
 
-    def alive(self) -> int:
-        """Return how many workers run or wait for room.
+    def alive(self) -> int | None:
+        """Return how many workers run or wait for room; None when no cluster can be reached, which is then gone.
 
         Raises BenchbotError, and ends them, when one cannot work on its node, or no node that is left could run them.
         """
         if not self._connected():
-            return 0
+            return None
         handles = self._handles()
         if handles:
             try:
@@ -69,7 +69,6 @@ class Actors:
         try:
             cluster.connect(self._address)
         except BenchbotError:
-            # A cluster that is gone has taken its actors along.
             return False
         return True
 

@@ -43,7 +43,8 @@ def _answer(request: dict[str, Any], known: dict[str, Actors]) -> Any:
                 order["count"],
                 Resources(**order["resources"]),
                 order["options"],
-            )
+            ),
+            request["environment"],
         )
         known[workers.reference] = workers
         return workers.reference

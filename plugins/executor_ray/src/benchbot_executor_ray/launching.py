@@ -2,6 +2,7 @@
 
 import hashlib
 import uuid
+from collections.abc import Mapping
 from pathlib import Path
 
 import ray
@@ -17,8 +18,11 @@ CALLS_AT_ONCE = 4
 """`run` waits all the time; `problem` and `stop` are asked meanwhile."""
 
 
-def launch(order: WorkOrder) -> Actors:
-    """Create the actors; raises BenchbotError when there is no cluster, or none of its nodes could ever run them."""
+def launch(order: WorkOrder, environment: Mapping[str, str]) -> Actors:
+    """Create the actors, whose workers have the driver's `environment`.
+
+    Raises BenchbotError when there is no cluster, or none of its nodes could ever run them.
+    """
     options.check(order)
     asked = options.resources(order)
     address = cluster.connect(options.address(order))
@@ -26,7 +30,7 @@ def launch(order: WorkOrder) -> Actors:
     folder = order.folder.resolve()
     batch = hashlib.sha256(str(folder).encode()).hexdigest()[:8]
     namespace = f"benchbot-{batch}-{uuid.uuid4().hex[:8]}"
-    work = Work(folder, order.command, options.environment(order), order.resources.time_s, Path.cwd())
+    work = Work(folder, order.command, dict(environment), order.resources.time_s, Path.cwd())
     own = {name: amount for name, amount in asked.items() if name not in cluster.STANDARD}
     actor = ray.remote(WorkerActor)
     for number in range(order.count):

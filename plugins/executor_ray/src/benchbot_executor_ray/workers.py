@@ -12,6 +12,7 @@ from typing import Any
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.hookspecs import WorkOrder
 from benchbot.supervisor.children import last_words
+from benchbot_executor_ray import options
 
 
 @dataclass(frozen=True)
@@ -21,9 +22,14 @@ class RayWorkers:
     reference: str
 
     def alive(self) -> int:
-        """Return how many run or wait for room; raises BenchbotError when they never can."""
-        count: int = _helper().ask(do="alive", reference=self.reference)
-        return count
+        """Return how many run or wait for room; raises BenchbotError when they never can, or the cluster gets lost."""
+        count: int | None = _helper().ask(do="alive", reference=self.reference)
+        if count is None and self.reference in _helper().seen:
+            raise _lost("Its head does not answer any more.")
+        if count:
+            _helper().seen.add(self.reference)
+        # A cluster that is gone has taken its actors along, those of an earlier driver.
+        return count or 0
 
     def stop(self) -> None:
         """End them: in order those that run, at once those that wait."""
@@ -39,7 +45,7 @@ def launch(order: WorkOrder) -> RayWorkers:
         "resources": asdict(order.resources),
         "options": dict(order.options),
     }
-    return RayWorkers(_helper().ask(do="launch", order=plain))
+    return RayWorkers(_helper().ask(do="launch", order=plain, environment=options.environment(order)))
 
 
 class LostError(Exception):
@@ -52,6 +58,8 @@ class Helper:
     def __init__(self) -> None:
         self._process: subprocess.Popen[str] | None = None
         self._asked = 0
+        self.seen: set[str] = set()
+        """References of workers that were alive when they were asked about."""
         # What Ray says about itself is of use only when it fails.
         self._log = tempfile.TemporaryFile()  # noqa: SIM115
 
@@ -64,11 +72,8 @@ class Helper:
             if request["do"] != "launch":
                 with suppress(LostError):
                     return self._ask(request)
-        raise BenchbotError(
-            "The connection to the Ray cluster was lost.",
-            f"The process that talks with it has ended, as it does when the head is gone. {last_words(self._log)}",
-            "See to the head (ray status), then run the same command again: what is finished stays finished.",
-            exit_code=ExitCode.INTERNAL,
+        raise _lost(
+            f"The process that talks with it has ended, as it does when the head is gone. {last_words(self._log)}"
         )
 
     def _ask(self, request: dict[str, Any]) -> Any:
@@ -99,6 +104,15 @@ class Helper:
                     return said["answer"]
         self._process.wait()
         raise LostError
+
+
+def _lost(why: str) -> BenchbotError:
+    return BenchbotError(
+        "The Ray cluster was lost.",
+        f"{why} Without a head Ray ends all workers, about a minute later. The results that were written stay.",
+        "Start the cluster again (ray stop; ray start --head), then run the same command again: it goes on.",
+        exit_code=ExitCode.INTERNAL,
+    )
 
 
 @functools.cache

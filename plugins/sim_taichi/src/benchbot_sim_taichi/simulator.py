@@ -41,7 +41,7 @@ class RayTracedSimulator:
     def __init__(self, spec: PlatformSpec) -> None:
         self._spec = spec
         self._robot = Robot.from_declaration(spec.robot, MotionConfig.from_robot(spec.robot, spec.localisation))
-        self._worlds: dict[tuple[Path, str], _World] = {}
+        self._worlds: dict[tuple[Path, str, float], _World] = {}
 
     @property
     def control_period_s(self) -> float:
@@ -51,9 +51,9 @@ class RayTracedSimulator:
     def load(self, scene: Scene, seed: int) -> None:
         """Put the robot at the start pose of the scene; raises BenchbotError when it does not fit there.
 
-        A scene that was loaded before is used again, so that a reset is quick.
+        A scene that was loaded before is used again, from wherever the robot starts, so that a reset is quick.
         """
-        key = (scene.folder, repr(scene.environment))
+        key = _what_is_there(scene)
         if key not in self._worlds:
             self._worlds[key] = _World(scene, self._spec, self._robot.footprint)
         self._world = self._worlds[key]
@@ -212,6 +212,13 @@ class RayTracedSimulator:
             "image_segment": self._world.labels.segment,
         }
         return pictures[name](frame)
+
+
+def _what_is_there(scene: Scene) -> tuple[Path, str, float]:
+    """Return what tells worlds apart: all of a scene but where robots start and go, and the height of its floor."""
+    ways = ("start_pose", "trajectory_poses")
+    place = {name: value for name, value in scene.environment.items() if name not in ways}
+    return scene.folder, repr(place), scene.start_pose.translation_xyz[2]
 
 
 class _World:
