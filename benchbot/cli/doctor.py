@@ -1,13 +1,18 @@
 """`benchbot doctor`: what is broken on this machine, and how to mend it."""
 
+from collections.abc import Iterator
 from dataclasses import asdict
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from benchbot.cli import console
 from benchbot.cli.options import Json
 from benchbot.core.errors import BenchbotError, ExitCode
+
+if TYPE_CHECKING:
+    from benchbot.core.catalog import Catalog
+    from benchbot.core.findings import Finding
 
 
 def doctor(
@@ -20,8 +25,6 @@ def doctor(
     as_json: Json = False,
 ) -> None:
     """Find what is broken on this machine, or on a robot, and how to mend it. Exits with 2 when something is."""
-    from benchbot.cli.diagnosis import diagnose
-    from benchbot.cli.robot_diagnosis import diagnose_robot
     from benchbot.core.catalog import Catalog
     from benchbot.core.findings import Level
     from benchbot.core.plugins import load
@@ -34,7 +37,7 @@ def doctor(
         )
     catalog = Catalog(load())
     findings = []
-    for finding in diagnose(catalog, warm=warm) if robot is None else diagnose_robot(catalog, robot):
+    for finding in _found(catalog, warm=warm, robot=robot):
         findings.append(finding)
         if not as_json:
             console.data(f"{finding.level:<8} {finding.subject}: {finding.detail}")
@@ -47,3 +50,13 @@ def doctor(
     console.note(f"{', '.join(counts)}." if counts else "Everything works.")
     if broken:
         raise typer.Exit(ExitCode.USAGE)
+
+
+def _found(catalog: "Catalog", *, warm: bool, robot: str | None) -> "Iterator[Finding]":
+    if robot is not None:
+        from benchbot.cli.robot_diagnosis import diagnose_robot
+
+        return diagnose_robot(catalog, robot)
+    from benchbot.diagnosis import diagnose
+
+    return diagnose(catalog, warm=warm)

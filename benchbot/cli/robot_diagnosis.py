@@ -45,5 +45,5 @@ def _driver(catalog: Catalog, name: str, kind: str) -> tuple[str, hookspecs.Robo
         f"No driver for the robot '{name}' is installed.",
         f"It is of type '{kind}'. Installed drivers: {', '.join(sorted(drivers)) or 'none'}."
         f"{catalog.plugins.broken_hint()}",
-        f"Install it: pip install benchbot-robot-{kind.replace('_', '-')}",
+        f"Install it: benchbot install benchbot-robot-{kind.replace('_', '-')}",
     )

@@ -1,6 +1,5 @@
 """Reading declarations and documents: YAML or JSON, checked against JSON Schema, errors with file and line."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -8,7 +7,7 @@ from typing import Any
 
 import yaml
 
-from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.core.errors import BenchbotError
 
 KINDS = (
     "task",
@@ -25,26 +24,45 @@ KINDS = (
     "scores",
     "explanation",
     "comparison",
+    "bundle",
 )
 
 # Not importlib.resources: it takes a tenth of the start-up time of a command that lists names.
 _SCHEMAS = Path(__file__).parent.parent / "schemas"
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+MOST_VALUES = 1_000_000
+_YAML_HINTS = {
+    "cannot start any token": " Indent with spaces, never tabs, and put text that begins with @ or ` in quotes.",
+    "mapping values are not allowed": " Put text with a colon and a space in quotes, and indent keys alike.",
+    "could not find expected ':'": " Each key is followed by a colon and a space.",
+    "did not find expected key": " Keys of one mapping are indented alike; see that each quote and bracket is closed.",
+    "did not find expected ',' or": " A bracket is not closed, or a comma is missing.",
+    "did not find expected '-' indicator": " Items of one list are indented alike, each after a hyphen and a space.",
+    "unexpected end of stream": " A quote is not closed.",
+    "could not determine a constructor": " Tags such as !!python are not allowed.",
+    "found another document": " Write each declaration into a file of its own.",
+    "undefined alias": " A value that begins with * stands for an anchor (&); put the text in quotes.",
+}
 
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong with a file: where, and what."""
+    """One thing wrong with a file: where (line, and JSON pointer of RFC 6901), and what.
+
+    A `warning` is about something that may be right on another machine.
+    """
 
     path: Path
     line: int | None
     pointer: str
     message: str
+    warning: bool = False
 
     def __str__(self) -> str:
         line = "" if self.line is None else f":{self.line}"
+        level = "warning: " if self.warning else ""
         where = f" at {self.pointer}" if self.pointer else ""
-        return f"{self.path}{line}: {self.message}{where}"
+        return f"{self.path}{line}: {level}{self.message}{where}"
 
 
 @cache
@@ -63,7 +81,7 @@ def read(path: Path) -> dict[str, Any]:
     except (OSError, UnicodeDecodeError) as error:
         raise BenchbotError(
             f"Cannot read {path}.",
-            str(error),
+            f"It is not text in UTF-8: {error}" if isinstance(error, UnicodeDecodeError) else str(error),
             "Check that the path is right and that you may read the file.",
         ) from error
     try:
@@ -80,8 +98,15 @@ def read(path: Path) -> dict[str, Any]:
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         line = f":{mark.line + 1}" if mark else ""
-        why = getattr(error, "problem", None) or str(error)
-        raise BenchbotError(f"{path}{line}: not valid YAML.", why, "Mend the file at that line.") from error
+        raise BenchbotError(
+            f"{path}{line}: not valid YAML.", _why_no_yaml(error), "Mend the file at that line."
+        ) from error
+    if "&" in text and "*" in text and _is_endless(document):
+        raise BenchbotError(
+            f"{path}: too much is repeated by anchors (&) and aliases (*).",
+            f"Written out, it would have more than {MOST_VALUES:,} values.",
+            "Write it out, or leave it out.",
+        )
     if not isinstance(document, dict):
         raise BenchbotError(
             f"{path}: expected a mapping of keys to values.",
@@ -89,6 +114,27 @@ def read(path: Path) -> dict[str, Any]:
             "Start with a line such as 'name: my_name'.",
         )
     return document
+
+
+def _why_no_yaml(error: yaml.YAMLError) -> str:
+    problem, context = getattr(error, "problem", None), getattr(error, "context_mark", None)
+    if not problem:
+        return str(error)
+    what = getattr(error, "context", None)
+    begun = f", {what} in line {context.line + 1}" if context and what and "next token" not in what else ""
+    hint = next((hint for part, hint in _YAML_HINTS.items() if part in problem), "")
+    return f"{problem}{begun}.{hint}"
+
+
+def _is_endless(document: Any) -> bool:
+    """Say whether a document has more values than can be checked: ten lines of YAML can stand for billions."""
+    count, left = 0, [document]
+    while left and count <= MOST_VALUES:
+        value = left.pop()
+        count += 1
+        if isinstance(value, dict | list):
+            left += value.values() if isinstance(value, dict) else value
+    return count > MOST_VALUES
 
 
 def _parse_json(text: str, path: Path) -> Any:
@@ -103,9 +149,9 @@ def _parse_json(text: str, path: Path) -> Any:
 
 def problems(document: Any, kind: str, path: Path, folder: Path = _SCHEMAS) -> list[Problem]:
     """Return everything that is wrong with a document, in the order of its lines."""
-    from jsonschema import Draft202012Validator
+    from benchbot.core.schema_problems import of
 
-    found = list(_problems(Draft202012Validator(schema(kind, folder)).iter_errors(document), path))
+    found = of(document, schema(kind, folder), path)
     return sorted(found, key=lambda problem: (problem.line or 0, problem.pointer, problem.message))
 
 
@@ -119,52 +165,3 @@ def check(document: Any, kind: str, path: Path, folder: Path = _SCHEMAS) -> None
             "\n".join(str(problem) for problem in wrong),
             "Mend the lines above" + (f", then run: benchbot check {path}" if folder == _SCHEMAS else "."),
         )
-
-
-def _problems(errors: Iterable[Any], path: Path) -> Iterable[Problem]:
-    for error in errors:
-        keys = list(error.absolute_path)
-        if error.validator == "additionalProperties":
-            known = sorted(error.schema.get("properties", {}))
-            for key in sorted(set(map(str, error.instance)) - set(known)):
-                message = f"unknown key '{key}'.{did_you_mean(key, known)} Allowed: {', '.join(known)}"
-                yield Problem(path, _line(path, [*keys, key]), _pointer(keys), message)
-        elif error.validator == "required":
-            missing = [key for key in error.validator_value if key not in error.instance]
-            # One error arrives per missing key, in the order of the list; its message quotes the key.
-            key = next((key for key in missing if error.message.startswith(f"'{key}'")), missing[0])
-            yield Problem(path, _line(path, keys), _pointer(keys), f"the key '{key}' is missing")
-        elif error.validator == "enum":
-            allowed = [str(value) for value in error.validator_value]
-            hint = did_you_mean(str(error.instance), allowed)
-            message = f"'{error.instance}' is not allowed here.{hint} Allowed: {', '.join(allowed)}"
-            yield Problem(path, _line(path, keys), _pointer(keys), message)
-        else:
-            yield Problem(path, _line(path, keys), _pointer(keys), _shortened(error.message))
-
-
-def _shortened(message: str) -> str:
-    return message if len(message) <= 200 else f"{message[:120]} … {message[-70:]}"
-
-
-def _pointer(keys: list[str | int]) -> str:
-    return "".join(f"/{key}" for key in keys)
-
-
-def _line(path: Path, keys: list[str | int]) -> int | None:
-    if path.suffix == ".json" or not path.is_file():
-        return None
-    node: Any = yaml.compose(path.read_text("utf-8"), yaml.SafeLoader)
-    line = 1
-    for key in keys:
-        if isinstance(node, yaml.MappingNode):
-            for key_node, value_node in node.value:
-                if key_node.value == str(key):
-                    line, node = key_node.start_mark.line + 1, value_node
-                    break
-            else:
-                return line
-        elif isinstance(node, yaml.SequenceNode) and isinstance(key, int) and key < len(node.value):
-            node = node.value[key]
-            line = node.start_mark.line + 1
-    return line

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.cli.check import kind_of
+from benchbot.checking.documents import kind_of
 from benchbot.core import schema
 from tests.cli.conftest import CommandLine, Here
 
@@ -67,7 +67,7 @@ def test_files_that_cannot_be_understood_are_problems_too(
 
 
 def test_a_missing_file_and_an_empty_folder_are_said(here: Here) -> None:
-    assert "Cannot read nowhere.yaml. " in here("check", "nowhere.yaml").stdout
+    assert "nowhere.yaml: there is no such file." in here("check", "nowhere.yaml").stdout
     assert "There is nothing to check in ." in here("check", ".").stderr
 
 
@@ -116,3 +116,34 @@ def test_the_kind_of_a_file_is_told_from_its_keys(kind: str, document: dict[str,
 
 def test_the_folder_says_more_than_the_keys() -> None:
     assert kind_of({"name": "x"}, Path("plugin/robots/x.yaml")) == "robot"
+
+
+def test_a_name_that_nothing_here_has_is_a_warning_and_no_failure(cli: CommandLine, here: Here) -> None:
+    (cli.folder / "task.yaml").write_text(
+        "name: mine\nactions: [move_next]\nobservations: [laser]\nresults_format: object_mp\n"
+    )
+
+    done = here("check", "task.yaml")
+
+    assert (done.returncode, done.stderr) == (0, "1 file checked: 1 warning.\n")
+    assert done.stdout.startswith(
+        "task.yaml:4: warning: 'object_mp' is none of the formats that are installed. Did you"
+    )
+    (problem,) = json.loads(here("check", "task.yaml", "--json").stdout)
+    assert (problem["level"], problem["pointer"]) == ("warning", "/results_format")
+
+
+def test_what_a_folder_has_besides_is_left_out_by_name(cli: CommandLine, here: Here) -> None:
+    for name in ("a", "b", "c", "d"):
+        (cli.folder / f"{name}.json").write_text("[]")
+
+    done = here("check", ".")
+
+    assert (done.returncode, done.stdout) == (0, "")
+    assert "Left out, since they declare nothing that BenchBot knows: a.json, b.json, c.json and 1 more." in done.stderr
+
+
+def test_an_installed_plug_in_is_checked_by_its_name(here: Here) -> None:
+    assert "files checked: nothing is wrong." in here("check", "benchbot-sample").stderr
+    wrong = here("check", "benchbot-sampel")
+    assert "There is no file, no folder and no installed plug-in 'benchbot-sampel'." in wrong.stderr

@@ -71,6 +71,26 @@ def test_a_sound_installation_is_called_sound(cli: CommandLine) -> None:
     assert "ok       names: no two plug-ins use the same one" in done.stdout
 
 
+def test_all_that_a_run_depends_on_is_looked_at_and_what_is_not_well_has_a_fix(cli: CommandLine) -> None:
+    told = findings(cli)
+
+    assert {
+        *("Python", "command", "versions", "plug-in builtin", "names", "tasks", "simulator sim_sample", "GPU", "ROS 2"),
+        *(
+            "containers",
+            "sandbox",
+            "machine",
+            "cache folder",
+            "state folder",
+            "data folder",
+            "temporary files",
+            "cache",
+        ),
+        *("shared memory", "clock", "port 10000"),
+    } <= set(told)
+    assert [finding for finding in told.values() if (finding["level"] == "ok") == bool(finding["fix"])] == []
+
+
 def test_a_plugin_that_does_not_load_is_told_with_cause_and_fix(
     cli: CommandLine, make_plugin: Callable[..., Path]
 ) -> None:
@@ -184,7 +204,7 @@ def test_a_robot_without_a_driver_is_told_what_to_install(cli: CommandLine, make
     assert done.returncode == 2
     assert "Error: No driver for the robot 'seen_robot' is installed." in done.stderr
     assert "Installed drivers: real_sample." in done.stderr
-    assert "pip install benchbot-robot-seen" in done.stderr
+    assert "benchbot install benchbot-robot-seen" in done.stderr
 
 
 def test_a_port_that_somebody_else_uses_is_a_warning_with_a_way_out(cli: CommandLine) -> None:

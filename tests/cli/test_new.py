@@ -89,4 +89,4 @@ def test_a_package_can_be_written_in_python_whatever_the_name(name: str) -> None
 def test_the_schema_beside_a_declaration_is_that_of_this_installation(here: Here, cli: CommandLine) -> None:
     here("new", "robot", "acme-robot")
     written = json.loads((cli.folder / "acme-robot" / ".schemas" / "robot.json").read_text())
-    assert written == json.loads(here("schema", "robot").stdout)
+    assert written == json.loads(here("schema", "robot", "--plain").stdout)

@@ -14,6 +14,7 @@ observations:
   - image_rgb
   - poses
 """
+BOMB = "a0: &a0 [x, x]\n" + "".join(f"a{n}: &a{n} [*a{n - 1}, *a{n - 1}]\n" for n in range(1, 40))
 
 
 def write(folder: Path, text: str, name: str = "tour.yaml") -> Path:
@@ -74,6 +75,9 @@ def test_all_problems_are_reported_at_once_in_the_order_of_lines(tmp_path: Path)
         ("", "a.yaml", "expected a mapping"),
         ("[" * 100_000, "a.json", "nested too deeply"),
         ('{"a": ' + "9" * 5000 + "}", "a.json", "not a usable document"),
+        ("name: &a [*a]", "a.yaml", "too much is repeated by anchors"),
+        ("a: &a [1, 2]\nb: &b [*a, *a]\nc: [*b, *b", "a.yaml", "not valid YAML"),
+        (BOMB, "a.yaml", "too much is repeated by anchors"),
         ("!!python/object/apply:os.system ['true']", "a.yaml", "not valid YAML"),
     ],
 )

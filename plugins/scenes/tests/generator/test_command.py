@@ -2,6 +2,7 @@
 
 import gc
 import json
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -42,6 +43,7 @@ def test_a_seed_becomes_a_folder_that_others_can_use(benchbot: Run, tmp_path: Pa
     summary = json.loads(out)
     folder = tmp_path / "flat"
     assert sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()) == [
+        ".schemas/environment.json",
         "environments/flat_1.yaml",
         "ground_truths/flat_1.json",
         "layouts/flat_1.yaml",
@@ -51,6 +53,9 @@ def test_a_seed_becomes_a_folder_that_others_can_use(benchbot: Run, tmp_path: Pa
     ]
     declared = yaml.safe_load((folder / "environments" / "flat_1.yaml").read_text())
     schema.check(declared, "environment", folder / "environments" / "flat_1.yaml")
+    named = re.match(r"# yaml-language-server: \$schema=(.+)\n", (folder / "environments" / "flat_1.yaml").read_text())
+    assert named is not None
+    assert (folder / "environments" / named[1]).is_file()
     assert read_layout(folder / "environments" / declared["map_path"]).assets == "household"
     assert len(declared["trajectory_poses"]) == summary["trajectory_poses"]
     truth = json.loads((folder / "ground_truths" / "flat_1.json").read_text())

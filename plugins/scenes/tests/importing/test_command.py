@@ -34,6 +34,7 @@ def test_an_environment_is_made(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert (told["environment"], told["units"], told["up"]) == ("my_flat_2:1", "mm", "z")
     assert told["size_m"] == pytest.approx([5.2, 4.2, 2.7], abs=1e-3)
     assert {path.name for path in folder.rglob("*") if path.is_file()} == {
+        "environment.json",
         "my_flat_2_1.glb",
         "my_flat_2_1.json",
         "my_flat_2_1.pgm",

@@ -6,7 +6,7 @@ from typing import Any
 
 import yaml
 
-from benchbot.core import atomic
+from benchbot.core import atomic, editors
 from benchbot.core.errors import BenchbotError
 from benchbot.core.results import write_json
 from benchbot_scenes.compose import compose
@@ -56,7 +56,10 @@ def declaration(
 
 
 def write_place(folder: Path, name: str, variant: int, description: str, place: Generated, robot: Observer) -> Written:
-    """Write environments/, layouts/, ground_truths/ and maps/ under `folder`; raises BenchbotError when it cannot."""
+    """Write environments/, layouts/, ground_truths/ and maps/ under `folder`, and the schema for editors.
+
+    Raises BenchbotError when it cannot.
+    """
     stem = f"{name}_{variant}"
     document = declaration(name, variant, description, place, LIGHTING)
     try:
@@ -75,7 +78,8 @@ def write_place(folder: Path, name: str, variant: int, description: str, place: 
         write_maps(folder / "maps" / stem, geometry, space, (place.start_pose[4], place.start_pose[5]))
         path = folder / "environments" / f"{stem}.yaml"
         text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=110)
-        atomic.write(path, text.encode())
+        editors.leave(folder, "environment")
+        atomic.write(path, (editors.first_line("environment") + text).encode())
     except OSError as error:
         raise BenchbotError(
             f"The environment cannot be written to {folder}.",

@@ -8,6 +8,7 @@ from typing import Any
 
 import yaml
 
+from benchbot.core import editors
 from benchbot.core.errors import BenchbotError
 from benchbot_scenes.ground_truth import BACKGROUND, mapped_objects
 from benchbot_scenes.importing import light
@@ -97,7 +98,9 @@ def write(imported: Imported, folder: Path) -> None:
             (folder / kind).mkdir(parents=True, exist_ok=True)
         (folder / "scenes" / f"{stem}.glb").write_bytes(to_glb(imported.geometry))
         text = yaml.safe_dump(imported.declaration, sort_keys=False, default_flow_style=None, width=110)
-        (folder / "environments" / f"{stem}.yaml").write_text(text, encoding="utf-8")
+        editors.leave(folder, "environment")
+        declaration = editors.first_line("environment") + text
+        (folder / "environments" / f"{stem}.yaml").write_text(declaration, encoding="utf-8")
         truth = json.dumps(imported.ground_truth, indent=1) + "\n"
         (folder / "ground_truths" / f"{stem}.json").write_text(truth, encoding="utf-8")
         write_occupancy_map(folder / "maps" / stem, imported.room.space, imported.room.start[:2])

@@ -1,0 +1,1 @@
+"""Checking files before they are used: declarations, documents, projects of plug-ins."""
