@@ -1,0 +1,1 @@
+"""From this checkout to distributions that can be uploaded: built, looked at, installed elsewhere, tried."""
