@@ -11,11 +11,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from benchbot.core.errors import BenchbotError
+from benchbot.core.resources import installed_addons
 
 if TYPE_CHECKING:
     from benchbot.core.v2_addons import Addon
 
-COMMANDS = ("run", "submit", "batch", "eval", "report", "compare", "picture", "list", "show", "check", "doctor")
+COMMANDS = (
+    *("run", "submit", "batch", "eval", "report", "compare", "picture", "list", "show", "check", "doctor"),
+    *("bundle", "reproduce", "verify"),
+)
 
 
 def take(words: Sequence[str]) -> list[str]:
@@ -39,7 +43,7 @@ def take(words: Sequence[str]) -> list[str]:
             folders.append(Path(folder))
         else:
             rest.append(word)
-    if folders or trusted or os.environ.get("BENCHBOT_ADDONS"):
+    if folders or trusted or os.environ.get("BENCHBOT_ADDONS") or installed_addons().is_dir():
         _use(folders, trusted=trusted)
     return rest + left
 

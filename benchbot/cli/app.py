@@ -22,6 +22,9 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "eval": ("benchbot.cli.evaluate:evaluate", "Score result files."),
     "report": ("benchbot.cli.report:report", "Make a page, tables or test cases of results."),
     "compare": ("benchbot.cli.compare:compare", "Say whether one set of results scores higher than another."),
+    "bundle": ("benchbot.cli.bundle:bundle", "Make one file of results and their solution, for others to repeat."),
+    "reproduce": ("benchbot.cli.reproduce:reproduce", "Run a bundle's solution again: does the same come of it?"),
+    "verify": ("benchbot.cli.verify:verify", "Replay results in the simulator: is it what they say?"),
     "picture": ("benchbot.cli.picture:picture", "Draw a result beside the truth, with its score."),
     "list": ("benchbot.cli.list:app", "List tasks, robots, environments and everything else that is installed."),
     "show": ("benchbot.cli.show:app", "Print one declaration and where it is."),
@@ -30,7 +33,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "stop": ("benchbot.cli.stop:stop", "End a run at once: the emergency stop of a real robot."),
     "ready": ("benchbot.cli.ready:ready", "Say that you have done what a real robot asked you."),
     "schema": ("benchbot.cli.schema:schema", "Print the JSON Schema of a declaration or document."),
-    "plugins": ("benchbot.cli.plugins:app", "Say which plug-ins are installed."),
+    "install": ("benchbot.cli.install:install", "Install plug-ins, and undo it when they do not work."),
+    "uninstall": ("benchbot.cli.uninstall:uninstall", "Uninstall plug-ins."),
+    "upgrade": ("benchbot.cli.upgrade:upgrade", "Upgrade plug-ins to their newest versions."),
+    "plugins": ("benchbot.cli.plugins:app", "List, show and search plug-ins; lock those of a project."),
     "new": ("benchbot.cli.new:new", "Make a plug-in of your own: a complete project, tested and ready to publish."),
 }
 """Sub-commands: name to (`module:attribute`, help line)."""
@@ -39,7 +45,8 @@ EPILOGUE = """\
 Plug-ins may add commands: benchbot list commands.
 
 \b
-Add-ons of BenchBot v2, for run, submit, batch, eval, report, compare, picture, list, show, check and doctor:
+Add-ons of BenchBot v2, for run, submit, batch, eval, report, compare, picture, list, show, check, doctor, bundle,
+reproduce and verify:
   --addons FOLDER  use those in this folder, too; repeatable
   --trust-addons   let their Python code run, until it changes
 

@@ -152,11 +152,17 @@ def commands(as_json: Json = False) -> None:
 
 @app.command("plugins", context_settings=QUICK)
 def plugins(as_json: Json = False) -> None:
-    """List the installed plug-ins; nothing of them is imported."""
+    """List the installed plug-ins, and add-ons of BenchBot v2; nothing of them is imported."""
     from benchbot.core.plugins import installed
+    from benchbot.core.resources import installed_addons
 
     rows = [
         {"name": info.name, "module": info.module, "distribution": info.distribution, "version": info.version}
         for info in installed()
     ]
+    if installed_addons().is_dir():
+        from benchbot.core.v2_addons import installed as installed_v2
+
+        for name, path in installed_v2().items():
+            rows.append({"name": name, "module": str(path), "distribution": name, "version": "v2"})
     _print(rows, ["name", "distribution", "version", "module"], as_json)

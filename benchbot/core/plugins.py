@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pluggy
 
-from benchbot.core import entry_points, hookspecs
+from benchbot.core import entry_points, hookspecs, resources
 from benchbot.core.errors import BenchbotError, did_you_mean
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ class Plugins:
                     f"The plug-in '{provided.distribution}' yields something that is not a {record_type.__name__}.",
                     f"Its hook benchbot_{kind} yielded {record!r}.",
                     f"Report this to the author of '{provided.distribution}', or uninstall it: "
-                    f"pip uninstall {provided.distribution}",
+                    f"benchbot uninstall {provided.distribution}",
                 )
             if record.name in pool:
                 raise conflict(kind, record.name, pool[record.name].distribution, provided.distribution)
@@ -128,7 +128,7 @@ class Plugins:
         return BenchbotError(
             f"'{name}' is not an installed {noun}.",
             f"Installed: {', '.join(sorted(pool)) or 'none'}.{did_you_mean(name, list(pool))}{self.broken_hint()}",
-            f"Install the plug-in that provides it, for example: pip install benchbot-{name.replace('_', '-')}",
+            f"Install the plug-in that provides it, for example: benchbot install benchbot-{name.replace('_', '-')}",
         )
 
     def broken_hint(self) -> str:
@@ -184,7 +184,10 @@ def conflict(kind: str, name: str, first: str, second: str) -> BenchbotError:
 
 
 def _removal(origin: str) -> str:
-    return f"leave out --addons {origin}" if os.sep in origin else f"pip uninstall {origin}"
+    addons = f"{resources.installed_addons()}{os.sep}"
+    if origin.startswith(addons):
+        return f"benchbot uninstall {origin.removeprefix(addons)}"
+    return f"leave out --addons {origin}" if os.sep in origin else f"benchbot uninstall {origin}"
 
 
 def _require_trust(addon: "Addon | None") -> None:
@@ -196,8 +199,8 @@ def _require_trust(addon: "Addon | None") -> None:
 
 @cache
 def load() -> Plugins:
-    """Load all installed plug-ins and the add-ons of v2 that `BENCHBOT_ADDONS` names, once per process."""
-    if "BENCHBOT_ADDONS" not in os.environ:
+    """Load all installed plug-ins and add-ons of v2, those that `BENCHBOT_ADDONS` names included, once per process."""
+    if "BENCHBOT_ADDONS" not in os.environ and not resources.installed_addons().is_dir():
         return Plugins(installed())
     from benchbot.core import v2_addons
 

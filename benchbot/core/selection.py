@@ -183,7 +183,7 @@ def _runs(catalog: Catalog, robot: Declaration) -> Iterator[BenchbotError]:
             f"Nothing installed can run robots of type '{kind}'.",
             f"Installed simulators and drivers: {', '.join(sorted(platforms)) or 'none'}."
             f"{catalog.plugins.broken_hint()}",
-            f"Install it: pip install benchbot-{kind.replace('_', '-')}",
+            f"Install it: benchbot install benchbot-{kind.replace('_', '-')}",
         )
 
 

@@ -1,6 +1,7 @@
 """Add-on folders of BenchBot v2: where they are, and which folders in them declare what.
 
-Named by `--addons FOLDER` or the environment variable `BENCHBOT_ADDONS`, which the back end's processes inherit.
+Named by `--addons FOLDER` or the environment variable `BENCHBOT_ADDONS`, which the back end's processes inherit; or
+installed into the environment by `benchbot install`.
 """
 
 import os
@@ -11,7 +12,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.core.resources import declaration_files
+from benchbot.core.resources import declaration_files, installed_addons
 from benchbot.core.v2_code import Code
 
 VARIABLE = "BENCHBOT_ADDONS"
@@ -82,8 +83,20 @@ def find(path: Path) -> Addon:
 
 
 def from_environment() -> list[Addon]:
-    """Return the add-ons that `BENCHBOT_ADDONS` names; raises BenchbotError for a folder without any."""
-    return [find(path) for path in _named()]
+    """Return the add-ons that `BENCHBOT_ADDONS` names, and those installed; raises BenchbotError for a folder without.
+
+    `BENCHBOT_PLUGINS=user/repository` restricts the installed ones as it does plug-ins.
+    """
+    wanted = os.environ.get("BENCHBOT_PLUGINS")
+    chosen = [path for name, path in installed().items() if wanted is None or name in wanted.split(",")]
+    return [find(path) for path in dict.fromkeys([*_named(), *chosen])]
+
+
+def installed() -> dict[str, Path]:
+    """Return the folders of installed add-ons by name, `user/repository`."""
+    root = installed_addons()
+    found = sorted(path for path in root.glob("[!.]*/[!.]*") if path.is_dir())
+    return {path.relative_to(root).as_posix(): path for path in found}
 
 
 def use(paths: Iterable[Path]) -> None:

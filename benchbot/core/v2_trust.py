@@ -1,13 +1,8 @@
-"""Which code of v2's add-ons may run: what the user has said so of, remembered by content.
-
-Trust is a file named by the hash of the code in the folder `trusted_addons` of the state folder. Other code has another
-hash, so it is asked for again. To take trust back, delete the file.
-"""
+"""Which code of v2's add-ons may run: what the user has said so of, remembered by content."""
 
 from collections.abc import Callable
-from pathlib import Path
 
-from benchbot.core import resources
+from benchbot.core import trust
 from benchbot.core.errors import BenchbotError
 from benchbot.core.v2_addons import Addon
 
@@ -25,21 +20,12 @@ def ask_with(ask: Callable[[Addon], bool] | None) -> None:
 
 def remember(addon: Addon) -> None:
     """Let the code of an add-on run, now and later, until it changes."""
-    path = _mark(addon)
-    try:
-        path.parent.mkdir(mode=0o700, exist_ok=True)
-        path.write_text(f"{addon.root}\n", "utf-8")
-    except OSError as error:
-        raise BenchbotError(
-            "It cannot be remembered that you trust these add-ons.",
-            f"{path}: {error.strerror}.",
-            "Free some disk space, or name a folder that is yours to write: export BENCHBOT_STATE_DIR=…",
-        ) from error
+    trust.give(addon.code.digest, str(addon.root))
 
 
 def require(addon: Addon) -> None:
     """Return when the code of an add-on may run; raises BenchbotError when the user has not said so."""
-    if _mark(addon).is_file():
+    if trust.given(addon.code.digest):
         return
     if _ask is not None and addon.code.digest not in _declined:
         if _ask(addon):
@@ -58,7 +44,3 @@ def files_shown(addon: Addon) -> str:
     names = [path.relative_to(addon.root).as_posix() for path in addon.code.files if path.suffix == ".py"]
     more = [f"and {len(names) - SHOWN_FILES} more"] if len(names) > SHOWN_FILES else []
     return ", ".join(names[:SHOWN_FILES] + more)
-
-
-def _mark(addon: Addon) -> Path:
-    return resources.state_dir() / "trusted_addons" / addon.code.digest

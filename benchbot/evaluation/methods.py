@@ -47,5 +47,5 @@ def choose(plugins: Plugins, name: str | None, results_format: str | None) -> Ev
     raise BenchbotError(
         "There is no method that scores these results.",
         f"They have the format {results_format!r}. Installed methods: {known}.{plugins.broken_hint()}",
-        "Install one, for object maps: pip install benchbot-eval-omq",
+        "Install one, for object maps: benchbot install benchbot-eval-omq",
     )

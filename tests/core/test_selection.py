@@ -102,7 +102,7 @@ def test_every_reason_is_named_at_once(catalog: Catalog) -> None:
         "'omg' is not an installed evaluator.",
     ):
         assert reason in caught.value.why
-    assert "pip install benchbot-acme-driver" in caught.value.fix
+    assert "benchbot install benchbot-acme-driver" in caught.value.fix
     assert "--env NAME:VARIANT_1:VARIANT_2" in caught.value.fix
 
 

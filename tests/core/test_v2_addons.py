@@ -108,7 +108,7 @@ def test_a_name_that_a_plugin_has_is_an_error_that_names_both(folder: Path, plug
         catalog(folder, "acme-count").names("tasks")
 
     assert f"'acme-count' and '{folder}'" in caught.value.why
-    assert caught.value.fix == f"Keep one of them: leave out --addons {folder}   or: pip uninstall acme-count"
+    assert caught.value.fix == f"Keep one of them: leave out --addons {folder}   or: benchbot uninstall acme-count"
 
 
 def test_what_is_broken_is_named_and_harms_no_other(folder: Path) -> None:
