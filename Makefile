@@ -8,16 +8,16 @@ PLUGINS := scenes assets_household sim_taichi task_semslam task_navigation eval_
 MORE_PLUGINS := robot_ros2 record_mcap executor_slurm executor_ray
 EDITABLE := -e . $(foreach plugin,$(PLUGINS),-e plugins/$(plugin))
 EDITABLE_MORE := $(foreach plugin,$(MORE_PLUGINS),-e plugins/$(plugin))
-SOURCES := benchbot benchbot_api benchbot_eval tests benchmarks plugins conftest.py
+SOURCES := benchbot benchbot_api benchbot_eval tests benchmarks plugins release docs/tools conftest.py
 
-.PHONY: help install install-test demo test lint format bench clean
+.PHONY: help install install-test demo test lint format bench docs reference release-check clean
 
 help:  ## Say what each target does
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
 
 install: $(VENV)/.installed  ## Install BenchBot and its plug-ins into .venv
 
-install-test: $(VENV)/.interfaces $(VENV)/.browser $(VENV)/.slurm  ## Install what the tests, linters and benchmarks need, too
+install-test: $(VENV)/.interfaces $(VENV)/.browser $(VENV)/.slurm $(VENV)/.engines  ## Install what the tests, linters and benchmarks need, too
 
 $(VENV)/.installed: pyproject.toml constraints.txt $(wildcard plugins/*/pyproject.toml)
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -42,6 +42,10 @@ $(VENV)/.slurm: $(VENV)/.installed plugins/executor_slurm/tests/install_slurm.sh
 	plugins/executor_slurm/tests/install_slurm.sh
 	touch $@
 
+$(VENV)/.engines: $(VENV)/.installed tests/submission/install_engines.sh
+	tests/submission/install_engines.sh
+	touch $@
+
 demo: install  ## Drive a robot through a ray-traced room, map it, score the map
 	$(BIN)/benchbot submit --task semantic_slam:passive:ground_truth:segmentation --robot carter --env miniroom:1 \
 		--example segmentation_mapper --record frames=demo/frames --results-location demo/result.json --evaluate-with omq
@@ -61,6 +65,15 @@ format: install-test  ## Rewrite the sources in the project's style
 
 bench: install-test  ## Measure; prints ratios, asserts nothing
 	$(BIN)/python -m benchmarks
+
+docs: $(VENV)/.installed-test  ## Build the documentation's site; broken links are errors
+	$(BIN)/python -m docs.tools.site build/docs
+
+reference: $(VENV)/.installed-test  ## Write the pages of docs/reference anew, from the code
+	$(BIN)/python -m docs.tools.reference
+
+release-check: install-test  ## Build all distributions into dist; look at them, install and try them on every Python
+	$(BIN)/python -m release
 
 clean:  ## Remove what the targets above made
 	rm -rf $(VENV) demo build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis

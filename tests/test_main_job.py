@@ -1,4 +1,4 @@
-"""The main job as a person does it: one command drives a ray-traced robot, maps the room and scores the map."""
+"""The main job as in docs/start.md: one command drives a ray-traced robot, maps the room and scores the map."""
 
 import json
 import os

@@ -10,14 +10,16 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from tests.docs.blocks import blocks
+
 START_TIMEOUT_S = 120.0
-_BLOCK = re.compile(r"^```bash\n(.*?)^```", re.MULTILINE | re.DOTALL)
+_PROMPT = re.compile(r"^\$ ", re.MULTILINE)
 
 
 def commands(page: str) -> list[str]:
-    """Return the `benchbot` commands in the bash blocks of a page, each on one line, without comments."""
-    lines = [line for block in _BLOCK.findall(page) for line in block.replace("\\\n", " ").splitlines()]
+    """Return the `benchbot` commands in the shell blocks of a page, each on one line, without comments and prompts."""
+    shells = [_PROMPT.sub("", block.text) for block in blocks(page) if block.language in {"bash", "console"}]
+    lines = [line for text in shells for line in text.replace("\\\n", " ").splitlines()]
     return [shlex.join(shlex.split(line, comments=True)) for line in lines if line.startswith("benchbot ")]
 
 

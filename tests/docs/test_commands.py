@@ -3,29 +3,15 @@
 import json
 import re
 from pathlib import Path
-from typing import Any
 
 import pytest
-import typer
 
-from benchbot.cli.app import Settings, app
-from tests.docs.commands import ROOT, back_end, commands, succeed
+from tests.docs.blocks import ROOT, pages
+from tests.docs.commands import back_end, commands, succeed
+from tests.docs.parsing import parsed
 
 README = (ROOT / "README.md").read_text("utf-8")
-PAGES = [ROOT / "README.md", *sorted(ROOT.glob("docs/*.md")), *sorted(ROOT.glob("plugins/*/README.md"))]
-# A reader's own add-ons are not here; what belongs to the shell is not ours.
-_NOT_PARSED = re.compile(r"--addons\s+\S+|--trust-addons|'[|>]'.*")
-
-
-def parsed(command: str) -> Any:
-    """Return the context of the innermost command, its arguments parsed and checked; nothing is run."""
-    group = typer.main.get_command(app)
-    rest = _NOT_PARSED.sub("", command).split()[1:]
-    context = group.make_context("benchbot", rest, obj=Settings())
-    while hasattr(group, "resolve_command") and (rest := [*context._protected_args, *context.args]):
-        name, group, rest = group.resolve_command(context, rest)
-        context = group.make_context(name, rest, parent=context)
-    return context
+PAGES = [path for path in pages() if commands(path.read_text("utf-8"))]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))

@@ -13,7 +13,8 @@ from PIL import Image
 
 from benchbot.core.catalog import Catalog
 from benchbot.core.plugins import load
-from tests.docs.commands import ROOT, back_end, succeed
+from tests.docs.blocks import ROOT
+from tests.docs.commands import back_end, succeed
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("main job")]
 

@@ -1,0 +1,60 @@
+"""Every hook, and the records that hooks yield, from their docstrings."""
+
+import dataclasses
+import inspect
+from typing import Any
+
+from benchbot.core import hookspecs
+from docs.tools.reference.signatures import annotation, call
+from docs.tools.reference.tables import GENERATED, code, paragraph, table
+
+_INTRODUCTION = """\
+# Hooks
+
+What a plug-in may provide: see [your own plug-in](../plugins.md) for how, [declarations](declarations.md) for what the
+files hold, and [the source](../../benchbot/core/hookspecs.py) of this page. A hook yields any number of things.
+
+"""
+
+
+def page() -> str:
+    """Return the page of hooks."""
+    hooks = [(name, hook) for name, hook in vars(hookspecs).items() if name.startswith("benchbot_")]
+    rows = [[f"`{name}`", _yields(name), paragraph(inspect.getdoc(hook) or "")] for name, hook in hooks]
+    text = GENERATED + _INTRODUCTION + table(["hook", "yields", ""], rows) + "\n## Records\n"
+    classes = [
+        item for item in vars(hookspecs).values() if inspect.isclass(item) and item.__module__ == hookspecs.__name__
+    ]
+    records = [item for item in classes if dataclasses.is_dataclass(item)]
+    protocols = [item for item in classes if item not in records]
+    text += "".join(map(_record, records))
+    return text + "\n## What records hold\n" + "".join(map(_protocol, protocols))
+
+
+def _yields(hook: str) -> str:
+    record = hookspecs.KINDS.get(hook.removeprefix("benchbot_"))
+    return f"[`{record.__name__}`](#{record.__name__.lower()})" if record else "paths"
+
+
+def _record(record: Any) -> str:
+    rows = [[code(item.name), code(annotation(item.type)), _default(item)] for item in dataclasses.fields(record)]
+    said = paragraph(inspect.getdoc(record) or "")
+    return f"\n### {record.__name__}\n\n{said}\n\n" + table(["field", "type", "default"], rows)
+
+
+def _default(item: "dataclasses.Field[Any]") -> str:
+    if item.default is not dataclasses.MISSING:
+        return code(repr(item.default))
+    return "required" if item.default_factory is dataclasses.MISSING else "empty"
+
+
+def _protocol(protocol: Any) -> str:
+    text = f"\n### {protocol.__name__}\n\n{paragraph(inspect.getdoc(protocol) or '')}\n\n"
+    rows = []
+    for name, member in vars(protocol).items():
+        function = member.fget if isinstance(member, property) else member
+        if not inspect.isfunction(function) or (name.startswith("_") and name != "__call__"):
+            continue
+        title = name if isinstance(member, property) else call("" if name == "__call__" else name, function)
+        rows.append([code(title), paragraph(inspect.getdoc(function) or "")])
+    return text + table(["member", ""], rows)

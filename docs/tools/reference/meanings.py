@@ -1,0 +1,85 @@
+"""What keys of declarations mean whose schema does not say it: there a key's description is what errors quote."""
+
+_LIMITS = {
+    "limits": "What ends an episode.",
+    "limits.steps": "After so many actions.",
+    "limits.simulated_time_s": "After so many seconds of the robot's clock.",
+    "limits.wall_time_s": "After so many seconds of real time.",
+}
+_V2 = "BenchBot v2's; nothing of it is run or read."
+
+MEANINGS: dict[str, dict[str, str]] = {
+    "task": {
+        "name": "What it is called by.",
+        "actions": "What a solution may do.",
+        "observations": "What a solution sees.",
+        "results_format": "What a solution hands in.",
+        "scene_count": "How many variants of an environment a run goes through; 1 if absent.",
+        "type": "BenchBot v2's; it means nothing.",
+        **_LIMITS,
+    },
+    "robot": {
+        "name": "What it is called by.",
+        "type": "The simulator or driver that it runs on.",
+        "global_frame": "The frame that poses are given in.",
+        "robot_frame": "The frame of its base, x forward.",
+        "poses": "The frames whose poses are observed.",
+        "connections": "What it offers: observations and actions, by name.",
+        "connections.*": "More keys are the driver's, such as ros_topic and ros_type.",
+        "connections.*.connection": "api_to_ros is an action, the others are observations.",
+        "speed_factor": "Scales its speeds; 1 if absent.",
+        "stops_before_contact": "Whether motions end in front of an obstacle rather than at it.",
+        "limits": "linear_mps [backwards, forwards], angular_radps, and accelerations.",
+        "tolerances.position_m": "Metres.",
+        "tolerances.angle_deg": "Degrees.",
+        "footprint": "A disc that collides with what is between two heights: radius_m, z_min_m, z_max_m.",
+        "camera": "frame, width, height, fx, fy, cx, cy in pixels, range_m; distortion and noise.",
+        "laser": "frame, beams, range_m; noise.",
+        "noise": "Of simulated odometry, per control tick: linear and angular, relative.",
+        "frames": "Where sensors are mounted on the base: xyz in metres, rpy_deg in degrees.",
+        **dict.fromkeys(("address", "persistent_cmds", "persistent_status", "run_cmd", "stop_cmd", "start_cmds"), _V2),
+        **dict.fromkeys(("file_dirty_state", "file_collisions", "logs_dir"), _V2),
+    },
+    "environment": {
+        "variant": "Which of those that share the name.",
+        "type": "The simulator or driver that runs it; a robot must have the same.",
+        "trajectory_poses": "The poses that move_next goes to, as start_pose.",
+        "robots": "The only robots that may be used here.",
+        "object_labels": "Classes of the segmentation: the number of a class is its place in this list, from 1.",
+        "lighting": "By the time of day, or by hand with sun and sky; and lamps.",
+        "lighting.sun": "The sun by hand, instead of a time.",
+        "lighting.sun.azimuth_deg": "Where it stands in the map frame, counter-clockwise from +x.",
+        "lighting.sun.elevation_deg": "How high it stands.",
+        "lighting.sky": "The sky by hand: radiance above, at the horizon and from below.",
+        "lighting.latitude_deg": "North is positive; 45 if absent.",
+        "lighting.lamps": "The lamps of the scene.",
+        "lighting.exposure": "Gain of all pictures; chosen from the scene if absent.",
+    },
+    "format": {"name": "What it is called by."},
+    "example": {
+        "name": "What it is called by.",
+        "native_command": "The command, in the folder of this file, without a shell.",
+        "container_directory": "What a container is built from, relative to this file.",
+        "container_filename": "Its Dockerfile, relative to this file.",
+    },
+    "batch": {
+        "name": "What it is called by.",
+        "environments": "Each written name:variant, with more variants for more scenes.",
+        **_LIMITS,
+        "executor_options.*": "As --executor-option KEY=VALUE.",
+    },
+    "ground_truth": {
+        "environment": "A copy of its declaration; name and variant count.",
+        "format": "A copy of the format's declaration; the name counts.",
+    },
+    "episodes": {
+        "version": "Of this form.",
+        "episodes": "Their numbers are their places in this list, from 0.",
+        "episodes[].id": "What it is called by, in results.",
+        "episodes[].goal": "A point, or objects of a class.",
+        "episodes[].goal.class": "The class to be found.",
+        "episodes[].goal.instances[].centroid": "The middle of its box: metres, map frame.",
+        "episodes[].goal.instances[].extent": "The full size of its box, in metres.",
+    },
+}
+"""Kind of declaration to key, as the page writes it, to meaning."""
