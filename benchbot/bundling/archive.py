@@ -19,7 +19,8 @@ from hashlib import sha256
 from pathlib import Path, PurePosixPath
 from typing import IO
 
-from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core import atomic
+from benchbot.core.errors import BenchbotError
 
 MAX_MEMBERS = 10_000
 MAX_BYTES = 2**31 - 2**24
@@ -103,25 +104,10 @@ def write(target: Path, members: Sequence[Member]) -> None:
             "The bundle cannot be made.", wrong, "Rename the file, or leave it out: --leave-out PATTERN (repeatable)."
         )
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=target.parent, prefix=f".{target.name}.", delete=False) as file:
-            temporary = Path(file.name)
-            try:
-                _write(file, members)
-                file.flush()
-                os.fsync(file.fileno())
-                temporary.chmod(0o644)
-                temporary.replace(target)
-            finally:
-                temporary.unlink(missing_ok=True)
+        with atomic.writing(target) as file:
+            _write(file, members)
     except OSError as error:
-        raise BenchbotError(
-            f"Cannot write {target}.",
-            error.strerror or str(error),
-            "Free some disk space or choose another place, then try again.",
-            failure=FailureClass.INFRASTRUCTURE,
-            exit_code=ExitCode.INTERNAL,
-        ) from error
+        raise atomic.cannot_write(target, error) from error
 
 
 @dataclass(frozen=True)

@@ -107,13 +107,7 @@ def write_json(path: Path, document: dict[str, Any]) -> None:
         text = json.dumps(document, indent=1, sort_keys=True, allow_nan=False) + "\n"
         atomic.write(path, text.encode())
     except OSError as error:
-        raise BenchbotError(
-            f"Cannot write {path}.",
-            error.strerror or str(error),
-            "Free some disk space or choose another place, then try again.",
-            failure=FailureClass.INFRASTRUCTURE,
-            exit_code=ExitCode.INTERNAL,
-        ) from error
+        raise atomic.cannot_write(path, error) from error
     except (TypeError, ValueError) as error:
         raise BenchbotError(
             f"Cannot write {path}.",

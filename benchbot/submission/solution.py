@@ -15,11 +15,10 @@ from types import TracebackType
 from typing import IO, Any, Self
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.submission.last_words import LastWords
 from benchbot.submission.leading.leader import GRACE_S
 from benchbot.submission.leading.offspring import KILLING_TIMEOUT_S
 
-TAIL_BYTES = 4000
-TAIL_LINES = 5
 MARGIN_S = 5.0
 CODE = Path(__file__).parents[2]
 """The folder that `benchbot` is in."""
@@ -64,7 +63,7 @@ class Solution:
         self._environment = environment
         self._output = output
         self._leading = leading
-        self._tail = b""
+        self._last_words = LastWords()
         self._reports = b""
         self._ended: dict[str, Any] = {}
 
@@ -145,8 +144,7 @@ class Solution:
     @property
     def last_words(self) -> str:
         """The last lines of its output."""
-        lines = [line.strip() for line in self._tail.decode("utf-8", "replace").splitlines()]
-        return "\n".join([line for line in lines if line][-TAIL_LINES:])
+        return str(self._last_words)
 
     def _orders(self, control: int, report: int) -> dict[str, Any]:
         return {
@@ -200,7 +198,7 @@ class Solution:
     def _pass_on(self, pipe: IO[bytes]) -> None:
         with pipe:
             while chunk := os.read(pipe.fileno(), 65536):
-                self._tail = (self._tail + chunk)[-TAIL_BYTES:]
+                self._last_words.add(chunk)
                 self._output(chunk)
 
 

@@ -13,10 +13,10 @@ from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.submission.containers import outbox
 from benchbot.submission.containers.engine import Engine, failed
 from benchbot.submission.containers.image import LABEL
+from benchbot.submission.last_words import LastWords
 from benchbot.submission.leading.leader import GRACE_S
 from benchbot.submission.modes import ProcessLimits
 from benchbot.submission.sandbox import limits
-from benchbot.submission.solution import TAIL_BYTES, TAIL_LINES
 
 if TYPE_CHECKING:
     from docker import APIClient
@@ -63,7 +63,7 @@ class Container:
         self._status = UNKNOWN
         self._failure: BenchbotError | None = None
         self._removed = False
-        self._tail = b""
+        self._last_words = LastWords()
         self._process = 0
 
     def __enter__(self) -> Self:
@@ -102,8 +102,7 @@ class Container:
     @property
     def last_words(self) -> str:
         """The last lines of its output."""
-        lines = [line.strip() for line in self._tail.decode("utf-8", "replace").splitlines()]
-        return "\n".join([line for line in lines if line][-TAIL_LINES:])
+        return str(self._last_words)
 
     def wait(self, timeout_s: float) -> int | None:
         """Return the exit status (negative: the signal that ended it), or None when it still runs after `timeout_s`."""
@@ -166,7 +165,7 @@ class Container:
         with closing(client):
             try:
                 for chunk in stream:
-                    self._tail = (self._tail + chunk)[-TAIL_BYTES:]
+                    self._last_words.add(chunk)
                     self._output(chunk)
                 status = int(client.wait(self._name, timeout=None)["StatusCode"])
                 self._status = SIGNALS_FROM - status if SIGNALS_FROM < status <= SIGNALS_FROM + 64 else status
