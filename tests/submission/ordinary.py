@@ -1,21 +1,22 @@
 """Commands as an ordinary user: what runs as root in CI has to work for people, too."""
 
 import os
+import stat
 import sys
 from pathlib import Path
 
 SPARE_USER = 54321
+NEEDED = (Path(sys.executable).resolve().parents[1], Path(__file__).resolve().parents[2])
+"""What the command runs with: Python, and the checkout with its packages."""
 
-# The interpreter of these tests may be in a home that is root's alone: in a mount namespace of its own, it is not.
+# Those may be in folders that are root's alone; in a mount namespace of its own, such a folder holds them only.
 SCRIPT = """\
 set -e
-user=$1 home=$2 prefix=$3 stash=$4; shift 4
-mkdir -p "$stash"
-mount --bind "$prefix" "$stash"
-mount -t tmpfs -o mode=755 none "$home"
-mkdir -p "$prefix"
-mount --bind "$stash" "$prefix"
-umount -l "$stash"
+user=$1 stash=$2 closed=$3 needed=$4; shift 4
+IFS=:
+for path in $needed; do mkdir -p "$stash$path"; mount --bind "$path" "$stash$path"; done
+for path in $closed; do mount -t tmpfs -o mode=755 none "$path"; done
+for path in $needed; do mkdir -p "$path"; mount --bind "$stash$path" "$path"; umount -l "$stash$path"; done
 exec setpriv --reuid="$user" --regid="$user" --clear-groups -- "$@"
 """
 
@@ -29,8 +30,15 @@ def ordinarily(command: list[str], folder: Path) -> list[str]:
         return command
     for path in (folder, *folder.rglob("*")):
         os.chown(path, SPARE_USER, SPARE_USER, follow_symlinks=False)
-    home, prefix, stash = Path("/root"), Path(sys.executable).resolve().parents[1], folder / "stash"
-    if prefix.is_relative_to(home):
+    hidden = {path: closed for path in NEEDED if (closed := _closed(path)) is not None}
+    if hidden:
+        listed = [":".join(map(str, dict.fromkeys(paths))) for paths in (hidden.values(), hidden)]
         bare = ["unshare", "--mount", "sh", "-c", SCRIPT, "sh"]
-        return [*bare, str(SPARE_USER), str(home), str(prefix), str(stash), *command]
+        return [*bare, str(SPARE_USER), str(folder / "stash"), *listed, *command]
     return ["setpriv", f"--reuid={SPARE_USER}", f"--regid={SPARE_USER}", "--clear-groups", "--", *command]
+
+
+def _closed(path: Path) -> Path | None:
+    """Return the outermost folder around a path that others cannot enter."""
+    around = [folder for folder in path.parents if not folder.stat().st_mode & stat.S_IXOTH]
+    return around[-1] if around else None
