@@ -3,12 +3,12 @@
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from benchbot.core.errors import BenchbotError
 from benchbot.submission import episode
 from benchbot.submission.episode import Episode, Order
+from benchbot.submission.modes import private_socket
 from benchbot.supervisor.backend import Backend
 
 
@@ -37,15 +37,14 @@ class Spectator:
 
 
 @contextmanager
-def back_end(folder: Path) -> Iterator[Backend]:
+def back_end() -> Iterator[Backend]:
     """Yield a back end on a unix socket alone, with the sample simulator."""
-    with Backend.start(
-        task="sample:passive",
-        robot="sample_robot",
-        environment="arena:1",
-        port=None,
-        unix_socket=folder / "supervisor" / "supervisor.sock",
-    ) as backend:
+    with (
+        private_socket() as socket,
+        Backend.start(
+            task="sample:passive", robot="sample_robot", environment="arena:1", port=None, unix_socket=socket
+        ) as backend,
+    ):
         yield backend
 
 

@@ -53,7 +53,7 @@ def test_benchbot_check_finds_nothing_wrong() -> None:
     command = [sys.executable, "-m", "benchbot.cli.app", "check", str(EXAMPLE)]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stdout
-    assert "2 files checked" in result.stderr
+    assert "3 files checked" in result.stderr
 
 
 @pytest.mark.parametrize("robot", ["jackal", "stretch", "turtlebot4"])

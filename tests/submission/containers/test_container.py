@@ -92,8 +92,8 @@ def containers_left(told: Containerised) -> list[str]:
         return [container["Id"] for container in client.containers(all=True)]
 
 
-def test_a_solution_in_a_container_from_its_first_step_to_its_limits(told: Containerised, tmp_path: Path) -> None:
-    with back_end(tmp_path) as backend:
+def test_a_solution_in_a_container_from_its_first_step_to_its_limits(told: Containerised) -> None:
+    with back_end() as backend:
         reaches_its_goal(told, backend)
         sees_nothing_but_itself(told, backend)
         is_bounded(told, backend)

@@ -37,9 +37,9 @@ def test_the_same_example_comes_to_the_same_result_in_every_mode(
     native = [sys.executable, "hello_passive.py"]
     with containers.prepared(context.find(folder), print) as container:
         found = [
-            result_of(Order(native, folder), tmp_path / "native"),
-            result_of(Order(native, folder, mode=Sandbox()), tmp_path / "sandbox"),
-            result_of(Order([container.image], folder, mode=container), tmp_path / "container"),
+            result_of(Order(native, folder)),
+            result_of(Order(native, folder, mode=Sandbox())),
+            result_of(Order([container.image], folder, mode=container)),
         ]
     modes = [result["provenance"].pop("solution").get("mode", NATIVE.name) for result in found]
     assert modes == ["native", "sandbox", "container"]
@@ -47,9 +47,9 @@ def test_the_same_example_comes_to_the_same_result_in_every_mode(
     assert others == [native_bytes, native_bytes]
 
 
-def result_of(order: Order, folder: Path) -> dict[str, Any]:
+def result_of(order: Order) -> dict[str, Any]:
     """Return the result of a solution that has a back end for itself."""
-    with back_end(folder) as backend:
+    with back_end() as backend:
         ended, spectator = submit(order, backend)
     assert ended.problem is None, spectator.text
     assert ended.document["provenance"]["steps"] > 0
