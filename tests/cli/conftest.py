@@ -100,13 +100,29 @@ def cli(tmp_path: Path) -> Iterator[CommandLine]:
         "BENCHBOT_PLUGINS": "benchbot-sample,benchbot-eval-omq",
         "TMPDIR": str(home),
         "COLUMNS": "120",
+        "PYTHONFAULTHANDLER": "1",
     }
     command_line = CommandLine(home, variables, folder)
     yield command_line
     for process in command_line.processes:
-        with suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-        process.communicate()
+        kill(process)
+
+
+def kill(process: "subprocess.Popen[str]") -> str:
+    """Kill a command and its group; return what was left of its stderr."""
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+    return process.communicate()[1]
+
+
+def ended(process: "subprocess.Popen[str]") -> int:
+    """Return the exit status of a command that ends by itself; one that hangs fails the test, and says where."""
+    try:
+        return process.wait(60)
+    except subprocess.TimeoutExpired:
+        process.send_signal(signal.SIGABRT)
+        process.wait(10)
+    pytest.fail(f"It hung:\n{kill(process)}")
 
 
 @pytest.fixture

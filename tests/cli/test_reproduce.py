@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.bundling.elsewhere import fresh_environment, packages_of
-from tests.cli.conftest import CommandLine, Finished, Here, wait_for
+from tests.cli.conftest import CommandLine, Finished, Here, ended, wait_for
 from tests.cli.solutions import HANGING, PASSIVE
 from tests.cli.submitted import SELECTION
 
@@ -181,7 +181,7 @@ def test_an_interrupted_reproduction_leaves_nothing_behind(cli: CommandLine, her
     wait_for(reproducing, "hanging")
     reproducing.send_signal(signal.SIGINT)
 
-    assert reproducing.wait(60) == 130
+    assert ended(reproducing) == 130
     assert cli.nothing_is_left()
     assert [path for path in cli.home.iterdir() if path.name.startswith("benchbot-")] == []
 

@@ -9,7 +9,8 @@ from pathlib import Path
 from benchbot.submission.modes import RESULT_MAX_BYTES
 
 CHUNK_BYTES = 2**20
-LAST_TIMEOUT_S = 60.0
+LAST_TIMEOUT_S = 15.0
+"""How long the last of a result may take that is in the pipe when the sandbox has gone: it is 64 KiB at most."""
 
 
 class ResultPipe:
