@@ -1,14 +1,12 @@
 import json
 import os
-import pty
-import select
-import subprocess
 from pathlib import Path
 
 import pytest
 
 from benchbot.cli.addons import take
 from tests.cli.conftest import COMMAND, CommandLine, Here
+from tests.terminal import asked
 from tests.v2_addon import make
 
 SELECTION = ["--task", "count:passive:ground_truth", "--robot", "sample_robot", "--env", "hall:1"]
@@ -177,30 +175,10 @@ def test_words_of_a_solution_are_left_alone(folder: Path) -> None:
 
 @pytest.mark.parametrize(("answer", "allowed"), [("y", True), ("n", False)])
 def test_on_a_terminal_the_user_is_asked(answer: str, allowed: bool, folder: Path, cli: CommandLine) -> None:
-    ours, theirs = pty.openpty()
-    process = subprocess.Popen(
-        [*COMMAND, "submit", "--addons", "addons", "--native", "no_such_program", "-e", "count_error"],
-        stdin=theirs,
-        stdout=subprocess.DEVNULL,
-        stderr=theirs,
-        cwd=cli.folder,
-        env=cli.variables,
-        start_new_session=True,
-    )
-    os.close(theirs)
-    seen = ""
-    answered = False
-    while select.select([ours], [], [], 60)[0]:
-        try:
-            seen += os.read(ours, 4096).decode()
-        except OSError:  # a terminal ends like this on Linux
-            break
-        if "[y/N]" in seen and not answered:
-            answered = True
-            os.write(ours, f"{answer}\n".encode())
-    os.close(ours)
+    words = ["submit", "--addons", "addons", "--native", "no_such_program", "-e", "count_error"]
+    status, seen = asked([*COMMAND, *words], answer, cli.variables, cli.folder)
 
-    assert process.wait(60) == 2
+    assert status == 2
     assert "me/eval_count/evaluation_methods/count_error.py" in seen
     assert ("is not trusted" in seen) is not allowed
     assert ("no such program" in seen) is allowed

@@ -1,9 +1,6 @@
 """Add-ons of BenchBot v2, a wheel, a project and a repository: everything that is no name in an index."""
 
 import json
-import os
-import pty
-import select
 import shutil
 import subprocess
 from pathlib import Path
@@ -14,6 +11,7 @@ from benchbot.scaffold.render import create
 from tests import v2_addon
 from tests.installing import wheels
 from tests.installing.environments import Environment
+from tests.terminal import asked
 
 pytestmark = [pytest.mark.xdist_group("installing"), pytest.mark.slow]
 
@@ -133,28 +131,10 @@ def test_on_a_terminal_the_user_is_asked(answer: str, allowed: bool, shared: Env
     wheel = wheels.make(tmp_path, "asking", code=f"import json\n{wheels.HOOKS}")
     before = shared.listing()
     state = tmp_path / "state"
-    ours, theirs = pty.openpty()
-    process = subprocess.Popen(
-        shared.words("install", str(wheel), "--no-index"),
-        stdin=theirs,
-        stdout=subprocess.DEVNULL,
-        stderr=theirs,
-        env=shared.environ({"BENCHBOT_STATE_DIR": str(state)}),
-        start_new_session=True,
-    )
-    os.close(theirs)
-    seen, answered = "", False
-    while select.select([ours], [], [], 120)[0]:
-        try:
-            seen += os.read(ours, 4096).decode()
-        except OSError:  # a terminal ends like this on Linux
-            break
-        if "[y/N]" in seen and not answered:
-            answered = True
-            os.write(ours, f"{answer}\n".encode())
-    os.close(ours)
+    words = shared.words("install", str(wheel), "--no-index")
+    status, seen = asked(words, answer, shared.environ({"BENCHBOT_STATE_DIR": str(state)}))
 
-    assert process.wait(120) == (0 if allowed else 2)
+    assert status == (0 if allowed else 2)
     assert "+ asking 1.0  (plug-in; code: asking/__init__.py" in seen
     assert [path.read_text() for path in state.glob("trusted/*")] == (["asking 1.0\n"] if allowed else [])
     assert (shared.listing() == before) is not allowed

@@ -81,13 +81,13 @@ def test_its_own_folders_and_those_beside_it_are_hidden(tmp_path: Path, monkeypa
     assert not is_seen(tmp_path, view)
 
 
-@pytest.mark.parametrize("home", ["work", "work/home", "work/../work/home"])
+@pytest.mark.parametrize("home", ["mine", "mine/home", "mine/../mine/home"])
 def test_the_home_folder_is_never_shown(home: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "work" / "home").mkdir(parents=True)
+    (tmp_path / "mine" / "home").mkdir(parents=True)
     monkeypatch.setenv("HOME", str(tmp_path / home))
 
     with pytest.raises(BenchbotError, match="not keep the solution from what is yours"):
-        seen_by(tmp_path / "work", Catalog(load()))
+        seen_by(tmp_path / "mine", Catalog(load()))
 
 
 def test_a_solution_among_ground_truths_is_told_to_move(tmp_path: Path) -> None:
