@@ -3,7 +3,7 @@
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.light import point_of_light
-from benchbot_sim_taichi.kernels.light_grid import row_near, sample_near, sample_row
+from benchbot_sim_taichi.kernels.light_grid import row_near, sample_near, sample_row, shifted
 from benchbot_sim_taichi.kernels.sampling import sobol_2d
 from benchbot_sim_taichi.kernels.traversal import floats
 from benchbot_sim_taichi.lights import LIGHT_STRIDE
@@ -22,7 +22,8 @@ def mean_of_samples(
         lamp = k % lamps
         density = 1.0 / (lamps * lights[lamp * LIGHT_STRIDE + 13])
         in_turn = point_of_light(lights, env, lamp, density, position, sobol_2d(k // lamps, 1))
-        by_grid = sample_near(near, lights, env, 1, 0, lamps, position, normal, k, 2)
+        beside = row_near(near, shifted(near, position, normal, k), normal)
+        by_grid = sample_near(near, lights, env, beside, 1, 0, lamps, position, k, 2)
         row = row_near(near, position, normal)
         by_row = sample_row(near, lights, env, row, 1, 0, lamps, position, sobol_2d(k, 3))
         means[0] += in_turn.value.x * ti.max(normal.dot(in_turn.direction), 0.0) * share

@@ -9,7 +9,7 @@ the sun is seen, share of rays that did not start inside a solid.
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.cell_lookup import cell_weight, is_lamp, nearest_cell
 from benchbot_sim_taichi.kernels.light import sky_radiance
-from benchbot_sim_taichi.kernels.light_grid import sample_near
+from benchbot_sim_taichi.kernels.light_grid import row_near, sample_near
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, Passage, pack, sent, sheerness, unpack
 from benchbot_sim_taichi.kernels.sampling import cone_direction, cosine_direction, hash_u32, sobol_2d
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
@@ -93,6 +93,7 @@ def light_cells(
             mean_normal += weight * surface.normal
             albedo += weight * (surface.diffuse * (vec3(1.0) - surface.specular) + surface.specular)
             xi = sobol_2d(k, scramble)
+            row = row_near(near, position, surface.normal)
             for kind in range(3):
                 direction = cone_direction(load3(env, 0), env[15], xi)
                 value = load3(env, 3)
@@ -107,11 +108,11 @@ def light_cells(
                             near,
                             lights,
                             env,
+                            row,
                             kind - 1,
                             first_light,
                             light_count,
                             position,
-                            surface.normal,
                             k,
                             scramble,
                         )

@@ -13,7 +13,7 @@ from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells, is_lamp, nearest_cell
 from benchbot_sim_taichi.kernels.cells import INV_PI, NEAR_M, OFFSET_M
 from benchbot_sim_taichi.kernels.light import sky_radiance
-from benchbot_sim_taichi.kernels.light_grid import sample_near
+from benchbot_sim_taichi.kernels.light_grid import row_near, sample_near, shifted
 from benchbot_sim_taichi.kernels.neighbours import fit, pixel_plane
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sent, sheerness
 from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE, camera_origin, camera_ray, locate
@@ -183,6 +183,9 @@ def light_directly(
             normal = load3(guide, pixel * GUIDE_STRIDE)
             face = load3(pixels, pixel * PIXEL_STRIDE + 4)
             point = surface_point(cameras, eye, pixels, pixel, x, y)
+            row = 0
+            if portals + lamps > 0:
+                row = row_near(near, shifted(near, point, normal, stratum(x, y)), normal)
             irradiance = vec3(0.0)
             sun = 0.0
             sun_rays = ti.select(light_pixels[out + 3] > 0.0, 1, 0)
@@ -199,11 +202,11 @@ def light_directly(
                         near,
                         lights,
                         env,
+                        row,
                         ti.select(at_window, 0, 1),
                         ti.select(at_window, 0, portals),
                         ti.select(at_window, portals, lamps),
                         point,
-                        normal,
                         stratum(x, y) * samples + k,
                         seed + ti.select(at_window, 1, 2),
                     )

@@ -3,7 +3,7 @@
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.light import LightSample, light_cosine, point_of_light, sky_radiance
-from benchbot_sim_taichi.kernels.sampling import sobol_2d
+from benchbot_sim_taichi.kernels.sampling import hash_u32, sobol_2d
 from benchbot_sim_taichi.kernels.surface import load3
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, trace, vec3
 from benchbot_sim_taichi.light_grid import HEADER, KINDS, PLACES
@@ -11,7 +11,7 @@ from benchbot_sim_taichi.lights import LIGHT_STRIDE
 from benchbot_sim_taichi.surface_cells import DIRECTIONS
 
 NEAREST_M2 = 0.01
-UNSEEN = 0.02
+UNSEEN = 0.15  # of what a hidden light would give: elsewhere in its block, a part of it may be seen
 LEAST_COSINE = 0.05
 HINDMOST_LIGHT = -0.1  # cosines, below which a light's back, or a surface's, is turned in all its block
 HINDMOST_SURFACE = -0.3
@@ -34,6 +34,24 @@ def row_near(near: ti.template(), point, normal):
         way = ti.select(normal.y < 0.0, 3, 2)
     number = ti.cast(near[HEADER + ((x * ny + y) * nz + z) * DIRECTIONS + way], ti.i32)
     return HEADER + nx * ny * nz * DIRECTIONS + number * (KINDS + ti.cast(near[7], ti.i32))
+
+
+@ti.func
+def shifted(near: ti.template(), point, normal, number):
+    """A place up to half a block of the grid beside `point`, at random; the same for the same `number`.
+
+    Where neighbouring pixels ask for the rows of such places, none of them sees where a block ends.
+    """
+    bits = hash_u32(number)
+    across = ti.cast(bits & 0xFFFF, ti.f32) / 65536.0
+    down = ti.cast(bits >> 16, ti.f32) / 65536.0
+    size = ti.abs(normal)
+    shift = ti.Vector([across, down, 0.5])
+    if size.x >= ti.max(size.y, size.z):
+        shift = ti.Vector([0.5, across, down])
+    elif size.y >= size.z:
+        shift = ti.Vector([across, 0.5, down])
+    return point + (shift - 0.5) / near[3]
 
 
 @ti.dataclass
@@ -65,16 +83,15 @@ def choose(near: ti.template(), row, first, count, number):
 
 @ti.func
 def sample_near(
-    near: ti.template(), lights: ti.template(), env: ti.template(), kind, first, count, point, normal, index, scramble
+    near: ti.template(), lights: ti.template(), env: ti.template(), row, kind, first, count, point, index, scramble
 ):
-    """A point of one of `count` (> 0) lights, chosen by what they give to surfaces that face like `normal` at `point`.
+    """A point of one of `count` (> 0) lights, chosen by what they give where `row` of the grid speaks for surfaces.
 
     The irradiance that it stands for is `value` times the cosine at the receiver. `kind` is 0 for windows and 1 for
     lamps, `first` the first light of the kind; `index` and `scramble` are those of `sobol_2d`. Where all of a kind give
     next to nothing, most samples have no `value`, and the others stand for them (Russian roulette).
     """
     sample = LightSample(direction=vec3(0.0, 0.0, 1.0), distance=FAR, value=vec3(0.0), radiance=vec3(0.0), density=0.0)
-    row = row_near(near, point, normal)
     every = ti.cast(near[row + kind], ti.i32)
     if index % every == 0:
         xi = sobol_2d(index // every, scramble)
