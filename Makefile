@@ -5,9 +5,11 @@ BIN := $(VENV)/bin
 # What `benchbot[full]` brings, and what is installed besides where it is needed: ROS 2 alone is 250 MB.
 PLUGINS := scenes assets_household sim_taichi task_semslam task_navigation eval_omq eval_trajectory eval_exploration \
 	envs_bear
-MORE_PLUGINS := robot_ros2 record_mcap executor_slurm executor_ray
+MORE_PLUGINS := robot_ros2 record_mcap record_video record_rerun executor_slurm executor_ray
 EDITABLE := -e . $(foreach plugin,$(PLUGINS),-e plugins/$(plugin))
 EDITABLE_MORE := $(foreach plugin,$(MORE_PLUGINS),-e plugins/$(plugin))
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
+FOR_TESTS := $(addprefix $(VENV)/.,interfaces browser slurm engines tmux)
 SOURCES := benchbot benchbot_api benchbot_eval tests benchmarks plugins release docs/tools conftest.py
 
 .PHONY: help install install-test demo test lint format bench docs reference release-check clean
@@ -17,33 +19,42 @@ help:  ## Say what each target does
 
 install: $(VENV)/.installed  ## Install BenchBot and its plug-ins into .venv
 
-install-test: $(VENV)/.interfaces $(VENV)/.browser $(VENV)/.slurm $(VENV)/.engines  ## Install what the tests, linters and benchmarks need, too
+# At once: Python's packages, and those of the system.
+install-test:  ## Install what the tests, linters and benchmarks need, too
+	@$(MAKE) --no-print-directory --jobs=2 $(FOR_TESTS)
 
 $(VENV)/.installed: pyproject.toml constraints.txt $(wildcard plugins/*/pyproject.toml)
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt $(EDITABLE)
+	# With what builds them installed, no environment is made for each of them.
+	$(PIP) hatchling editables setuptools
+	$(PIP) --no-build-isolation $(EDITABLE)
 	touch $@
 
 $(VENV)/.installed-test: $(VENV)/.installed requirements-dev.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt $(EDITABLE_MORE) \
-		-r requirements-dev.txt
+	$(PIP) --no-build-isolation $(EDITABLE_MORE) -r requirements-dev.txt
 	touch $@
 
-# Two ROS 2 interface packages that are not on PyPI, built from their definitions.
-$(VENV)/.interfaces: $(VENV)/.installed-test $(shell find plugins/robot_ros2/tests/interfaces -type f)
+# Two ROS 2 interface packages that are not on PyPI, built from their definitions; a compiler may have to be installed.
+$(VENV)/.interfaces: $(VENV)/.installed-test $(VENV)/.tmux $(shell find plugins/robot_ros2/tests/interfaces -type f)
 	$(BIN)/python plugins/robot_ros2/tests/interfaces/build.py -c constraints.txt
 	touch $@
 
-$(VENV)/.browser: $(VENV)/.installed tests/evaluation/report/install_chromium.sh
+# Packages of the system: one after the other, since only one may install.
+$(VENV)/.browser: tests/evaluation/report/install_chromium.sh
+	mkdir -p $(VENV)
 	tests/evaluation/report/install_chromium.sh
 	touch $@
 
-$(VENV)/.slurm: $(VENV)/.installed plugins/executor_slurm/tests/install_slurm.sh
+$(VENV)/.slurm: $(VENV)/.browser plugins/executor_slurm/tests/install_slurm.sh
 	plugins/executor_slurm/tests/install_slurm.sh
 	touch $@
 
-$(VENV)/.engines: $(VENV)/.installed tests/submission/install_engines.sh
+$(VENV)/.engines: $(VENV)/.slurm tests/submission/install_engines.sh
 	tests/submission/install_engines.sh
+	touch $@
+
+$(VENV)/.tmux: $(VENV)/.engines tests/tui/install_tmux.sh
+	tests/tui/install_tmux.sh
 	touch $@
 
 demo: install  ## Drive a robot through a ray-traced room, map it, score the map

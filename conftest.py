@@ -5,6 +5,12 @@ import os
 import pytest
 from hypothesis import settings
 
+pytest_plugins = ["tests.garbage", "tests.ray_tracing"]
+
+# Workers, and the processes that they start, share the cores: threads of linear algebra would only wait for each other,
+# and starting them is a third of what it costs to import numpy.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 # A busy machine makes nothing wrong: no test has a deadline.
 settings.register_profile("patient", deadline=None)
 # CI judges a change, so it looks at the same examples each time; every other run looks at new ones.

@@ -72,10 +72,11 @@ class Found:
     distribution: str = "benchbot"
 
 
-def find(kind: str, declared: Declared) -> Found:
+def find(kind: str, declared: Declared, catalog: Catalog | None = None) -> Found:
     """Return a declaration of a pool (`robots`, …) by name, by file or as it is; raises BenchbotError, as schemas do.
 
-    What is given as it is has its paths relative to the current folder.
+    What is given as it is has its paths relative to the current folder. Names are those of the `catalog`, by default
+    of what is installed, read anew.
     """
     from benchbot.core.catalog import KINDS
     from benchbot.core.plugins import load
@@ -87,7 +88,7 @@ def find(kind: str, declared: Declared) -> Found:
         document = schema.read(declared)
         schema.check(document, KINDS[kind], declared)
         return Found(document, declared.parent, declared)
-    declaration: Declaration = Catalog(load()).get(kind, declared)
+    declaration: Declaration = (catalog or Catalog(load())).get(kind, declared)
     return Found(declaration.data, declaration.path.parent, declaration.path, declaration.distribution)
 
 

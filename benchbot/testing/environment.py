@@ -18,27 +18,35 @@ FURTHEST_M = 10.0
 
 
 def check_environment(
-    environment: Declared, robot: Declared | None = None, cache_dir: Path | None = None
+    environment: Declared,
+    robot: Declared | None = None,
+    cache_dir: Path | None = None,
+    *,
+    catalog: Catalog | None = None,
 ) -> list[Finding]:
     """Return what is right and wrong with an environment: its declaration, files, poses and ground truth.
 
     With a `robot`, it is also put into the scene, in its simulator: does it stand there without touching anything?
+    `catalog` is what is installed, where that has been read already.
     """
+    from benchbot.core.plugins import load
+
+    known = catalog or Catalog(load())
     found: list[Found] = []
 
     def declared() -> str:
-        found.append(find("environments", environment))
+        found.append(find("environments", environment, known))
         return f"{found[0].data['name']}:{found[0].data['variant']}"
 
     findings = [look("declaration", declared)]
     if found:
         properties = (
             ("description", describes_itself),
-            ("type", _has_a_robot),
+            ("type", partial(_has_a_robot, known)),
             ("files", _has_its_files),
             ("start pose", _starts_upright),
             ("trajectory", _goes_somewhere),
-            ("ground truth", _has_a_valid_truth),
+            ("ground truth", partial(_has_a_valid_truth, known)),
         )
         findings += [look(subject, partial(holds, found[0])) for subject, holds in properties]
         if robot is not None:
@@ -46,11 +54,9 @@ def check_environment(
     return findings
 
 
-def _has_a_robot(found: Found) -> str:
-    from benchbot.core.plugins import load
-
+def _has_a_robot(catalog: Catalog, found: Found) -> str:
     kind = found.data["type"]
-    robots = Catalog(load()).pool("robots")
+    robots = catalog.pool("robots")
     able = [name for name, robot in robots.items() if kind in robot.data.get("runs_in", [robot.data["type"]])]
     missing = [name for name in found.data.get("robots", ()) if name not in robots]
     if missing:
@@ -103,12 +109,10 @@ def _goes_somewhere(found: Found) -> str:
     return f"{len(poses) - 1} poses, {length_m:.3g} m"
 
 
-def _has_a_valid_truth(found: Found) -> str:
-    from benchbot.core.plugins import load
-
+def _has_a_valid_truth(catalog: Catalog, found: Found) -> str:
     own = (str(found.data["name"]), str(found.data["variant"]))
     formats = []
-    for path in Catalog(load()).ground_truth_files:
+    for path in catalog.ground_truth_files:
         document = schema.read(path)
         of = document.get("environment", {})
         if (str(of.get("name")), str(of.get("variant"))) == own:

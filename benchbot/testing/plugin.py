@@ -31,7 +31,7 @@ HEAVY = frozenset({
     "numpy", "scipy", "taichi", "torch", "tensorflow", "jax", "cv2", "rclpy", "ray", "matplotlib", "pandas", "trimesh",
     "PIL", "starlette", "uvicorn", "textual", "gymnasium", "sklearn",
 })  # fmt: skip
-CHECKS: dict[str, Callable[[str], list[Finding]]] = {
+CHECKS: dict[str, Callable[..., list[Finding]]] = {
     "tasks": check_task,
     "robots": check_robot,
     "environments": check_environment,
@@ -145,7 +145,7 @@ def _look_at_declarations(distribution: str) -> Iterator[Finding]:
                 continue
             subject = f"{singular} {name}"
             if kind in CHECKS:
-                yield from _told(subject, CHECKS[kind](name))
+                yield from _told(subject, CHECKS[kind](name, catalog=catalog))
             else:
                 yield look(subject, partial(_is_declared_well, catalog, kind, name))
 

@@ -3,6 +3,7 @@
 import math
 from functools import partial
 
+from benchbot.core.catalog import Catalog
 from benchbot.core.channels import ACTIONS
 from benchbot.core.findings import Finding, Level
 from benchbot.core.motion import MotionConfig
@@ -13,12 +14,15 @@ from benchbot.testing.task import describes_itself
 PICTURES = ("image_rgb", "image_depth", "image_segment")
 
 
-def check_robot(robot: Declared) -> list[Finding]:
-    """Return what is right and wrong with a robot's declaration. What it does is for `check_simulator` to see."""
+def check_robot(robot: Declared, *, catalog: Catalog | None = None) -> list[Finding]:
+    """Return what is right and wrong with a robot's declaration. What it does is for `check_simulator` to see.
+
+    `catalog` is what is installed, where that has been read already.
+    """
     found: list[Found] = []
 
     def declared() -> str:
-        found.append(find("robots", robot))
+        found.append(find("robots", robot, catalog))
         return str(found[0].data["name"])
 
     findings = [look("declaration", declared)]

@@ -10,25 +10,28 @@ from benchbot.testing.bench import Declared, Found, find
 from benchbot.testing.properties import Wrong, look
 
 
-def check_task(task: Declared) -> list[Finding]:
-    """Return what is right and wrong with a task: its declaration, its results format, its method, who can run it."""
+def check_task(task: Declared, *, catalog: Catalog | None = None) -> list[Finding]:
+    """Return what is right and wrong with a task: its declaration, its results format, its method, who can run it.
+
+    `catalog` is what is installed, where that has been read already.
+    """
+    from benchbot.core.plugins import load
+
+    known = catalog or Catalog(load())
     found: list[Found] = []
 
     def declared() -> str:
-        found.append(find("tasks", task))
+        found.append(find("tasks", task, known))
         return str(found[0].data["name"])
 
     findings = [look("declaration", declared)]
     if found:
-        from benchbot.core.plugins import load
-
-        catalog = Catalog(load())
         findings += [
             look("description", partial(describes_itself, found[0])),
-            look("results format", partial(_has_a_format, catalog, found[0])),
-            look("evaluation", partial(_can_be_scored, catalog, found[0])),
-            look("episodes", partial(_has_episodes, catalog, found[0])),
-            look("robots", partial(_has_a_robot, catalog, found[0])),
+            look("results format", partial(_has_a_format, known, found[0])),
+            look("evaluation", partial(_can_be_scored, known, found[0])),
+            look("episodes", partial(_has_episodes, known, found[0])),
+            look("robots", partial(_has_a_robot, known, found[0])),
         ]
     return findings
 

@@ -18,13 +18,18 @@ def without_hashes(path: Path) -> str:
     return re.sub(r'"sha256": "\w+"', "", path.read_text("utf-8"))
 
 
-def test_a_warm_simulator_gives_the_bytes_of_a_cold_one(tmp_path: Path) -> None:
+def test_a_warm_simulator_gives_the_bytes_of_a_cold_one(tmp_path: Path, kernel_cache: Path) -> None:
     benchbot(
         tmp_path,
         *("batch", *WHAT, "--seeds", "0..1", "--example", "hello_passive", "--jobs", "1"),
         *("--evaluate-with", "omq", "--zip", "--output-location", "batch"),
+        cache=kernel_cache,
     )
-    benchbot(tmp_path, "submit", *WHAT, "--seed", "1", "--example", "hello_passive", "--results-location", "cold.json")
+    benchbot(
+        tmp_path,
+        *("submit", *WHAT, "--seed", "1", "--example", "hello_passive", "--results-location", "cold.json"),
+        cache=kernel_cache,
+    )
 
     (warm,) = (tmp_path / "batch" / "episodes").glob("*seed1*/result.json")
     assert without_hashes(warm) == without_hashes(tmp_path / "cold.json")

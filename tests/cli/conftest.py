@@ -1,4 +1,3 @@
-import gc
 import json
 import os
 import signal
@@ -15,6 +14,7 @@ import yaml
 
 from benchbot.cli.app import main
 from benchbot.core import plugins
+from tests.garbage import searched_as_before
 from tests.plugin_factory import PluginFactory
 
 COMMAND = [sys.executable, "-m", "benchbot.cli.app"]
@@ -133,7 +133,6 @@ def here(cli: CommandLine, monkeypatch: pytest.MonkeyPatch, capfd: pytest.Captur
     for name, value in cli.variables.items():
         monkeypatch.setenv(name, value)
     monkeypatch.chdir(cli.folder)
-    thresholds = gc.get_threshold()
     plugins.load.cache_clear()
 
     def run(*words: str) -> Finished:
@@ -142,10 +141,9 @@ def here(cli: CommandLine, monkeypatch: pytest.MonkeyPatch, capfd: pytest.Captur
         out, err = capfd.readouterr()
         return Finished(words, int(ended.value.code or 0), out, err)
 
-    yield run
+    with searched_as_before():
+        yield run
     plugins.load.cache_clear()
-    gc.set_threshold(*thresholds)
-    gc.unfreeze()
 
 
 @pytest.fixture

@@ -51,7 +51,7 @@ BAD: dict[str, tuple[Spoil, str]] = {
 }
 
 
-@pytest.mark.parametrize("name", BAD.keys() - {"unknown format"})
+@pytest.mark.parametrize("name", sorted(BAD.keys() - {"unknown format"}))
 def test_a_bad_result_is_told_by_file_and_place_and_the_others_are_scored(
     results: CommandLine, here: Here, name: str
 ) -> None:

@@ -30,15 +30,15 @@ def words(command: str, folder: Path) -> list[str]:
     return [sys.executable, "-m", "benchbot.cli.app", *(sys.executable if word == "python" else word for word in rest)]
 
 
-def variables(folder: Path) -> dict[str, str]:
+def variables(folder: Path, cache: Path) -> dict[str, str]:
     """Return the environment of commands whose runs are kept in `folder`."""
-    return {**os.environ, "BENCHBOT_STATE_DIR": str(folder / "state")}
+    return {**os.environ, "BENCHBOT_STATE_DIR": str(folder / "state"), "BENCHBOT_CACHE_DIR": str(cache)}
 
 
 @contextmanager
-def back_end(command: str, folder: Path) -> Iterator[dict[str, str]]:
+def back_end(command: str, folder: Path, cache: Path) -> Iterator[dict[str, str]]:
     """Run a back end, on any free port, and yield the variables that lead to it."""
-    environment = variables(folder)
+    environment = variables(folder, cache)
     with (folder / "run.log").open("w") as log:
         running = subprocess.Popen([*words(command, folder), "--port", "0"], env=environment, stderr=log, stdout=log)
         try:

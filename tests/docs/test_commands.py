@@ -39,13 +39,13 @@ def step(beginning: str) -> str:
 
 @pytest.mark.slow
 @pytest.mark.xdist_group("main job")
-def test_the_three_steps_of_the_readme_lead_to_a_score(tmp_path: Path) -> None:
+def test_the_three_steps_of_the_readme_lead_to_a_score(tmp_path: Path, kernel_cache: Path) -> None:
     """In two terminals, with the solution on the page, once somebody has filled in where its dots are."""
     solution = SOLUTION.replace(
         "        ...  # fill in", "        json.dump(empty_results, open(filename, 'w'))  # fill in"
     )
     (tmp_path / "my_solution.py").write_text(f"import json\n{solution}")
-    with back_end(step("benchbot run"), tmp_path) as environment:
+    with back_end(step("benchbot run"), tmp_path, kernel_cache) as environment:
         for kind in ("tasks", "robots", "environments"):
             assert "benchbot" in succeed(step(f"benchbot list {kind}"), tmp_path, environment).stdout
         succeed(step("benchbot submit --native python my_solution.py --results-location"), tmp_path, environment)

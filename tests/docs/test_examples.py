@@ -46,11 +46,11 @@ class Output:
 
 
 @pytest.fixture(scope="module")
-def outputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Output]:
+def outputs(tmp_path_factory: pytest.TempPathFactory, kernel_cache: Path) -> dict[str, Output]:
     outputs = {}
     for section in SECTIONS:
         folder = tmp_path_factory.mktemp("examples")
-        with back_end(section.run, folder) as environment:
+        with back_end(section.run, folder, kernel_cache) as environment:
             for command in section.submissions:
                 done = succeed(command, folder, environment)
                 # The back end keeps one result, that of the last submission.

@@ -1,6 +1,5 @@
 """The commands of pages about results work as they stand, on results like those that the pages speak of."""
 
-import gc
 import json
 import shlex
 import shutil
@@ -13,6 +12,7 @@ import pytest
 import benchbot_envs_bear
 from benchbot.cli.app import main
 from tests.docs.blocks import ROOT, blocks
+from tests.garbage import searched_as_before
 
 RUNNER = "tests/docs/test_result_pages.py"
 PAGES = ["docs/evaluation.md", "docs/report.md", "docs/statistics.md"]
@@ -48,14 +48,8 @@ def write(folder: Path, *environments: str, off_m: float = 0.05) -> None:
 
 def type_command(command: str) -> int:
     """Run a command in this process, in the working folder; return its exit status."""
-    thresholds = gc.get_threshold()
-    try:
-        with pytest.raises(SystemExit) as ended:
-            main(shlex.split(command, comments=True)[1:])
-    finally:
-        # A command line arranges the search for garbage as suits a process that ends with it.
-        gc.set_threshold(*thresholds)
-        gc.unfreeze()
+    with searched_as_before(), pytest.raises(SystemExit) as ended:
+        main(shlex.split(command, comments=True)[1:])
     return int(ended.value.code or 0)
 
 

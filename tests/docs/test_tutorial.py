@@ -30,9 +30,10 @@ def test_it_is_kept_without_outputs(tutorial: nbformat.NotebookNode) -> None:
 
 
 def test_it_goes_from_nothing_to_a_score(
-    tutorial: nbformat.NotebookNode, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tutorial: nbformat.NotebookNode, tmp_path: Path, kernel_cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("BENCHBOT_STATE_DIR", str(tmp_path / "state"))
+    monkeypatch.setenv("BENCHBOT_CACHE_DIR", str(kernel_cache))
     monkeypatch.setenv("PATH", os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]))
     done = NotebookClient(tutorial, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
 

@@ -14,8 +14,8 @@ PAGES = [path for path in sorted(ROOT.glob("docs/**/*.md")) if f"<!-- run by {RU
 @pytest.mark.slow
 @pytest.mark.xdist_group("main job")
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_a_page_works_as_it_stands(page: Path, tmp_path: Path) -> None:
-    reader(tmp_path).walk(page.read_text("utf-8"), RUNNER)
+def test_a_page_works_as_it_stands(page: Path, tmp_path: Path, kernel_cache: Path) -> None:
+    reader(tmp_path, kernel_cache).walk(page.read_text("utf-8"), RUNNER)
 
 
 def test_there_are_tutorials() -> None:

@@ -61,8 +61,11 @@ def assert_printed(wanted: str, printed: str) -> None:
         assert any(given == pytest.approx(numbers, abs=0.02, rel=0.02) for given in found), f"{line}\n{printed}"
 
 
-def reader(folder: Path) -> Reader:
-    """Return a reader with an environment of their own, to install into, that has all that this one has."""
+def reader(folder: Path, cache: Path) -> Reader:
+    """Return a reader with an environment of their own, to install into, that has all that this one has.
+
+    What BenchBot keeps in its cache is in `cache`.
+    """
     installed = folder / "venv"
     venv.create(installed, with_pip=False)
     ours = sysconfig.get_path("purelib")
@@ -84,6 +87,7 @@ def reader(folder: Path) -> Reader:
     variables = {
         "PATH": os.pathsep.join([str(installed / "bin"), str(Path(sys.executable).parent), os.environ["PATH"]]),
         "BENCHBOT_STATE_DIR": str(folder / "state"),
+        "BENCHBOT_CACHE_DIR": str(cache),
         # What is installed comes from the page's own folders, and needs nothing that is not here.
         "PIP_NO_BUILD_ISOLATION": "0",
         "PIP_NO_DEPS": "1",

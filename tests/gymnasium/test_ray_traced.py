@@ -18,10 +18,9 @@ PAGE = Path(__file__).parents[2] / "docs" / "gymnasium.md"
 
 
 @pytest.fixture(autouse=True)
-def cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
-    folder = tmp_path_factory.getbasetemp() / "gymnasium-cache"
-    monkeypatch.setenv("BENCHBOT_CACHE_DIR", str(folder))
-    return folder
+def cache(kernel_cache: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("BENCHBOT_CACHE_DIR", str(kernel_cache))
+    return kernel_cache
 
 
 @pytest.mark.filterwarnings("error::UserWarning")

@@ -1,5 +1,6 @@
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -155,10 +156,8 @@ def test_an_episode_of_many_has_no_digest() -> None:
 
 @pytest.mark.slow
 @pytest.mark.xdist_group("renderer")
-def test_pictures_that_are_rendered_together_are_the_same(
-    tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("BENCHBOT_CACHE_DIR", str(tmp_path_factory.getbasetemp() / "gymnasium-cache"))
+def test_pictures_that_are_rendered_together_are_the_same(kernel_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("BENCHBOT_CACHE_DIR", str(kernel_cache))
     told = []
     for make in (together, one_by_one):
         envs = make("benchbot/SemanticSlam-v0", 3, image_size=(64, 64), reward="coverage")

@@ -3,6 +3,7 @@
 import os
 import threading
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,13 +14,16 @@ from benchbot.core.geometry import Pose
 from benchbot.core.hookspecs import RobotDriver, Simulator
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot.testing import check_robot_driver, check_simulator
+from tests.conftest import SAMPLE_PLUGIN
 from tests.testing.reading import all_is_well, broken, warned
 
-ROBOT, ARENA = "sample_robot", "arena:1"
+SAMPLE = Path(SAMPLE_PLUGIN) / "benchbot_sample"
+# By file, for it takes longer to read all that is installed than to check a platform.
+ROBOT, ARENA = SAMPLE / "robots" / "sample_robot.yaml", SAMPLE / "environments" / "arena_1.yaml"
 
 
 def test_the_sample_simulator_conforms() -> None:
-    findings = check_simulator("sim_sample", ROBOT, ARENA)
+    findings = check_simulator("sim_sample", "sample_robot", "arena:1")
     assert all_is_well(findings)
     assert {"clean start", "drive: contact", "seeds: repeated", "observe: laser", "nothing left"} <= {
         finding.subject for finding in findings
@@ -288,7 +292,7 @@ def test_a_world_without_anything_to_hit_is_a_warning() -> None:
 
 
 def test_a_real_robot_may_not_drive_after_halt() -> None:
-    findings = check_robot_driver(RobotDriver("real_sample", SampleSimulator), "sample_robot", ARENA)
+    findings = check_robot_driver(RobotDriver("real_sample", SampleSimulator), ROBOT, ARENA)
     assert "It drives after halt()" in broken(findings)["halt"]
     assert "drive: contact" not in {finding.subject for finding in findings}
 

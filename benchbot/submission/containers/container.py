@@ -3,6 +3,7 @@
 import secrets
 import signal
 import threading
+import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, suppress
@@ -26,6 +27,12 @@ SIGNALS_FROM = 128
 
 UNKNOWN = 125
 """The exit status of a container that the engine lost; `docker run` says it like that."""
+
+GOING_ON = {"running", "paused", "restarting", "stopping"}
+"""What an engine says of a container that has not ended."""
+
+POLLS_S = 0.01, 0.1
+"""How soon the engine is asked how a container has ended, at first and later."""
 
 Made = TypeVar("Made")
 
@@ -154,6 +161,8 @@ class Container:
         with closing(self._engine.connect()) as client, suppress(APIError):
             if not self._ended.is_set():
                 client.stop(self._name, timeout=int(GRACE_S))
+                if self._follower is not None:  # who asks how it has ended, and must not find it gone
+                    self._ended.wait(GRACE_S)
         with closing(self._engine.connect()) as client, suppress(APIError):
             client.remove_container(self._name, force=True, v=True)
 
@@ -167,12 +176,24 @@ class Container:
                 for chunk in stream:
                     self._last_words.add(chunk)
                     self._output(chunk)
-                status = int(client.wait(self._name, timeout=None)["StatusCode"])
+                status = self._exit_status(client)
                 self._status = SIGNALS_FROM - status if SIGNALS_FROM < status <= SIGNALS_FROM + 64 else status
             except (DockerException, RequestException, OSError) as error:
                 self._failure = failed("follow the container", error)
             finally:
                 self._ended.set()
+
+    def _exit_status(self, client: "APIClient") -> int:
+        """Return how it has ended, when it has: its output may end before.
+
+        The engine is not asked to wait: podman does by looking without a pause, at the cost of a whole processor, and
+        keeps its locks from the process of its own that would say that the container has ended.
+        """
+        pause_s, longest_s = POLLS_S
+        while (state := client.inspect_container(self._name)["State"])["Status"] in GOING_ON:
+            time.sleep(pause_s)
+            pause_s = min(1.5 * pause_s, longest_s)
+        return int(state["ExitCode"])
 
     def _cannot_start(self, error: Any) -> BenchbotError:
         return BenchbotError(

@@ -21,16 +21,17 @@ ANSWER_TIMEOUT_S = 300.0
 
 @dataclass(frozen=True)
 class Engine:
-    """An engine that answers: where, what it is (`podman` or `docker`), and what it says of itself."""
+    """An engine that answers: where, what it is (`podman` or `docker`), what it says of itself, its API's version."""
 
     url: str
     name: str
     rootless: bool
     information: Mapping[str, Any]
+    api_version: str
 
     def connect(self) -> "APIClient":
         """Return a connection of its own: one may not be shared by threads. Close it."""
-        return _client(self.url)
+        return _client(self.url, self.api_version)
 
 
 @contextmanager
@@ -93,10 +94,11 @@ def check_installed() -> None:
         )
 
 
-def _client(url: str) -> "APIClient":
+def _client(url: str, api_version: str | None = None) -> "APIClient":
+    """Return a connection that asks for the version first when it is not told: podman takes its time to say it."""
     from docker import APIClient
 
-    return APIClient(base_url=url, timeout=int(ANSWER_TIMEOUT_S))
+    return APIClient(base_url=url, version=api_version, timeout=int(ANSWER_TIMEOUT_S))
 
 
 def _asked(url: str) -> Engine:
@@ -114,7 +116,7 @@ def _asked(url: str) -> Engine:
     try:
         # It asks for the engine's version as soon as it is made.
         with closing(_client(url)) as client:
-            information, version = client.info(), client.version()
+            information, version, api_version = client.info(), client.version(), client.api_version
     except (DockerException, RequestException) as error:
         raise BenchbotError(
             "The container engine does not answer.",
@@ -124,4 +126,4 @@ def _asked(url: str) -> Engine:
         ) from error
     podman = any("podman" in str(part.get("Name", "")).lower() for part in version.get("Components") or ())
     rootless = bool(information.get("Rootless")) or "name=rootless" in (information.get("SecurityOptions") or ())
-    return Engine(url, "podman" if podman else "docker", rootless, information)
+    return Engine(url, "podman" if podman else "docker", rootless, information, api_version)

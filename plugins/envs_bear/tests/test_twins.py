@@ -1,6 +1,5 @@
 """The places composed from layouts: every published object where it was published, and room for the robot to pass."""
 
-import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 
+from benchbot.core import schema
 from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot_scenes.catalogue import pack
@@ -36,9 +35,7 @@ pytestmark = pytest.mark.xdist_group("twins")
 
 
 def _document(*parts: str) -> dict[str, Any]:
-    text = package_file(*parts).read_text(encoding="utf-8")
-    document: dict[str, Any] = json.loads(text) if parts[-1].endswith(".json") else yaml.safe_load(text)
-    return document
+    return schema.read(package_file(*parts))
 
 
 def _boxes(geometry: SceneGeometry) -> dict[str, tuple[str, bool, Any, Any]]:
@@ -157,7 +154,7 @@ def _least_distance_m(name: str, scene: SceneGeometry) -> float:
     ],
 )
 def test_the_trajectory_is_driven_to_its_end_without_contact(name: str, tmp_path: Path) -> None:
-    robot = yaml.safe_load(CARTER.read_text(encoding="utf-8"))
+    robot = schema.read(CARTER)
     environment = package_file("environments", f"{name}.yaml")
     scene = Scene(_document("environments", environment.name), environment.parent)
     simulator = RayTracedSimulator(PlatformSpec(robot, "ground_truth", tmp_path))

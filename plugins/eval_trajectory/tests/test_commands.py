@@ -1,6 +1,5 @@
 """Trajectories from the command line, in real processes: run, scored, written as files, compared."""
 
-import gc
 import json
 import os
 import subprocess
@@ -14,14 +13,16 @@ from benchbot.cli.app import main
 from benchbot.core import schema
 from benchbot_eval_trajectory.files import FileFormat, text_of
 from plugins.eval_trajectory.tests.ways import estimate_of, moved, wander
+from tests.garbage import searched_as_before
 
 COMMAND = [sys.executable, "-m", "benchbot.cli.app"]
 Finished = subprocess.CompletedProcess[str]
 Here = Callable[..., Finished]
 
 
-def benchbot(folder: Path, *words: str) -> Finished:
-    variables = {"BENCHBOT_STATE_DIR": str(folder / "state"), "BENCHBOT_CACHE_DIR": str(folder / "cache")}
+def benchbot(folder: Path, *words: str, cache: Path | None = None) -> Finished:
+    cache = cache or folder / "cache"
+    variables = {"BENCHBOT_STATE_DIR": str(folder / "state"), "BENCHBOT_CACHE_DIR": str(cache)}
     return subprocess.run(
         [*COMMAND, *words], cwd=folder, env={**os.environ, **variables}, capture_output=True, text=True, check=False
     )
@@ -31,7 +32,6 @@ def benchbot(folder: Path, *words: str) -> Finished:
 def here(folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Iterator[Here]:
     """Runs `benchbot` in the folder, in this process: commands that start no other."""
     monkeypatch.chdir(folder)
-    thresholds = gc.get_threshold()
 
     def run(*words: str) -> Finished:
         with pytest.raises(SystemExit) as ended:
@@ -39,9 +39,8 @@ def here(folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
         out, err = capfd.readouterr()
         return Finished(words, int(ended.value.code or 0), out, err)
 
-    yield run
-    gc.set_threshold(*thresholds)
-    gc.unfreeze()
+    with searched_as_before():
+        yield run
 
 
 @pytest.fixture(scope="module")
@@ -185,12 +184,13 @@ def test_files_are_converted(folder: Path, here: Here) -> None:
 
 @pytest.mark.slow
 @pytest.mark.xdist_group("main job")
-def test_dead_reckoning_drifts_in_the_ray_traced_room(tmp_path: Path) -> None:
+def test_dead_reckoning_drifts_in_the_ray_traced_room(tmp_path: Path, kernel_cache: Path) -> None:
     done = benchbot(
         tmp_path,
         *("submit", "--task", "trajectory:active:dead_reckoning:laser", "--robot", "carter_lowres"),
         *("--env", "miniroom:1", "--example", "dead_reckoning", "--args", "--steps 12"),
         *("--evaluate-with", "trajectory", "--require", "completeness>=1", "--results-location", "result.json"),
+        cache=kernel_cache,
     )
 
     assert done.returncode == 0, done.stderr

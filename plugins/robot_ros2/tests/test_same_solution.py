@@ -20,11 +20,8 @@ from benchbot.core.geometry import Pose
 from plugins.record_mcap.tests.bags import by_rosbags
 from plugins.robot_ros2.tests.bridge.bridged import bridge
 from plugins.robot_ros2.tests.conftest import _free_domain
-from plugins.sim_taichi.tests.conftest import kernel_cache
 from tests.conftest import SAMPLE_PLUGIN
 from tests.plugin_factory import PluginFactory
-
-__all__ = ["kernel_cache"]
 
 Document = dict[str, Any]
 

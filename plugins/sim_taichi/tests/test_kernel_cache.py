@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 from benchbot_sim_taichi import kernel_cache as kept
-from plugins.sim_taichi.tests.conftest import WARM
+from tests.ray_tracing import WARM
 
 WITHOUT_HASTE = "import benchbot_sim_taichi._front_end as front_end; front_end.hasten = lambda taichi: None; " + WARM
 

@@ -27,8 +27,9 @@ with open(os.environ["BENCHBOT_RESULT"], "w") as file:
 COMMAND = [sys.executable, "-m", "benchbot.cli.app"]
 
 
-def benchbot(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
-    variables = {"BENCHBOT_STATE_DIR": str(folder / "state"), "BENCHBOT_CACHE_DIR": str(folder / "cache")}
+def benchbot(folder: Path, *words: str, cache: Path | None = None) -> "subprocess.CompletedProcess[str]":
+    cache = cache or folder / "cache"
+    variables = {"BENCHBOT_STATE_DIR": str(folder / "state"), "BENCHBOT_CACHE_DIR": str(cache)}
     return subprocess.run(
         [*COMMAND, *words], cwd=folder, env={**os.environ, **variables}, capture_output=True, text=True, check=False
     )
@@ -121,12 +122,13 @@ def test_the_lists_are_listed_and_checked(folder: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.xdist_group("main job")
-def test_an_episode_is_driven_in_the_ray_traced_room(tmp_path: Path) -> None:
+def test_an_episode_is_driven_in_the_ray_traced_room(tmp_path: Path, kernel_cache: Path) -> None:
     done = benchbot(
         tmp_path,
         *("submit", "--task", LASER_TASK, "--robot", "carter_lowres", "--env", "miniroom:1", "--episode", "19"),
         *("--example", "go_to_goal", "--evaluate-with", "navigation", "--require", "success>=1"),
         *("--results-location", "result.json"),
+        cache=kernel_cache,
     )
 
     assert done.returncode == 0, done.stderr

@@ -15,7 +15,7 @@ ALL = {"MemoryLimit": True, "PidsLimit": True, "CpuCfsQuota": True, "CgroupVersi
 
 
 def engine(name: str = "docker", *, rootless: bool = False, **information: Any) -> Engine:
-    return Engine("unix:///engine.sock", name, rootless, {**ALL, **information})
+    return Engine("unix:///engine.sock", name, rootless, {**ALL, **information}, "1.41")
 
 
 @pytest.mark.parametrize(

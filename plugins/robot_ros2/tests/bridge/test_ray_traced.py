@@ -14,9 +14,6 @@ from benchbot_robot_ros2.bridge.robot import find_scene, topics
 from benchbot_robot_ros2.encoders import encode
 from benchbot_robot_ros2.messages import pose_of
 from plugins.robot_ros2.tests.bridge.bridged import bridge, listener, time_of, until
-from plugins.sim_taichi.tests.conftest import kernel_cache
-
-__all__ = ["kernel_cache"]
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("renderer")]
 CHANNELS = ("image_rgb", "image_depth", "image_segment", "image_depth_info")

@@ -24,7 +24,9 @@ def floating(geometry: SceneGeometry, names: Iterable[str] | None = None, gap_m:
     What sinks into its support by up to 5 cm, as into a cushion, stands. Name only what is to stand: what hangs floats.
     """
     corners = geometry.vertices[geometry.triangles]
-    low, high = corners.min(axis=1), corners.max(axis=1)
+    # By axis, each in one piece: there are many objects, and all triangles are looked at for each.
+    low = [np.minimum.reduce([corners[:, corner, axis] for corner in range(3)]) for axis in range(3)]
+    high = [np.maximum.reduce([corners[:, corner, axis] for corner in range(3)]) for axis in range(3)]
     found = []
     for name in _classed(geometry) if names is None else dict.fromkeys(names):
         own = _triangles_of(geometry, name)
@@ -32,10 +34,11 @@ def floating(geometry: SceneGeometry, names: Iterable[str] | None = None, gap_m:
         if not len(points):
             continue
         bottom = float(points[:, 2].min())
-        near = ~own & (high[:, 2] >= bottom - gap_m) & (low[:, 2] <= bottom + _SUNK_M)
-        near &= (high[:, :2] >= points[:, :2].min(axis=0)).all(axis=1)
-        near &= (low[:, :2] <= points[:, :2].max(axis=0)).all(axis=1)
-        if not _is_over(points, corners[near], gap_m):
+        near = np.flatnonzero((high[2] >= bottom - gap_m) & (low[2] <= bottom + _SUNK_M))
+        for axis in range(2):
+            within = (high[axis][near] >= points[:, axis].min()) & (low[axis][near] <= points[:, axis].max())
+            near = near[within]
+        if not _is_over(points, corners[near[~own[near]]], gap_m):
             found.append(name)
     return found
 
@@ -65,8 +68,11 @@ def _classed(geometry: SceneGeometry) -> list[str]:
 
 
 def _triangles_of(geometry: SceneGeometry, name: str) -> npt.NDArray[np.bool_]:
-    indices = [instance.index for instance in geometry.instances if instance.name == name]
-    return np.isin(geometry.triangle_instance, indices)
+    own = np.zeros(len(geometry.triangle_instance), bool)
+    for instance in geometry.instances:
+        if instance.name == name:
+            own |= geometry.triangle_instance == instance.index
+    return own
 
 
 def _lowest_points(corners: FloatArray) -> Floats:

@@ -1,6 +1,5 @@
 """New environments and maps from the command line."""
 
-import gc
 import json
 import re
 from collections.abc import Callable, Iterator
@@ -12,6 +11,7 @@ import yaml
 from benchbot.cli.app import main
 from benchbot.core import schema
 from benchbot_scenes.layout import read_layout
+from tests.garbage import searched_as_before
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -21,7 +21,6 @@ def benchbot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.Capt
     """Runs a command in an empty folder, in this process."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("BENCHBOT_CACHE_DIR", str(tmp_path / "cache"))
-    thresholds = gc.get_threshold()
 
     def run(*words: str) -> tuple[int, str, str]:
         with pytest.raises(SystemExit) as ended:
@@ -29,9 +28,8 @@ def benchbot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.Capt
         out, err = capfd.readouterr()
         return int(ended.value.code or 0), out, err
 
-    yield run
-    gc.set_threshold(*thresholds)
-    gc.unfreeze()
+    with searched_as_before():
+        yield run
 
 
 def test_a_seed_becomes_a_folder_that_others_can_use(benchbot: Run, tmp_path: Path) -> None:

@@ -1,6 +1,5 @@
 """`benchbot import-environment` as a person uses it."""
 
-import gc
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,15 +8,13 @@ import pytest
 
 from benchbot.cli.app import main
 from plugins.scenes.tests.importing import places
+from tests.garbage import searched_as_before
 
 
 @pytest.fixture(autouse=True)
 def collector() -> Iterator[None]:
-    """Commands tune the garbage collector for their short life."""
-    thresholds = gc.get_threshold()
-    yield
-    gc.set_threshold(*thresholds)
-    gc.unfreeze()
+    with searched_as_before():
+        yield
 
 
 def _run(*words: str) -> int:
