@@ -10,7 +10,7 @@ from release import contents, environments, imports, metadata, smoke
 from release.building import Built, build, differences_by_sdist
 from release.projects import ROOT, projects
 
-ALL_EXTRAS = "full,gym,mcap,ray,ros2,slurm,viz"
+ALL_EXTRAS = "full,gym,mcap,ray,rerun,ros2,slurm,video,viz,web"
 
 
 def main() -> int:

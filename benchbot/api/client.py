@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
@@ -84,6 +85,16 @@ class Client:
         Needs a connection with the operator's token.
         """
         return str(self._call("POST", "operator", {"done": True})["confirmed"])
+
+    def record(self, begin: Mapping[str, Path] | None = None, finish: Sequence[Path] = ()) -> list[dict[str, Any]]:
+        """Finish the recordings in some folders, begin others, by recorder; return those that go on.
+
+        Needs a connection with the operator's token.
+        """
+        folders = {name: str(folder.absolute()) for name, folder in (begin or {}).items()}
+        body = {"begin": folders, "finish": [str(folder.absolute()) for folder in finish]}
+        recordings: list[dict[str, Any]] = self._call("POST", "watch/record", body)["recordings"]
+        return recordings
 
     def close(self) -> None:
         """Close the connection."""

@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from benchbot.batch import register
 from benchbot.batch.crew import Crew
 from benchbot.batch.events import check_writable
 from benchbot.batch.folder import Folder
@@ -37,7 +38,11 @@ def driving(folder: Folder, *, detached: bool = False) -> Iterator[None]:
         os.ftruncate(handle, 0)
         if detached:
             os.pwrite(handle, json.dumps(ProcessId.of(os.getpid()).as_dict()).encode(), 0)
-        yield
+        register.begun(folder.path)
+        try:
+            yield
+        finally:
+            register.ended(folder.path)
     finally:
         os.close(handle)
 

@@ -1,6 +1,8 @@
 """The score of a batch while it runs, kept up to date at a small share of the driver's time."""
 
 import time
+from collections.abc import Mapping
+from typing import Any
 
 from benchbot.batch.folder import Folder
 from benchbot.batch.status import Monitor, Score
@@ -37,11 +39,15 @@ class LiveScore:
         except BenchbotError:
             self.value = None  # nothing to score yet; at the end it is said why
         else:
-            name = document["method"]["headline"]
-            interval = document.get("intervals", {}).get(name) or {}
-            value = document["scores"].get(name)
-            if value is not None:
-                self.value = Score(name, value, count, interval.get("low"), interval.get("high"))
+            self.value = headline(document, count) or self.value
         taken_s = time.monotonic() - began_s
         self._next_s = time.monotonic() + max(SHORTEST_S, taken_s / SHARE)
         return self.value
+
+
+def headline(document: Mapping[str, Any], results: int) -> Score | None:
+    """Return the score that a scores document is about, which are of so many results; None when it has none."""
+    name = document["method"]["headline"]
+    interval = document.get("intervals", {}).get(name) or {}
+    value = document["scores"].get(name)
+    return None if value is None else Score(name, value, results, interval.get("low"), interval.get("high"))

@@ -143,6 +143,11 @@ class Monitor:
             conclusion=None if self._left else self._conclusion(),
         )
 
+    def since_last_event_s(self, who: str) -> float | None:
+        """Return for how long a worker or driver has told nothing new; None for one that is not known."""
+        event = self._last.get(who)
+        return None if event is None else max(0.0, time.time() - float(event.get("time_s", 0.0)))
+
     def _conclusion(self) -> Mapping[str, Any] | None:
         try:
             document: Mapping[str, Any] = json.loads(self._folder.conclusion.read_bytes())

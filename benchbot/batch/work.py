@@ -4,9 +4,9 @@ import json
 import signal
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,8 @@ from benchbot.core.provenance import solution_details
 from benchbot.submission import episode as submission
 from benchbot.submission.episode import Order
 from benchbot.submission.native import NATIVE
+from benchbot.supervisor.recorder_host import CLOSE_TIMEOUT_S
+from benchbot.supervisor.run_state import RunState
 
 SETTLE_S = 1.0
 
@@ -96,6 +98,7 @@ def _run(desk: Desk, planned: PlannedEpisode, attempt: Attempt, is_wanted: Calla
         try:
             state = desk.backend.begin(planned, record)
             ended = submission.run(order, state.connection, desk.backend.died, watcher)
+            _finish_recordings(state, record)
         except BenchbotError as error:
             watcher.write(f"{error}\n".encode())
             solution = _solution(order)
@@ -112,6 +115,15 @@ def _run(desk: Desk, planned: PlannedEpisode, attempt: Attempt, is_wanted: Calla
     if ended.problem is not None and ended.problem.failure in RETRIED:
         _keep_log(Path(state.platform_log), attempt.folder / "platform.log")
     return ended.document
+
+
+def _finish_recordings(state: RunState, record: Mapping[str, Path]) -> None:
+    """Have the recordings written to their end: publishing the attempt moves their folders."""
+    if record:
+        operator = Client(replace(state.connection, token=state.operator_token), CLOSE_TIMEOUT_S + SETTLE_S)
+        with suppress(BenchbotError):  # of a back end that has died, nothing can be asked any more
+            operator.record(finish=list(record.values()))
+        operator.close()
 
 
 def _solution(order: Order) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from benchbot.cli import batch_solution, console, requirement
 from benchbot.cli.asides import listing, showing
 from benchbot.cli.batch_following import Detach, Jobs
 from benchbot.cli.container_mode import Containerised
-from benchbot.cli.options import QUICK, Json, Requirements
+from benchbot.cli.options import QUICK, Display, Json, Requirements
 from benchbot.cli.run import MaxSimulatedTime, MaxSteps, MaxWallTime
 from benchbot.cli.solution_limits import CpuTime, FileSize, Memory, Processes
 from benchbot.cli.solution_mode import Readable, SandboxCommand
@@ -113,7 +113,7 @@ def run(
     archive: Annotated[bool, typer.Option("--zip", "-z", help="Put the results into a ZIP archive, too.")] = False,
     record: Annotated[
         list[str] | None,
-        typer.Option("--record", metavar="RECORDER", help="Record beside each result, e.g. frames; repeatable."),
+        typer.Option("--record", metavar="RECORDER", help="Record beside each result, e.g. mcap,video; repeatable."),
     ] = None,
     max_steps: MaxSteps = None,
     max_simulated_time: MaxSimulatedTime = None,
@@ -177,6 +177,7 @@ def run(
     ] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Show what would be computed, and end.")] = False,
     detach: Detach = False,
+    display: Display = "auto",
     as_json: Json = False,
     list_batches: Annotated[bool, listing("batches", "--list-batches")] = False,
     show_batch: Annotated[str | None, showing("batches", "--show-batch")] = None,
@@ -216,7 +217,7 @@ def run(
         "file_size": file_size,
         "args": args,
         "evaluate_with": evaluate_with,
-        "record": record,
+        "record": None if record is None else [name for text in record for name in text.split(",")],
         "limits": {"steps": max_steps, "simulated_time_s": max_simulated_time, "wall_time_s": max_wall_time},
         "timeout_s": timeout,
         "stall_s": stall_after,
@@ -255,7 +256,7 @@ def run(
     found = preparation.prepare(folder, plan, update=update)
     console.note(f"Batch {plan.hash[:8]} in {folder.path}\n{found.text}")
     profile = following.drive(
-        folder, crew, catalog, plan, archive=bool(wanted.get("zip")), detach=detach, as_json=as_json
+        folder, crew, catalog, plan, archive=bool(wanted.get("zip")), detach=detach, display=display, as_json=as_json
     )
     if profile is not None and prefix is not None:
         _write_v2(folder, plan, profile, prefix)

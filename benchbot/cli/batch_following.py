@@ -8,7 +8,7 @@ import typer
 
 from benchbot.cli import console
 from benchbot.cli.interrupting import interruptible
-from benchbot.cli.options import Json
+from benchbot.cli.options import Display, Json
 from benchbot.core.errors import BenchbotError, ExitCode
 
 if TYPE_CHECKING:
@@ -36,14 +36,14 @@ def status(directory: Directory, as_json: Json = False) -> None:
     from benchbot.batch.driver import count_alive
     from benchbot.batch.folder import Folder
     from benchbot.batch.status import Monitor
-    from benchbot.cli import batch_status
+    from benchbot.watching import batch_lines
 
     folder = Folder(directory.absolute())
     found = Monitor(folder, plans.read(folder.plan)).look(count_alive(folder))
     if as_json:
         console.data_json(found.as_dict())
     else:
-        console.data(batch_status.page(found))
+        console.data(batch_lines.page(found))
 
 
 def logs(
@@ -101,10 +101,11 @@ def attach(
     jobs: Jobs = None,
     archive: Annotated[bool, typer.Option("--zip", "-z", help="Put the results into a ZIP archive, too.")] = False,
     detach: Detach = False,
+    display: Display = "auto",
     as_json: Json = False,
 ) -> None:
     """Look on at a batch that runs, or go on with one that does not."""
-    _go_on(directory, jobs, archive=archive, detach=detach, as_json=as_json)
+    _go_on(directory, jobs, archive=archive, detach=detach, display=display, as_json=as_json)
 
 
 def retry(
@@ -120,6 +121,7 @@ def retry(
     jobs: Jobs = None,
     archive: Annotated[bool, typer.Option("--zip", "-z", help="Put the results into a ZIP archive, too.")] = False,
     detach: Detach = False,
+    display: Display = "auto",
     as_json: Json = False,
 ) -> None:
     """Compute episodes that have failed once more, and go on with the batch; what they left is kept beside."""
@@ -133,10 +135,10 @@ def retry(
     with driving(folder):
         count = retrying.begin_anew(folder, failed)
     console.note(f"{count} episodes are computed once more.")
-    _go_on(directory, jobs, archive=archive, detach=detach, as_json=as_json)
+    _go_on(directory, jobs, archive=archive, detach=detach, display=display, as_json=as_json)
 
 
-def _go_on(directory: Path, jobs: int | None, *, archive: bool, detach: bool, as_json: bool) -> None:
+def _go_on(directory: Path, jobs: int | None, *, archive: bool, detach: bool, display: Display, as_json: bool) -> None:
     from benchbot.batch import plan as plans
     from benchbot.batch.crew import Crew
     from benchbot.batch.folder import Folder
@@ -148,19 +150,29 @@ def _go_on(directory: Path, jobs: int | None, *, archive: bool, detach: bool, as
     crew = Crew.read(folder)
     crew = crew if jobs is None else replace(crew, jobs=jobs)
     archive = archive or crew.archive
-    drive(folder, crew, Catalog(load()), plan, archive=archive, detach=detach, as_json=as_json)
+    catalog = Catalog(load())
+    drive(folder, crew, catalog, plan, archive=archive, detach=detach, display=display, as_json=as_json)
     exit_as_it_ended(folder, plan, detached=detach)
 
 
 def drive(
-    folder: "Folder", crew: "Crew", catalog: "Catalog", plan: "Plan", *, archive: bool, detach: bool, as_json: bool
+    folder: "Folder",
+    crew: "Crew",
+    catalog: "Catalog",
+    plan: "Plan",
+    *,
+    archive: bool,
+    detach: bool,
+    as_json: bool,
+    display: Display = "auto",
 ) -> "Profile | None":
     """See a batch to its end and make its profile, or launch it and return None."""
     from benchbot.batch import detached, driver, finishing
     from benchbot.batch.driving import driving
     from benchbot.batch.live_score import LiveScore
-    from benchbot.cli import batch_status, scoring
-    from benchbot.cli.status import StatusLine
+    from benchbot.cli import scoring
+    from benchbot.watching import batch_lines
+    from benchbot.watching.status_line import StatusLine
 
     crew = replace(crew, detached=detach, archive=archive)
     if detach:
@@ -173,15 +185,15 @@ def drive(
         return None
     live = LiveScore(folder, plan.method, catalog)
     said = f"the workers have been ended. Go on with: benchbot batch attach {folder.path}"
-    with driving(folder), interruptible(said), StatusLine() as line:
+    with driving(folder), interruptible(said), StatusLine(display) as line:
 
         def look(status: "BatchStatus", monitor: "Monitor") -> None:
             status = replace(status, score=live.update(monitor))
-            line.show(batch_status.line(status), (status.finished, status.paused, len(status.running)))
+            batch_lines.show(line, status)
 
         driver.begin(folder, crew)
         ended = driver.drive(folder, crew, look)
-    console.note(batch_status.verdict(ended))
+    console.note(batch_lines.verdict(ended))
     try:
         profile = finishing.finish(folder, plan, catalog, archive=archive)
     except BenchbotError as error:

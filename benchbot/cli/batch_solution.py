@@ -63,7 +63,7 @@ def check_here(plan: "Plan", catalog: "Catalog", gpus: int) -> None:
     """Prove that this machine can hold the solution as planned, its image built; raises BenchbotError."""
     from benchbot.batch import solutions
     from benchbot.batch.plan import Hold
-    from benchbot.cli.status import StatusLine
+    from benchbot.watching.status_line import StatusLine
 
     if plan.solution.hold == Hold():
         return

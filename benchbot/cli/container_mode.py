@@ -103,9 +103,9 @@ def in_container(
 
     Raises BenchbotError when there is no engine, it would ignore the limits, or the image cannot be built.
     """
-    from benchbot.cli.status import StatusLine
     from benchbot.submission.containers import mode
     from benchbot.submission.episode import Order
+    from benchbot.watching.status_line import StatusLine
 
     with ExitStack() as stack:
         with StatusLine() as status:

@@ -16,6 +16,17 @@ def interruptible(said: str) -> Iterator[None]:
 
     Then exits with 130, after a note that says so.
     """
+    with interrupting():
+        try:
+            yield
+        except KeyboardInterrupt:
+            console.note(f"Interrupted: {said}")
+            raise typer.Exit(ExitCode.INTERRUPTED) from None
+
+
+@contextmanager
+def interrupting() -> Iterator[None]:
+    """Raise KeyboardInterrupt within at the first SIGINT, SIGTERM or SIGHUP; further ones change nothing."""
     numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
     def interrupt(_number: int, _frame: object) -> None:
@@ -26,9 +37,6 @@ def interruptible(said: str) -> Iterator[None]:
     before = {number: signal.signal(number, interrupt) for number in numbers}
     try:
         yield
-    except KeyboardInterrupt:
-        console.note(f"Interrupted: {said}")
-        raise typer.Exit(ExitCode.INTERRUPTED) from None
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -140,6 +140,16 @@ def executors(as_json: Json = False) -> None:
     _print(rows, ["name", "description", "distribution"], as_json)
 
 
+@app.command("recorders", context_settings=QUICK)
+def recorders(as_json: Json = False) -> None:
+    """List what --record and benchbot record can write."""
+    rows = [
+        {"name": name, "description": provided.value.description or None, "distribution": provided.distribution}
+        for name, provided in sorted(_loaded().pool("recorders").items())
+    ]
+    _print(rows, ["name", "description", "distribution"], as_json)
+
+
 @app.command("commands", context_settings=QUICK)
 def commands(as_json: Json = False) -> None:
     """List the commands that plug-ins add to benchbot."""

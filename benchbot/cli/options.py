@@ -1,9 +1,12 @@
 """Options that several commands share, and how a command is made so that it starts fast."""
 
+import time
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
+
+from benchbot.core.errors import BenchbotError
 
 QUICK: dict[str, Any] = {"default_map": {"help": False, "install_completion": False, "show_completion": False}}
 """Context settings of commands that must start fast: typer imports pydantic to read a flag that defaults to None."""
@@ -60,7 +63,19 @@ Over = Annotated[
 
 Record = Annotated[
     list[str] | None,
-    typer.Option("--record", metavar="RECORDER=FOLDER", help="Record what happens, e.g. frames=FOLDER; repeatable."),
+    typer.Option(
+        "--record",
+        metavar="RECORDER,…",
+        help="Record what happens: mcap,video beside the result, or one into a folder: mcap=FOLDER; repeatable.",
+    ),
+]
+
+Display = Annotated[
+    Literal["auto", "rich", "plain", "json", "none"],
+    typer.Option(
+        metavar="auto|rich|plain|json|none",
+        help="How stderr shows the status: a live line, plain lines, JSON lines or not; auto: what the terminal can.",
+    ),
 ]
 
 Settings = Annotated[
@@ -73,21 +88,45 @@ Settings = Annotated[
 ]
 
 
-def recordings(wanted: list[str] | None) -> dict[str, Path]:
-    """Return recorder name to folder from `--record NAME=FOLDER`; raises BenchbotError for one without a folder."""
-    from benchbot.core.errors import BenchbotError
+def recordings(wanted: list[str] | None, result: Path | None = None) -> dict[str, Path]:
+    """Return recorder name to folder from `--record NAME,NAME` and `--record NAME=FOLDER`.
 
+    Recorders that name no folder write into `STEM-recordings/NAME` beside `STEM.json`, the result; without one, into a
+    folder of BenchBot's own. Raises BenchbotError for a text that is neither, and for a recorder that is named twice.
+    """
     found: dict[str, Path] = {}
     for text in wanted or ():
-        name, _, folder = text.partition("=")
-        if not name or not folder:
+        name, equals, folder = text.partition("=")
+        named = {name: Path(folder)} if equals else {one: _beside(result) / one for one in text.split(",")}
+        if not all(named) or (equals and (not folder or "," in name)) or found.keys() & named.keys():
             raise BenchbotError(
-                f"--record {text} names no folder.",
-                "A recording needs a recorder and a folder to write into.",
-                f"Write it like this: --record {name or 'frames'}=FOLDER",
+                f"--record {text} cannot be understood.",
+                "It names recorders, each once, or one recorder and the folder that it writes into.",
+                "Write it like this: --record mcap,video, or --record mcap=FOLDER. There are: benchbot list recorders",
             )
-        found[name] = Path(folder)
+        found |= named
     return found
+
+
+def _beside(result: Path | None) -> Path:
+    if result is not None:
+        file = result / "result.json" if result.is_dir() else result
+        return file.parent / f"{file.stem}-recordings"
+    from benchbot.core import resources
+
+    return resources.state_dir() / "recordings" / time.strftime("%Y%m%d-%H%M%S")
+
+
+def tell_recordings(folders: dict[str, Path]) -> None:
+    """Say where recordings are, and what is missing from them."""
+    if folders:
+        from benchbot.cli import console
+        from benchbot.core import recording
+
+        for name, folder in folders.items():
+            console.note(f"Recording: {folder} ({name})")
+        for problem in recording.problems(folders):
+            console.note(f"Warning: {problem}")
 
 
 def group(help_line: str) -> typer.Typer:

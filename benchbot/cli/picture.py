@@ -81,7 +81,9 @@ def _frames(folder: Path | None, pose_count: int) -> dict[int, Any]:
     import numpy as np
     from PIL import Image
 
-    paths = sorted(folder.glob("*.jpg"))
+    from benchbot.evaluation.report.frames import numbered
+
+    paths = numbered(folder)
     if not paths:
         raise BenchbotError(
             f"There are no frames in {folder}.",
@@ -89,8 +91,8 @@ def _frames(folder: Path | None, pose_count: int) -> dict[int, Any]:
             f"Record them with the result: benchbot submit … --record frames={folder}",
         )
     # In an active task, frames beyond the declared poses were taken from places that the result does not know.
-    usable = min(len(paths), pose_count)
+    usable = [number for number in paths if number < pose_count]
     if not usable:
         return {}
-    shown = [usable * i // SHOWN_FRAMES for i in range(SHOWN_FRAMES)]
+    shown = [usable[len(usable) * i // SHOWN_FRAMES] for i in range(SHOWN_FRAMES)]
     return {index: np.asarray(Image.open(paths[index])) for index in dict.fromkeys(shown)}

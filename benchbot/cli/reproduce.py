@@ -105,7 +105,7 @@ def reproduce(
 def _run(bundle: "Bundle", chosen: "Sequence[Selection]", order: "Order", target: Path) -> "list[Reproduction]":
     """Run the solution again for each result, and tell of each how it went."""
     from benchbot.bundling import reproducing
-    from benchbot.cli.status import StatusLine
+    from benchbot.watching.status_line import StatusLine
 
     found = []
     with StatusLine() as status:

@@ -1,6 +1,5 @@
 """`benchbot run`: a robot in an environment, ready for a solution."""
 
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,7 +8,7 @@ import typer
 
 from benchbot.cli import console
 from benchbot.cli.asides import listing, showing
-from benchbot.cli.options import Record, Settings, recordings
+from benchbot.cli.options import Display, Record, Settings, recordings, tell_recordings
 from benchbot.core.errors import ExitCode
 
 if TYPE_CHECKING:
@@ -68,6 +67,7 @@ def run(
     max_simulated_time: MaxSimulatedTime = None,
     max_wall_time: MaxWallTime = None,
     record: Record = None,
+    display: Display = "auto",
     force_updateless: Annotated[
         bool, typer.Option("--force-updateless", "-f", hidden=True, help="BenchBot v2's; nothing is updated here.")
     ] = False,
@@ -81,13 +81,14 @@ def run(
     show_format: Annotated[str | None, showing("formats", "--show-format")] = None,
 ) -> None:
     """Start a robot in an environment, ready for a solution; Ctrl-C ends it (exit code 130), so does benchbot stop."""
-    from benchbot.cli.status import StatusLine
     from benchbot.core import overrides
     from benchbot.core.catalog import Catalog
     from benchbot.core.plugins import load
     from benchbot.core.selection import Limits, select
     from benchbot.supervisor.backend import serve
+    from benchbot.supervisor.description import progress_document
     from benchbot.supervisor.run_state import DEFAULT_PORT
+    from benchbot.watching.status_line import StatusLine
 
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     recorded = recordings(record)
@@ -105,10 +106,10 @@ def run(
     if port is None and unix_socket is None:
         port = DEFAULT_PORT
 
-    with StatusLine() as status:
+    with StatusLine(display) as status:
 
         def show(progress: "Progress") -> None:
-            document = {**asdict(progress), "wall_time_s": progress.wall_time_s}
+            document = progress_document(progress, with_pose=True)
             status.show_progress(document, len(selection.environments))
 
         ended_by = serve(
@@ -121,6 +122,7 @@ def run(
             on_progress=show,
         )
     console.note("The back end has ended.")
+    tell_recordings(recorded)
     if ended_by is not None:
         raise typer.Exit(ExitCode.INTERRUPTED)
 

@@ -21,7 +21,7 @@ from benchbot.cli.container_mode import (
     in_container,
 )
 from benchbot.cli.interrupting import interruptible
-from benchbot.cli.options import Json, Record, Requirements, Settings, recordings
+from benchbot.cli.options import Display, Json, Record, Requirements, Settings, recordings, tell_recordings
 from benchbot.cli.run import EpisodeNumber, MaxSimulatedTime, MaxSteps, MaxWallTime
 from benchbot.cli.solution_archive import Submission, pack
 from benchbot.cli.solution_limits import CpuTime, FileSize, Memory, Processes, process_limits
@@ -92,6 +92,7 @@ def submit(
     max_simulated_time: MaxSimulatedTime = None,
     max_wall_time: MaxWallTime = None,
     record: Record = None,
+    display: Display = "auto",
     as_json: Json = False,
     list_examples: Annotated[bool, listing("examples", "--list-examples")] = False,
     show_example: Annotated[str | None, showing("examples", "--show-example")] = None,
@@ -109,13 +110,13 @@ def submit(
     The solution finds the robot through BENCHBOT_URL, BENCHBOT_SOCKET and BENCHBOT_TOKEN, and saves its result to
     BENCHBOT_RESULT. The result's path goes to stdout, or the score when one was asked for.
     """
-    from benchbot.cli.status import StatusLine
     from benchbot.core import overrides
     from benchbot.core.catalog import Catalog
     from benchbot.core.plugins import load
     from benchbot.core.selection import Limits
     from benchbot.submission import episode
     from benchbot.submission.ordering import order_of, split_words
+    from benchbot.watching.status_line import StatusLine
 
     if submission is not None:
         others = {"--native": native, "--sandbox": sandbox, "--example": example, "--containerised": containerised}
@@ -144,7 +145,7 @@ def submit(
         order = replace(order, mode=mode, limits=bounds)
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     chosen = _chosen(task, robot, environment)
-    recorded = recordings(record)
+    recorded = recordings(record, results_location)
     changed = overrides.parse(settings or ())
     own = (seed is not None, episode_number is not None, recorded, changed, limits != Limits())
     if chosen is None and any(own):
@@ -167,8 +168,9 @@ def submit(
         connection, died = _back_end(
             stack, chosen, episode_number, changed, seed or 0, limits, evaluate_with, recorded, order.mode
         )
-        ended = episode.run(order, connection, died, stack.enter_context(StatusLine()))
+        ended = episode.run(order, connection, died, stack.enter_context(StatusLine(display)))
     kept = _kept(ended, results_location)
+    tell_recordings(recorded)
     if ended.problem is not None or kept is None or evaluate_with is None:
         if as_json:
             console.data_json(_summary(ended, kept))
@@ -198,6 +200,8 @@ def _kept(ended: "Episode", location: Path | None) -> Path | None:
     provenance = ended.document["provenance"]
     if "episode" in provenance["selection"] and provenance.get("restarts"):
         console.note("The robot was put back after it had moved: an episode is one attempt, so this one is no success.")
+    if provenance.get("driven_by_hand"):
+        console.note(f"{provenance['driven_by_hand']} of its actions were taken by hand: the result says so.")
     failure = provenance["failure"]
     if failure is not None and ended.problem is None:
         console.note(f"The episode ended early ({failure['class']}): {failure['why']}")

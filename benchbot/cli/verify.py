@@ -66,9 +66,9 @@ def _verified(item: "Submission | Unreadable", catalog: "Catalog") -> dict[str, 
     import tempfile
 
     from benchbot.bundling import replay
-    from benchbot.cli.status import StatusLine
     from benchbot.evaluation.inputs import Unreadable
     from benchbot.supervisor.platform_host import ChildHost
+    from benchbot.watching.status_line import StatusLine
 
     if isinstance(item, Unreadable):
         return _row(item.source, "", UNVERIFIABLE, [f"{item.error.title} {item.error.why}"])

@@ -7,8 +7,12 @@ from typing import Any
 MAX_OBSERVATIONS = 100_000
 """A run that has observed more often is not logged: its log would be larger than anything else of its result."""
 
-Row = tuple[str | None, Mapping[str, Any]]
-"""The action that an observation followed, None for entering a scene and for a mere look, and its arguments."""
+BY_HAND = "by_hand"
+"""What a row ends with whose action was the host's own, not the solution's."""
+
+Row = tuple[str | None, Mapping[str, Any], bool]
+"""The action that an observation followed, None for entering a scene and for a mere look; its arguments; whether it was
+taken by hand."""
 
 
 @dataclass
@@ -30,11 +34,11 @@ class ActionLog:
         """Note that the robot has been put into a scene, the next one."""
         self._scenes.append(SceneLog(scene))
 
-    def observed(self, action: str | None, arguments: Mapping[str, Any]) -> None:
+    def observed(self, action: str | None, arguments: Mapping[str, Any], *, by_hand: bool = False) -> None:
         """Note that the robot has been observed, after an action or without one."""
         self._observed += 1
         if self._observed <= MAX_OBSERVATIONS:
-            self._scenes[-1].rows.append((action, dict(arguments)))
+            self._scenes[-1].rows.append((action, dict(arguments), by_hand))
 
     def as_list(self, marks: Sequence[str]) -> list[dict[str, Any]] | None:
         """Return what a result says of it, with the mark that the digest had at each observation.
@@ -47,6 +51,8 @@ class ActionLog:
         return [{"scene": log.scene, "rows": [_row(next(left), *row) for row in log.rows]} for log in self._scenes]
 
 
-def _row(mark: str, action: str | None, arguments: Mapping[str, Any]) -> list[Any]:
+def _row(mark: str, action: str | None, arguments: Mapping[str, Any], by_hand: bool) -> list[Any]:
+    if by_hand:
+        return [mark, action, dict(arguments), BY_HAND]
     taken = [] if action is None else [action]
     return [mark, *taken, *([dict(arguments)] if arguments else [])]

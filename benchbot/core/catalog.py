@@ -106,7 +106,7 @@ class Catalog:
 
     @cached_property
     def ground_truth_files(self) -> tuple[Path, ...]:
-        """The declared ground-truth files. For evaluation only: nothing else may open them."""
+        """The declared ground-truth files. For evaluation and a run's host: nothing else may open them."""
         sources = (provided.value for provided in self.plugins.sources("ground_truths"))
         return tuple(declaration_files(sources, (".json",)))
 

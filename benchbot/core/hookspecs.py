@@ -175,6 +175,7 @@ class Recorder:
 
     name: str
     create: Callable[["Path"], "Recording"]
+    description: str = ""
 
 
 @dataclass(frozen=True)

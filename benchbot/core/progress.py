@@ -61,8 +61,30 @@ class Progress:
     ends_run: bool = False
     waiting_for: str | None = None
     started_s: float = field(default_factory=time.monotonic)
+    paused_since_s: float | None = None
+    paused_s: float = 0.0
+    """How long it was paused, before the pause that there may be now."""
 
     @property
     def wall_time_s(self) -> float:
-        """Seconds since the session began."""
-        return time.monotonic() - self.started_s
+        """Seconds since the session began, without those in which it was paused."""
+        now_s = time.monotonic()
+        since_s = self.paused_since_s
+        return (now_s if since_s is None else since_s) - self.started_s - self.paused_s
+
+    @property
+    def paused(self) -> bool:
+        """Whether whoever runs it holds the solution's next step."""
+        return self.paused_since_s is not None
+
+    def pause(self) -> None:
+        """Stop the clock, unless it stands still already."""
+        if self.paused_since_s is None:
+            self.paused_since_s = time.monotonic()
+
+    def go_on(self) -> None:
+        """Let the clock run, unless it runs already."""
+        since_s = self.paused_since_s
+        if since_s is not None:
+            self.paused_s += time.monotonic() - since_s
+            self.paused_since_s = None

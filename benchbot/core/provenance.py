@@ -43,6 +43,7 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
         },
         "solution": solution,
         "restarts": session.restarts,
+        **({"driven_by_hand": session.driven_by_hand} if session.driven_by_hand else {}),
         "steps": progress.steps,
         "frames": progress.frames,
         "simulated_time_s": round(progress.simulated_time_s, 9),

@@ -1,8 +1,8 @@
 """The session: one solution's run through the scenes of a selection, as a state machine."""
 
-import time
+import logging
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from typing import Any, TypeVar
 
 from benchbot.core.action_log import ActionLog
@@ -20,12 +20,14 @@ from benchbot.core.track import Track, waypoint
 
 T = TypeVar("T")
 
+log = logging.getLogger("benchbot.session")
+
 
 class Session:
     """Runs a selection on a host. Not thread-safe: the caller serialises `reset`, `step` and `next_scene`.
 
     `start_host` makes the host at the first `reset`, and anew at the `reset` that follows a dead one. `digest` makes
-    that of an episode.
+    that of an episode. `before_observing` is called when arrays that were observed before may change.
     """
 
     def __init__(
@@ -34,6 +36,7 @@ class Session:
         start_host: Callable[[], Host],
         recordings: Sequence[Recording] = (),
         digest: Callable[[], ObservationDigest] = ObservationDigest,
+        before_observing: Callable[[], None] = lambda: None,
     ) -> None:
         self.selection = selection
         self.recordings = tuple(recordings)
@@ -44,15 +47,17 @@ class Session:
         """What the solution has done since the last reset."""
         self.restarts = 0
         """How often the robot was put back after it had moved, since a result was last handed in."""
+        self.driven_by_hand = 0
+        """How many of the steps were the host's own, since a result was last handed in."""
         self.handed_in = False
         self.digest = digest()
         self.scenes = tuple(Scene(declaration.data, declaration.path.parent) for declaration in selection.environments)
         self._start_host = start_host
         self._new_digest = digest
+        self._before_observing = before_observing
         self._host: Host | None = None
         self._trajectory: tuple[Pose, ...] = ()
         self._simulated_before_s = 0.0
-        self._active_since_s = time.monotonic()
         self._safety_stop: BenchbotError | None = None
         self._halted: str | None = None
 
@@ -82,13 +87,13 @@ class Session:
             raise self._safety_stop
         self.digest.wait()
         self.restarts = 0 if self.handed_in else self.restarts + (self.progress.steps > 0)
+        self.driven_by_hand = 0 if self.handed_in else self.driven_by_hand
         self.handed_in = False
         self.progress = Progress()
         self.tracks = []
         self.log = ActionLog()
         self.digest = self._new_digest()
         self._simulated_before_s = 0.0
-        self._active_since_s = time.monotonic()
         self._tell_recordings(lambda recording: recording.reset())
         return self._enter(0)
 
@@ -111,8 +116,8 @@ class Session:
         self._simulated_before_s = self.progress.simulated_time_s
         return self._enter(following)
 
-    def step(self, action: str | None, arguments: Mapping[str, Any] | None = None) -> Step:
-        """Take one action to its end and observe; None only observes.
+    def step(self, action: str | None, arguments: Mapping[str, Any] | None = None, *, by_hand: bool = False) -> Step:
+        """Take one action to its end and observe; None only observes. `by_hand` says that it is not the solution's.
 
         Raises BenchbotError for an action that is unknown, unavailable now or wrongly used, for a limit that is
         reached (failure `timeout`) and for a platform that died (failure `platform`).
@@ -128,6 +133,7 @@ class Session:
             goal = self._trajectory[self.progress.trajectory_index]
         self.progress.last_action = action
         self.progress.steps += 1
+        self.driven_by_hand += by_hand
         outcome, status = self._guarded(lambda: host.act(action, arguments, goal))
         if action == "move_next":
             self.progress.trajectory_index += 1
@@ -138,7 +144,7 @@ class Session:
             self.progress.state = State.FINISHED
         else:
             self.progress.state = State.DIRTY
-        return self._observe(host, outcome, action, arguments)
+        return self._observe(host, outcome, action, arguments, by_hand=by_hand)
 
     def move_by(self, name: str, arguments: Mapping[str, Any], move: Callable[[], Status]) -> Step:
         """Move the robot by other means than an action of the task, and observe; it counts as a step.
@@ -181,11 +187,19 @@ class Session:
         host, self._host = self._host, None
         return host
 
+    def join(self, recording: Recording) -> None:
+        """Record from the next observation on. May be called from another thread."""
+        self.recordings = (*self.recordings, recording)
+
+    def leave(self, recording: Recording) -> None:
+        """Tell a recording nothing more, once it has been told of what is under way."""
+        self.recordings = tuple(other for other in self.recordings if other is not recording)
+
     def close(self) -> None:
         """Stop the robot, release the host and finish the recordings."""
         with ExitStack() as stack:
             for recording in self.recordings:
-                stack.callback(recording.close)
+                stack.callback(_finish, recording)
             self._close_host()
 
     def _enter(self, scene_index: int) -> Step:
@@ -221,14 +235,21 @@ class Session:
         return self._host
 
     def _observe(
-        self, host: Host, outcome: Outcome | None, action: str | None = None, arguments: Mapping[str, Any] | None = None
+        self,
+        host: Host,
+        outcome: Outcome | None,
+        action: str | None = None,
+        arguments: Mapping[str, Any] | None = None,
+        *,
+        by_hand: bool = False,
     ) -> Step:
         self.digest.wait()
+        self._before_observing()
         observations = self._guarded(lambda: self._look(host))
         self.tracks[-1].observed(self.progress.frames)
         self.progress.frames += 1
         self.digest.update(observations)
-        self.log.observed(action, arguments or {})
+        self.log.observed(action, arguments or {}, by_hand=by_hand)
         step = Step(observations, self.result, self.actions, self.progress.state, self.progress.scene_number, outcome)
         self._tell_recordings(lambda recording: recording.step(action, arguments or {}, step, self.progress))
         return step
@@ -248,9 +269,11 @@ class Session:
             try:
                 tell(recording)
             except BenchbotError as error:
-                # A recording was asked for: an episode without it is not worth going on with.
-                self._end(State.FAILED, error.failure or FailureClass.INFRASTRUCTURE, f"{error.title} {error.why}")
-                raise
+                # What ends is the recording: an episode may have taken hours, and its result does not need it.
+                log.warning("A recording ended early: %s", error)
+                self.leave(recording)
+                with suppress(BenchbotError):
+                    recording.close()
 
     def _check_action(self, action: str, arguments: dict[str, Any]) -> None:
         allowed = self.selection.actions
@@ -298,7 +321,7 @@ class Session:
         checks = (
             (limits.steps, self.progress.steps, "steps"),
             (limits.simulated_time_s, self.progress.simulated_time_s, "seconds of simulated time"),
-            (limits.wall_time_s, time.monotonic() - self._active_since_s, "seconds of wall time"),
+            (limits.wall_time_s, self.progress.wall_time_s, "seconds of wall time"),
         )
         for limit, used, unit in checks:
             if limit is not None and used >= limit:
@@ -341,3 +364,10 @@ class Session:
         host, self._host = self._host, None
         if host is not None:
             host.close()
+
+
+def _finish(recording: Recording) -> None:
+    try:
+        recording.close()
+    except BenchbotError as error:
+        log.warning("A recording is not finished: %s", error)

@@ -23,8 +23,10 @@ def benchbot_examples() -> Iterator[Path]:
 
 @hookimpl
 def benchbot_recorders() -> Iterator[Recorder]:
-    """Yield the recorder of what the camera saw."""
-    yield Recorder("frames", _record_frames)
+    """Yield the recorders that need nothing else installed."""
+    yield Recorder("frames", _record_frames, "What the camera saw, as JPEG files.")
+    yield Recorder("steps", _record_steps, "A line of JSON for each step: action, outcome, times, pose, digest.")
+    yield Recorder("trajectory", _record_trajectory, "Where the robot was, as observed and in truth, as TUM files.")
 
 
 @hookimpl
@@ -49,3 +51,15 @@ def _record_frames(folder: Path) -> Recording:
     from benchbot.plugins.recorders.frames import FramesRecording
 
     return FramesRecording(folder)
+
+
+def _record_steps(folder: Path) -> Recording:
+    from benchbot.plugins.recorders.steps import StepsRecording
+
+    return StepsRecording(folder)
+
+
+def _record_trajectory(folder: Path) -> Recording:
+    from benchbot.plugins.recorders.trajectory import TrajectoryRecording
+
+    return TrajectoryRecording(folder)

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -16,6 +17,7 @@ from benchbot.submission import result_file
 from benchbot.submission.exchange import exchange_folder
 from benchbot.submission.modes import DEFAULT_LIMITS, RESULT, Mode, ProcessLimits
 from benchbot.submission.native import NATIVE
+from benchbot.submission.output_log import OutputLog
 from benchbot.submission.solution import describe_exit
 from benchbot.supervisor.run_state import Connection
 
@@ -116,7 +118,14 @@ def _watch(
     """
     looked_s = time.monotonic()
     deadline_s = None if order.timeout_s is None else looked_s + order.timeout_s
-    with order.mode.start(order, connection, exchange, watcher.write) as solution:
+    with ExitStack() as stack:
+        kept = stack.enter_context(OutputLog.of(connection))
+
+        def printed(chunk: bytes) -> None:
+            kept.write(chunk)
+            watcher.write(chunk)
+
+        solution = stack.enter_context(order.mode.start(order, connection, exchange, printed))
         watcher.started(solution.process)
         while (ended := solution.wait(WATCH_PERIOD_S)) is None:
             try:
@@ -128,8 +137,8 @@ def _watch(
             if ended_by is not None:
                 return ended_by
             before_s, looked_s = looked_s, time.monotonic()
-            if deadline_s is not None and progress["waiting_for"]:
-                deadline_s += looked_s - before_s  # what the operator does is not the solution's time
+            if deadline_s is not None and (progress["waiting_for"] or progress["paused"]):
+                deadline_s += looked_s - before_s  # what operator and host do is not the solution's time
             if deadline_s is not None and looked_s > deadline_s:
                 return BenchbotError(
                     "The solution did not end in time.",

@@ -19,11 +19,12 @@ from starlette.routing import Route
 
 import benchbot
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.supervisor import bodies, observing, v2_routes, wire
+from benchbot.supervisor import bodies, observing, record_routes, v2_routes, wire
 from benchbot.supervisor.express import Express, Reader
 from benchbot.supervisor.refused import RefusedError
 from benchbot.supervisor.run import Run
 from benchbot.supervisor.waiting import while_there
+from benchbot.supervisor.watching import Desk
 
 PROGRESS_PERIOD_S = 0.1
 HEARTBEAT_S = 15.0
@@ -69,7 +70,8 @@ class Application(Starlette):
 def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = False) -> Application:
     """Return the application of one run. Every route but `/` and `/api/v1/health` needs the bearer token.
 
-    The operator's route needs a token of its own: a solution must not confirm what a person is asked to do. With
+    The operator's route and those of who watches need a token of their own: a solution must not confirm what a person
+    is asked to do, nor see more than it is shown. With
     `open_to_v2`, the routes of BenchBot v2 need none, since v2's client has none.
     """
 
@@ -164,6 +166,8 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
             Route("/api/v1/results_functions/{name}", private(results_function), methods=["POST"]),
             Route("/api/v1/stop", stop, methods=["POST"]),
             Route("/api/v1/operator", operator, methods=["POST"]),
+            *Desk(run, partial(_check_host, token=token, operator_token=operator_token)).routes(),
+            *record_routes.routes(run.recordings, partial(_check_host, token=token, operator_token=operator_token)),
         ],
         middleware=[Middleware(v2_routes.MergedSlashes)],
         exception_handlers={
@@ -192,6 +196,18 @@ def _check_operator(request: Request, token: str, operator_token: str) -> None:
         "Only the operator can say that this is done.",
         "The token is the solution's: a program does not know what a person beside the robot has done.",
         "Have the person type: benchbot ready",
+    )
+
+
+def _check_host(request: Request, *, token: str, operator_token: str) -> None:
+    if _has_token(request, operator_token):
+        return
+    _check_token(request, token)
+    raise RefusedError(
+        403,
+        "Only the host of the run may look on.",
+        "The token is the solution's, and what is shown here is not for solutions.",
+        "Take the operator's token from the run's state file, or type: benchbot tui",
     )
 
 

@@ -25,6 +25,7 @@ from benchbot.supervisor import channel, run_state, server
 from benchbot.supervisor.app import create_app
 from benchbot.supervisor.children import how_it_ended, last_words
 from benchbot.supervisor.platform_host import Timeouts
+from benchbot.supervisor.recorder_host import CLOSE_TIMEOUT_S
 from benchbot.supervisor.relay import Relay
 from benchbot.supervisor.run import Run
 from benchbot.supervisor.run_state import DEFAULT_PORT, Connection, RunState
@@ -286,7 +287,7 @@ class Backend:
                 try:
                     yield cls(process, ours, log, _ask(process, ours, order, log, start_timeout_s))
                 finally:
-                    _end(process)
+                    _end(process, STOP_TIMEOUT_S + (CLOSE_TIMEOUT_S if record else 0.0))
 
 
 class Order(msgspec.Struct, frozen=True):
@@ -337,11 +338,11 @@ def _ask(
         raise _dead(process, log) from error
 
 
-def _end(process: "subprocess.Popen[bytes]") -> None:
+def _end(process: "subprocess.Popen[bytes]", timeout_s: float) -> None:
     """End the child: politely, then by force; it is always reaped, and what it could not tidy up any more is."""
     process.terminate()
     try:
-        process.wait(STOP_TIMEOUT_S)
+        process.wait(timeout_s)
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()

@@ -5,14 +5,10 @@ as long as that request is answered.
 """
 
 import os
-from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from benchbot.core.progress import Progress, Step
-from benchbot.core.recording import Recording
 from benchbot.supervisor import wire
 from benchbot.supervisor.arena import ArenaReader
 
@@ -28,7 +24,7 @@ class Deliver(Protocol[T_co]):
 
 def keep(answer: dict[str, Any], arena: ArenaReader | None) -> Any:
     """Return an answer whose arrays are the caller's to keep."""
-    return _copied(answer)
+    return copied(answer)
 
 
 def encode(answer: dict[str, Any], arena: ArenaReader | None, *, opened: str | None) -> bytes:
@@ -46,31 +42,12 @@ def encode(answer: dict[str, Any], arena: ArenaReader | None, *, opened: str | N
     return wire.encode({**answer, "arena": offered})
 
 
-class KeepingRecording:
-    """A recording that is given copies: it may still write them while the next observation is taken."""
-
-    def __init__(self, recording: Recording) -> None:
-        self._recording = recording
-
-    def reset(self) -> None:
-        """Start over."""
-        self._recording.reset()
-
-    def step(self, action: str | None, arguments: Mapping[str, Any], step: Step, progress: Progress) -> None:
-        """Take note of one observation."""
-        kept = replace(step, observations=_copied(step.observations))
-        self._recording.step(action, arguments, kept, progress)
-
-    def close(self) -> None:
-        """Finish the recording."""
-        self._recording.close()
-
-
-def _copied(value: Any) -> Any:
+def copied(value: Any) -> Any:
+    """Return a value with copies of its arrays."""
     if isinstance(value, np.ndarray):
         return value.copy()
     if isinstance(value, dict):
-        return {key: _copied(item) for key, item in value.items()}
+        return {key: copied(item) for key, item in value.items()}
     if isinstance(value, list):
-        return [_copied(item) for item in value]
+        return [copied(item) for item in value]
     return value

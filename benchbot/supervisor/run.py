@@ -2,7 +2,7 @@
 
 import logging
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
@@ -10,24 +10,25 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from benchbot.core import formats, results
-from benchbot.core.catalog import Declaration
-from benchbot.core.channels import ACTIONS, OBSERVATIONS
 from benchbot.core.digest import BackgroundDigest
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.host import Host
 from benchbot.core.progress import Progress, Step
 from benchbot.core.provenance import timings
-from benchbot.core.recording import Recording
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
-from benchbot.supervisor import lending
+from benchbot.supervisor import description, lending
 from benchbot.supervisor.events import Events
+from benchbot.supervisor.gate import Gate
+from benchbot.supervisor.onlooker import Onlooker
 from benchbot.supervisor.operator import Operator
 from benchbot.supervisor.platform_host import ChildHost
+from benchbot.supervisor.recordings import Recordings
 from benchbot.supervisor.refused import RefusedError
 
 ACTION_WAIT_S = 150.0
 RELEASE_WAIT_S = 30.0
+DRIVE_WAIT_S = 10.0
 STOPPED = "The run was stopped by its user (benchbot stop)."
 STOPPED_BY_SOLUTION = "The solution stopped its run (/api/v1/stop)."
 HUNG_UP = "The solution hung up while the robot was moving."
@@ -56,10 +57,13 @@ class Run:
         selection: Selection,
         start_host: Callable[[], Host],
         result_path: Path,
-        recordings: Sequence[Recording] = (),
     ) -> None:
         self.selection = selection
         self.events = Events()
+        self.gate = Gate()
+        self.onlooker = Onlooker()
+        self.last_action: dict[str, Any] | None = None
+        """The newest action: `{action, arguments, outcome, result, by_hand}`; no outcome and result before its end."""
         self.stop_asked = threading.Event()
         self.stopped_in_use = False
         self.result_path = result_path
@@ -70,11 +74,13 @@ class Run:
         self._session = Session(
             selection,
             partial(self._start_host, start_host),
-            [lending.KeepingRecording(recording) for recording in recordings],
-            self._new_digest,
+            digest=self._new_digest,
+            before_observing=self.onlooker.withdraw,
         )
+        self.recordings = Recordings(self._session, self.events.publish, result_path.parent)
         self._lock = threading.Lock()
         self._callers = threading.Lock()
+        self._clock = threading.Lock()
         self._caller: Caller | None = None
         self._closing = threading.Lock()
         self._closed = False
@@ -88,24 +94,13 @@ class Run:
 
     def public_progress(self) -> dict[str, Any]:
         """Return the progress as plain data for clients: without the pose where the task hides the true one."""
-        progress = self._session.progress
         shows_pose = self.selection.localisation == "ground_truth"
-        return {
-            "state": progress.state.value,
-            "scene_number": progress.scene_number,
-            "steps": progress.steps,
-            "trajectory_index": progress.trajectory_index,
-            "trajectory_length": progress.trajectory_length,
-            "last_action": progress.last_action,
-            "pose_xyyaw": list(progress.pose_xyyaw) if shows_pose else None,
-            "simulated_time_s": progress.simulated_time_s,
-            "wall_time_s": progress.wall_time_s,
-            "frames": progress.frames,
-            "failure": None if progress.failure is None else progress.failure.value,
-            "failure_why": progress.failure_why,
-            "ends_run": progress.ends_run,
-            "waiting_for": progress.waiting_for,
-        }
+        return description.progress_document(self._session.progress, with_pose=shows_pose)
+
+    @property
+    def session(self) -> Session:
+        """The session, to be read by who runs it."""
+        return self._session
 
     def prepare(self) -> None:
         """Start the platform's process while the solution is still on its way."""
@@ -114,9 +109,11 @@ class Run:
 
     def reset(self, caller: Caller | None = None, deliver: lending.Deliver[T] = lending.keep) -> T:
         """Start anew in the first scene. Waits for an action that a solution, maybe a dead one, has left under way."""
-        with self._exclusively(ACTION_WAIT_S, caller):
+        with self._moving(ACTION_WAIT_S, caller):
+            self.last_action = None
             step = self._noting_failures(self._session.reset)
             self._started = True
+            self.note_pause()
             self._tell("scene")
             return self._deliver(self._step_document(step), deliver)
 
@@ -128,17 +125,33 @@ class Run:
         deliver: lending.Deliver[T] = lending.keep,
     ) -> T:
         """Take one action; raises RefusedError (409) while another request uses the session."""
-        with self._exclusively(caller=caller):
-            step = self._noting_failures(lambda: self._session.step(action, arguments))
-            self._tell("step")
-            return self._deliver(self._step_document(step), deliver)
+        with self._moving(caller=caller, moves=action is not None):
+            return self._deliver(self._step(action, arguments), deliver)
+
+    def drive(self, action: str, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        """Take one action by hand, for the host; return it as `last_action`. Before a solution has begun, reset first.
+
+        Waits for what is under way; raises RefusedError (409) when that takes long, and while a solution drives.
+        """
+        with self.gate.driving(begun=self._started), self._exclusively(DRIVE_WAIT_S):
+            if not self.progress.frames:
+                self._noting_failures(self._session.reset)
+                self.note_pause()
+            return self._deliver(self._step(action, arguments, by_hand=True), lambda answer, arena: self._last())
+
+    def note_pause(self) -> None:
+        """Have the session's clock stand still while the gate is closed."""
+        # Whoever comes last sees the gate as it is: a reset may have made another clock meanwhile.
+        with self._clock:
+            progress = self._session.progress
+            (progress.pause if self.gate.state.paused else progress.go_on)()
 
     def next_scene(self, caller: Caller | None = None, deliver: lending.Deliver[T] = lending.keep) -> T:
         """Advance to the next scene; raises RefusedError (409) while another request uses the session."""
-        with self._exclusively(caller=caller):
+        with self._moving(caller=caller):
             step = self._noting_failures(self._session.next_scene)
             if step is None:
-                return self._deliver({"advanced": False, **self._state_document()}, deliver)
+                return self._deliver({"advanced": False, **description.state_document(self._session)}, deliver)
             self._tell("scene")
             return self._deliver({"advanced": True, **self._step_document(step)}, deliver)
 
@@ -160,6 +173,7 @@ class Run:
             results.write_json(self.result_path, finished)
             log.info("result written to %s", self.result_path)
             self.events.publish("result", {"path": str(self.result_path)})
+            self.recordings.result(finished)
             if self.selection.localisation != "ground_truth":
                 # The true way is kept with the result: a solution that could read it might still be driving.
                 finished = {key: value for key, value in finished.items() if key != "track"}
@@ -178,32 +192,12 @@ class Run:
 
     def describe(self) -> dict[str, Any]:
         """Return what is run and where it stands, without ground truth (docs/wire.md, GET /api/v1/session)."""
-        selection = self.selection
+        told = description.selection_document(self.selection)
         return {
-            "task": selection.task.data,
-            "environments": [results.public_environment(scene) for scene in selection.environments],
-            "robot": selection.robot.data,
-            "results_format": _format_document(selection.results_format),
-            "selection": {
-                "task": selection.task.name,
-                "robot": selection.robot.name,
-                "environment": selection.environment,
-                "seed": selection.seed,
-                "episode": None if selection.episode is None else selection.episode.number,
-                "settings": dict(selection.settings),
-                "limits": {
-                    "steps": selection.limits.steps,
-                    "simulated_time_s": selection.limits.simulated_time_s,
-                    "wall_time_s": selection.limits.wall_time_s,
-                },
-            },
-            "observations": {name: OBSERVATIONS[name].value for name in selection.observations},
-            "actions": {
-                name: {"argument": ACTIONS[name].argument, "unit": ACTIONS[name].unit} for name in selection.actions
-            },
+            **told,
             "scene_count": len(self._session.scenes),
             "started": self._started,
-            **self._state_document(),
+            **description.state_document(self._session),
             "progress": self.public_progress(),
         }
 
@@ -216,6 +210,7 @@ class Run:
         with self._callers:
             caller.gone = True
             under_way = self._caller is caller
+        self.gate.look_again()
         if under_way:
             log.warning("%s", HUNG_UP)
             self._session.halt(HUNG_UP)
@@ -241,7 +236,7 @@ class Run:
         Where that is the solution, it has failed: else it could have an episode that goes badly tried again.
         """
         with self._callers:
-            under_way = self._caller is not None
+            under_way = self._caller is not None or self.gate.state.held
         if by_solution:
             self._session.fail(FailureClass.AGENT, STOPPED_BY_SOLUTION)
             self.stopped_in_use = True
@@ -253,6 +248,7 @@ class Run:
     def close(self) -> None:
         """Stop the robot and end the platform, even in the middle of an action. Safe to call from several threads."""
         self.stop_asked.set()
+        self.gate.end()
         with self._closing:
             if not self._closed:
                 self._closed = True
@@ -266,11 +262,31 @@ class Run:
             return None
         try:
             host = self._session.release()
+            # The next run's observations will lie where this one's do.
+            self.onlooker.withdraw()
             self.close()
             self._digesting.shutdown()
             return host
         finally:
             self._lock.release()
+
+    def _step(self, action: str | None, arguments: Mapping[str, Any], *, by_hand: bool = False) -> dict[str, Any]:
+        """Take one action to its end, and return the answer; called by who has the session to themselves."""
+        taken = {"action": action, "arguments": arguments, "by_hand": by_hand}
+        if action is not None:
+            self.last_action = {**taken, "outcome": None, "result": None}
+        try:
+            step = self._noting_failures(lambda: self._session.step(action, arguments, by_hand=by_hand))
+        except BenchbotError as error:
+            self.last_action = {**taken, "arguments": {}, "outcome": "failed", "result": error.title}
+            raise
+        if action is not None:
+            self.last_action = {**taken, "outcome": step.outcome, "result": step.result}
+        self._tell("step")
+        return self._step_document(step)
+
+    def _last(self) -> dict[str, Any]:
+        return dict(self.last_action or {})
 
     def _start_host(self, start: Callable[[], Host]) -> Host:
         self._host = start()
@@ -282,9 +298,18 @@ class Run:
 
     def _deliver(self, answer: dict[str, Any], deliver: lending.Deliver[T]) -> T:
         try:
+            if "observations" in answer:
+                self.onlooker.offer(answer["observations"])
             return deliver(answer, self._host.arena if isinstance(self._host, ChildHost) else None)
         finally:
             self._digest.begin()
+
+    @contextmanager
+    def _moving(self, wait_s: float = 0.0, caller: Caller | None = None, *, moves: bool = True) -> Iterator[None]:
+        """Pass the gate and use the robot."""
+        passing = self.gate.passing(lambda: caller is not None and caller.gone, moves=moves)
+        with passing, self._exclusively(wait_s, caller):
+            yield
 
     @contextmanager
     def _exclusively(self, wait_s: float = 0.0, caller: Caller | None = None) -> Iterator[None]:
@@ -333,22 +358,8 @@ class Run:
         self.events.publish(kind, progress)
 
     def _step_document(self, step: Step) -> dict[str, Any]:
-        return {
-            "observations": step.observations,
-            "outcome": step.outcome,
-            **self._state_document(),
-        }
-
-    def _state_document(self) -> dict[str, Any]:
-        progress = self.progress
-        return {
-            "result": self._session.result,
-            "available_actions": list(self._session.actions),
-            "state": progress.state,
-            "scene_number": progress.scene_number,
-            "steps": progress.steps,
-            "simulated_time_s": progress.simulated_time_s,
-        }
+        state = description.state_document(self._session)
+        return {"observations": step.observations, "outcome": step.outcome, **state}
 
 
 def _gone() -> BenchbotError:
@@ -369,13 +380,3 @@ def ended() -> BenchbotError:
         exit_code=ExitCode.INTERNAL,
         failure=FailureClass.INFRASTRUCTURE,
     )
-
-
-def _format_document(declaration: Declaration | None) -> dict[str, Any] | None:
-    if declaration is None:
-        return None
-    return {
-        "name": declaration.name,
-        "description": declaration.data.get("description", ""),
-        "functions": sorted(declaration.data.get("functions", {})),
-    }

@@ -127,6 +127,16 @@ def live() -> list[RunState]:
     return sorted(states, key=lambda state: state.started_s, reverse=True)
 
 
+def is_alive(state: RunState) -> bool:
+    """Say whether a run has not ended; its process may go on with another one."""
+    folder = Path(state.folder)
+    try:
+        found = RunState.from_dict(json.loads((folder / STATE_FILE).read_text("utf-8")))
+    except (OSError, ValueError, TypeError, KeyError):
+        return False
+    return found.operator_token == state.operator_token and _alive(folder)
+
+
 def find() -> Connection:
     """Return how to reach the run that this process belongs to, or else the newest live one of this user.
 

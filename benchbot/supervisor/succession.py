@@ -7,10 +7,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from benchbot.core import plugins
 from benchbot.core.errors import BenchbotError
 from benchbot.core.host import Host
-from benchbot.core.recording import Recording
 from benchbot.core.selection import Selection
 from benchbot.supervisor.platform_host import ChildHost, Timeouts
 from benchbot.supervisor.run import Run
@@ -62,8 +60,8 @@ class Succession:
             self._note_failure()
             self._leave_folder()
             self._folder = RunFolder()
-        recordings = _start_recordings(order.record)
-        self._run = run = Run(order.selection, lambda: self._start_host(run), self._folder.result, recordings)
+        self._run = run = Run(order.selection, lambda: self._start_host(run), self._folder.result)
+        run.recordings.begin(order.record)
         return run
 
     def close_run(self) -> None:
@@ -112,8 +110,3 @@ class Succession:
         warm, self._warm = self._warm, None
         if warm is not None:
             warm.close()
-
-
-def _start_recordings(record: Mapping[str, Path]) -> list[Recording]:
-    recorders = [(plugins.load().record("recorders", name), folder) for name, folder in record.items()]
-    return [recorder.create(folder) for recorder, folder in recorders]

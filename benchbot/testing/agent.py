@@ -184,7 +184,8 @@ def _served(case: _Case, scenes: int, collides_at: int | None, witness: _Witness
     token = secrets.token_hex(16)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="benchbot-testing-")))
-        run = Run(chosen, lambda: PretendedHost(starts, collides_at), folder / "kept.json", [witness])
+        run = Run(chosen, lambda: PretendedHost(starts, collides_at), folder / "kept.json")
+        run.session.join(witness)
         listener = stack.enter_context(server.bind_tcp("127.0.0.1", 0))
         stack.enter_context(server.Server(create_app(run, token, secrets.token_hex(16)), [listener]))
         stack.callback(run.close)

@@ -23,6 +23,7 @@ from benchbot.testing.seeing import digest
 
 ROOM_BYTES = 2000
 LONG, SHORT = 6, 2
+MANY = 80
 
 
 def check_recorder(recorder: Recorder | str) -> list[Finding]:
@@ -33,6 +34,7 @@ def check_recorder(recorder: Recorder | str) -> list[Finding]:
         ("observations", _leaves_them_alone),
         ("channels that a task lacks", _takes_what_there_is),
         ("reset", _starts_over),
+        ("a run under way", _joins),
         ("close", _closes_twice),
         ("nothing left", _leaves_nothing_open),
         ("full disk", _tells_of_a_full_disk),
@@ -91,6 +93,17 @@ def _starts_over(recorder: Recorder, folder: Path) -> str:
     return "what was before it is dropped"
 
 
+def _joins(recorder: Recorder, folder: Path) -> str:
+    """A recording may begin in the middle of a run, and miss steps for which a slow disk has no time."""
+    with _recording(recorder, folder / "recording") as recording:
+        for step, progress in _steps(LONG):
+            progress.frames += 40 if progress.frames < LONG else 60
+            recording.step("move_distance", {"distance": 0.1}, step, progress)
+    if _size(folder / "recording") == 0:
+        raise Wrong("Nothing was written.", "Begin with whatever observation comes first, and go on after a gap.")
+    return "joined late, and with a gap"
+
+
 def _closes_twice(recorder: Recorder, folder: Path) -> str:
     never_reset = recorder.create(folder / "unused")
     never_reset.close()
@@ -108,7 +121,7 @@ def _tells_of_a_full_disk(recorder: Recorder, folder: Path) -> str:
     """Files cannot grow beyond some bytes: the error that a full disk gives comes with the first write beyond."""
     with _little_room(ROOM_BYTES):
         try:
-            _session(recorder, folder / "recording", 40)
+            _session(recorder, folder / "recording", MANY)
         except BenchbotError as error:
             told: Exception = error
         except OSError as error:
@@ -116,7 +129,9 @@ def _tells_of_a_full_disk(recorder: Recorder, folder: Path) -> str:
         else:
             if any(path.is_file() and path.stat().st_size >= ROOM_BYTES for path in folder.rglob("*")):
                 raise Wrong("Nothing was told when a file could not be written.", _HOW_TO_TELL)
-            raise unchecked(f"40 steps fit into files of {ROOM_BYTES} bytes.", "Try it with a real disk that is full.")
+            raise unchecked(
+                f"{MANY} steps fit into files of {ROOM_BYTES} bytes.", "Try it with a real disk that is full."
+            )
     if isinstance(told, OSError):
         raise Wrong(f"It raised {type(told).__name__}: {told}.", _HOW_TO_TELL)
     return str(told).splitlines()[0]

@@ -45,9 +45,13 @@ def test_what_cannot_be_drawn_is_told(results: CommandLine, here: Here, words: l
     assert not Path(results.folder / "picture.png").exists()
 
 
-def test_a_recording_needs_a_folder_and_a_known_recorder(here: Here) -> None:
-    done = here("submit", *RUN, "--native", "true", "--record", "frames")
-    assert (done.returncode, "--record frames names no folder" in done.stderr) == (2, True)
+@pytest.mark.parametrize("words", ["frames=", "=seen", "frames,steps=seen", "frames,", ""])
+def test_a_recording_needs_a_recorder(here: Here, words: str) -> None:
+    done = here("submit", *RUN, "--native", "true", "--record", words)
+    assert (done.returncode, f"--record {words} cannot be understood" in done.stderr) == (2, True)
+
+
+def test_a_recorder_must_be_known(here: Here) -> None:
     done = here("submit", *RUN, "--native", "true", "--record", "framse=seen")
     assert (done.returncode, "'framse' is not an installed recorder" in done.stderr) == (2, True)
 

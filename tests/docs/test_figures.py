@@ -42,17 +42,20 @@ def test_figures_name_the_script_that_makes_them(page: Path, table: str, mark: s
 def test_every_picture_says_how_it_is_made() -> None:
     page = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
     made = re.findall(r"^\| `([^`]+\.(?:jpg|png|svg))`.* \|$", page, re.MULTILINE)
-    pictures = list((ROOT / "docs" / "images").iterdir())
 
-    assert [path.name for path in pictures if not any(path.match(pattern) for pattern in made)] == []
+    assert [path.name for path in images() if not any(path.match(pattern) for pattern in made)] == []
     for module in re.findall(r"`python -m (benchmarks\.\w+|benchbot\w+[\w.]*)", page):
         assert importlib.util.find_spec(module), module
 
 
 def test_every_picture_is_on_a_page() -> None:
-    shown = {name for page in pages() for name in re.findall(r"images/([\w.-]+)\)", page.read_text("utf-8"))}
+    shown = {name for page in pages() for name in re.findall(r"images/([\w./-]+)\)", page.read_text("utf-8"))}
 
-    assert shown == {path.name for path in (ROOT / "docs" / "images").iterdir()}
+    assert shown == {path.relative_to(ROOT / "docs" / "images").as_posix() for path in images()}
+
+
+def images() -> list[Path]:
+    return [path for path in (ROOT / "docs" / "images").rglob("*") if path.is_file()]
 
 
 def test_there_are_such_tables() -> None:

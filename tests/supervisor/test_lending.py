@@ -1,11 +1,10 @@
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 
-from benchbot.core.progress import ActionResult, Progress, State, Step
 from benchbot.supervisor import lending, wire
 from benchbot.supervisor.arena import ArenaReader, ArenaWriter, create
 
@@ -57,26 +56,3 @@ def test_who_has_opened_it_gets_places(lent: Lent) -> None:
 
 def test_without_an_arena_there_is_nothing_to_offer() -> None:
     assert wire.decode(lending.encode({"steps": 1}, None, opened="none")) == {"steps": 1}
-
-
-def test_a_recording_is_given_what_it_may_keep(lent: Lent) -> None:
-    told: list[Any] = []
-
-    class Notes:
-        def reset(self) -> None:
-            told.append("reset")
-
-        def step(self, action: str | None, arguments: Mapping[str, Any], step: Step, progress: Progress) -> None:
-            told.append((action, arguments, step, progress))
-
-        def close(self) -> None:
-            told.append("close")
-
-    recording, progress = lending.KeepingRecording(Notes()), Progress()
-    recording.reset()
-    seen = Step(lent.answer["observations"], ActionResult.SUCCESS, (), State.CLEAN, 0)
-    recording.step("move_angle", {"angle": 1.0}, seen, progress)
-    recording.close()
-    lent.overwrite()
-    assert (told[0], told[-1], told[1][:2], told[1][3]) == ("reset", "close", ("move_angle", {"angle": 1.0}), progress)
-    assert told[1][2].observations["image"].tolist() == [[0] * 3] * 2

@@ -15,8 +15,9 @@ from benchbot.testing import check_recorder
 from tests.testing.reading import all_is_well, broken
 
 
-def test_the_recorder_in_the_box_conforms() -> None:
-    assert all_is_well(check_recorder("frames"))
+@pytest.mark.parametrize("name", ["frames", "steps", "trajectory"])
+def test_the_recorders_in_the_box_conform(name: str) -> None:
+    assert all_is_well(check_recorder(name))
 
 
 class Lines:
@@ -77,6 +78,22 @@ class NeverForgets(Lines):
         pass
 
 
+class NeedsTheStart(Lines):
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder)
+        self.last = 0
+
+    def step(self, action: str | None, arguments: Mapping[str, Any], step: Step, progress: Progress) -> None:
+        if progress.frames != self.last + 1:
+            raise RuntimeError("a step is missing")
+        self.last = progress.frames
+        super().step(action, arguments, step, progress)
+
+    def reset(self) -> None:
+        super().reset()
+        self.last = 0
+
+
 class ClosesOnce(Lines):
     def close(self) -> None:
         self.path.rename(self.path.with_suffix(".done"))
@@ -113,6 +130,7 @@ class SaysItRaw(Lines):
         (Paints, "observations", "altered the observations"),
         (NeedsALaser, "channels that a task lacks", "KeyError: 'laser'"),
         (NeverForgets, "reset", "Drop in reset()"),
+        (NeedsTheStart, "a run under way", "a step is missing"),
         (ClosesOnce, "close", "FileNotFoundError"),
         (KeepsItOpen, "nothing left", "files open"),
         (SaysNothing, "full disk", "Nothing was told"),

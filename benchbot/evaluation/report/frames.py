@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchbot.core.geometry import Pose
+from benchbot.core.recording import RecordingNote
 from benchbot.evaluation.report.driven import ways
 from benchbot.evaluation.report.material import Episode, Material
 
@@ -22,15 +23,31 @@ class Frame:
 def frames_of(episode: Episode, material: Material) -> list[Frame]:
     """Return an episode's frames, in order; none when there are not as many as the robot made observations.
 
-    They are looked for in `STEM.frames` beside `STEM.json`, and in `frames` when no other result of the report lies in
-    the same folder.
+    They are looked for in `STEM-recordings/frames` and `STEM.frames` beside `STEM.json`, and in `frames` when no other
+    result of the report lies in the same folder.
     """
     poses = [(scene, pose) for scene, way in enumerate(ways(episode)) for pose in way.observed]
     for folder in _folders(episode, material):
-        paths = sorted(folder.glob("*.jpg")) if folder.is_dir() else []
-        if paths and len(paths) == len(poses):
-            return [Frame(path, scene, pose) for path, (scene, pose) in zip(paths, poses, strict=True)]
+        paths = numbered(folder)
+        note = RecordingNote.read(folder)
+        missing = 0 if note is None else note.dropped
+        if paths and len(paths) + missing == len(poses) and max(paths) < len(poses):
+            return [Frame(path, *poses[number]) for number, path in paths.items()]
     return []
+
+
+def numbered(folder: Path) -> dict[int, Path]:
+    """Return the frames in a folder in order, by the number of their observation, from 0."""
+    paths = sorted(folder.glob("*.jpg")) if folder.is_dir() else []
+    if all(path.stem.isdecimal() for path in paths):
+        return {int(path.stem): path for path in paths}
+    return dict(enumerate(paths))
+
+
+def places(result: Path) -> list[Path]:
+    """Return where the frames of a result may be; the last of them, if no other result lies in the same folder."""
+    parent, stem = result.parent, result.stem
+    return [parent / f"{stem}-recordings" / FOLDER, result.with_suffix(f".{FOLDER}"), parent / FOLDER]
 
 
 def _folders(episode: Episode, material: Material) -> list[Path]:
@@ -41,4 +58,5 @@ def _folders(episode: Episode, material: Material) -> list[Path]:
         return []
     path = Path(episode.source)
     neighbours = [other for other in material.episodes if other.source and Path(other.source).parent == path.parent]
-    return [path.with_suffix(f".{FOLDER}"), *([path.parent / FOLDER] if len(neighbours) == 1 else [])]
+    beside = places(path)
+    return beside if len(neighbours) == 1 else beside[:-1]

@@ -107,19 +107,27 @@ def _explained(item: Document, scenes: Sequence[str]) -> Thing:
 def _stated(episode: Episode) -> Iterable[Thing]:
     """Yield what an object map and its truth hold, when the method says nothing of which object is which."""
     for scene, truth in enumerate(episode.truths):
-        for item in _boxes(truth.get("ground_truth")):
-            yield Thing(
-                scene, None, "", item.get("class", ""), None, Box.of(item["centroid"], item["extent"]), None, ""
-            )
-    results = (episode.document or {}).get("results")
+        for label, box in stated(truth.get("ground_truth")):
+            yield Thing(scene, None, "", label, None, box, None, "")
+    for label, box in proposed((episode.document or {}).get("results")):
+        yield Thing(len(episode.scenes) - 1, None, label, None, box, None, None, "")
+
+
+def stated(truth: object) -> list[tuple[str, Box | None]]:
+    """Return class and box of each object of a ground truth that is a map of objects; none of another one."""
+    return [(str(item.get("class", "")), Box.of(item["centroid"], item["extent"])) for item in _boxes(truth)]
+
+
+def proposed(results: object) -> list[tuple[str, Box | None]]:
+    """Return the likeliest class and the box of each object of results that are a map of objects; none of others."""
+    found = []
     for item in _boxes(results):
         weights = item.get("label_probs") or []
         names = results["class_list"] if isinstance(results, dict) and "class_list" in results else []
         likeliest = max(range(len(weights)), key=weights.__getitem__, default=-1)
         label = str(names[likeliest]) if 0 <= likeliest < len(names) else ""
-        yield Thing(
-            len(episode.scenes) - 1, None, label, None, Box.of(item["centroid"], item["extent"]), None, None, ""
-        )
+        found.append((label, Box.of(item["centroid"], item["extent"])))
+    return found
 
 
 def _boxes(document: object) -> list[Document]:

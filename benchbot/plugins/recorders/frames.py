@@ -1,13 +1,12 @@
 """The recorder `frames`: what the robot's camera saw at each step, as JPEG files."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.plugins.recorders.faults import told
 
 if TYPE_CHECKING:
     from benchbot.core.progress import Progress, Step
@@ -16,7 +15,7 @@ QUALITY = 92
 
 
 class FramesRecording:
-    """Writes `00000.jpg`, `00001.jpg`, … in the order in which a solution saw them."""
+    """Writes `00000.jpg`, `00001.jpg`, …, after the number of the observation: one that is missing leaves a gap."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -24,7 +23,7 @@ class FramesRecording:
         # One frame is written while the next one is taken.
         self._writer = ThreadPoolExecutor(max_workers=1)
         self._writing: Future[None] | None = None
-        with _told(folder):
+        with told("frames", folder):
             folder.mkdir(parents=True, exist_ok=True)
 
     def reset(self) -> None:
@@ -39,7 +38,7 @@ class FramesRecording:
         image = step.observations.get("image_rgb")
         if image is not None:
             self._wait()
-            path = self._folder / f"{len(self._written):05d}.jpg"
+            path = self._folder / f"{max(progress.frames - 1, 0):05d}.jpg"
             self._writing = self._writer.submit(_write, path, image)
             self._written.append(path)
 
@@ -54,7 +53,7 @@ class FramesRecording:
         """Wait for the frame that is being written; raises what went wrong with it."""
         writing, self._writing = self._writing, None
         if writing is not None:
-            with _told(self._folder):
+            with told("frames", self._folder):
                 writing.result()
 
 
@@ -65,17 +64,3 @@ def _write(path: Path, image: Any) -> None:
     encoded = BytesIO()
     Image.fromarray(image).save(encoded, "JPEG", quality=QUALITY)
     path.write_bytes(encoded.getbuffer())
-
-
-@contextmanager
-def _told(folder: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise BenchbotError(
-            f"The frames in {folder} cannot be written.",
-            f"{error.strerror or error}.",
-            "Make room, or record into a folder on a disk that has some and that you may write to.",
-            exit_code=ExitCode.INTERNAL,
-            failure=FailureClass.INFRASTRUCTURE,
-        ) from error

@@ -10,6 +10,7 @@ from benchbot.core import plugins, resources, schema
 from benchbot.core.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.resources import YAML_SUFFIXES, declaration_files
+from benchbot.supervisor import recordings, run_state
 
 KINDS = {"ground_truths": (".json",), "environments": YAML_SUFFIXES, "episodes": (".json",)}
 """The kinds of declarations that tell a solution what it is to find out, and how their files end."""
@@ -20,10 +21,12 @@ def hidden_paths(catalog: Catalog, folder: Path) -> tuple[Path, ...]:
 
     Those are the folders of every ground truth, environment and list of episodes; the whole packages of distributions
     that bring environments or ground truths, unless the solution itself is a part of one; what environments name as
-    files of theirs; the folders of the user's runs, results, caches and assets.
+    files of theirs; the folders of the user's runs, results, caches and assets, and those of recordings, which may tell
+    where the robot really is.
     """
     inside = folder.resolve()
     found = {resources.state_dir(), resources.cache_dir(), resources.data_dir()}
+    found.update(path for run in run_state.live() for path in recordings.listed(Path(run.folder)) if path.is_dir())
     found.update(package for package in _packages(catalog) if not inside.is_relative_to(package.resolve()))
     found.update(_declared(catalog, [path.resolve() for path in found]))
     return tuple(sorted({path.resolve() for path in found}))

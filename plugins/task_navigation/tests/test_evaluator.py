@@ -139,9 +139,10 @@ def test_the_way_that_is_left_goes_around_what_is_between() -> None:
         {"failure": {"class": "timeout", "why": "The limit is used up."}},
         {"failure": {"class": "collision", "why": "The robot hit something."}, "collisions": 1},
         {"restarts": 1},
+        {"driven_by_hand": 2},
     ],
 )
-def test_who_hits_something_runs_out_of_time_or_begins_anew_has_no_success(changes: dict[str, Any]) -> None:
+def test_who_hits_something_runs_out_of_time_begins_anew_or_is_helped_has_no_success(changes: dict[str, Any]) -> None:
     scores = scored(ended_at(-1.4, -0.65, **changes))
 
     assert (scores["success"], scores["SPL"]) == (0.0, 0.0)

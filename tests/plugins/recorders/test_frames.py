@@ -21,7 +21,7 @@ def test_every_frame_becomes_a_file(tmp_path: Path) -> None:
     recording = load().record("recorders", "frames").create(tmp_path)
     recording.reset()
     recording.step(None, {}, step(image_rgb=IMAGE), Progress())
-    recording.step("move_next", {}, step(image_rgb=IMAGE), Progress())
+    recording.step("move_next", {}, step(image_rgb=IMAGE), Progress(frames=2))
     recording.close()
     recording.close()
     paths = sorted(tmp_path.iterdir())
@@ -33,8 +33,8 @@ def test_every_frame_becomes_a_file(tmp_path: Path) -> None:
 
 def test_a_reset_starts_over(tmp_path: Path) -> None:
     recording = load().record("recorders", "frames").create(tmp_path / "frames")
-    for _ in range(3):
-        recording.step(None, {}, step(image_rgb=IMAGE), Progress())
+    for number in range(1, 4):
+        recording.step(None, {}, step(image_rgb=IMAGE), Progress(frames=number))
     recording.reset()
     recording.step(None, {}, step(image_rgb=IMAGE), Progress())
     recording.close()

@@ -17,4 +17,4 @@ def _create(folder: Path) -> Recording:
 @hookimpl
 def benchbot_recorders() -> Iterator[Recorder]:
     """Yield `mcap`."""
-    yield Recorder("mcap", _create)
+    yield Recorder("mcap", _create, "Everything, as ROS 2 messages in MCAP: for Foxglove and ros2 bag.")

@@ -1,6 +1,11 @@
 """Where a batch stands, as people read it: a line that is rewritten, a page, and how it ended."""
 
+from typing import TYPE_CHECKING, Any
+
 from benchbot.batch.status import BatchStatus
+
+if TYPE_CHECKING:
+    from benchbot.watching.status_line import StatusLine
 
 
 def line(status: BatchStatus) -> str:
@@ -16,6 +21,15 @@ def line(status: BatchStatus) -> str:
     if status.left_s is not None and not status.is_complete:
         parts.append(f"{duration(status.left_s)} left")
     return " · ".join([*parts, *_score(status)])
+
+
+def show(line_: "StatusLine", status: BatchStatus) -> None:
+    """Show where a batch stands, as the display of a status line says."""
+
+    def document() -> dict[str, Any]:
+        return {"kind": "batch", **status.as_dict()}
+
+    line_.show(line(status), (status.finished, status.paused, len(status.running)), document=document)
 
 
 def page(status: BatchStatus) -> str:

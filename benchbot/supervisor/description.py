@@ -1,0 +1,81 @@
+"""What a run is and where it stands, as plain data for those who ask (docs/wire.md)."""
+
+from typing import Any
+
+from benchbot.core import results
+from benchbot.core.catalog import Declaration
+from benchbot.core.channels import ACTIONS, OBSERVATIONS
+from benchbot.core.progress import Progress
+from benchbot.core.selection import Selection
+from benchbot.core.session import Session
+
+
+def selection_document(selection: Selection) -> dict[str, Any]:
+    """Return what is run, without ground truth."""
+    return {
+        "task": selection.task.data,
+        "environments": [results.public_environment(scene) for scene in selection.environments],
+        "robot": selection.robot.data,
+        "results_format": _format_document(selection.results_format),
+        "selection": {
+            "task": selection.task.name,
+            "robot": selection.robot.name,
+            "environment": selection.environment,
+            "seed": selection.seed,
+            "episode": None if selection.episode is None else selection.episode.number,
+            "settings": dict(selection.settings),
+            "limits": {
+                "steps": selection.limits.steps,
+                "simulated_time_s": selection.limits.simulated_time_s,
+                "wall_time_s": selection.limits.wall_time_s,
+            },
+        },
+        "observations": {name: OBSERVATIONS[name].value for name in selection.observations},
+        "actions": {
+            name: {"argument": ACTIONS[name].argument, "unit": ACTIONS[name].unit} for name in selection.actions
+        },
+    }
+
+
+def progress_document(progress: Progress, *, with_pose: bool) -> dict[str, Any]:
+    """Return where a run stands; the pose is the true one."""
+    return {
+        "state": progress.state.value,
+        "scene_number": progress.scene_number,
+        "steps": progress.steps,
+        "trajectory_index": progress.trajectory_index,
+        "trajectory_length": progress.trajectory_length,
+        "last_action": progress.last_action,
+        "pose_xyyaw": list(progress.pose_xyyaw) if with_pose else None,
+        "simulated_time_s": progress.simulated_time_s,
+        "wall_time_s": progress.wall_time_s,
+        "frames": progress.frames,
+        "failure": None if progress.failure is None else progress.failure.value,
+        "failure_why": progress.failure_why,
+        "ends_run": progress.ends_run,
+        "waiting_for": progress.waiting_for,
+        "paused": progress.paused,
+    }
+
+
+def state_document(session: Session) -> dict[str, Any]:
+    """Return what every answer to a step says of the state."""
+    progress = session.progress
+    return {
+        "result": session.result,
+        "available_actions": list(session.actions),
+        "state": progress.state,
+        "scene_number": progress.scene_number,
+        "steps": progress.steps,
+        "simulated_time_s": progress.simulated_time_s,
+    }
+
+
+def _format_document(declaration: Declaration | None) -> dict[str, Any] | None:
+    if declaration is None:
+        return None
+    return {
+        "name": declaration.name,
+        "description": declaration.data.get("description", ""),
+        "functions": sorted(declaration.data.get("functions", {})),
+    }

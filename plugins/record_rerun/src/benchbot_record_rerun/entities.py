@@ -1,0 +1,117 @@
+"""What is recorded where: a step of a session as Rerun's archetypes, by the path of their entity."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import rerun
+from numpy.typing import NDArray
+
+from benchbot.core.progress import Step
+
+MAP = "map"
+CAMERA, LASER_FRAME, BASE = "camera", "lidar", "base_link"
+JPEG_QUALITY = 92
+MOST_POINTS = 1000
+POINT_RADIUS_M = 0.02
+
+Entity = tuple[str, Any]
+
+
+class Way:
+    """Where the solution was told that the robot has been; of a long way, every n-th place."""
+
+    def __init__(self) -> None:
+        self._places: list[tuple[float, ...]] = []
+
+    def to(self, place: tuple[float, ...]) -> list[tuple[float, ...]]:
+        """Go on to a place; return the way there."""
+        if self._places[-1:] != [place]:
+            self._places.append(place)
+        stride = -(-len(self._places) // MOST_POINTS)
+        return [*self._places[:-1:stride], place]
+
+
+def entities_of(action: str | None, arguments: Mapping[str, Any], step: Step, way: Way) -> Iterator[Entity]:
+    """Yield (path, archetype) of everything to record of one step. Poses are those that the solution was told."""
+    seen = step.observations
+    poses = seen.get("poses", {})
+    if action is not None:
+        told = ", ".join(f"{name} {value:g}" for name, value in arguments.items())
+        yield "actions", rerun.TextLog(f"{action} {told}: {step.outcome}, {step.result}".replace(" :", ":"))
+    yield "state", rerun.TextLog(f"{step.state}, scene {step.scene_number + 1}")
+    for name, pose in poses.items():
+        placed = rerun.Transform3D(
+            translation=pose["translation_xyz"], rotation=rerun.Quaternion(xyzw=pose["rotation_xyzw"])
+        )
+        yield f"{MAP}/{name}", placed
+    if BASE in poses:
+        base = tuple(float(value) for value in poses[BASE]["translation_xyz"])
+        yield f"{MAP}/way", rerun.LineStrips3D([way.to(base)], radii=POINT_RADIUS_M)
+    yield from _of_camera(seen)
+    if "laser" in seen:
+        yield f"{MAP}/{LASER_FRAME}/scan", _points(_beams(seen["laser"]))
+    if "lidar" in seen:
+        yield f"{MAP}/{seen['lidar']['frame_id']}/points", _points(_rings(seen["lidar"]))
+
+
+def boxes_of(results: Any) -> Iterator[Entity]:
+    """Yield the boxes of an object map, with the likeliest class of each; nothing for results of another kind."""
+    objects = results.get("objects") if isinstance(results, dict) else None
+    known = [item for item in objects or () if {"centroid", "extent"} <= item.keys()]
+    if known:
+        names = results.get("class_list", ())
+        yield (
+            f"{MAP}/objects",
+            rerun.Boxes3D(
+                centers=[item["centroid"] for item in known],
+                sizes=[item["extent"] for item in known],
+                labels=[_likeliest(item.get("label_probs", ()), names) for item in known],
+            ),
+        )
+
+
+def _likeliest(weights: Sequence[float], names: Sequence[str]) -> str:
+    place = max(range(len(weights)), key=weights.__getitem__, default=len(names))
+    return str(names[place]) if place < len(names) else "object"
+
+
+def _of_camera(seen: Mapping[str, Any]) -> Iterator[Entity]:
+    camera = f"{MAP}/{CAMERA}"
+    model = seen.get("image_rgb_info") or seen.get("image_depth_info") or seen.get("image_segment_info")
+    if model is not None:
+        yield (
+            f"{camera}/image",
+            rerun.Pinhole(
+                image_from_camera=np.reshape(model["matrix_intrinsics"], (3, 3)),
+                resolution=[model["width"], model["height"]],
+            ),
+        )
+    if "image_rgb" in seen:
+        yield f"{camera}/image/rgb", rerun.Image(seen["image_rgb"]).compress(jpeg_quality=JPEG_QUALITY)
+    if "image_depth" in seen:
+        yield f"{camera}/image/depth", rerun.DepthImage(seen["image_depth"], meter=1.0)
+    if "image_segment" in seen:
+        segment = seen["image_segment"]
+        names = [(number, name) for name, number in segment["class_ids"].items()]
+        yield f"{camera}/image/classes", rerun.AnnotationContext(names)
+        yield f"{camera}/image/classes", rerun.SegmentationImage(segment["class_segment_img"])
+        yield f"{camera}/image/instances", rerun.SegmentationImage(segment["instance_segment_img"])
+
+
+def _beams(laser: Mapping[str, Any]) -> NDArray[Any]:
+    ranges_m, angles_rad = np.asarray(laser["scans"], float).reshape(-1, 2).T
+    return np.stack([ranges_m * np.cos(angles_rad), ranges_m * np.sin(angles_rad), np.zeros(len(ranges_m))], 1)
+
+
+def _rings(lidar: Mapping[str, Any]) -> NDArray[Any]:
+    ranges_m = np.asarray(lidar["ranges_m"], float)
+    elevations_rad = np.asarray(lidar["elevations_rad"], float)[:, None]
+    azimuths_rad = np.asarray(lidar["azimuths_rad"], float)[None, :]
+    flat = ranges_m * np.cos(elevations_rad)
+    place = (flat * np.cos(azimuths_rad), flat * np.sin(azimuths_rad), ranges_m * np.sin(elevations_rad))
+    return np.stack(place, -1).reshape(-1, 3)
+
+
+def _points(places: NDArray[Any]) -> Any:
+    return rerun.Points3D(places[np.isfinite(places).all(1)], radii=POINT_RADIUS_M)

@@ -1,0 +1,11 @@
+"""The plug-in keeps the promises that `benchbot.testing` checks."""
+
+from benchbot.testing import check_plugin, check_recorder, conform
+
+
+def test_the_plugin_conforms() -> None:
+    conform(check_plugin("benchbot-record-rerun"))
+
+
+def test_the_recorder_conforms() -> None:
+    conform(check_recorder("rerun"))
