@@ -1,0 +1,1 @@
+"""The parts of the screens that watch a run or a batch."""

@@ -1,0 +1,123 @@
+"""Pictures of the screens of `benchbot tui`: `python -m docs.tools.screens docs/images/tui`.
+
+A real submission is started, watched and evaluated by keys, in a home of its own; Chromium draws what Textual exports.
+"""
+
+import asyncio
+import io
+import os
+import re
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from PIL import Image
+from textual.pilot import Pilot
+from textual.widgets import Input, OptionList, Select
+
+from benchbot.tui.alive import WELL
+from benchbot.tui.app import BenchbotApp
+from tests.evaluation.report.chromium import Browser
+
+COLUMNS, LINES = 110, 34
+PATIENCE_S = 300.0
+SCALE = 0.8
+TASK, ROBOT, ENVIRONMENT = "semantic_slam:passive:ground_truth:segmentation", "carter", "miniroom:1"
+LOOKED_AT = 12
+"""How many observations there are when the run is pictured."""
+
+
+def main() -> None:
+    """Take the pictures."""
+    folder = Path(sys.argv[1]).absolute()
+    folder.mkdir(parents=True, exist_ok=True)
+    browser = Browser()
+    try:
+        with tempfile.TemporaryDirectory(prefix="benchbot-") as home:
+            os.environ["BENCHBOT_STATE_DIR"] = str(Path(home, "state"))
+            Path(home, "work").mkdir()
+            os.chdir(Path(home, "work"))
+            asyncio.run(_play(lambda app, name: take(app, browser, folder / f"{name}.png")))
+    finally:
+        browser.close()
+
+
+async def _play(take: Callable[[BenchbotApp, str], None]) -> None:
+    app = BenchbotApp()
+    app.animation_level = "none"
+    async with app.run_test(size=(COLUMNS, LINES), notifications=True) as pilot:
+        await pilot.press("n")
+        for names in ((TASK,), (ROBOT,), (ENVIRONMENT, "office:1")):
+            await _choose(app, pilot, names, take)
+        app.screen.query_one("#solution", Select).value = "segmentation_mapper"
+        app.screen.query_one("#result", Input).value = "results/result.json"
+        await pilot.pause(0.5)
+        take(app, "start")
+        await pilot.press("ctrl+s")
+        await _until(pilot, lambda: bool(app.alive.runs) and "RunScreen" in type(app.screen).__name__)
+        feed = getattr(app.screen, "feed")  # noqa: B009 - the screen's own, of whichever kind it is
+        await _until(pilot, lambda: feed.view.progress.get("frames", 0) >= LOOKED_AT)
+        app.clear_notifications()
+        await pilot.pause(0.5)
+        take(app, "run")
+        await pilot.press("escape")
+        await _until(pilot, lambda: "HomeScreen" in type(app.screen).__name__)
+        await pilot.press("home")
+        await pilot.pause(1.5)
+        take(app, "home")
+        await _until(pilot, lambda: not app.alive.runs and app.alive.started[0].state == WELL)
+        app.clear_notifications()
+        await pilot.press("r")
+        await pilot.pause(1.5)
+        take(app, "results")
+        await pilot.press("x")
+        await _until(pilot, lambda: "TextScreen" in type(app.screen).__name__)
+        await pilot.pause(0.5)
+        take(app, "explain")
+
+
+async def _choose(
+    app: BenchbotApp, pilot: Pilot[None], names: tuple[str, ...], take: Callable[[BenchbotApp, str], None]
+) -> None:
+    """Choose the first of the names in the list that is shown; take a picture with the last one marked."""
+    for name in reversed(names):
+        screen = app.screen
+        options = screen.query_one(f"#list-{getattr(screen, 'step')}", OptionList)  # noqa: B009
+        while not any(option.id == name for option in options.options):
+            await pilot.pause(0.1)
+        options.highlighted = [option.id for option in options.options].index(name)
+        await pilot.pause(1.0)
+        if name == names[-1] and name != TASK:
+            take(app, getattr(screen, "step"))  # noqa: B009
+    await pilot.press("enter")
+    await pilot.pause(0.5)
+
+
+async def _until(pilot: Pilot[None], condition: Callable[[], bool]) -> None:
+    deadline_s = time.monotonic() + PATIENCE_S
+    while not condition():
+        if time.monotonic() > deadline_s:
+            raise TimeoutError(pilot.app.export_screenshot())
+        await pilot.pause(0.1)
+
+
+def take(app: BenchbotApp, browser: Browser, path: Path) -> None:
+    """Draw what an app shows into a PNG file."""
+    drawn = re.sub(r"@font-face \{.*?\}", "", app.export_screenshot(simplify=True), flags=re.DOTALL)
+    drawn = drawn.replace("Fira Code", "DejaVu Sans Mono")
+    width, height = (float(number) for number in re.findall(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', drawn)[0])
+    with tempfile.NamedTemporaryFile("w", suffix=".svg", encoding="utf-8") as file:
+        file.write(drawn)
+        file.flush()
+        browser.open(Path(file.name).as_uri())
+        metrics = {"width": round(width * SCALE), "height": round(height * SCALE)}
+        browser("Emulation.setDeviceMetricsOverride", **metrics, deviceScaleFactor=1, mobile=False)
+        with Image.open(io.BytesIO(browser.screenshot())) as picture:
+            # Few colours are on a screen: a palette of them is a third of the size.
+            picture.convert("RGB").quantize(200, dither=Image.Dither.NONE).save(path, optimize=True)
+
+
+if __name__ == "__main__":
+    main()

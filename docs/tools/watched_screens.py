@@ -1,0 +1,70 @@
+"""Pictures of moments that the screens which watch seldom meet: `python -m docs.tools.watched_screens docs/images/tui`.
+
+What they show is made from the data of their tests; `screens` takes those of a real run.
+"""
+
+import asyncio
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from textual.screen import Screen
+
+from benchbot.tui.alive import Alive
+from benchbot.tui.app import BenchbotApp
+from benchbot.tui.batch_screen import BatchScreen
+from benchbot.tui.run_screen import RunScreen
+from docs.tools.screens import take
+from tests.evaluation.report.chromium import Browser
+from tests.tui.watched import StillBatch, StillFeed, batch_view, run_view, surroundings
+
+SIZE = (110, 34)
+ASKS = "Put the robot at its start pose, facing the door, and step back."
+
+
+def main() -> None:
+    """Take the pictures."""
+    folder = Path(sys.argv[1]).absolute()
+    folder.mkdir(parents=True, exist_ok=True)
+    browser = Browser()
+    try:
+        for name, (make, keys, size) in SHOWN.items():
+            if name == "no-color":
+                os.environ["NO_COLOR"] = "1"  # an app that begins takes it out again
+            asyncio.run(_show(make(), keys, size, lambda app, name=name: take(app, browser, folder / f"{name}.png")))  # type: ignore[misc]
+    finally:
+        browser.close()
+
+
+async def _show(
+    screen: Screen[None], keys: tuple[str, ...], size: tuple[int, int], done: Callable[[BenchbotApp], None]
+) -> None:
+    app = BenchbotApp(look=Alive)
+    app.animation_level = "none"
+    async with app.run_test(size=size) as pilot:
+        app.push_screen(screen)
+        await pilot.pause(1.0)
+        await pilot.press(*keys)
+        await pilot.pause(1.0)
+        done(app)
+
+
+def _run(**progress: object) -> Callable[[], Screen[None]]:
+    return lambda: RunScreen(StillFeed(run_view(progress=progress)), surroundings=surroundings)
+
+
+def _batch() -> Screen[None]:
+    return BatchScreen(StillBatch(batch_view(12, 56)))
+
+
+SHOWN: dict[str, tuple[Callable[[], Screen[None]], tuple[str, ...], tuple[int, int]]] = {
+    "classes": (_run(), ("c", "c", "t"), SIZE),
+    "operator": (_run(waiting_for=ASKS), (), (90, 28)),
+    "batch": (_batch, ("f", "f"), SIZE),
+    "no-color": (_run(), ("c", "c", "t"), (90, 28)),
+}
+
+
+if __name__ == "__main__":
+    main()
