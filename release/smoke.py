@@ -32,9 +32,8 @@ for root in sys.argv[1:]:
             missing.add(f"{module.name} needs {getattr(cause, 'name', repr(cause))}")
 print("\\n".join(sorted(missing)))
 """
-GO_WITHOUT = {
-    *("gymnasium", "greenlet", "matplotlib", "pytest", "_pytest", "docker", "IPython", "aiohttp", "textual_serve"),
-}
+TOOLS = {"pytest", "_pytest", "IPython", "matplotlib"}
+GO_WITHOUT = {*TOOLS, "aiohttp", "docker", "greenlet", "gymnasium", "textual_serve"}
 """What modules of benchbot may import at once although nothing requires it: each is for people who have it."""
 
 
