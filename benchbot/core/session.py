@@ -225,7 +225,7 @@ class Session:
         return host
 
     def _require_started(self) -> Host:
-        if self._host is None or self.progress.state is State.FAILED:
+        if self._host is None or not self.progress.frames or self.progress.state is State.FAILED:
             raise BenchbotError(
                 "The episode is not running.",
                 self.progress.failure_why or "It has not been started yet.",

@@ -223,9 +223,14 @@ def test_a_robot_that_is_halted_while_it_starts_is_halted_when_it_is_there() -> 
         ride.step("move_distance", {"distance": 1})
 
 
-def test_nothing_runs_before_the_first_reset() -> None:
+@pytest.mark.parametrize("action", [None, "move_next"])
+@pytest.mark.parametrize("prepared", [False, True])
+def test_nothing_runs_before_the_first_reset(action: str | None, prepared: bool) -> None:
+    ride = session("move_next")
+    if prepared:
+        ride.prepare()
     with pytest.raises(BenchbotError, match="not running"):
-        session("move_next").step("move_next")
+        ride.step(action)
 
 
 def test_the_same_episode_has_the_same_digest_and_another_has_another() -> None:
