@@ -26,12 +26,12 @@ install-test:  ## Install what the tests, linters and benchmarks need, too
 $(VENV)/.installed: pyproject.toml constraints.txt $(wildcard plugins/*/pyproject.toml)
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	# With what builds them installed, no environment is made for each of them.
-	$(PIP) hatchling editables setuptools
+	$(PIP) hatchling editables
 	$(PIP) --no-build-isolation $(EDITABLE)
 	touch $@
 
 $(VENV)/.installed-test: $(VENV)/.installed requirements-dev.txt
-	$(PIP) --no-build-isolation $(EDITABLE_MORE) -r requirements-dev.txt
+	$(PIP) $(EDITABLE_MORE) -r requirements-dev.txt
 	touch $@
 
 # Two ROS 2 interface packages that are not on PyPI, built from their definitions; a compiler may have to be installed.
