@@ -1,6 +1,7 @@
 """What every test has in common."""
 
 import os
+import signal
 
 import pytest
 from hypothesis import settings
@@ -10,6 +11,10 @@ pytest_plugins = ["tests.garbage", "tests.ray_tracing"]
 # Workers, and the processes that they start, share the cores: threads of linear algebra would only wait for each other,
 # and starting them is a third of what it costs to import numpy.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# A shell that starts this in the background has it ignore Ctrl-C, which all that is interrupted here would inherit.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # A busy machine makes nothing wrong: no test has a deadline.
 settings.register_profile("patient", deadline=None)
