@@ -4,7 +4,7 @@ import base64
 import csv
 import json
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
@@ -75,10 +75,16 @@ class Distribution:
         """Whether it is a folder of somebody's sources, used in place."""
         return bool((self.origin or {}).get("dir_info", {}).get("editable"))
 
-    def requires(self) -> list[str]:
-        """Return the normal names of what it needs, extras left out."""
-        texts = self.metadata.requires or ()
-        return [normal(re.split(r"[^\w.-]", text, maxsplit=1)[0]) for text in texts if "extra ==" not in text]
+    def requires(self, extras: Collection[str] = ()) -> dict[str, frozenset[str]]:
+        """Return the normal names of what it needs with these extras of its own, and the extras of each."""
+        needed: dict[str, frozenset[str]] = {}
+        for text in self.metadata.requires or ():
+            requirement, _, marker = text.partition(";")
+            own = re.search(r"""extra\s*==\s*["']([^"']+)""", marker)
+            if own is None or normal(own[1]) in extras:
+                name, *asked = re.findall(r"[\w.-]+", re.sub(r"[(<>=!~@].*", "", requirement))
+                needed[normal(name)] = needed.get(normal(name), frozenset()) | frozenset(map(normal, asked))
+        return needed
 
     def content(self) -> str:
         """Return the SHA-256 over paths and bytes of what it brings: the same wherever and however it is installed."""
@@ -130,6 +136,23 @@ def found_in(folders: Iterable[Path]) -> dict[str, Distribution]:
     found: dict[str, Distribution] = {}
     for distribution in _all_in(folders):
         found.setdefault(distribution.name, distribution)
+    return found
+
+
+def with_what_they_need(names: Iterable[str], available: Mapping[str, Distribution]) -> dict[str, Distribution]:
+    """Return the distributions of these names and all that they need, with the extras that are asked for.
+
+    What is not `available` is left out.
+    """
+    found: dict[str, Distribution] = {}
+    asked: dict[str, frozenset[str]] = {}
+    left = [(normal(name), frozenset[str]()) for name in names]
+    while left:
+        name, extras = left.pop()
+        if name in available and (name not in found or not extras <= asked[name]):
+            found[name] = available[name]
+            asked[name] = asked.get(name, frozenset()) | extras
+            left += available[name].requires(asked[name]).items()
     return found
 
 

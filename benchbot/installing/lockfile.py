@@ -10,7 +10,7 @@ from typing import Any
 import benchbot
 from benchbot.core import atomic
 from benchbot.core.errors import BenchbotError
-from benchbot.installing.distributions import Distribution, normal
+from benchbot.installing.distributions import Distribution, normal, with_what_they_need
 from benchbot.installing.indexes import Indexes
 from benchbot.installing.installers import Installer, Pin
 from benchbot.installing.staging import describe
@@ -123,14 +123,8 @@ def _no_lock(path: Path, why: str) -> BenchbotError:
 
 
 def _with_what_they_need(installed: Mapping[str, Distribution]) -> list[str]:
-    left = [name for name, one in installed.items() if one.is_plugin and not one.is_editable]
-    found: set[str] = set()
-    while left:
-        name = left.pop()
-        if name != "benchbot" and name in installed and name not in found and not installed[name].is_editable:
-            found.add(name)
-            left += installed[name].requires()
-    return sorted(found)
+    fetched = {name: one for name, one in installed.items() if name != "benchbot" and not one.is_editable}
+    return sorted(with_what_they_need([name for name, one in fetched.items() if one.is_plugin], fetched))
 
 
 def _is_local(distribution: Distribution) -> bool:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 
-from benchbot.installing.distributions import Distribution, found_in, normal
+from benchbot.installing.distributions import Distribution, found_in, with_what_they_need
 
 HERE = Path(sysconfig.get_path("purelib"))
 SAMPLE = Path(__file__).parents[1] / "sample_plugin"
@@ -121,14 +121,7 @@ def make(folder: Path, extra: Iterable[str] = ("pip",)) -> Environment:
     environment = Environment(folder / "environment", folder / "home")
     (environment.home / "bin").mkdir(parents=True)
     venv.create(environment.prefix, symlinks=True)
-    available = found_in([HERE])
-    left, wanted = ["benchbot", *extra], dict[str, Distribution]()
-    while left:
-        name = normal(left.pop())
-        if name in available and name not in wanted:
-            wanted[name] = available[name]
-            left += available[name].requires()
-    for distribution in wanted.values():
+    for distribution in with_what_they_need(["benchbot", *extra], found_in([HERE])).values():
         _link(distribution, environment)
     return environment
 
