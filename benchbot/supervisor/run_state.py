@@ -120,7 +120,7 @@ def live() -> list[RunState]:
     """Return the runs of this user that are alive, newest first."""
     states = []
     for folder in _folders():
-        if _alive(folder):
+        if is_locked(folder):
             # A state file that vanishes or is half a document belongs to a run that is just ending.
             with suppress(OSError, ValueError, TypeError, KeyError):
                 states.append(RunState.from_dict(json.loads((folder / STATE_FILE).read_text("utf-8"))))
@@ -134,7 +134,7 @@ def is_alive(state: RunState) -> bool:
         found = RunState.from_dict(json.loads((folder / STATE_FILE).read_text("utf-8")))
     except (OSError, ValueError, TypeError, KeyError):
         return False
-    return found.operator_token == state.operator_token and _alive(folder)
+    return found.operator_token == state.operator_token and is_locked(folder)
 
 
 def find() -> Connection:
@@ -159,7 +159,7 @@ def find() -> Connection:
 
 def clean() -> None:
     """Remove the state files and sockets of dead runs, and all but the newest folders of finished ones."""
-    dead = [folder for folder in _folders() if not _alive(folder)]
+    dead = [folder for folder in _folders() if not is_locked(folder)]
     for folder in dead:
         with suppress(OSError, ValueError, TypeError, KeyError):
             state = RunState.from_dict(json.loads((folder / STATE_FILE).read_text("utf-8")))
@@ -185,9 +185,10 @@ def _folders() -> Iterator[Path]:
     yield from (path for path in runs_dir().iterdir() if path.is_dir())
 
 
-def _alive(folder: Path) -> bool:
+def is_locked(path: Path) -> bool:
+    """Say whether a process that is alive holds the lock of a file or folder; False where there is none."""
     try:
-        handle = os.open(folder, os.O_RDONLY)
+        handle = os.open(path, os.O_RDONLY)
     except OSError:
         return False
     try:

@@ -1,6 +1,5 @@
 """The screen that watches a batch: its matrix of episodes, workers, score and failures; and the keys of who runs it."""
 
-import threading
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -16,7 +15,7 @@ from benchbot.batch.folder import Folder
 from benchbot.tui.question import Question
 from benchbot.tui.watching import batch_facts, panels, state_bar
 from benchbot.tui.watching.commands import Commands
-from benchbot.tui.watching.feeds import BatchFeed
+from benchbot.tui.watching.feeds import BatchFeed, leave
 from benchbot.tui.watching.matrix import Matrix
 from benchbot.tui.watching.matrix_grid import RUNNING
 from benchbot.tui.watching.panels import Words
@@ -109,8 +108,7 @@ class BatchScreen(Screen[None]):
 
     def on_unmount(self) -> None:
         """Leave the batch to itself."""
-        # A feed that hangs in a dead file system must not hold up the screen.
-        threading.Thread(target=self.feed.close, daemon=True, name="benchbot-closing").start()
+        leave(self.feed)
 
     def on_resize(self) -> None:
         """Lay out for the new size."""

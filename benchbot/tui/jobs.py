@@ -53,17 +53,7 @@ class Job:
     @property
     def alive(self) -> bool:
         """Whether it still runs: its log is locked as long as it does."""
-        try:
-            handle = os.open(self.log, os.O_RDONLY)
-        except OSError:
-            return False
-        try:
-            fcntl.flock(handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return True
-        finally:
-            os.close(handle)
-        return False
+        return run_state.is_locked(self.log)
 
 
 def start(words: Sequence[str], *, result: Path | None = None, variables: Mapping[str, str] | None = None) -> Job:

@@ -1,6 +1,5 @@
 """The screen that watches a run: what the robot sees, where it is, how it gets on; and the keys of its host."""
 
-import threading
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -20,7 +19,7 @@ from benchbot.tui.watching.asking import AskText
 from benchbot.tui.watching.camera import Camera, Channel, available
 from benchbot.tui.watching.commands import Commands
 from benchbot.tui.watching.driving import Wheel
-from benchbot.tui.watching.feeds import RunFeed
+from benchbot.tui.watching.feeds import RunFeed, leave
 from benchbot.tui.watching.log_view import LogView
 from benchbot.tui.watching.map_panel import MapPanel
 from benchbot.tui.watching.panels import Words
@@ -118,8 +117,7 @@ class RunScreen(Screen[None]):
 
     def on_unmount(self) -> None:
         """Leave the run to itself."""
-        # A feed whose network is gone must not hold up the screen.
-        threading.Thread(target=self.feed.close, daemon=True, name="benchbot-closing").start()
+        leave(self.feed)
 
     def on_resize(self) -> None:
         """Lay out the facts for the new size."""

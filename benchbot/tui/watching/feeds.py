@@ -1,5 +1,6 @@
 """What the screens ask of what feeds them."""
 
+import threading
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
@@ -66,3 +67,8 @@ class BatchFeed(Protocol):
     def close(self) -> None:
         """End the feed."""
         ...
+
+
+def leave(feed: RunFeed | BatchFeed) -> None:
+    """Close a feed without waiting for it: one whose network or file system is gone must not hold up the screen."""
+    threading.Thread(target=feed.close, daemon=True, name="benchbot-closing").start()
