@@ -143,7 +143,6 @@ def here(cli: CommandLine, monkeypatch: pytest.MonkeyPatch, capfd: pytest.Captur
 
     with searched_as_before():
         yield run
-    plugins.load.cache_clear()
 
 
 @pytest.fixture

@@ -154,10 +154,7 @@ def test_the_variable_names_folders(folder: Path, monkeypatch: pytest.MonkeyPatc
 
     assert [addon.name for addon in v2_addons.from_environment()] == ["me/batches", "me/envs"]
     plugins.load.cache_clear()
-    try:
-        assert "halls" in Catalog(plugins.load()).names("batches")
-    finally:
-        plugins.load.cache_clear()
+    assert "halls" in Catalog(plugins.load()).names("batches")
 
 
 def test_the_content_hash_changes_with_any_file(folder: Path) -> None:

@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,11 +16,9 @@ from tests.evaluation.conftest import Make, Save
 
 
 @pytest.fixture(autouse=True)
-def flats(catalog: Catalog, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def flats(catalog: Catalog, monkeypatch: pytest.MonkeyPatch) -> None:
     """The plug-in with flats is among the installed ones, and nothing was validated yet."""
     monkeypatch.setattr("benchbot_eval.validator._validated", [])
-    plugins.load.cache_clear()
-    yield
     plugins.load.cache_clear()
 
 

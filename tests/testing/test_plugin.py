@@ -1,22 +1,13 @@
 """The sample plug-in conforms; each small plug-in that breaks one promise is found out."""
 
-from collections.abc import Iterator
 
 import pytest
 
-from benchbot.core import plugins
 from benchbot.testing import check_plugin
 from tests.plugin_factory import DECLARES, PluginFactory
 from tests.testing.reading import broken
 
 TASK = "name: mine\nactions: [move_next]\nobservations: [poses]\n"
-
-
-@pytest.fixture(autouse=True)
-def _anew() -> Iterator[None]:
-    plugins.load.cache_clear()
-    yield
-    plugins.load.cache_clear()
 
 
 def test_the_sample_plugin_and_the_box_conform() -> None:

@@ -70,7 +70,6 @@ def home(tmp_path: Path, extra: Path, monkeypatch: pytest.MonkeyPatch) -> Iterat
     monkeypatch.chdir(tmp_path / "work")
     plugins.load.cache_clear()
     yield tmp_path
-    plugins.load.cache_clear()
     # Of a test that failed, too, nothing goes on.
     for process in [state.pid for state in run_state.live()] + [job.pid for job in jobs.jobs() if job.alive]:
         with suppress(ProcessLookupError):

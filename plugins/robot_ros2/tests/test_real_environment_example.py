@@ -5,7 +5,6 @@ import math
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +24,7 @@ Document = dict[str, Any]
 
 
 @pytest.fixture
-def catalog(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Catalog]:
+def catalog(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Catalog:
     """The catalog with the example installed, as `pip install -e docs/examples/real_lab` does it; and for processes."""
     info = tmp_path / "benchbot_envs_lab-0.1.0.dist-info"
     info.mkdir()
@@ -35,8 +34,7 @@ def catalog(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Catalog
     monkeypatch.syspath_prepend(str(EXAMPLE))
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(EXAMPLE), str(tmp_path), os.environ.get("PYTHONPATH", "")]))
     load.cache_clear()
-    yield Catalog(load())
-    load.cache_clear()
+    return Catalog(load())
 
 
 @pytest.fixture

@@ -16,14 +16,12 @@ from benchbot.submission.sandbox.view import View, view_of
 
 
 @pytest.fixture(autouse=True)
-def _all_plugins_and_folders_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def _all_plugins_and_folders_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("BENCHBOT_PLUGINS", "BENCHBOT_ADDONS"):
         monkeypatch.delenv(name, raising=False)
     for kind in ("STATE", "CACHE", "DATA"):
         monkeypatch.setenv(f"BENCHBOT_{kind}_DIR", str(tmp_path / "own" / kind))
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    load.cache_clear()
-    yield
     load.cache_clear()
 
 
