@@ -21,6 +21,7 @@ from benchbot_robot_ros2.bridge.robot import BridgedRobot
 from benchbot_robot_ros2.bridge.world import World
 from benchbot_robot_ros2.declaration import LocalisedByTopic, ReturnByService, Ros2Robot
 from plugins.robot_ros2.tests.bridge.bridged import simulator
+from tests.garbage import searched_as_before
 
 CATALOG = Catalog(plugins.load())
 SAMPLE = CATALOG.get("robots", "sample_robot").data
@@ -231,7 +232,7 @@ def test_a_robot_has_the_topics_of_its_own_connections_only() -> None:
     ],
 )
 def test_what_cannot_be_bridged_is_explained(words: str, title: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
+    with searched_as_before(), pytest.raises(SystemExit) as ended:
         main(["bridge", "ros2", *words.split()])
 
     assert ended.value.code == 2
