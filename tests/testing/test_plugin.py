@@ -1,6 +1,5 @@
 """The sample plug-in conforms; each small plug-in that breaks one promise is found out."""
 
-
 import pytest
 
 from benchbot.testing import check_plugin
