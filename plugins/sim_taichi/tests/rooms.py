@@ -13,7 +13,7 @@ def checkers(first: tuple[int, int, int], second: tuple[int, int, int]) -> np.nd
     return np.where(parity[..., None] == 0, np.array(first), np.array(second)).astype(np.uint8)
 
 
-def furnished_room(path: Path) -> Path:
+def furnished_room(path: Path, pane_color: tuple[float, float, float] = (0.85, 0.95, 0.9)) -> Path:
     """4 x 3 x 2.5 m; window in the wall at y = 3; table, spheres, lamp."""
     glb = Glb()
     plaster = glb.material((0.75, 0.73, 0.68))
@@ -21,7 +21,7 @@ def furnished_room(path: Path) -> Path:
     wood = glb.material((0.45, 0.25, 0.12), roughness=0.4)
     red = glb.material((0.7, 0.1, 0.08), roughness=0.8)
     steel = glb.material((0.8, 0.8, 0.82), roughness=0.1, metallic=1.0)
-    pane = glb.material((0.85, 0.95, 0.9), glass=True, roughness=0.0)
+    pane = glb.material(pane_color, glass=True, roughness=0.0)
     bulb = glb.material(emission=(12.0, 9.0, 6.0))
     glb.box("floor", (-0.1, -0.1, -0.1), (4.1, 3.1, 0.0), floor)
     glb.box("ceiling", (-0.1, -0.1, 2.5), (4.1, 3.1, 2.6), plaster)
@@ -58,6 +58,32 @@ def ceiling_lamp(path: Path) -> Path:
     glb = Glb()
     glb.box("walls", (-3, -2.5, 0), (3, 2.5, 2.7), glb.material((0.6,) * 3), inward=True)
     glb.box("lamp", (-0.2, -0.2, 2.64), (0.2, 0.2, 2.69), glb.material((0.8,) * 3, emission=(10.0,) * 3))
+    return glb.write(path)
+
+
+def room_by_night(path: Path) -> Path:
+    """A room of 4 x 3 x 2.5 m, open behind a pane towards y = 3; a smooth floor, a shade that glows inside too."""
+    glb = Glb()
+    plaster = glb.material((0.8,) * 3)
+    outer = ((-0.1, -0.1, -0.1), (4.1, 3.0, 2.6))
+    for axis, name in enumerate("xyz"):
+        for end in (0, 1):
+            low, high = [list(corner) for corner in outer]
+            low[axis], high[axis] = (outer[0][axis], 0.0) if end == 0 else ((4.0, 3.0, 2.5)[axis], outer[1][axis])
+            if (name, end) == ("z", 0):
+                glb.box("floor", low, high, glb.material((0.4, 0.3, 0.2), roughness=0.3))
+            elif (name, end) != ("y", 1):
+                glb.box(f"wall {name}{end}", low, high, plaster)
+    glb.box("pane", (0.0, 2.9, 0.0), (4.0, 2.91, 2.5), glb.material((1.0,) * 3, glass=True, roughness=0.0))
+    shade = glb.material((0.8,) * 3, emission=(10.0,) * 3)
+    for index, (x, y) in enumerate([(-0.15, 0.0), (0.15, 0.0), (0.0, -0.15), (0.0, 0.15)]):
+        across = (0.005, 0.15) if x else (0.145, 0.005)
+        glb.box(
+            f"shade {index}",
+            (2.0 + x - across[0], 1.2 + y - across[1], 1.7),
+            (2.0 + x + across[0], 1.2 + y + across[1], 1.95),
+            shade,
+        )
     return glb.write(path)
 
 

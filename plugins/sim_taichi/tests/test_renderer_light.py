@@ -31,6 +31,7 @@ def test_a_closed_room_holds_as_much_light_as_its_lamp_gives(tmp_path: Path, ker
     renderer = Renderer(scene, Lighting(exposure=0.1), cache_dir=kernel_cache)
     power = np.pi * radiance * 4 * np.pi * radius**2
     cells = renderer.irradiance.cells.reshape(-1, CELL_STRIDE)
+    cells = cells[np.abs(cells[:, :3]).max(axis=1) > 0.9 * width / 2]  # without those of the lamp
     reflectance = 0.96 * albedo + 0.04  # the surface itself mirrors 4 %, as glTF has it
     # Cells at edges are smaller and darker; light that has been reflected is the same everywhere, near enough.
     distance = np.linalg.norm(cells[:, :3], axis=1)
@@ -70,6 +71,19 @@ def test_a_windows_light_reaches_the_room_and_falls_off(tmp_path: Path, kernel_c
     near = values[floor & (values[:, 1] > 2.0) & (values[:, 1] < 2.6), 12].mean()
     far = values[floor & (values[:, 1] < 0.6), 12].mean()
     assert near > 1.5 * far > 0
+
+
+def test_light_on_the_outer_sill_stays_outdoors(tmp_path: Path, kernel_cache: Path) -> None:
+    """The pane stands within a cell, which holds some of the sill on either side of it."""
+    scene = load_scene(rooms.furnished_room(tmp_path / "room.glb", pane_color=(0.02, 0.02, 0.02)))
+    lighting = Lighting(sun=Sun(azimuth_deg=90.0, elevation_deg=50.0), lamps=Lamps(on=()))
+    values = Renderer(scene, lighting, cache_dir=kernel_cache).irradiance.cells.reshape(-1, CELL_STRIDE)
+    sill = values[(values[:, 5] > 0.9) & (np.abs(values[:, 2] - 0.9) < 0.02) & (np.abs(values[:, 0] - 1.6) < 0.3)]
+
+    inside = sill[sill[:, 1] < 3.045, 6]
+
+    assert len(inside) > 0
+    assert inside.max() < 0.1 * lighting.sun.irradiance[0]
 
 
 def test_the_same_camera_gives_the_same_bytes_twice(tmp_path: Path, kernel_cache: Path) -> None:
@@ -153,6 +167,29 @@ def test_the_light_between_a_lamp_and_the_ceiling_stays_there(tmp_path: Path, ke
     reference = path_trace(renderer, pose, SMALL, samples_per_pixel=256)
     expected = camera_response.develop_on_host(reference)[30:].mean()
     assert renderer.render(pose, SMALL).rgb[30:].mean() == pytest.approx(expected, rel=0.04)
+
+
+NIGHT = Lighting(sun=Sun(irradiance=(0.0,) * 3), sky=Sky((0.0,) * 3, (0.0,) * 3, (0.0,) * 3), exposure=1.0)
+
+
+@pytest.mark.parametrize(
+    ("y_m", "yaw_deg", "pitch_deg"),
+    [
+        pytest.param(2.2, -90, 20, id="walls and ceiling"),
+        pytest.param(0.3, 100, -35, id="floor at the pane"),
+        pytest.param(2.7, -90, -50, id="floor that mirrors the lamp"),
+    ],
+)
+def test_a_lamps_light_comes_back_from_the_lamp_itself_from_panes_and_from_smooth_floors(
+    tmp_path: Path, kernel_cache: Path, y_m: float, yaw_deg: float, pitch_deg: float
+) -> None:
+    renderer = Renderer(load_scene(rooms.room_by_night(tmp_path / "room.glb")), NIGHT, cache_dir=kernel_cache)
+    pose = looking((2.4, y_m, 1.4), yaw_deg, pitch_deg)
+
+    picture = renderer.render(pose, SMALL).rgb
+
+    expected = camera_response.develop_on_host(path_trace(renderer, pose, SMALL, samples_per_pixel=512))
+    assert picture.mean() == pytest.approx(expected.mean(), rel=0.07)
 
 
 def test_panes_that_show_the_sky_are_windows_and_glasses_are_not(tmp_path: Path, kernel_cache: Path) -> None:

@@ -281,7 +281,8 @@ class Renderer:
         seen = (cameras, pixels, guide)
         illumination.light_indirectly(*tree, *device.surfaces[:2], *cells, *seen, light, *size, seed)
         illumination.light_directly(*scene, *device.lights, self.near_lights, *seen, light, *size, seed)
-        illumination.reflect(*scene, device.lights[0], *cells, cameras, pixels, light, *size, seed)
+        lit = (*device.lights, device.light_of, self.near_lights)
+        illumination.reflect(*scene, *lit, *cells, *seen, light, *size, seed)
         for step in (1, 4):
             filtering.smooth(cameras, guide, light, smooth, *size, 0, step)
             filtering.smooth(cameras, guide, smooth, light, *size, 1, step)

@@ -86,7 +86,7 @@ def _scatter(
     scene: SceneGeometry, cell_size_m: float
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], FloatArray]:
     """Points, outward normals and sample records, evenly by area but at least one per triangle."""
-    reflects = np.array([not (m.is_glass or m.is_emissive) for m in scene.materials], bool)[scene.triangle_material]
+    reflects = np.array([not m.is_glass for m in scene.materials], bool)[scene.triangle_material]
     areas = triangle_areas(scene.vertices, scene.triangles)
     eligible = np.flatnonzero(reflects & usable(scene.vertices[scene.triangles]) & (areas > 1e-12))
     per_area = MAX_SAMPLES_PER_CELL / cell_size_m**2

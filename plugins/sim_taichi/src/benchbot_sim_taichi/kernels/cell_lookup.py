@@ -5,7 +5,6 @@ from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.surface import load3
 from benchbot_sim_taichi.kernels.traversal import vec3
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE
-from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
 
 
 @ti.func
@@ -59,13 +58,6 @@ def nearest_cell(grid: ti.template(), cells: ti.template(), layout: ti.template(
                         best_weight = weight
                         best = cell
     return best
-
-
-@ti.func
-def is_lamp(triangles: ti.template(), materials: ti.template(), triangle):
-    """Whether a triangle glows. It has no cell: what it reflects is nothing beside what it gives, which is counted."""
-    row = ti.cast(triangles[triangle * TRIANGLE_STRIDE + 18], ti.i32) * MATERIAL_STRIDE
-    return load3(materials, row + 3).max() > 0.0
 
 
 @ti.dataclass

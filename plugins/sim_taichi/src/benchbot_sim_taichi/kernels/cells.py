@@ -7,11 +7,12 @@ the sun is seen, share of rays that did not start inside a solid.
 """
 
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.kernels.cell_lookup import cell_weight, is_lamp, nearest_cell
+from benchbot_sim_taichi.kernels.cell_lookup import cell_weight, nearest_cell
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import row_near, sample_near
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, Passage, pack, sent, sheerness, unpack
-from benchbot_sim_taichi.kernels.sampling import cone_direction, cosine_direction, hash_u32, sobol_2d
+from benchbot_sim_taichi.kernels.reflectance import pane_reflectance
+from benchbot_sim_taichi.kernels.sampling import ONE_OVER_2_32, cone_direction, cosine_direction, hash_u32, sobol_2d
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
@@ -20,6 +21,8 @@ from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
 NEAR_M = 0.5
 OFFSET_M = 5e-4
 HIDDEN_WEIGHT = 1e-3
+OUTDOORS_WEIGHT = 0.1
+OUTDOORS_RAYS = 4  # of each sample: to the sun, and about
 LINK_NONE = -1
 LINK_NEAR = 1 << 30
 INV_PI = 0.31830988618379067
@@ -62,7 +65,8 @@ def light_cells(
     """Mean position, normal, albedo and direct light of each cell; `direct` takes the sun's part.
 
     A point counts as far as it can be seen from beyond its cell: the ceiling right behind a lamp is very bright, but
-    no light gets from there into the room.
+    no light gets from there into the room. Where panes keep a room from the sky, points that see the sky or the sun
+    without one are outdoors: they do not count beside others in their cell, nor do cells of nothing else beside others.
     """
     for cell in range(count):
         begin = first[cell]
@@ -74,6 +78,23 @@ def light_cells(
         sees_sun = False
         straight = vec3(0.0)
         scramble = hash_u32(cell ^ seed)
+        outdoors = 0  # a bit for each sample
+        for k in range(ti.select(portals > 0, OUTDOORS_RAYS * size, 0)):
+            number = k // OUTDOORS_RAYS
+            sample = begin + number
+            triangle = ti.cast(samples[sample * SAMPLE_STRIDE], ti.i32)
+            face = load3(triangles, triangle * TRIANGLE_STRIDE + 15) * samples[sample * SAMPLE_STRIDE + 3]
+            position = sample_point(triangles, vertices, samples, sample) + face * OFFSET_M
+            out = cosine_direction(face, sobol_2d(k, hash_u32(scramble + 1)))
+            if k % OUTDOORS_RAYS == 0:
+                out = load3(env, 0)
+            if face.dot(out) > 0.0:
+                passed = sent(nodes, leaves, sheer_root, triangles, materials, texels, images, position, out, FAR)
+                if passed.share.max() > 0.0 and passed.panes == 0:
+                    outdoors |= 1 << number
+        is_outdoors = outdoors == (1 << size) - 1
+        if is_outdoors:
+            outdoors = 0
         weights = 0.0
         for k in range(points_per_cell):
             sample = begin + k % size
@@ -87,7 +108,7 @@ def light_cells(
             position = sample_point(triangles, vertices, samples, sample) + face * OFFSET_M
             out = cosine_direction(face, sobol_2d(k, hash_u32(scramble)))
             around = trace(nodes, leaves, 0, position, out, size_m, True)
-            weight = ti.select(around.triangle >= 0, HIDDEN_WEIGHT, 1.0)
+            weight = ti.select(around.triangle >= 0 or (outdoors >> (k % size)) & 1 == 1, HIDDEN_WEIGHT, 1.0)
             weights += weight
             mean_position += weight * position
             mean_normal += weight * surface.normal
@@ -138,7 +159,7 @@ def light_cells(
             cells[cell * CELL_STRIDE + 18 + i] = ti.min(albedo[i] * scale, 0.95)
             direct[cell * 3 + i] = sun[i] * scale
         cells[cell * CELL_STRIDE + 22] = ti.cast(sees_sun, ti.f32)
-        cells[cell * CELL_STRIDE + 23] = 1.0  # until its rays have told how much of it is buried
+        cells[cell * CELL_STRIDE + 23] = ti.select(is_outdoors, OUTDOORS_WEIGHT, 1.0)
 
 
 @ti.kernel
@@ -167,8 +188,9 @@ def link_cells(
 ):
     """Which cell each of a cell's rays meets, and where there are panes, what they let pass (`panes.pack`).
 
-    `sky` (4 per cell): radiance sum of rays that escape, and number of valid rays; a cell's value 21 becomes the
-    share of them that escape.
+    Panes mirror some of the rays: to surfaces and to the sky, but lamps are too small to be found so. `sky` (4 per
+    cell): radiance sum of rays that escape, and number of valid rays; a cell's value 21 becomes the share of them that
+    escape.
     """
     for cell in range(count):
         begin = first[cell]
@@ -200,6 +222,7 @@ def link_cells(
                 root = 0
                 start = 0.0
                 layers = 0
+                is_mirrored = False
                 while root >= 0:
                     hit = trace(nodes, leaves, root, position + direction * start, direction, solid.t - start, False)
                     if root == 0:
@@ -207,11 +230,26 @@ def link_cells(
                         root = sheer_root
                     elif hit.triangle >= 0 and layers < MAX_LAYERS:
                         layer = sheerness(triangles, materials, texels, images, hit.triangle, hit.u, hit.v, direction)
-                        # The light of leaves and grilles is that of what is behind them.
-                        passed.share *= ti.select(layer.panes == 1, layer.share, vec3(1.0))
-                        passed.panes += layer.panes
                         start += hit.t + STEP_M
                         layers += 1
+                        # The light of leaves and grilles is that of what is behind them.
+                        if layer.panes == 1:
+                            pane = hit.triangle * TRIANGLE_STRIDE
+                            across = load3(triangles, pane + 15)
+                            facing = across.dot(direction)
+                            glass = ti.cast(triangles[pane + 18], ti.i32) * MATERIAL_STRIDE
+                            mirrors = pane_reflectance(materials[glass + 16], ti.abs(facing))
+                            chance = hash_u32(scramble ^ hash_u32(r * MAX_LAYERS + layers))
+                            if ti.cast(chance, ti.f32) * ONE_OVER_2_32 < mirrors:
+                                position += direction * (start - 2.0 * STEP_M)
+                                direction -= across * (2.0 * facing)
+                                solid = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
+                                start = 0.0
+                                root = 0
+                                is_mirrored = True
+                            else:
+                                passed.share *= layer.share / (1.0 - mirrors)
+                                passed.panes += 1
                     else:
                         root = -1
                 if solid.triangle >= 0:
@@ -220,13 +258,13 @@ def link_cells(
                     two_sided = materials[ti.cast(triangles[at + 18], ti.i32) * MATERIAL_STRIDE + 14] > 0.5
                     if met.dot(direction) > 0.0 and not two_sided:
                         counted = 0.0
-                    elif not is_lamp(triangles, materials, solid.triangle):
+                    else:
                         met = ti.select(met.dot(direction) > 0.0, -met, met)
                         link = nearest_cell(grid, cells, layout, position + direction * solid.t, met)
-                        if link >= 0 and solid.t < NEAR_M:
+                        if link >= 0 and solid.t < NEAR_M and not is_mirrored:
                             link |= LINK_NEAR
                 # Sky that is seen through a pane counts as direct light.
-                elif portals == 0 or passed.panes == 0:
+                elif portals == 0 or passed.panes == 0 or is_mirrored:
                     sum_sky += passed.share * sky_radiance(env, direction)
                     escaped += 1.0
                 if sheer_root >= 0:
@@ -279,8 +317,6 @@ def bounce_cells(
             straight = direct[cell * 3 + c] + cells[cell * CELL_STRIDE + 12 + c]
             after[cell * 3 + c] = straight + (total[c] + escaped[c]) * inv / INV_PI
             cells[cell * CELL_STRIDE + 9 + c] = (far[c] + escaped[c]) * inv_far
-        # Not in `link_cells`, whose rays look this value up in other cells at the same time.
-        cells[cell * CELL_STRIDE + 23] = valid / ti.cast(rays, ti.f32)
 
 
 @ti.kernel
@@ -325,9 +361,13 @@ def smooth_cells(
 
 
 @ti.kernel
-def split_cells(cells: floats, direct: floats, irradiance: floats, target: floats, count: ti.i32):
+def split_cells(
+    cells: floats, direct: floats, irradiance: floats, sky: floats, target: floats, count: ti.i32, rays: ti.i32
+):
     """The part of a cell's light that came by way of other surfaces: irradiance, and radiance from afar."""
     for cell in range(count):
+        # Not in `link_cells`, whose rays look this value up in other cells at the same time.
+        cells[cell * CELL_STRIDE + 23] *= sky[cell * 4 + 3] / ti.cast(rays, ti.f32)
         for c in ti.static(range(3)):
             straight = direct[cell * 3 + c] + cells[cell * CELL_STRIDE + 12 + c]
             target[cell * 6 + c] = irradiance[cell * 3 + c] - straight

@@ -7,7 +7,7 @@ geometry is smooth all strata of the 8x8 tile count alike: 64, or 32 where pixel
 """
 
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.kernels.illumination import GLOSSY, GLOSSY_UNSEEN, LIGHT_PIXEL_STRIDE, NO_SAMPLE
+from benchbot_sim_taichi.kernels.illumination import GLOSSY, GLOSSY_UNSEEN, LIGHT_PIXEL_STRIDE, NO_SAMPLE, ROUGH
 from benchbot_sim_taichi.kernels.neighbours import fit, pixel_plane
 from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, locate
 from benchbot_sim_taichi.kernels.surface import load3
@@ -72,6 +72,9 @@ def smooth(
                             irradiance_sum += load3(source, at) * weight
                             sun_sum += source[at + 3] * weight
                             weight_sum += weight
+                            if kind == ROUGH and source[at + 7] == ROUGH:
+                                reflection_sum += load3(source, at + 4) * weight
+                                mirror_sum += weight
                         if is_glossy and source[at + 7] == GLOSSY:
                             mirror = ti.select(step == 1, weight, alike * binomial(ti.abs(k)))
                             reflection_sum += load3(source, at + 4) * mirror
@@ -81,7 +84,7 @@ def smooth(
                 sun = ti.select(step == 1, sun_sum / weight_sum, sun)
             if mirror_sum > 1e-6:
                 reflection = reflection_sum / mirror_sum
-                kind = GLOSSY
+                kind = ti.select(is_glossy, GLOSSY, kind)
         for i in ti.static(range(3)):
             target[out + i] = irradiance[i]
             target[out + 4 + i] = reflection[i]

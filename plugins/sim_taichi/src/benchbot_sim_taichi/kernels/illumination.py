@@ -5,24 +5,20 @@ Neighbouring pixels take different strata (interleaved sampling: Keller and Heid
 pixels holds a well-spread set of samples of every light.
 
 A pixel's light (`LIGHT_PIXEL_STRIDE` values): irradiance without sun, share of the sun that is visible (`NO_SAMPLE`
-before filtering where neighbours are to speak for the pixel), radiance from the mirror direction, and what that is:
-`ROUGH` nothing, `GLOSSY_UNSEEN` still to come from neighbours, `GLOSSY` or `MIRROR`.
+before filtering where neighbours are to speak for the pixel), radiance that is mirrored, and how: by a `ROUGH`
+surface, for which no ray of its own is sent, `GLOSSY_UNSEEN` still to come from neighbours, `GLOSSY` or `MIRROR`.
 """
 
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells, is_lamp, nearest_cell
+from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells, nearest_cell
 from benchbot_sim_taichi.kernels.cells import INV_PI, NEAR_M, OFFSET_M
 from benchbot_sim_taichi.kernels.light import sky_radiance
-from benchbot_sim_taichi.kernels.light_grid import row_near, sample_near, shifted
+from benchbot_sim_taichi.kernels.light_grid import density_in_row, row_near, sample_near, shifted
 from benchbot_sim_taichi.kernels.neighbours import fit, pixel_plane
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sent, sheerness
 from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE, camera_origin, camera_ray, locate
-from benchbot_sim_taichi.kernels.sampling import (
-    cosine_direction,
-    interleave_index,
-    orthonormal,
-    sobol_2d,
-)
+from benchbot_sim_taichi.kernels.reflectance import environment_brdf, mirror_direction, scatter
+from benchbot_sim_taichi.kernels.sampling import cosine_direction, interleave_index, sobol_2d
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE
@@ -37,17 +33,45 @@ ROUGH, GLOSSY_UNSEEN, GLOSSY, MIRROR = 0.0, 1.0, 2.0, 3.0
 
 
 @ti.func
-def glossy_direction(direction, normal, roughness, xi):
-    """Mirror direction of a microfacet drawn from the GGX lobe (Walter et al., 2007); alpha = roughness²."""
-    alpha = roughness * roughness
-    tan2 = alpha * alpha * xi.x / ti.max(1.0 - xi.x, 1e-4)
-    height = 1.0 / ti.sqrt(1.0 + tan2)
-    radius = ti.sqrt(ti.max(0.0, 1.0 - height * height))
-    angle = 6.28318530718 * xi.y
-    tangent, bitangent = orthonormal(normal)
-    facet = tangent * (radius * ti.cos(angle)) + bitangent * (radius * ti.sin(angle)) + normal * height
-    mirrored = direction - facet * (2.0 * direction.dot(facet))
-    return mirrored.normalized(1e-9)
+def mirror_kind(pixels: ti.template(), base):
+    """`ROUGH`, `GLOSSY` or `MIRROR`, by what lies in front of a pixel and how rough its surface is."""
+    has_pane = pixels[base + 14] < FAR
+    roughness = ti.select(has_pane, 0.0, pixels[base + 13])
+    kind = ROUGH
+    if has_pane or (pixels[base] < FAR and roughness < REFLECT_ROUGHNESS):
+        kind = ti.select(roughness <= MIRROR_ROUGHNESS, MIRROR, GLOSSY)
+    return kind
+
+
+@ti.func
+def lobe(env: ti.template(), pixels: ti.template(), base, view, toward):
+    """What a pixel's glossy lobe mirrors of light from `toward`, as a density per solid angle of each colour (3).
+
+    Then the density with which `mirror_direction` finds it. What is mirrored of even light from everywhere is 1.
+    """
+    normal = load3(pixels, base + 1)
+    specular = load3(pixels, base + 10)
+    roughness = pixels[base + 13]
+    sent = scatter(normal, view, toward, vec3(0.0), specular, roughness, 1.0)
+    even = ti.max(environment_brdf(env, specular, roughness, normal.dot(view)), 1e-4)
+    return ti.Vector([sent.x / even.x, sent.y / even.y, sent.z / even.z, sent.w])
+
+
+@ti.func
+def share(density, other):
+    """Power heuristic: what counts of a sample found with `density` that the other strategy finds with `other`."""
+    ratio = other / ti.max(density, 1e-20)
+    return ti.select(other <= 0.0, 1.0, 1.0 / (1.0 + ratio * ratio))
+
+
+@ti.func
+def bounded(cameras: ti.template(), eye, reflection):
+    """The same colour, no brighter than `BRIGHTEST_REFLECTION` in the picture.
+
+    A rare bright hit would show as a square of the filter; beyond white, brighter looks the same.
+    """
+    brightness = (reflection * load3(cameras, eye + 16)).max()
+    return reflection * ti.min(1.0, BRIGHTEST_REFLECTION / ti.max(brightness, 1e-6))
 
 
 @ti.func
@@ -131,12 +155,11 @@ def light_indirectly(
                 if toward.dot(face) > 0.0:
                     hit = trace(nodes, leaves, 0, point, toward, NEAR_M, False)
                     if hit.triangle >= 0:
-                        if not is_lamp(triangles, materials, hit.triangle):
-                            met = load3(triangles, hit.triangle * TRIANGLE_STRIDE + 15)
-                            met = ti.select(met.dot(toward) > 0.0, -met, met)
-                            cell = nearest_cell(grid, cells, layout, point + toward * hit.t, met)
-                            if cell >= 0:
-                                radiance += load3(cells, cell * CELL_STRIDE + 15)
+                        met = load3(triangles, hit.triangle * TRIANGLE_STRIDE + 15)
+                        met = ti.select(met.dot(toward) > 0.0, -met, met)
+                        cell = nearest_cell(grid, cells, layout, point + toward * hit.t, met)
+                        if cell >= 0:
+                            radiance += load3(cells, cell * CELL_STRIDE + 15)
                     else:
                         radiance += stored.far
             radiance /= ti.cast(samples, ti.f32)
@@ -173,7 +196,7 @@ def light_directly(
     """Shadow rays to windows, lamps and, where the cells around know of sunlight, the sun.
 
     The sun's share is that of the colour of which panes let pass least; what they let pass more of the others joins
-    the irradiance.
+    the irradiance. Glossy surfaces also mirror the windows and lamps, as far as `reflect` will not find them better.
     """
     for pixel in range(count * width * height):
         out = pixel * LIGHT_PIXEL_STRIDE
@@ -186,7 +209,10 @@ def light_directly(
             row = 0
             if portals + lamps > 0:
                 row = row_near(near, shifted(near, point, normal, stratum(x, y)), normal)
+            kind = mirror_kind(pixels, pixel * PIXEL_STRIDE)
+            view = -camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5).normalized()
             irradiance = vec3(0.0)
+            reflection = vec3(0.0)
             sun = 0.0
             sun_rays = ti.select(light_pixels[out + 3] > 0.0, 1, 0)
             window_rays = ti.select(portals > 0, samples, 0)
@@ -195,6 +221,7 @@ def light_directly(
                 toward = load3(env, 0)  # the middle of the sun: its penumbra is about as wide as the filter
                 value = vec3(1.0)
                 distance = FAR
+                density = 0.0
                 if j >= sun_rays:
                     at_window = j < sun_rays + window_rays
                     k = j - sun_rays - ti.select(at_window, 0, window_rays)
@@ -213,6 +240,7 @@ def light_directly(
                     toward = light.direction
                     value = light.value
                     distance = ti.select(at_window, FAR, light.distance)
+                    density = light.density / near[row + ti.select(at_window, 0, 1)] * ti.cast(samples, ti.f32)
                 cosine = normal.dot(toward)
                 if cosine > 0.0 and face.dot(toward) > 0.0 and value.max() > 0.0:
                     passed = sent(
@@ -222,9 +250,17 @@ def light_directly(
                         sun = passed.share.min()
                         value = load3(env, 3) * ti.cast(samples, ti.f32)
                         passed.share -= sun
+                    elif kind != MIRROR:
+                        mirrored = lobe(env, pixels, pixel * PIXEL_STRIDE, view, toward)
+                        mirrored *= share(density, ti.select(kind == GLOSSY, mirrored.w, 0.0))
+                        found = passed.share * value * vec3(mirrored.x, mirrored.y, mirrored.z)
+                        reflection += bounded(cameras, eye, found)
                     irradiance += passed.share * value * cosine
+            if kind == ROUGH:
+                reflection += load3(light_pixels, out) * (INV_PI * ti.cast(samples, ti.f32))
             for i in ti.static(range(3)):
                 light_pixels[out + i] += irradiance[i] / ti.cast(samples, ti.f32)
+                light_pixels[out + 4 + i] = reflection[i] / ti.cast(samples, ti.f32)
             light_pixels[out + 3] = sun
 
 
@@ -238,28 +274,37 @@ def reflect(
     texels: ints,
     images: ints,
     env: floats,
+    lights: floats,
+    portals: ti.i32,
+    lamps: ti.i32,
+    light_of: ints,
+    near: floats,
     grid: ints,
     cells: floats,
     layout: floats,
     cameras: floats,
     pixels: floats,
+    guide: floats,
     light_pixels: floats,
     count: ti.i32,
     width: ti.i32,
     height: ti.i32,
     seed: ti.i32,
 ):
-    """What smooth surfaces and panes mirror."""
+    """What smooth surfaces and panes mirror.
+
+    To be run after `light_directly`: both find windows and lamps for glossy surfaces, and share what they find.
+    """
     for pixel in range(count * width * height):
         x, y, _, eye = locate(pixel, width, height)
         base = pixel * PIXEL_STRIDE
         has_pane = pixels[base + 14] < FAR
         roughness = ti.select(has_pane, 0.0, pixels[base + 13])
-        is_mirror = has_pane or roughness <= MIRROR_ROUGHNESS
         out = pixel * LIGHT_PIXEL_STRIDE
-        kind = ROUGH
-        if has_pane or (pixels[base] < FAR and roughness < REFLECT_ROUGHNESS):
-            kind = ti.select(is_mirror, MIRROR, ti.select(light_pixels[out + 3] == NO_SAMPLE, GLOSSY_UNSEEN, GLOSSY))
+        samples = light_pixels[out + 7]
+        kind = mirror_kind(pixels, base)
+        if kind == GLOSSY and light_pixels[out + 3] == NO_SAMPLE:
+            kind = GLOSSY_UNSEEN
         light_pixels[out + 7] = kind
         if kind >= GLOSSY:
             ray = camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
@@ -269,8 +314,17 @@ def reflect(
             origin = camera_origin(cameras, eye) + ray * ti.select(has_pane, pixels[base + 14], pixels[base])
             origin += face * OFFSET_M
             toward = direction - normal * (2.0 * direction.dot(normal))
-            if not is_mirror:
-                toward = glossy_direction(direction, normal, roughness, sobol_2d(stratum(x, y), seed + 4))
+            mirrored = ti.Vector([1.0, 1.0, 1.0, 0.0])
+            row = 0
+            if kind == GLOSSY:
+                toward = mirror_direction(normal, -direction, roughness, sobol_2d(stratum(x, y), seed + 4))
+                mirrored = lobe(env, pixels, base, -direction, toward)
+                mirrored /= ti.Vector([mirrored.w, mirrored.w, mirrored.w, 1.0]) + 1e-20
+                if portals + lamps > 0:
+                    smooth = load3(guide, pixel * GUIDE_STRIDE)
+                    point = surface_point(cameras, eye, pixels, pixel, x, y)
+                    row = row_near(near, shifted(near, point, smooth, stratum(x, y)), smooth)
+            density = 0.0
             if toward.dot(face) < 0.02:
                 toward = (toward + face * (0.02 - toward.dot(face))).normalized()
             hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
@@ -286,6 +340,9 @@ def reflect(
                 elif met.triangle >= 0 and layers < MAX_LAYERS:
                     layer = sheerness(triangles, materials, texels, images, met.triangle, met.u, met.v, toward)
                     passed *= ti.select(layer.panes == 1, layer.share, vec3(1.0))
+                    light = light_of[met.triangle]
+                    if kind == GLOSSY and 0 <= light < portals:
+                        density += density_in_row(near, lights, row, 0, 0, light, toward * (start + met.t), toward)
                     start += met.t + STEP_M
                     layers += 1
                 else:
@@ -304,13 +361,17 @@ def reflect(
                     hit.t * (0.002 + roughness * roughness),
                 )
                 other = interpolate_cells(grid, cells, layout, origin + toward * hit.t, surface.normal)
-                reflection = surface.emission + (surface.diffuse + surface.specular * 0.5) * other.total * INV_PI
+                density = 0.0
+                light = light_of[hit.triangle]
+                if kind == GLOSSY and light >= portals:
+                    density = density_in_row(near, lights, row, 1, portals, light, toward * hit.t, toward)
+                reflection = (surface.diffuse + surface.specular * 0.5) * other.total * INV_PI
+                reflection += surface.emission * share(mirrored.w, density * samples)
             else:
-                reflection = sky_radiance(env, toward)
+                reflection = sky_radiance(env, toward) * share(mirrored.w, density * samples)
             reflection *= passed
-            if not is_mirror:
-                # A rare bright hit would show as a square of the filter; beyond white, brighter looks the same.
-                brightness = (reflection * load3(cameras, eye + 16)).max()
-                reflection *= ti.min(1.0, BRIGHTEST_REFLECTION / ti.max(brightness, 1e-6))
+            if kind == GLOSSY:
+                reflection = bounded(cameras, eye, reflection * vec3(mirrored.x, mirrored.y, mirrored.z))
+                reflection += load3(light_pixels, out + 4)
             for i in ti.static(range(3)):
                 light_pixels[out + 4 + i] = reflection[i]

@@ -4,7 +4,7 @@
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells
 from benchbot_sim_taichi.kernels.cells import INV_PI
-from benchbot_sim_taichi.kernels.illumination import GLOSSY, LIGHT_PIXEL_STRIDE
+from benchbot_sim_taichi.kernels.illumination import LIGHT_PIXEL_STRIDE
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.panes import unpack
 from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE, camera_origin, camera_ray, locate
@@ -30,13 +30,6 @@ def sun_highlight(normal, view, toward, specular, roughness):
     visibility = 0.5 / (nl * ti.sqrt(nv * nv * (1.0 - a2) + a2) + nv * ti.sqrt(nl * nl * (1.0 - a2) + a2))
     fresnel = specular + (vec3(1.0) - specular) * ti.pow(1.0 - ti.max(half.dot(view), 0.0), 5.0)
     return fresnel * ti.min(distribution * visibility, 50.0)
-
-
-@ti.func
-def mirrored_radiance(light_pixels: ti.template(), at):
-    """What a pixel's surface mirrors; a rough one, for which no ray was sent, mirrors what lights it."""
-    has_ray = light_pixels[at + 7] >= GLOSSY
-    return ti.select(has_ray, load3(light_pixels, at + 4), load3(light_pixels, at) * INV_PI)
 
 
 @ti.func
@@ -137,7 +130,7 @@ def shade_centers(
                 pixels[base + 13],
                 load3(light_pixels, at),
                 light_pixels[at + 3],
-                ti.select(pixels[base + 14] < FAR, vec3(0.0), mirrored_radiance(light_pixels, at)),
+                ti.select(pixels[base + 14] < FAR, vec3(0.0), load3(light_pixels, at + 4)),
             )
         else:
             center = sky_radiance(env, direction)
@@ -237,7 +230,7 @@ def resolve(
                         if best >= 0:
                             irradiance = load3(light_pixels, best * LIGHT_PIXEL_STRIDE)
                             sun = light_pixels[best * LIGHT_PIXEL_STRIDE + 3]
-                            reflection = mirrored_radiance(light_pixels, best * LIGHT_PIXEL_STRIDE)
+                            reflection = load3(light_pixels, best * LIGHT_PIXEL_STRIDE + 4)
                         elif surface.is_glass == 0:
                             stored = interpolate_cells(grid, cells, layout, point, surface.normal)
                             irradiance = stored.total
