@@ -3,7 +3,8 @@
 The simulator takes no time, so each row is a round trip minus the simulation, until the solution has arrays of its own:
 in this process; in the platform's process; through the supervisor, over TCP or a unix socket, the arrays as bytes or in
 shared memory. The floor is the same number of bytes over a bare socket. The ways are measured in turn, so that each has
-the same share of what else the machine does; after each step, the solution thinks for some milliseconds.
+the same share of what else the machine does; after each step, the solution thinks for some milliseconds. With one step
+at a time, each finds the processor's caches as the other ways have left them; a solution finds its own (`--steps 10`).
 
 On a machine that is busy, look at the processor time: that of this process, the supervisor and the simulator's, for a
 step and the thinking after it, in which the supervisor works out the digest of what was observed. Looking it up takes
@@ -156,18 +157,19 @@ class Cost:
 
 
 def measure(
-    calls: dict[str, Callable[[], object]], rounds: int, thinking_s: float, pids: list[int]
+    calls: dict[str, Callable[[], object]], rounds: int, steps: int, thinking_s: float, pids: list[int]
 ) -> dict[str, list[Cost]]:
-    """Return the costs of each call, all of them in turn in every round, with a pause after each."""
+    """Return the costs of each call, some steps of each of them in turn in every round, with a pause after each."""
     costs: dict[str, list[Cost]] = {name: [] for name in calls}
     for number in range(rounds + 5):
         for name, call in calls.items():
-            cpu_before_ms, start_s = spent_ms(pids), time.perf_counter()
-            call()
-            wall_ms = (time.perf_counter() - start_s) * 1e3
-            time.sleep(thinking_s)
-            if number >= 5:
-                costs[name].append(Cost(wall_ms, spent_ms(pids) - cpu_before_ms))
+            for _ in range(steps):
+                cpu_before_ms, start_s = spent_ms(pids), time.perf_counter()
+                call()
+                wall_ms = (time.perf_counter() - start_s) * 1e3
+                time.sleep(thinking_s)
+                if number >= 5:
+                    costs[name].append(Cost(wall_ms, spent_ms(pids) - cpu_before_ms))
     return costs
 
 
@@ -213,7 +215,7 @@ def act_as_v2(client: V2Client) -> None:
     client.transcript.clear()
 
 
-def run(folder: Path, rounds: int, thinking_s: float) -> dict[str, list[Cost]]:
+def run(folder: Path, rounds: int, steps: int, thinking_s: float) -> dict[str, list[Cost]]:
     command = [sys.executable, "-m", "benchmarks.bench_step", "--serve", str(folder)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process, ExitStack() as stack:
         assert process.stdout is not None
@@ -245,12 +247,13 @@ def run(folder: Path, rounds: int, thinking_s: float) -> dict[str, list[Cost]]:
             ACTION: lambda: first.step("move_distance", {"distance": 0.0}),
             V2_ACTION: lambda: act_as_v2(v2),
         }
-        return measure(ways, rounds, thinking_s, [process.pid, *children_of(process.pid), host.pid])
+        return measure(ways, rounds, steps, thinking_s, [process.pid, *children_of(process.pid), host.pid])
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=200)
+    parser.add_argument("--steps", type=int, default=1, help="of one way after the other, before the next way's turn")
     parser.add_argument("--thinking-ms", type=float, default=4.0, help="after each step; 0 is a solution in a hurry")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the numbers there")
     parser.add_argument("--serve", type=Path, help=argparse.SUPPRESS)
@@ -260,7 +263,7 @@ def main() -> None:
         return
     with tempfile.TemporaryDirectory(prefix="bb-") as folder:
         install(Path(folder))
-        costs = run(Path(folder), options.rounds, options.thinking_ms / 1e3)
+        costs = run(Path(folder), options.rounds, options.steps, options.thinking_ms / 1e3)
     taken_ms = {name: np.array([cost.wall_ms for cost in paid]) for name, paid in costs.items()}
     rows = [
         {

@@ -86,11 +86,8 @@ class ArenaReader:
     def __init__(self, handle: int) -> None:
         self.handle = handle
         self._remap(os.fstat(handle).st_size)
-
-    @property
-    def nonce(self) -> str:
+        self.nonce = self._map[:NONCE_BYTES].hex()
         """The nonce, as hexadecimal digits."""
-        return self._map[:NONCE_BYTES].hex()
 
     @property
     def sequence(self) -> int:
@@ -104,7 +101,7 @@ class ArenaReader:
         Raises ValueError when it lies outside of the memory.
         """
         kind = np.dtype(dtype)
-        if kind.hasobject or offset < HEADER_BYTES or any(size < 0 for size in shape):
+        if kind.hasobject or offset < HEADER_BYTES or min(shape, default=0) < 0:
             raise ValueError(f"not an array: {dtype} {list(shape)} at {offset}")
         count = math.prod(shape)
         end = offset + count * kind.itemsize
@@ -114,7 +111,7 @@ class ArenaReader:
             raise ValueError(f"the array ends at byte {end} of {len(self._map)}")
         if count == 0:
             return np.empty(tuple(shape), kind)
-        return np.frombuffer(self._map, kind, count, offset).reshape(tuple(shape))
+        return np.ndarray(shape, kind, self._map, offset)
 
     def read(self, dtype: str, shape: Sequence[int], offset: int) -> NDArray[Any]:
         """Return a copy of the array at an offset; raises ValueError when it lies outside of the memory."""

@@ -1,13 +1,13 @@
 """What the supervisor and the platform's process say to each other: typed messages over a socket pair.
 
 A message is its length (4 bytes, little-endian) and MessagePack. Arrays travel in the arena; the message then holds
-extension type 2: MessagePack `[dtype.str, [size, …], offset]`.
+extension type 2, as on the wire: MessagePack `[dtype.str, [size, …], offset]`.
 """
 
 import socket
 import struct
 import time
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import msgspec
 import numpy as np
@@ -17,12 +17,12 @@ from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.geometry import Pose
 from benchbot.core.platform import Localisation
 from benchbot.supervisor.arena import ArenaWriter
-from benchbot.supervisor.wire import Fetch
+from benchbot.supervisor.wire import PLACE_CODE, Fetch
 
-ARENA_CODE = 2
 MAX_MESSAGE_BYTES = 64 * 2**20
 
 T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
 
 
 class SceneMessage(msgspec.Struct, frozen=True):
@@ -169,7 +169,7 @@ def encode_reply(reply: Any, arena: ArenaWriter | None = None) -> bytes:
     def place(value: Any) -> Any:
         if arena and isinstance(value, np.ndarray):
             where = (value.dtype.str, value.shape, next(offsets))
-            return msgspec.msgpack.Ext(ARENA_CODE, msgspec.msgpack.encode(where))
+            return msgspec.msgpack.Ext(PLACE_CODE, msgspec.msgpack.encode(where))
         return _scalar(value)
 
     return msgspec.msgpack.encode(Done(msgspec.Raw(msgspec.msgpack.encode(reply, enc_hook=place))))
@@ -189,14 +189,21 @@ def decoder(kind: type[T], fetch: Fetch | None = None) -> "msgspec.msgpack.Decod
     """Return what decodes the values of replies as `kind`; their arrays are fetched from the arena."""
 
     def array(code: int, where: memoryview) -> NDArray[Any]:
-        if fetch is None or code != ARENA_CODE:
+        if fetch is None or code != PLACE_CODE:
             raise ValueError(f"extension type {code} is not known")
         return fetch(*_place_decoder.decode(where))
 
     return msgspec.msgpack.Decoder(kind, ext_hook=array)
 
 
-def value_of(reply: Reply, decoder: "msgspec.msgpack.Decoder[T]") -> T:
+class Decoder(Protocol[T_co]):
+    """What makes a value of its encoding."""
+
+    def decode(self, message: msgspec.Raw, /) -> T_co:
+        """Return the value; raises ValueError or msgspec.MsgspecError when it is none."""
+
+
+def value_of(reply: Reply, decoder: Decoder[T]) -> T:
     """Return the value of a reply, or raise the BenchbotError in it."""
     if isinstance(reply, Failed):
         raise reply.error()

@@ -35,10 +35,14 @@ _HARMLESS = {
 
 @dataclass(frozen=True)
 class Express:
-    """A request that has been read and found right. `answer` blocks, and `hang_up` says that nobody waits for it."""
+    """A request that has been read and found right.
+
+    `answer` blocks, `hang_up` says that nobody waits for it, and `settle` does what its answer does not wait for.
+    """
 
     answer: Callable[[Caller], Response]
     hang_up: Callable[[Caller], None]
+    settle: Callable[[], None]
 
 
 @dataclass(frozen=True)
@@ -88,7 +92,7 @@ class Reader:
             except BenchbotError as error:
                 return bodies.respond_error(error)
 
-        return Express(answer, self._run.hang_up)
+        return Express(answer, self._run.hang_up, self._run.settle)
 
 
 def read_head(told: bytes, token: str) -> Head | None:

@@ -1,14 +1,13 @@
-"""The express lane of a server: what `express` can read goes past the HTTP server, to one thread and straight back.
+"""The express lane of a server: a connection whose requests `express` can read is served by a thread of its own.
 
-A step would else take a task, a thread of a pool and more turns of the event loop. That one still reads every
-connection, so that it notices when a client hangs up.
+A step would else take a task, a thread of a pool and more turns of the event loop. A request that the thread cannot
+read goes back to the HTTP server, together with the connection. It is the event loop that notices who hangs up.
 """
 
 import asyncio
 import logging
 import os
 import socket
-import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
@@ -19,8 +18,14 @@ from starlette.responses import Response
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from benchbot.supervisor import bodies
-from benchbot.supervisor.express import Express
+from benchbot.supervisor.express import MAX_BODY_BYTES, MAX_HEAD_BYTES, Express
+from benchbot.supervisor.hang_ups import HangUps
 from benchbot.supervisor.run import Caller
+
+MOST_CONNECTIONS = 8
+"""Each that is in the lane has a thread, also while it is silent. Others are answered by the HTTP server."""
+# A solution may think for hours between two steps: its connection stays open.
+KEEP_ALIVE_S = 24 * 3600
 
 Read = Callable[[bytes], Express | None]
 """Returns the request that the bytes are, or None when the HTTP server is to answer them."""
@@ -29,24 +34,44 @@ log = logging.getLogger("benchbot.supervisor")
 
 
 class Lane:
-    """A thread that answers one request at a time: there is one robot."""
+    """The connections that are served by threads. For one event loop, in which everything but `close` is called."""
 
     def __init__(self, read: Read) -> None:
         self.read = read
-        self._free = threading.Semaphore()
-        self._executor = ThreadPoolExecutor(1, "benchbot-lane")
+        self._executor = ThreadPoolExecutor(MOST_CONNECTIONS, "benchbot-lane")
+        self._hang_ups = HangUps()
+        self._sockets: dict[int, socket.socket] = {}
 
-    def begin(self, work: Callable[[], None]) -> "Future[None] | None":
-        """Have the thread do the work, which calls `free` at its end; None when another one is under way."""
-        return self._executor.submit(work) if self._free.acquire(blocking=False) else None
+    def enter(
+        self, handle: int, serve: Callable[[socket.socket], bytes], hung_up: Callable[[], None]
+    ) -> "Future[bytes] | None":
+        """Serve a connection in a thread, and have `hung_up` called when its client is gone; None without room for it.
 
-    def free(self) -> None:
-        """Let the next one begin."""
-        self._free.release()
+        The thread is given a socket of its own, which it closes at its end; leave the lane then.
+        """
+        if len(self._sockets) >= MOST_CONNECTIONS:
+            return None
+        connection = socket.socket(fileno=os.dup(handle))
+        self._sockets[handle] = connection
+        self._hang_ups.watch(handle, hung_up)
+        return self._executor.submit(serve, connection)
+
+    def forget(self, handle: int) -> None:
+        """Notice no more whether the client of a connection hangs up."""
+        self._hang_ups.forget(handle)
+
+    def leave(self, handle: int) -> None:
+        """Make room for another connection."""
+        self.forget(handle)
+        del self._sockets[handle]
 
     def close(self) -> None:
-        """End the thread after what it does."""
+        """End the threads: those that wait for their clients at once, the others after the request under way."""
+        for connection in list(self._sockets.values()):
+            with suppress(OSError):
+                connection.shutdown(socket.SHUT_RDWR)
         self._executor.shutdown(wait=False)
+        self._hang_ups.close()
 
 
 def protocol(lane: Lane) -> type[asyncio.Protocol]:
@@ -55,83 +80,104 @@ def protocol(lane: Lane) -> type[asyncio.Protocol]:
 
 
 class _Connection(H11Protocol):
-    """uvicorn's connection, which answers all requests but those that its lane takes.
-
-    While one of those is under way, nothing else of this connection is looked at but its end.
-    """
+    """uvicorn's connection, which answers all requests but those that are for its lane."""
 
     _lane: Lane
-    _sending: socket.socket | None = None
+    _in_lane = False
     _under_way: tuple[Express, Caller] | None = None
-    _early = b""
+    _gone = False
     _ending = False
-    _lost = False
 
     def data_received(self, data: bytes) -> None:
-        if self._under_way is not None:
-            self._early += data
-            self.flow.pause_reading()
-            if self._under_way is None:
-                self._go_on()
-        elif not self._takes_the_lane(data):
+        if not self._enters_the_lane(data):
             super().data_received(data)
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        self._lost = True
-        if self._under_way is not None:
-            express, caller = self._under_way
-            # Not in the lane, which is busy with the request itself, nor here: it may wait for a lock.
-            self.loop.run_in_executor(None, express.hang_up, caller)
-        elif self._sending is not None:
-            self._sending.close()
-        super().connection_lost(exc)
 
     def shutdown(self) -> None:
         """Close the connection, after the answer that is under way."""
         self._ending = True
-        if self._under_way is None:
+        if not self._in_lane:
             super().shutdown()
+        elif self._under_way is None:
+            # Its thread, which waits for the next request, reads the end instead: that is no hanging up.
+            self._lane.forget(self._handle)
+            with suppress(OSError):
+                self.transport.get_extra_info("socket").shutdown(socket.SHUT_RD)
 
-    def _takes_the_lane(self, data: bytes) -> bool:
-        """Have the lane answer a request when it can, and when nothing before it is unfinished."""
+    def _enters_the_lane(self, data: bytes) -> bool:
+        """Have the lane serve this connection when it can read a request, and nothing before that is unfinished."""
         idle = self.cycle is None or self.cycle.response_complete
         if not idle or self.conn.trailing_data[0] or self.transport.get_write_buffer_size() or self._ending:
             return False
         express = self._lane.read(data)
         if express is None:
             return False
-        if self._sending is None:
-            # A descriptor of its own: the transport may close its one while the answer is being sent.
-            self._sending = socket.socket(fileno=os.dup(self.transport.get_extra_info("socket").fileno()))
-        caller = Caller()
-        self._under_way = express, caller
-        answering = self._lane.begin(partial(self._answer, express, caller, self._sending))
-        if answering is None:
-            self._under_way = None
+        self._handle: int = self.transport.get_extra_info("socket").fileno()
+        serving = self._lane.enter(self._handle, partial(self._serve, express), self._hung_up)
+        if serving is None:
             return False
-        answering.add_done_callback(self._answered)
+        self._in_lane = True
+        self.flow.pause_reading()
         self._unset_keepalive_if_required()
+        serving.add_done_callback(self._served)
         return True
 
-    def _answer(self, express: Express, caller: Caller, sending: socket.socket) -> None:
-        """Send the answer as far as the connection takes it at once; the event loop sends the rest. In the lane."""
-        try:
-            rest = _send(sending, *self._message(express.answer(caller)))
-        finally:
-            self._lane.free()
-        if rest:
-            self._in_loop(rest)
-            return
-        self._under_way = None
-        if self._early or self._ending or self._lost:
-            self._in_loop(b"")
+    def _serve(self, express: Express | None, connection: socket.socket) -> bytes:
+        """Answer a request and those after it; return the first bytes that are none for the lane, where this runs."""
+        received = memoryview(bytearray(MAX_HEAD_BYTES + MAX_BODY_BYTES))
+        data = b""
+        with connection:
+            connection.settimeout(KEEP_ALIVE_S)
+            while express is not None:
+                data = b""
+                if not self._answer(express, connection) or self._ending:
+                    break
+                # A client that is gone has no next request, nor has one that was silent for so long.
+                with suppress(OSError):
+                    data = bytes(received[: connection.recv_into(received)])
+                express = self._lane.read(data)
+        return data
 
-    def _answered(self, answering: "Future[None]") -> None:
-        error = answering.exception()
+    def _answer(self, express: Express, connection: socket.socket) -> bool:
+        """Carry a request out and send the answer; say whether it was sent. In the lane."""
+        caller = Caller(settles=True)
+        self._under_way = express, caller
+        caller.gone = self._gone
+        head, body = self._message(express.answer(caller))
+        self._under_way = None
+        sent = _send(connection, head, body)
+        express.settle()
+        return sent
+
+    def _hung_up(self) -> None:
+        """Note that the client of this connection, which is in the lane, is gone."""
+        self._gone = True
+        under_way = self._under_way
+        if under_way is not None:
+            express, caller = under_way
+            # Not in the lane, which is busy with the request itself, nor here: it may wait for a lock.
+            self.loop.run_in_executor(None, express.hang_up, caller)
+
+    def _served(self, serving: "Future[bytes]") -> None:
+        # A loop that has ended has closed its connections, or will never do so.
+        with suppress(RuntimeError):
+            self.loop.call_soon_threadsafe(self._leave_the_lane, serving)
+
+    def _leave_the_lane(self, serving: "Future[bytes]") -> None:
+        """Go on without the lane, or close the connection; in the event loop."""
+        self._in_lane = False
+        self._lane.leave(self._handle)
+        error = serving.exception()
         if error is not None:
             log.error("a request failed", exc_info=error)
-            self._ending = True
-            self._in_loop(b"".join(self._message(bodies.respond_mistake())))
+            if self._under_way is not None:
+                self.transport.write(b"".join(self._message(bodies.respond_mistake())))
+        data = b"" if error is not None or self._ending else serving.result()
+        self._under_way = None
+        if not data:
+            super().shutdown()
+            return
+        self.flow.resume_reading()
+        self.data_received(data)
 
     def _message(self, response: Response) -> tuple[bytes, bytes]:
         """Return head and body."""
@@ -140,39 +186,13 @@ class _Connection(H11Protocol):
         lines += [b"%s: %s" % header for header in (*self.server_state.default_headers, *response.raw_headers)]
         return b"\r\n".join((*lines, b"", b"")), bytes(response.body)
 
-    def _in_loop(self, rest: bytes | memoryview) -> None:
-        # A loop that has ended has closed its connections, or will never do so.
-        with suppress(RuntimeError):
-            self.loop.call_soon_threadsafe(self._finish, rest)
 
-    def _finish(self, rest: bytes | memoryview) -> None:
-        """End a request of the lane, in the event loop."""
-        if rest and not self._lost:
-            self.transport.write(rest)
-        self._under_way = None
-        self._go_on()
-
-    def _go_on(self) -> None:
-        """Do what has waited for the end of a request."""
-        early, self._early = self._early, b""
-        if self._lost:
-            if self._sending is not None:
-                self._sending.close()
-        elif self._ending:
-            super().shutdown()
-        else:
-            self.flow.resume_reading()
-            if early:
-                self.data_received(early)
-
-
-def _send(connection: socket.socket, head: bytes, body: bytes) -> bytes | memoryview:
-    """Send what a connection takes at once, and return the rest."""
+def _send(connection: socket.socket, head: bytes, body: bytes) -> bool:
+    """Send an answer; say whether the client, which may be gone, could take all of it."""
     try:
         count = connection.sendmsg([head, body])
-    except BlockingIOError:
-        count = 0
+        if count < len(head) + len(body):
+            connection.sendall((head + body)[count:] if count < len(head) else memoryview(body)[count - len(head) :])
     except OSError:
-        # The client is gone, as the event loop notices too.
-        return b""
-    return memoryview(body)[count - len(head) :] if count >= len(head) else head[count:] + body
+        return False
+    return True

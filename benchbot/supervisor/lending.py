@@ -7,12 +7,42 @@ as long as that request is answered.
 import os
 from typing import Any, Protocol, TypeVar
 
+import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
-from benchbot.supervisor import wire
+from benchbot.supervisor import channel, wire
 from benchbot.supervisor.arena import ArenaReader
 
 T_co = TypeVar("T_co", covariant=True)
+
+
+class Lent(dict[str, Any]):
+    """Observations as the platform's process has sent them: their arrays are read-only views of its arena."""
+
+    encoded: msgspec.Raw | None = None
+    """The message that names the places of all arrays, as a client would be sent it; None when that one differs."""
+
+
+class Reader:
+    """Reads the observations in the messages of a platform's process; a `channel.Decoder`."""
+
+    def __init__(self, arena: ArenaReader) -> None:
+        self._arena = arena
+        self._decoder = channel.decoder(dict[str, Any], self._view)
+        self._all_named = True
+
+    def decode(self, message: msgspec.Raw) -> Lent:
+        """Return the observations in a message; raises ValueError or msgspec.MsgspecError when there are none."""
+        self._all_named = True
+        lent = Lent(self._decoder.decode(message))
+        if self._all_named:
+            lent.encoded = message
+        return lent
+
+    def _view(self, dtype: str, shape: list[int], offset: int) -> NDArray[Any]:
+        self._all_named &= wire.has_place(dtype, shape)
+        return self._arena.view(dtype, shape, offset)
 
 
 class Deliver(Protocol[T_co]):
@@ -37,6 +67,10 @@ def encode(answer: dict[str, Any], arena: ArenaReader | None, *, opened: str | N
         return wire.encode(answer)
     if opened == arena.nonce:
         told = {"nonce": arena.nonce, "sequence": arena.sequence}
+        shown = answer.get("observations")
+        if isinstance(shown, Lent) and shown.encoded is not None:
+            # The same bytes as would come out below, without looking for the places again.
+            answer = {**answer, "observations": shown.encoded}
         return wire.encode({**answer, "arena": told}, arena.offset_of)
     offered = {"nonce": arena.nonce, "pid": os.getpid(), "descriptor": arena.handle}
     return wire.encode({**answer, "arena": offered})

@@ -21,7 +21,7 @@ from benchbot.core.geometry import Pose
 from benchbot.core.host import Status
 from benchbot.core.motion import Outcome
 from benchbot.core.selection import Selection
-from benchbot.supervisor import arena, channel
+from benchbot.supervisor import arena, channel, lending
 from benchbot.supervisor.children import how_it_ended, last_words
 from benchbot.supervisor.operator import Operator
 
@@ -91,7 +91,9 @@ class ChildHost:
                 start_new_session=True,
             )
         self.arena = arena.ArenaReader(self._arena_handle)
-        self._observations = channel.decoder(dict[str, Any], self.arena.view if lends else self.arena.read)
+        self._observations: channel.Decoder[dict[str, Any]] = (
+            lending.Reader(self.arena) if lends else channel.decoder(dict[str, Any], self.arena.read)
+        )
         self._start: channel.Start | None = _start_message(selection, options or {}, can_ask=operator is not None)
         self._looked = False
 
@@ -161,7 +163,7 @@ class ChildHost:
                 os.close(self._arena_handle)
                 self._arena_handle = -1
 
-    def _call(self, request: channel.Request, decoder: "msgspec.msgpack.Decoder[T]", timeout_s: float) -> T:
+    def _call(self, request: channel.Request, decoder: channel.Decoder[T], timeout_s: float) -> T:
         with self._busy:
             try:
                 self._send(request)

@@ -18,6 +18,7 @@ from benchbot.core.provenance import timings
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
 from benchbot.supervisor import description, lending
+from benchbot.supervisor.afterwards import Afterwards
 from benchbot.supervisor.events import Events
 from benchbot.supervisor.gate import Gate
 from benchbot.supervisor.onlooker import Onlooker
@@ -39,10 +40,14 @@ log = logging.getLogger("benchbot.supervisor")
 
 
 class Caller:
-    """Whoever sent a request and waits for its answer, until they hang up."""
+    """Whoever sent a request and waits for its answer, until they hang up.
 
-    def __init__(self) -> None:
+    One who `settles` calls `Run.settle` as soon as the answer is on its way.
+    """
+
+    def __init__(self, *, settles: bool = False) -> None:
         self.gone = False
+        self.settles = settles
 
 
 class Run:
@@ -78,6 +83,9 @@ class Run:
             before_observing=self.onlooker.withdraw,
         )
         self.recordings = Recordings(self._session, self.events.publish, result_path.parent)
+        self._afterwards = Afterwards()
+        self.settle = self._afterwards.settle
+        """Does what the last answer does not wait for (its digest, its events); else, the next request does."""
         self._lock = threading.Lock()
         self._callers = threading.Lock()
         self._clock = threading.Lock()
@@ -254,6 +262,7 @@ class Run:
                 self._closed = True
                 self._session.close()
                 self._tell("closed")
+                self.settle()
 
     def release(self) -> Host | None:
         """End the run, and give away its platform for the next one; None when it is dead, or busy for too long."""
@@ -261,6 +270,7 @@ class Run:
             self.close()
             return None
         try:
+            self.settle()
             host = self._session.release()
             # The next run's observations will lie where this one's do.
             self.onlooker.withdraw()
@@ -302,7 +312,7 @@ class Run:
                 self.onlooker.offer(answer["observations"])
             return deliver(answer, self._host.arena if isinstance(self._host, ChildHost) else None)
         finally:
-            self._digest.begin()
+            self._afterwards.note(self._digest.begin)
 
     @contextmanager
     def _moving(self, wait_s: float = 0.0, caller: Caller | None = None, *, moves: bool = True) -> Iterator[None]:
@@ -321,6 +331,7 @@ class Run:
                 "Wait for the answer to the request before, then send this one again.",
             )
         try:
+            self.settle()
             if self.stop_asked.is_set():
                 raise ended()
             with self._callers:
@@ -332,6 +343,8 @@ class Run:
             with self._callers:
                 self._caller = None
             self._lock.release()
+            if caller is None or not caller.settles:
+                self.settle()
 
     def _noting_failures(self, call: Callable[[], Step | None]) -> Any:
         try:
@@ -348,10 +361,14 @@ class Run:
 
     def _note_question(self, request: str | None) -> None:
         self.progress.waiting_for = request
-        self._tell("operator")
+        self._announce("operator")  # at once: the action under way waits
 
     def _tell(self, kind: str) -> None:
-        """Tell those who watch, and the log, what has happened; neither learns a pose that the task hides."""
+        """Tell those who watch, and the log, what has happened, when its answer is on its way."""
+        self._afterwards.note(partial(self._announce, kind))
+
+    def _announce(self, kind: str) -> None:
+        """Tell those who watch, and the log; neither learns a pose that the task hides."""
         progress = self.public_progress()
         shown = ("scene_number", "steps", "last_action", "state", "simulated_time_s", "failure", "waiting_for")
         log.info("%s: %s", kind, ", ".join(f"{key} {progress[key]}" for key in shown))

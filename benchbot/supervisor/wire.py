@@ -25,7 +25,11 @@ MAX_NDIM = 8
 # A smaller array is copied sooner than it is aligned.
 ALIGNED_FROM_BYTES = 4096
 MAX_ARRAY_BYTES = 256 * 2**20
-DTYPES = frozenset({"|b1", "|i1", "|u1", "<i2", "<u2", "<i4", "<u4", "<i8", "<u8", "<f2", "<f4", "<f8"})
+DTYPES = {
+    name: np.dtype(name)
+    for name in ("|b1", "|i1", "|u1", "<i2", "<u2", "<i4", "<u4", "<i8", "<u8", "<f2", "<f4", "<f8")
+}
+"""The dtypes that arrays may have on the wire, by what they are called there."""
 
 Locate = Callable[[NDArray[Any]], int | None]
 """Returns where an array lies in shared memory, or None for one that does not."""
@@ -176,7 +180,9 @@ def unpack_array(data: memoryview) -> NDArray[Any]:
 
 def _checked(array: NDArray[Any]) -> tuple["np.dtype[Any]", int]:
     """Return the dtype that an array has on the wire, and its size; raises ValueError outside of the caps."""
-    dtype = array.dtype.newbyteorder("<") if array.dtype.kind in "iuf" else array.dtype
+    dtype = array.dtype
+    if dtype.str.startswith(">"):
+        dtype = dtype.newbyteorder("<")
     return dtype, _check(dtype.str, array.shape)
 
 
@@ -184,13 +190,21 @@ def _check(dtype: str, shape: Sequence[int]) -> int:
     """Return the size in bytes of an array within the caps; raises ValueError for others."""
     if dtype not in DTYPES:
         raise ValueError(f"arrays of {dtype} are not supported")
-    if len(shape) > MAX_NDIM or any(size < 0 for size in shape):
+    if len(shape) > MAX_NDIM or min(shape, default=0) < 0:
         raise ValueError(f"an array cannot have the shape {shape}")
     # An empty array's other sizes count too: numpy refuses those whose product overflows.
-    size = np.dtype(dtype).itemsize * math.prod(max(1, size) for size in shape)
+    size = DTYPES[dtype].itemsize * (math.prod(shape) or math.prod(filter(None, shape)))
     if size > MAX_ARRAY_BYTES:
         raise ValueError(f"an array of {size} bytes is larger than {MAX_ARRAY_BYTES}")
     return 0 if 0 in shape else size
+
+
+def has_place(dtype: str, shape: Sequence[int]) -> bool:
+    """Say whether an array in shared memory is sent by its place: one that is empty is not, nor one not allowed."""
+    try:
+        return _check(dtype, shape) > 0
+    except ValueError:
+        return False
 
 
 def _decode_hook(code: int, data: memoryview) -> NDArray[Any]:

@@ -2,7 +2,6 @@
 
 import http.client
 import logging
-import select
 import socket
 import threading
 from collections.abc import Callable
@@ -16,9 +15,11 @@ import numpy as np
 import pytest
 
 from benchbot.api.client import Client
-from benchbot.core.errors import BenchbotError
+from benchbot.core.digest import ObservationDigest
+from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.supervisor import lane, server, wire
 from benchbot.supervisor.app import create_app
+from benchbot.supervisor.express import Express
 from benchbot.supervisor.platform_host import ChildHost
 from benchbot.supervisor.run import Run
 from benchbot.supervisor.run_state import Connection
@@ -65,16 +66,16 @@ def message(route: str, body: Any = None, more: bytes = b"") -> bytes:
 
 @pytest.fixture
 def taken(monkeypatch: pytest.MonkeyPatch) -> list[object]:
-    """What the lane has been asked to answer."""
-    begun: list[object] = []
-    begin = lane.Lane.begin
+    """What the lane has answered."""
+    answered: list[object] = []
+    answer = lane._Connection._answer
 
-    def counted(self: lane.Lane, work: Callable[[], None]) -> object:
-        begun.append(work)
-        return begin(self, work)
+    def counted(self: lane._Connection, express: Express, connection: socket.socket) -> bool:
+        answered.append(express)
+        return answer(self, express, connection)
 
-    monkeypatch.setattr(lane.Lane, "begin", counted)
-    return begun
+    monkeypatch.setattr(lane._Connection, "_answer", counted)
+    return answered
 
 
 def test_an_answer_is_the_same_by_both_ways(serve: Serve, taken: list[object]) -> None:
@@ -97,6 +98,60 @@ def test_our_own_client_takes_the_lane(serve: Serve, taken: list[object]) -> Non
     assert client.session()["steps"] == 3
     client.next_scene()
     assert len(taken) == 5
+
+
+def test_there_is_room_for_some_connections_and_an_answer_for_all(serve: Serve, taken: list[object]) -> None:
+    served = serve(sample_selection("sample:active"))
+    Client(Connection(served.url, None, TOKEN)).reset()
+    taken.clear()
+    clients = [Raw(served) for _ in range(lane.MOST_CONNECTIONS + 2)]
+    answers = [client.ask(message("step")) for client in clients]
+    np.testing.assert_equal(answers, [answers[0]] * len(clients))
+    in_lane = len(taken)
+    assert in_lane < len(clients)
+    for client in clients[:4]:
+        # Out of the lane, and in again.
+        assert client.ask(message("step", more=DETOUR))[0] == 200
+        assert client.ask(message("step"))[0] == 200
+    clients[0].socket.close()
+    clients[1].socket.close()
+
+    def enters(client: Raw) -> bool:
+        before = len(taken)
+        return client.ask(message("step"))[0] == 200 and len(taken) > before
+
+    assert eventually(lambda: enters(clients[-1]) and enters(clients[-2]))
+
+
+def test_what_follows_an_answer_is_whole_and_in_order_whoever_comes_next(serve: Serve) -> None:
+    """The digest, the log and the events are those of the steps one after the other, by several connections."""
+    served = serve(sample_selection("sample:active"))
+    clients = [Client(Connection(served.url, None, TOKEN)) for _ in range(3)]
+    shown = ObservationDigest()
+    told: list[tuple[str, int]] = []
+    publish = served.run.events.publish
+
+    def noted(kind: str, data: dict[str, Any]) -> None:
+        told.append((kind, data.get("steps", 0)))
+        publish(kind, data)
+
+    served.run.events.publish = noted  # type: ignore[method-assign]
+    shown.update(clients[0].reset()["observations"])
+    for number in range(1, 13):
+        client = clients[number % 3]
+        angle = {"angle": float(number)}
+        shown.update(client.step("move_angle", angle)["observations"])
+        if number % 4 == 0:
+            status, answer = Raw(served).ask(message("step", more=DETOUR))
+            assert status == 200
+            shown.update(answer["observations"])
+    document = clients[1].failed(FailureClass.AGENT, "It has seen enough.")["document"]
+    assert document["provenance"]["observation_digest"] == shown.hexdigest()
+    (scene,) = document["actions"]
+    assert [row[0] for row in scene["rows"]] == shown.marks()
+    assert [row[2]["angle"] for row in scene["rows"] if len(row) > 2] == [float(number) for number in range(1, 13)]
+    looked = [("step", number) for number in range(1, 13) for _ in range(1 + (number % 4 == 0))]
+    assert told == [("scene", 0), *looked, ("result", 0)]
 
 
 @pytest.mark.parametrize("pieces", [1, 2, 100])
@@ -135,35 +190,55 @@ def test_one_request_at_a_time_uses_the_robot(serve: Serve) -> None:
     assert served.run.progress.steps == statuses.count(200)
 
 
-def test_one_who_does_not_read_keeps_nobody_waiting(serve: Serve, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def endless(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Answers to resets are longer than what any connection takes at once."""
+    send = lane._send
+
+    def more(connection: socket.socket, head: bytes, body: bytes) -> bool:
+        return send(connection, head, body + bytes(2**25) if b"clean" in body else body)
+
+    monkeypatch.setattr(lane, "_send", more)
+
+
+@pytest.mark.usefixtures("endless")
+def test_one_who_does_not_read_keeps_nobody_waiting(serve: Serve) -> None:
     served = serve(sample_selection("sample:active"))
-    # As if the buffers of every connection were full.
-    monkeypatch.setattr(lane, "_send", lambda connection, head, body: head + body)
     slow, quick = Raw(served), Raw(served)
     slow.send(message("reset"))
-    assert eventually(lambda: quick.ask(message("step"))[0] == 200)
-    first = quick.ask(message("step"))[1]["observations"]
-    np.testing.assert_equal(slow.answer()[1]["observations"], first)
+    assert eventually(lambda: quick.ask(message("step", TURN))[0] == 200)
+    assert quick.ask(message("step", TURN))[1]["steps"] == 2
+    assert slow.answer()[1]["steps"] == 0
 
 
-def test_what_a_connection_does_not_take_at_once_is_the_rest() -> None:
+@pytest.mark.usefixtures("endless")
+def test_one_who_does_not_read_keeps_no_server_from_ending(tmp_path: Path) -> None:
+    before = lane_threads()
+    run, url, serving = started(tmp_path)
+    with serving:
+        deaf = Raw(Served(run, url, []))
+        deaf.send(message("reset"))
+        assert eventually(lambda: run.progress.frames == 1)
+        assert lane_threads() - before
+    assert eventually(lambda: lane_threads() <= before)
+
+
+def lane_threads() -> set[threading.Thread]:
+    return {thread for thread in threading.enumerate() if thread.name.startswith("benchbot-lane")}
+
+
+def test_what_a_connection_does_not_take_at_once_follows() -> None:
     head, body = b"head", bytes(range(100)) * 100_000
     ours, theirs = socket.socketpair()
-    with ours, theirs:
-        ours.setblocking(False)
-        rest = lane._send(ours, head, body)
-        while not lane._send(ours, b"x", b""):
-            pass
-        sent = b"".join(iter(lambda: theirs.recv(2**16) if readable(theirs) else b"", b""))
-        assert 0 < len(rest) < len(body)
-        assert sent.rstrip(b"x") + bytes(rest) == head + body
-        assert lane._send(ours, head, b"") == b""
+    with ours, theirs, ThreadPoolExecutor() as executor:
+        ours.settimeout(60)
+        sending = executor.submit(lane._send, ours, head, body)
+        with theirs.makefile("rb") as file:
+            assert file.read(len(head + body)) == head + body
+        assert sending.result()
+        assert lane._send(ours, head, b"")
         theirs.close()
-        assert lane._send(ours, head, body) == b""
-
-
-def readable(connection: socket.socket) -> bool:
-    return bool(select.select([connection], [], [], 0)[0])
+        assert not lane._send(ours, head, body)
 
 
 def test_clients_that_hang_up_leave_nothing_behind(serve: Serve) -> None:
@@ -199,9 +274,7 @@ def test_an_action_under_way_is_answered_when_the_run_ends(serve: Serve) -> None
 
 
 def test_a_server_that_ends_lets_the_answer_out_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    run = Run(
-        sample_selection("sample:active"), lambda: ChildHost(run.selection, tmp_path / "log"), tmp_path / "result"
-    )
+    run, url, serving = started(tmp_path)
     under_way, go_on = threading.Event(), threading.Event()
     step = run.step
 
@@ -211,12 +284,8 @@ def test_a_server_that_ends_lets_the_answer_out_first(tmp_path: Path, monkeypatc
         return step(*arguments)
 
     monkeypatch.setattr(run, "step", waiting)
-    listener = server.bind_tcp("127.0.0.1", 0)
-    served = Served(run, server.url_of(listener), [])
-    with ExitStack() as stack, ThreadPoolExecutor() as executor:
-        stack.callback(run.close)
-        serving = ExitStack()
-        serving.enter_context(server.Server(create_app(run, TOKEN, OPERATOR_TOKEN), [listener]))
+    served = Served(run, url, [])
+    with serving, ThreadPoolExecutor() as executor:
         raw = Raw(served)
         raw.ask(message("reset"))
         raw.send(message("step", TURN))
@@ -228,6 +297,16 @@ def test_a_server_that_ends_lets_the_answer_out_first(tmp_path: Path, monkeypatc
         assert (status, answer["steps"]) == (200, 1)
         assert raw.socket.recv(1) == b""
         ending.result()
+
+
+def started(folder: Path) -> tuple[Run, str, ExitStack]:
+    """Return a run, its address, and what ends first the server, then the run."""
+    run = Run(sample_selection("sample:active"), lambda: ChildHost(run.selection, folder / "log"), folder / "result")
+    listener = server.bind_tcp("127.0.0.1", 0)
+    serving = ExitStack()
+    serving.callback(run.close)
+    serving.enter_context(server.Server(create_app(run, TOKEN, OPERATOR_TOKEN), [listener]))
+    return run, server.url_of(listener), serving
 
 
 def listens(served: Served) -> bool:
