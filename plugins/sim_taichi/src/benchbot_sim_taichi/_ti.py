@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from benchbot.core import resources
 from benchbot.core.errors import BenchbotError
-from benchbot_sim_taichi import _cuda, _front_end, kernel_cache
+from benchbot_sim_taichi import _cuda, _float_mode, _front_end, kernel_cache
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 os.environ.setdefault("ENABLE_QUADRANTS_HEADER_PRINT", "0")
@@ -53,7 +53,8 @@ def start(arch: str, cache_dir: Path) -> None:
             f"Use {_started!r}, or start another process.",
         )
     kernels = kernel_cache.prepare(cache_dir)
-    with contextlib.redirect_stdout(io.StringIO()):  # it prints a banner whatever the log level
+    # It prints a banner whatever the log level, and has this thread take tiny numbers for zero from then on.
+    with contextlib.redirect_stdout(io.StringIO()), _float_mode.kept():
         ti.init(
             arch=getattr(ti, arch),
             offline_cache=True,
