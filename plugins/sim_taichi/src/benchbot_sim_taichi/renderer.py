@@ -85,6 +85,7 @@ class Renderer:
         self._scene, self._lighting, self._cache_dir = lamps.switched(scene, lighting.lamps), lighting, cache_dir
         self.device = device_scene.upload(self._scene, lighting, cache_dir)
         self._arranged: arrangement.Arrangement | None = None
+        self._lights_moved = False
 
     @cached_property
     def irradiance(self) -> irradiance.Irradiance:
@@ -118,9 +119,9 @@ class Renderer:
     def near_lights(self) -> Any:
         """Which lights matter where, as `kernels.light_grid` reads it."""
         light = self.irradiance
-        if self._arranged is None:
-            return _ti.upload(light.near)
-        return _ti.upload(light_grid.find(self.device, light.layout, *light.places()))
+        if self._lights_moved:
+            return _ti.upload(light_grid.find(self.device, light.layout, *light.places()))
+        return _ti.upload(light.near)
 
     @property
     def scene(self) -> SceneGeometry:
@@ -155,6 +156,7 @@ class Renderer:
         """Let light bounce anew off objects where they are now (seconds), when the next picture asks for it."""
         for stored in ("irradiance", "exposure", "_cells", "near_lights"):
             self.__dict__.pop(stored, None)
+        self._lights_moved = False
 
     def _arrangement(self) -> arrangement.Arrangement:
         if _ti.is_on_gpu():
@@ -171,6 +173,7 @@ class Renderer:
         self._arranged, self._scene = after, after.scene
         if self.device.lights is not before.lights:
             self.__dict__.pop("near_lights", None)
+            self._lights_moved = "irradiance" in self.__dict__
 
     def render(self, camera_to_map: npt.NDArray[np.floating], intrinsics: Intrinsics, *, rgb: bool = True) -> Frame:
         """Take one picture; `camera_to_map` is the (4, 4) pose of the optical frame (x right, y down, z forward).
