@@ -5,7 +5,8 @@ python -m benchmarks.bench_gpu [--arch cpu] [--triangles 20000 200000 1000000] [
 The rooms are those of `benchmarks.rays`. Times are medians of interleaved rounds; `device` leaves pictures where they
 were worked out (in memory that is used again), `host` copies them. Colours are of the quality `fast` unless said
 otherwise. Mitsuba (optional, variant cuda_ad_rgb: OptiX) takes primary rays, the large picture with matt colours
-(without and with a shadow ray), and paths of up to 4 segments (ours go on further unless said otherwise).
+(without and with a shadow ray), and, in our materials and in matt ones, paths of up to 4 segments (ours go on further
+unless said otherwise). Paths have the rooms' own lamps alone for light, as Mitsuba has.
 Without a GPU there is nothing to measure.
 """
 
@@ -32,6 +33,7 @@ from benchbot_sim_taichi.path_trace import path_trace
 from benchbot_sim_taichi.quality import FAST, PATH, REALTIME, Quality
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
 from benchmarks.rays import scene as rooms
+from benchmarks.rays.against_peers import NIGHT
 from benchmarks.rays.workload import lamp_point, look
 
 LARGE = Intrinsics.from_horizontal_fov(960, 540, 90.0)
@@ -93,10 +95,11 @@ Job = tuple[float, str, Callable[[], Any]]
 def ours(scene: SceneGeometry, cache: Path, arch: str, small_pixels: int) -> dict[str, Job]:
     """Every way in which pictures are taken."""
 
-    def renderer(quality: Quality) -> Renderer:
-        return Renderer(scene, Lighting(), cache_dir=cache, arch=arch, quality=quality)
+    def renderer(quality: Quality, lighting: Lighting) -> Renderer:
+        return Renderer(scene, lighting, cache_dir=cache, arch=arch, quality=quality)
 
-    fast, full, paths = renderer(FAST), renderer(REALTIME), renderer(Quality(PATH.name, SAMPLES))
+    fast, full = renderer(FAST, Lighting()), renderer(REALTIME, Lighting())
+    paths = renderer(Quality(PATH.name, SAMPLES), NIGHT)
     pixels = LARGE.width * LARGE.height
 
     def device(chosen: Renderer, poses: npt.NDArray[np.float64], camera: Intrinsics, rgb: bool) -> Callable[[], Any]:
@@ -170,6 +173,7 @@ def mitsuba(scene: SceneGeometry, folder: Path, small_pixels: int) -> dict[str, 
     from benchmarks.rays import mitsuba_scene
 
     target, tables = mitsuba_scene.load(scene, folder)
+    ours_alike, _ = mitsuba_scene.load(scene, folder, look=mitsuba_scene.gltf)
     instances, colors = mi.UInt32(tables.instance), mi.Float(tables.color.ravel())
     lamp = mi.Point3f(*lamp_point().tolist())
     origin, rotation = mi.Point3f(*VIEW[:3, 3].tolist()), VIEW[:3, :3].tolist()
@@ -212,15 +216,16 @@ def mitsuba(scene: SceneGeometry, folder: Path, small_pixels: int) -> dict[str, 
             *(mi.UInt8(mi.UInt32(dr.sqrt(dr.clip(c * (lit + 0.1), 0, 1)) * 255)) for c in color),
         )
 
-    def paths() -> None:
-        done(mi.render(target, sensor=sensor, integrator=integrator, spp=SAMPLES, seed=next(seeds)))
+    def paths(painted: Any) -> None:
+        done(mi.render(painted, sensor=sensor, integrator=integrator, spp=SAMPLES, seed=next(seeds)))
 
     return {
         "Mitsuba 960x540 primary: device": (pixels, "rays", partial(primary, ray)),
         f"Mitsuba 960x540 x {many} primary: device": (pixels * many, "rays", partial(primary, rays)),
         "Mitsuba 960x540 RGB-D, ids: device": (1, "frames", partial(picture, with_shadow=False)),
         "Mitsuba 960x540 RGB-D, ids, shadow ray: device": (1, "frames", partial(picture, with_shadow=True)),
-        f"Mitsuba 960x540 path, {SAMPLES} spp: device": (pixels * SAMPLES, "samples", paths),
+        f"Mitsuba 960x540 path, {SAMPLES} spp: device": (pixels * SAMPLES, "samples", partial(paths, ours_alike)),
+        f"Mitsuba 960x540 path, {SAMPLES} spp, matt: device": (pixels * SAMPLES, "samples", partial(paths, target)),
     }
 
 

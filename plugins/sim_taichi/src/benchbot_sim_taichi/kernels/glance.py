@@ -77,7 +77,7 @@ def look(
     while root >= 0:
         hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
         if ti.static(on_gpu):
-            hit = trace_gpu(nodes, leaves, root, origin + ray * start, ray, seen.hit.t - start, thread, 0)
+            hit, _ = trace_gpu(nodes, leaves, root, -1, origin + ray * start, ray, seen.hit.t - start, thread, 0)
         else:
             hit = trace(nodes, leaves, root, origin + ray * start, ray, seen.hit.t - start, False)
         is_sheer = root != 0

@@ -2,9 +2,8 @@
 """Path tracing (Kajiya, "The rendering equation", 1986), with two strategies for each light.
 
 Every reflection looks for the sun, and for a window and a lamp that matter there (`light_grid`), and also goes on by
-its own lobes; what both strategies find is shared between them by the power heuristic (Veach, "Robust Monte Carlo
-methods for light transport simulation", 1997). Panes pass light straight on, also that of shadow rays; solid glass
-refracts, and lets no shadow ray pass.
+its own lobes; what both strategies find is shared between them. Panes pass light straight on, also that of shadow rays;
+solid glass refracts, and lets no shadow ray pass.
 """
 
 from benchbot_sim_taichi._ti import ti
@@ -20,7 +19,7 @@ from benchbot_sim_taichi.kernels.reflectance import (
     pane_reflectance,
     scatter,
 )
-from benchbot_sim_taichi.kernels.sampling import ONE_OVER_2_32, cosine_direction, hash_u32
+from benchbot_sim_taichi.kernels.sampling import ONE_OVER_2_32, bounded, cosine_direction, hash_u32, power_share
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 from benchbot_sim_taichi.kernels.traversal_gpu import BLOCK, trace_gpu
@@ -41,15 +40,8 @@ def draw(state):
 
 @ti.func
 def share(density, other, strategies):
-    """Power heuristic: what counts of a sample found with `density` where the other strategy has density `other`."""
-    ratio = other / ti.max(density, 1e-20)
-    return ti.select(strategies == BOTH or other <= 0.0, 1.0 / (1.0 + ratio * ratio), 0.0)
-
-
-@ti.func
-def bounded(value, brightest):
-    """The same colour, no brighter than `brightest`."""
-    return value * ti.min(1.0, brightest / ti.max(value.max(), 1e-20))
+    """What counts of a sample found with `density` where the other strategy, if it is in use, has density `other`."""
+    return ti.select(strategies == BOTH or other <= 0.0, power_share(density, other), 0.0)
 
 
 @ti.kernel
@@ -88,37 +80,58 @@ def trace_paths(
         _picture, x, y = tile_pixel(index, width, height)
         pixel = y * width + x
         state = hash_u32(ti.cast(pixel, ti.u32) ^ hash_u32(seed))
-        for _ in range(ti.select(x < width and y < height, samples, 0)):
-            px, state = draw(state)
-            py, state = draw(state)
-            origin = camera_origin(camera, 0)
-            direction = camera_ray(camera, 0, ti.cast(x, ti.f32) + px, ti.cast(y, ti.f32) + py).normalized()
-            through = vec3(1.0)
-            radiance = vec3(0.0)
-            depth = 0
-            # The surface where the ray sets out, the density of its lobes there, whether it looked for lights itself.
-            vertex, normal, face, view = origin, vec3(0.0), vec3(0.0), vec3(0.0)
-            matt, specular, roughness, gloss = vec3(0.0), vec3(0.0), 1.0, 0.0
-            density = 0.0
-            was_lit = False
-            # Where the grid of lights speaks for that surface.
-            row = 0
-            # A light that is looked for, and what of it would be seen.
-            carried = vec3(0.0)
-            lobe_density = 0.0
-            light_density_there = 0.0
-            window_density = 0.0
-            distance = 0.0
-            reach = FAR
-            first_root = 0
-            panes = 0
-            stage = GO_ON
-            in_flight = True
-            running = True
-            # Rays of all kinds are traced in one place: each place more makes the kernel far slower to compile.
-            while running:
-                limit = ti.select(depth > 1, brightest, FAR)
-                if not in_flight:
+        is_inside = x < width and y < height
+        to_start = ti.select(is_inside, samples, 0)
+        finished = vec3(0.0)
+        radiance = vec3(0.0)
+        through = vec3(1.0)
+        direction = vec3(0.0)
+        origin = vec3(0.0)
+        depth = 0
+        # The surface where the ray sets out, the density of its lobes there, whether it looked for lights itself.
+        vertex, normal, face, view = vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0)
+        matt, specular, roughness, gloss = vec3(0.0), vec3(0.0), 1.0, 0.0
+        density = 0.0
+        was_lit = False
+        # Where the grid of lights speaks for that surface.
+        row = 0
+        # A light that is looked for, and what of it would be seen.
+        carried = vec3(0.0)
+        lobe_density = 0.0
+        light_density_there = 0.0
+        window_density = 0.0
+        distance = 0.0
+        reach = FAR
+        first_root = 0
+        panes = 0
+        stage = GO_ON
+        in_flight = False
+        running = False
+        # A pixel starts its next path at once, and rays of all kinds are traced in one place: on a GPU, threads would
+        # otherwise wait for one another; and each place more makes the kernel far slower to compile.
+        while running or to_start > 0:
+            if not in_flight:
+                if not running:
+                    to_start -= 1
+                    finished += radiance
+                    px, state = draw(state)
+                    py, state = draw(state)
+                    origin = camera_origin(camera, 0)
+                    direction = camera_ray(camera, 0, ti.cast(x, ti.f32) + px, ti.cast(y, ti.f32) + py).normalized()
+                    through = vec3(1.0)
+                    radiance = vec3(0.0)
+                    depth = 0
+                    density = 0.0
+                    was_lit = False
+                    window_density = 0.0
+                    distance = 0.0
+                    reach = FAR
+                    first_root = 0
+                    panes = 0
+                    stage = GO_ON
+                    in_flight = True
+                    running = True
+                else:
                     first_xi, state = draw(state)
                     second_xi, state = draw(state)
                     xi = ti.Vector([first_xi, second_xi])
@@ -168,118 +181,122 @@ def trace_paths(
                         wanted = wanted and light_density_there > 0.0 and strategies != LOBES_ONLY
                         stage += ti.select(wanted, 0, 1)
                     in_flight = wanted
+            if in_flight:
+                limit = ti.select(depth > 1, brightest, FAR)
+                is_search = stage < GO_ON
+                hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
+                is_blocked = False
+                if ti.static(on_gpu):
+                    any_hit = ti.cast(is_search and first_root == 0, ti.i32)
+                    then = ti.select(first_root == 0, sheer_root, -1)
+                    thread = index & (BLOCK - 1)
+                    hit, is_blocked = trace_gpu(
+                        nodes, leaves, first_root, then, origin, direction, reach, thread, any_hit
+                    )
                 else:
-                    is_search = stage < GO_ON
                     root = first_root
                     nearest = reach
-                    triangle = -1
-                    u = 0.0
-                    v = 0.0
-                    is_blocked = False
                     while root >= 0:
-                        hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
-                        if ti.static(on_gpu):
-                            any_hit = ti.cast(is_search and root == 0, ti.i32)
-                            thread = index & (BLOCK - 1)
-                            hit = trace_gpu(nodes, leaves, root, origin, direction, nearest, thread, any_hit)
-                        else:
-                            hit = trace(nodes, leaves, root, origin, direction, nearest, False)
-                        if hit.triangle >= 0:
+                        nearer = trace(nodes, leaves, root, origin, direction, nearest, False)
+                        if nearer.triangle >= 0:
                             is_blocked = is_search and root == 0
-                            nearest = hit.t
-                            triangle = hit.triangle
-                            u = hit.u
-                            v = hit.v
+                            nearest = nearer.t
+                            hit = nearer
                         root = ti.select(root == 0 and not is_blocked, sheer_root, -1)
-                    if triangle < 0:
-                        if is_search:
-                            found = ti.select(stage == WINDOW, window_density, light_density_there)
-                            if found > 0.0:  # through several panes in a row: any of them could have been chosen
-                                weight = ti.select(strategies == BOTH, share(found, lobe_density, BOTH), 1.0)
-                                radiance += bounded(carried * (weight / found), limit)
-                            stage += 1
-                            in_flight = False
-                        else:
-                            other = ti.select(was_lit, window_density, 0.0)
-                            seen = sky_radiance(env, direction) * share(density, other, strategies)
-                            if is_sun(env, direction):
-                                other = ti.select(was_lit, 1.0 / env[17], 0.0)
-                                seen += load3(env, 3) / env[17] * share(density, other, strategies)
-                            radiance += bounded(through * seen, limit)
-                            running = False
-                    elif is_blocked:
+                if hit.triangle < 0:
+                    if is_search:
+                        found = ti.select(stage == WINDOW, window_density, light_density_there)
+                        if found > 0.0:  # through several panes in a row: any of them could have been chosen
+                            weight = ti.select(strategies == BOTH, share(found, lobe_density, BOTH), 1.0)
+                            radiance += bounded(carried * (weight / found), limit)
                         stage += 1
                         in_flight = False
                     else:
-                        distance += ti.select(is_search, 0.0, nearest)
-                        surface = surface_at(
-                            triangles, materials, texels, images, triangle, u, v, direction, distance / camera[12]
-                        )
-                        point = origin + direction * nearest
-                        light = light_of[triangle]
-                        tint = ti.select(surface.is_cut == 1, vec3(1.0), surface.diffuse)
-                        mirrored = 0.0
-                        cosine = ti.math.clamp(-surface.normal.dot(direction), 0.0, 1.0)
-                        if surface.is_glass == 1 and surface.is_cut == 0:
-                            mirrored = pane_reflectance(surface.specular.x, cosine)
-                            if surface.refraction > 0.0:
-                                mirrored = dielectric_reflectance(cosine, surface.refraction)
-                        if surface.is_cut == 0 and surface.is_glass == 0:
-                            if is_search:
+                        other = ti.select(was_lit, window_density, 0.0)
+                        seen = sky_radiance(env, direction) * share(density, other, strategies)
+                        if is_sun(env, direction):
+                            other = ti.select(was_lit, 1.0 / env[17], 0.0)
+                            seen += load3(env, 3) / env[17] * share(density, other, strategies)
+                        radiance += bounded(through * seen, limit)
+                        running = False
+                elif is_blocked:
+                    stage += 1
+                    in_flight = False
+                else:
+                    distance += ti.select(is_search, 0.0, hit.t)
+                    surface = surface_at(
+                        triangles,
+                        materials,
+                        texels,
+                        images,
+                        hit.triangle,
+                        hit.u,
+                        hit.v,
+                        direction,
+                        distance / camera[12],
+                    )
+                    point = origin + direction * hit.t
+                    light = light_of[hit.triangle]
+                    tint = ti.select(surface.is_cut == 1, vec3(1.0), surface.diffuse)
+                    mirrored = 0.0
+                    cosine = ti.math.clamp(-surface.normal.dot(direction), 0.0, 1.0)
+                    if surface.is_glass == 1 and surface.is_cut == 0:
+                        mirrored = pane_reflectance(surface.specular.x, cosine)
+                        if surface.refraction > 0.0:
+                            mirrored = dielectric_reflectance(cosine, surface.refraction)
+                    if surface.is_cut == 0 and surface.is_glass == 0:
+                        if is_search:
+                            stage += 1
+                            in_flight = False
+                        else:
+                            other = 0.0
+                            if was_lit and light >= portals:
+                                other = density_in_row(near, lights, row, 1, portals, light, point - vertex, direction)
+                            radiance += bounded(through * surface.emission * share(density, other, strategies), limit)
+                            depth += 1
+                            running = depth <= bounces
+                            face = surface.face
+                            normal = ti.select(surface.normal.dot(direction) > -LEAST_COSINE, face, surface.normal)
+                            view = -direction
+                            vertex = point + face * OFFSET_M
+                            row = row_near(near, vertex, face)
+                            specular = surface.specular
+                            roughness = surface.roughness
+                            shiny = environment_brdf(env, specular, roughness, normal.dot(view))
+                            matt = surface.diffuse * (vec3(1.0) - shiny)
+                            gloss = shiny.max() / ti.max(shiny.max() + matt.max(), 1e-6)
+                            stage = SUN
+                            in_flight = False
+                    else:
+                        panes += 1
+                        origin = point + direction * OFFSET_M
+                        if 0 <= light < portals:
+                            window_density += density_in_row(near, lights, row, 0, 0, light, point - vertex, direction)
+                        if is_search:
+                            carried *= tint * (1.0 - mirrored)
+                            reach -= hit.t + OFFSET_M
+                            first_root = sheer_root
+                            if panes >= MAX_PANES or surface.refraction > 0.0:
                                 stage += 1
                                 in_flight = False
-                            else:
-                                other = 0.0
-                                if was_lit and light >= portals:
-                                    other = density_in_row(
-                                        near, lights, row, 1, portals, light, point - vertex, direction
-                                    )
-                                radiance += bounded(
-                                    through * surface.emission * share(density, other, strategies), limit
-                                )
-                                depth += 1
-                                running = depth <= bounces
-                                face = surface.face
-                                normal = ti.select(surface.normal.dot(direction) > -LEAST_COSINE, face, surface.normal)
-                                view = -direction
-                                vertex = point + face * OFFSET_M
-                                row = row_near(near, vertex, face)
-                                specular = surface.specular
-                                roughness = surface.roughness
-                                shiny = environment_brdf(env, specular, roughness, normal.dot(view))
-                                matt = surface.diffuse * (vec3(1.0) - shiny)
-                                gloss = shiny.max() / ti.max(shiny.max() + matt.max(), 1e-6)
-                                stage = SUN
-                                in_flight = False
                         else:
-                            panes += 1
-                            origin = point + direction * OFFSET_M
-                            if 0 <= light < portals:
-                                window_density += density_in_row(
-                                    near, lights, row, 0, 0, light, point - vertex, direction
-                                )
-                            if is_search:
-                                carried *= tint * (1.0 - mirrored)
-                                reach -= nearest + OFFSET_M
-                                first_root = sheer_root
-                                if panes >= MAX_PANES or surface.refraction > 0.0:
-                                    stage += 1
-                                    in_flight = False
+                            choice, state = draw(state)
+                            if choice < mirrored:
+                                direction = (direction + surface.normal * (2.0 * cosine)).normalized()
+                                origin = point + surface.face * OFFSET_M
+                                was_lit = False
                             else:
-                                choice, state = draw(state)
-                                if choice < mirrored:
-                                    direction = (direction + surface.normal * (2.0 * cosine)).normalized()
-                                    origin = point + surface.face * OFFSET_M
+                                through *= tint
+                                ratio = surface.refraction
+                                if ratio > 0.0 and surface.is_cut == 0:
+                                    behind = ti.sqrt(ti.max(1.0 - ratio * ratio * (1.0 - cosine * cosine), 0.0))
+                                    direction = direction * ratio + surface.normal * (ratio * cosine - behind)
+                                    direction = direction.normalized()
+                                    origin = point - surface.face * OFFSET_M
                                     was_lit = False
-                                else:
-                                    through *= tint
-                                    ratio = surface.refraction
-                                    if ratio > 0.0 and surface.is_cut == 0:
-                                        behind = ti.sqrt(ti.max(1.0 - ratio * ratio * (1.0 - cosine * cosine), 0.0))
-                                        direction = direction * ratio + surface.normal * (ratio * cosine - behind)
-                                        direction = direction.normalized()
-                                        origin = point - surface.face * OFFSET_M
-                                        was_lit = False
-                                running = panes < MAX_PANES
+                            running = panes < MAX_PANES
+                in_flight = in_flight and running
+        finished += radiance
+        if is_inside:
             for i in ti.static(range(3)):
-                total[pixel * 3 + i] += radiance[i]
+                total[pixel * 3 + i] += finished[i]

@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""Sample points, directions and small integer hashes."""
+"""Sample points and directions, what a sample counts, and small integer hashes."""
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.traversal import vec3
@@ -51,6 +51,22 @@ def sobol_2d(index, scramble):
         first >>= 1
         second ^= second >> 1
     return ti.Vector([ti.cast(x >> 8, ti.f32) / 16777216.0, ti.cast(y >> 8, ti.f32) / 16777216.0])
+
+
+@ti.func
+def power_share(density, other):
+    """What counts of a sample found with `density` that another strategy would have found with density `other`.
+
+    Power heuristic: Veach, "Robust Monte Carlo methods for light transport simulation", 1997.
+    """
+    ratio = other / ti.max(density, 1e-20)
+    return 1.0 / (1.0 + ratio * ratio)
+
+
+@ti.func
+def bounded(color, brightest):
+    """The same colour, no brighter than `brightest`."""
+    return color * ti.min(1.0, brightest / ti.max(color.max(), 1e-20))
 
 
 @ti.func

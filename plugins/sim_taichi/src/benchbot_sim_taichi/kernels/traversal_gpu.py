@@ -25,15 +25,17 @@ def trace_gpu(
     nodes: ti.template(),
     leaves: ti.template(),
     root: ti.i32,
+    then: ti.i32,
     origin: vec3,
     direction: vec3,
     t_max: ti.f32,
     thread: ti.i32,
     any_hit: ti.i32,
 ):
-    """Nearest hit in (0, t_max), or just the first found when `any_hit` is not 0, as from `traversal.trace`.
+    """Nearest hit in (0, t_max) below `root` and `then` (-1 where there is no second root), as from `traversal.trace`.
 
-    `thread` is the number of the ray's thread in its block.
+    When `any_hit` is not 0, any hit below `root` is as good, and ends the search; whether there was one, also says the
+    second value. `thread` is the number of the ray's thread in its block.
     """
     stack = ti.simt.block.SharedArray((STACK_SIZE * BLOCK,), ti.i32)
     hit = Hit(t=t_max, triangle=-1, u=0.0, v=0.0)
@@ -45,6 +47,10 @@ def trace_gpu(
     ox, oy, oz = -origin.x * inv_x, -origin.y * inv_y, -origin.z * inv_z
     top = thread
     current = root
+    is_first = 1
+    if then >= 0:
+        stack[top] = then
+        top += BLOCK
     # A ray with a NaN must not enter: it would hit every box.
     length2 = direction.dot(direction) + 0.0 * origin.dot(origin)
     if not ((length2 > 1e-20) & (length2 < 1e20)):
@@ -96,11 +102,12 @@ def trace_gpu(
                 if det != 0.0 and inside >= 0.0 and t > 0.0 and t < hit.t:
                     hit = Hit(t=t, triangle=ti.bit_cast(leaves[base + 36 + i], ti.i32), u=u, v=v)
             current = EMPTY
-            if any_hit != 0 and hit.triangle >= 0:
-                top = thread
+            if (any_hit & is_first) != 0 and hit.triangle >= 0:
+                break
         if current == EMPTY and top >= BLOCK:
             top -= BLOCK
             current = stack[top]
+            is_first = ti.select(then >= 0 and top == thread, 0, is_first)
     if hit.triangle < 0:
         hit.t = FAR
-    return hit
+    return hit, (any_hit & is_first) != 0 and hit.triangle >= 0
