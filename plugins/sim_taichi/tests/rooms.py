@@ -53,11 +53,11 @@ def lit_box(path: Path, albedo: float, radiance: float, radius: float, width: fl
     return glb.write(path)
 
 
-def ceiling_lamp(path: Path) -> Path:
-    """A closed room of 6 x 5 x 2.7 m; a lamp of 40 x 40 x 5 cm glows all around, a centimetre below the ceiling."""
+def ceiling_lamp(path: Path, gap_m: float = 0.01) -> Path:
+    """A closed room of 6 x 5 x 2.7 m; a lamp of 40 x 40 x 5 cm glows all around, `gap_m` below the ceiling."""
     glb = Glb()
     glb.box("walls", (-3, -2.5, 0), (3, 2.5, 2.7), glb.material((0.6,) * 3), inward=True)
-    glb.box("lamp", (-0.2, -0.2, 2.64), (0.2, 0.2, 2.69), glb.material((0.8,) * 3, emission=(10.0,) * 3))
+    glb.box("lamp", (-0.2, -0.2, 2.65 - gap_m), (0.2, 0.2, 2.7 - gap_m), glb.material((0.8,) * 3, emission=(10.0,) * 3))
     return glb.write(path)
 
 

@@ -159,9 +159,10 @@ def test_a_picture_looks_like_the_path_traced_one(tmp_path: Path, kernel_cache: 
     assert np.abs(difference).max() < 30
 
 
-def test_the_light_between_a_lamp_and_the_ceiling_stays_there(tmp_path: Path, kernel_cache: Path) -> None:
+@pytest.mark.parametrize("gap_m", [0.01, 0.06])
+def test_the_light_between_a_lamp_and_the_ceiling_stays_there(tmp_path: Path, kernel_cache: Path, gap_m: float) -> None:
     """What is behind a lamp is very bright, and hidden from the room by the lamp itself."""
-    scene = load_scene(rooms.ceiling_lamp(tmp_path / "room.glb"))
+    scene = load_scene(rooms.ceiling_lamp(tmp_path / "room.glb", gap_m))
     renderer = Renderer(scene, Lighting(exposure=1.0), cache_dir=kernel_cache)
     pose = looking((-2.5, -2.0, 1.0), 40)
     reference = path_trace(renderer, pose, SMALL, samples_per_pixel=256)

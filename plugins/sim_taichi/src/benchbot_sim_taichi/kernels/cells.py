@@ -20,6 +20,7 @@ from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
 
 NEAR_M = 0.5
 OFFSET_M = 5e-4
+GAP_M = 0.25  # deeper than what lamps and furniture leave between themselves and a wall
 HIDDEN_WEIGHT = 1e-3
 OUTDOORS_WEIGHT = 0.1
 OUTDOORS_RAYS = 4  # of each sample: to the sun, and about
@@ -64,8 +65,8 @@ def light_cells(
 ):
     """Mean position, normal, albedo and direct light of each cell; `direct` takes the sun's part.
 
-    A point counts as far as it can be seen from beyond its cell: the ceiling right behind a lamp is very bright, but
-    no light gets from there into the room. Where panes keep a room from the sky, points that see the sky or the sun
+    A point counts as far as it can be seen from beyond `GAP_M`: the ceiling right behind a lamp is very bright, but no
+    light gets from there into the room. Where panes keep a room from the sky, points that see the sky or the sun
     without one are outdoors: they do not count beside others in their cell, nor do cells of nothing else beside others.
     """
     for cell in range(count):
@@ -107,7 +108,7 @@ def light_cells(
             )
             position = sample_point(triangles, vertices, samples, sample) + face * OFFSET_M
             out = cosine_direction(face, sobol_2d(k, hash_u32(scramble)))
-            around = trace(nodes, leaves, 0, position, out, size_m, True)
+            around = trace(nodes, leaves, 0, position, out, GAP_M, True)
             weight = ti.select(around.triangle >= 0 or (outdoors >> (k % size)) & 1 == 1, HIDDEN_WEIGHT, 1.0)
             weights += weight
             mean_position += weight * position

@@ -18,7 +18,7 @@ from benchbot_sim_taichi.kernels.neighbours import fit, pixel_plane
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sent, sheerness
 from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE, camera_origin, camera_ray, locate
 from benchbot_sim_taichi.kernels.reflectance import environment_brdf, mirror_direction, scatter
-from benchbot_sim_taichi.kernels.sampling import cosine_direction, interleave_index, sobol_2d
+from benchbot_sim_taichi.kernels.sampling import bounded, cosine_direction, interleave_index, power_share, sobol_2d
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE
@@ -28,6 +28,9 @@ LIGHT_PIXEL_STRIDE = 8
 REFLECT_ROUGHNESS = 0.55
 MIRROR_ROUGHNESS = 0.08
 BRIGHTEST_REFLECTION = 6.0
+BESIDE_LAMP_M = 0.5
+BESIDE_LAMP_RAYS = 16
+PROBES = 4
 NO_SAMPLE = -1.0
 ROUGH, GLOSSY_UNSEEN, GLOSSY, MIRROR = 0.0, 1.0, 2.0, 3.0
 
@@ -58,20 +61,13 @@ def lobe(env: ti.template(), pixels: ti.template(), base, view, toward):
 
 
 @ti.func
-def share(density, other):
-    """Power heuristic: what counts of a sample found with `density` that the other strategy finds with `other`."""
-    ratio = other / ti.max(density, 1e-20)
-    return ti.select(other <= 0.0, 1.0, 1.0 / (1.0 + ratio * ratio))
-
-
-@ti.func
-def bounded(cameras: ti.template(), eye, reflection):
+def no_glare(cameras: ti.template(), eye, reflection):
     """The same colour, no brighter than `BRIGHTEST_REFLECTION` in the picture.
 
     A rare bright hit would show as a square of the filter; beyond white, brighter looks the same.
     """
-    brightness = (reflection * load3(cameras, eye + 16)).max()
-    return reflection * ti.min(1.0, BRIGHTEST_REFLECTION / ti.max(brightness, 1e-6))
+    exposure = load3(cameras, eye + 16)
+    return bounded(reflection * exposure, BRIGHTEST_REFLECTION) / exposure
 
 
 @ti.func
@@ -216,7 +212,15 @@ def light_directly(
             sun = 0.0
             sun_rays = ti.select(light_pixels[out + 3] > 0.0, 1, 0)
             window_rays = ti.select(portals > 0, samples, 0)
-            lamp_rays = ti.select(lamps > 0, samples, 0)
+            lamp_rays = 0
+            if lamps > 0:
+                # Beside a lamp, its near side gives far more light than the rest of it.
+                is_beside = False
+                for i in range(PROBES):  # not the samples that count, which would decide how often they do
+                    index = stratum(x, y) * PROBES + i
+                    probe = sample_near(near, lights, env, row, 1, portals, lamps, point, index, seed + 5)
+                    is_beside |= probe.distance < BESIDE_LAMP_M
+                lamp_rays = ti.select(is_beside, BESIDE_LAMP_RAYS, samples)
             for j in range(sun_rays + window_rays + lamp_rays):
                 toward = load3(env, 0)  # the middle of the sun: its penumbra is about as wide as the filter
                 value = vec3(1.0)
@@ -225,6 +229,7 @@ def light_directly(
                 if j >= sun_rays:
                     at_window = j < sun_rays + window_rays
                     k = j - sun_rays - ti.select(at_window, 0, window_rays)
+                    rays = ti.select(at_window, samples, lamp_rays)
                     light = sample_near(
                         near,
                         lights,
@@ -234,11 +239,11 @@ def light_directly(
                         ti.select(at_window, 0, portals),
                         ti.select(at_window, portals, lamps),
                         point,
-                        stratum(x, y) * samples + k,
+                        stratum(x, y) * rays + k,
                         seed + ti.select(at_window, 1, 2),
                     )
                     toward = light.direction
-                    value = light.value
+                    value = light.value * (ti.cast(samples, ti.f32) / ti.cast(rays, ti.f32))
                     distance = ti.select(at_window, FAR, light.distance)
                     density = light.density / near[row + ti.select(at_window, 0, 1)] * ti.cast(samples, ti.f32)
                 cosine = normal.dot(toward)
@@ -252,9 +257,9 @@ def light_directly(
                         passed.share -= sun
                     elif kind != MIRROR:
                         mirrored = lobe(env, pixels, pixel * PIXEL_STRIDE, view, toward)
-                        mirrored *= share(density, ti.select(kind == GLOSSY, mirrored.w, 0.0))
+                        mirrored *= power_share(density, ti.select(kind == GLOSSY, mirrored.w, 0.0))
                         found = passed.share * value * vec3(mirrored.x, mirrored.y, mirrored.z)
-                        reflection += bounded(cameras, eye, found)
+                        reflection += no_glare(cameras, eye, found)
                     irradiance += passed.share * value * cosine
             if kind == ROUGH:
                 reflection += load3(light_pixels, out) * (INV_PI * ti.cast(samples, ti.f32))
@@ -366,12 +371,12 @@ def reflect(
                 if kind == GLOSSY and light >= portals:
                     density = density_in_row(near, lights, row, 1, portals, light, toward * hit.t, toward)
                 reflection = (surface.diffuse + surface.specular * 0.5) * other.total * INV_PI
-                reflection += surface.emission * share(mirrored.w, density * samples)
+                reflection += surface.emission * power_share(mirrored.w, density * samples)
             else:
-                reflection = sky_radiance(env, toward) * share(mirrored.w, density * samples)
+                reflection = sky_radiance(env, toward) * power_share(mirrored.w, density * samples)
             reflection *= passed
             if kind == GLOSSY:
-                reflection = bounded(cameras, eye, reflection * vec3(mirrored.x, mirrored.y, mirrored.z))
+                reflection = no_glare(cameras, eye, reflection * vec3(mirrored.x, mirrored.y, mirrored.z))
                 reflection += load3(light_pixels, out + 4)
             for i in ti.static(range(3)):
                 light_pixels[out + 4 + i] = reflection[i]
