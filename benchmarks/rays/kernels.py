@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.intrinsics import camera_records
 from benchbot_sim_taichi.kernels import packet
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.primary import camera_origin, camera_ray, locate
@@ -40,7 +41,7 @@ def frame(renderer: Any, pose: Any, camera: Any, lamp: Any) -> Any:
     pixels = camera.width * camera.height
     rgb, depth = np.empty(pixels * 3, np.uint8), np.empty(pixels, np.float32)
     instance, material = np.empty(pixels, np.int32), np.empty(pixels, np.int32)
-    record = renderer.camera_records(np.asarray(pose)[None], camera, exposed=False)
+    record = camera_records(np.asarray(pose)[None], camera)
     device = renderer.device
     hits = np.empty(pixels * packet.HIT_STRIDE, np.float32)
     packet.meet(*device.tree, device.sheer_root, record, hits, 1, camera.width, camera.height)

@@ -7,6 +7,7 @@ import pytest
 
 from benchbot_scenes.gltf import load_scene
 from benchbot_sim_taichi.frames import DeviceFrames
+from benchbot_sim_taichi.intrinsics import camera_records
 from benchbot_sim_taichi.kernels import glance
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.quality import FAST, REALTIME
@@ -41,7 +42,7 @@ def see(renderer: Renderer, poses: np.ndarray, camera: Intrinsics, *, has_sheer:
     """Depth and instances by the kernel that a GPU uses."""
     device, size = renderer.device, (len(poses), camera.width, camera.height)
     frames = DeviceFrames.allocate(*size, has_rgb=False)
-    records = renderer.camera_records(poses, camera, exposed=False)
+    records = camera_records(poses, camera)
     places = (frames.depth_at(0), frames.instance_at(0))
     scene = (*device.tree, device.sheer_root, *device.surfaces)
     glance.see(*scene, records, frames.words, *places, *size, has_sheer, False)

@@ -8,11 +8,12 @@ import numpy.typing as npt
 
 from benchbot_scenes.scene import FloatArray
 from benchbot_sim_taichi import _ti, camera_response, denoise
+from benchbot_sim_taichi.intrinsics import Intrinsics, camera_records
 from benchbot_sim_taichi.tables import DeviceScene
 
 if TYPE_CHECKING:
     from benchbot_sim_taichi.quality import Quality
-    from benchbot_sim_taichi.renderer import Intrinsics, Renderer
+    from benchbot_sim_taichi.renderer import Renderer
 
 BOUNCES = 12
 BRIGHTEST_BOUNCE = 100.0  # of exposed radiance: a white wall in the sun, and keeps a lucky path from owning its pixel
@@ -23,7 +24,7 @@ CONVERGED_BYTES = 0.5
 def path_trace(
     renderer: "Renderer",
     camera_to_map: npt.NDArray[np.floating],
-    intrinsics: "Intrinsics",
+    intrinsics: Intrinsics,
     *,
     samples_per_pixel: int,
     bounces: int = BOUNCES,
@@ -36,7 +37,7 @@ def path_trace(
     `strategies` of `kernels.path` choose how lights are found; all have the same mean. What reaches the picture's
     surfaces by way of others counts up to `brightest` in each sample.
     """
-    record = renderer.camera_records(np.asarray(camera_to_map)[None], intrinsics)
+    record = camera_records(np.asarray(camera_to_map)[None], intrinsics, renderer.exposure)
     size = (intrinsics.width, intrinsics.height)
     device, near = renderer.device_for_paths, renderer.near_lights
     total = _trace(device, near, record, size, samples_per_pixel, bounces, seed, strategies, brightest)

@@ -1,7 +1,7 @@
 """Pictures, depth, instance ids and laser ranges of a scene."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -22,8 +22,8 @@ from benchbot_sim_taichi import (
     path_trace,
 )
 from benchbot_sim_taichi.colorimetry import LUMINANCE
-from benchbot_sim_taichi.distortion import Distortion
 from benchbot_sim_taichi.frames import DeviceFrames, Frame, FrameBatch
+from benchbot_sim_taichi.intrinsics import Intrinsics, camera_records, common_size
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.quality import FAST, REALTIME, Quality
 from benchbot_sim_taichi.tables import CAMERA_STRIDE, DeviceScene
@@ -34,30 +34,6 @@ PIXELS_AT_ONCE = 2**20  # 240 bytes of working memory each
 GLANCED_PIXELS_AT_ONCE = 2**24  # 4 bytes each
 TRIANGLES_PER_PIXEL = 32  # with more, neighbouring rays have too little in common to be traced together
 WHITE_BALANCE_STRENGTH = 0.6
-
-
-@dataclass(frozen=True)
-class Intrinsics:
-    """A pinhole camera, in pixels.
-
-    Pixel (u, v) covers [u, u + 1) x [v, v + 1) of the continuous image plane, so its centre is at (u + 0.5, v + 0.5)
-    and a centred camera has `cx = width / 2`. (ROS and OpenCV count pixel centres at integers: their cx is ours minus
-    0.5.)
-    """
-
-    width: int
-    height: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    distortion: Distortion | None = None
-
-    @classmethod
-    def from_horizontal_fov(cls, width: int, height: int, hfov_deg: float) -> "Intrinsics":
-        """Square pixels, optical axis through the centre."""
-        focal = width / (2.0 * np.tan(np.radians(hfov_deg) / 2.0))
-        return cls(width, height, float(focal), float(focal), width / 2.0, height / 2.0)
 
 
 class Renderer:
@@ -206,9 +182,9 @@ class Renderer:
         device takes as long to get as some thousand small pictures to take.
         """
         poses = np.asarray(camera_poses, np.float64)
-        width, height = _common_size(poses, intrinsics)
+        width, height = common_size(poses, intrinsics)
         frames = DeviceFrames.allocate(len(poses), width, height, has_rgb=rgb, out=out)
-        records = self.camera_records(poses, intrinsics, exposed=rgb).reshape(-1, CAMERA_STRIDE)
+        records = camera_records(poses, intrinsics, self.exposure if rgb else 1.0).reshape(-1, CAMERA_STRIDE)
         is_glanced = self._quality == FAST if rgb else _ti.is_on_gpu()
         take, pixels_at_once = (self._glance, GLANCED_PIXELS_AT_ONCE) if is_glanced else (self._take, PIXELS_AT_ONCE)
         at_once = max(pixels_at_once // max(width * height, 1), 1)
@@ -329,64 +305,11 @@ class Renderer:
         distances[distances >= range_max_m] = np.inf
         return distances
 
-    def camera_records(
-        self,
-        camera_poses: npt.NDArray[np.floating],
-        intrinsics: Intrinsics | Sequence[Intrinsics],
-        *,
-        exposed: bool = True,
-    ) -> npt.NDArray[np.float32]:
-        """(N * 25,), as kernels take it: rotation by rows, position, fx, fy, cx, cy, exposure of red, green, blue.
-
-        Then 1 where the lens distorts, else 0, and k1, k2, p1, p2, k3.
-        """
-        records = np.ones((len(camera_poses), CAMERA_STRIDE), np.float32)
-        records[:, 0:9] = camera_poses[:, :3, :3].reshape(-1, 9)
-        records[:, 9:12] = camera_poses[:, :3, 3]
-        lenses = [intrinsics] if isinstance(intrinsics, Intrinsics) else intrinsics
-        if len(records):
-            records[:, 12:16] = [(lens.fx, lens.fy, lens.cx, lens.cy) for lens in lenses]
-            records[:, 16:19] = self.exposure if exposed else 1.0
-            records[:, 19:25] = [_distortion_record(lens) for lens in lenses]
-        return records.ravel()
-
     def _buffer(self, name: str, size: int, dtype: npt.DTypeLike = np.float32) -> Any:
         """Working memory that stays between frames; it holds nothing that a frame reads before it writes."""
         if self._buffers.get(name, (0, None))[0] < size:
             self._buffers[name] = (size, _ti.upload(np.zeros(size, dtype)))
         return self._buffers[name][1]
-
-
-def _distortion_record(lens: Intrinsics) -> tuple[float, ...]:
-    return (1.0, *lens.distortion.coefficients().tolist()) if lens.distortion else (0.0,) * 6
-
-
-def _common_size(
-    camera_poses: npt.NDArray[np.float64], intrinsics: Intrinsics | Sequence[Intrinsics]
-) -> tuple[int, int]:
-    """Width and height of all pictures of a batch."""
-    if camera_poses.ndim != 3 or camera_poses.shape[1:] != (4, 4):
-        raise BenchbotError(
-            f"These are no camera poses: an array of shape {camera_poses.shape}",
-            "A batch takes one 4 x 4 matrix for each of its N cameras.",
-            "Give an array of shape (N, 4, 4), such as np.stack([pose.matrix() for pose in poses]).",
-        )
-    if isinstance(intrinsics, Intrinsics):
-        return intrinsics.width, intrinsics.height
-    if len(intrinsics) != len(camera_poses):
-        raise BenchbotError(
-            f"There are {len(camera_poses)} camera poses but {len(intrinsics)} intrinsics",
-            "Either all cameras of a batch share one, or each has its own.",
-            "Give one Intrinsics, or as many as there are poses.",
-        )
-    sizes = sorted({(lens.width, lens.height) for lens in intrinsics})
-    if len(sizes) > 1:
-        raise BenchbotError(
-            "The cameras of this batch differ in size: " + ", ".join(f"{width} x {height}" for width, height in sizes),
-            "The pictures of a batch come as one array.",
-            "Take the pictures of each size in a batch of their own.",
-        )
-    return sizes[0] if sizes else (0, 0)
 
 
 def _exposure(light: irradiance.Irradiance, declared: float | None) -> npt.NDArray[np.float64]:
