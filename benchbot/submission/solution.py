@@ -177,11 +177,20 @@ class Solution:
 
     def _check_start(self) -> None:
         """Wait for the word that the solution has started; raises BenchbotError when it has not."""
-        told = self._next_report()
+        leading = self._next_report()
+        told = self._next_report() if leading else {}
         if "started" in told:
             return
-        self._process.wait()
+        status = self._process.wait()
         self._reader.join(GRACE_S)
+        if not leading and status < 0:  # later, it might be the solution's doing
+            raise BenchbotError(
+                f"The solution '{' '.join(self.command)}' was not started.",
+                f"What starts it was killed before. {describe_exit(status)}",
+                "Run it again; if it happens again, see whether the machine runs out of memory.",
+                exit_code=ExitCode.INTERNAL,
+                failure=FailureClass.INFRASTRUCTURE,
+            )
         raise cannot_start(self.command, told.get("cannot_start") or self.last_words or "it ended before it began")
 
     def _next_report(self) -> dict[str, Any]:

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.core.errors import BenchbotError
-from benchbot.submission.solution import Solution
+from benchbot.core.errors import BenchbotError, FailureClass
+from benchbot.submission.solution import Leading, Solution
 
 MARK = "BENCHBOT_TEST_MARK"
 RUNAWAY = """\
@@ -123,6 +123,16 @@ def test_a_command_that_is_none_is_told(tmp_path: Path) -> None:
 
         assert caught.value.title == f"The solution '{command}' cannot be started."
         assert why in caught.value.why
+
+
+def test_what_is_killed_before_the_solution_began_is_no_fault_of_it() -> None:
+    killed = Solution(["true"], Path.cwd(), {}, len, Leading(around=["sh", "-c", "kill -KILL $$"]))
+
+    with pytest.raises(BenchbotError) as caught, killed:
+        pass
+
+    assert caught.value.failure is FailureClass.INFRASTRUCTURE
+    assert caught.value.why == "What starts it was killed before. It was ended by SIGKILL."
 
 
 def test_last_words_are_kept_and_output_is_untouched() -> None:

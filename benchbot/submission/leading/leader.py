@@ -29,6 +29,7 @@ def main(orders: int) -> None:
         order = json.load(file)
     for number in (order["control"], order["report"]):
         os.set_inheritable(number, False)
+    _tell(order["report"], {"leading": os.getpid()})
     for number in POLITE:
         signal.signal(number, signal.SIG_IGN)
     confinement.of_leader(order["confinement"])
