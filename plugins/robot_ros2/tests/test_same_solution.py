@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import sha256
 from importlib.resources import files
@@ -134,9 +135,7 @@ def rooms(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
             "ground_truths/look_around_1.json": json.dumps({**truth, "environment": look_around}),
         },
     )
-    with pytest.MonkeyPatch.context() as patch, _free_domain() as (number, _):
-        patch.setenv("ROS_DOMAIN_ID", str(number))
-        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    with pytest.MonkeyPatch.context() as patch:
         patch.setenv("BENCHBOT_STATE_DIR", str(folder / "state"))
         patch.setenv("PYTHONPATH", os.pathsep.join([str(folder), os.environ["PYTHONPATH"]]))
         yield folder
@@ -162,10 +161,20 @@ def twin() -> Document:
     }
 
 
+@contextmanager
+def bridge_on_a_domain(*words: str) -> Iterator[None]:
+    """Start a bridge that has a ROS domain to itself, where what is started meanwhile finds it."""
+    with pytest.MonkeyPatch.context() as patch, _free_domain() as (number, _):
+        patch.setenv("ROS_DOMAIN_ID", str(number))
+        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        with bridge(*words):
+            yield
+
+
 @pytest.fixture(scope="module")
 def in_the_nook(rooms: Path) -> Iterator[Platforms]:
     """The sample robot and its twin."""
-    with bridge("--robot", "sample_careful_robot", "--env", "nook:1", "--camera-rate-hz", "20"):
+    with bridge_on_a_domain("--robot", "sample_careful_robot", "--env", "nook:1", "--camera-rate-hz", "20"):
         yield Platforms("sample_careful_robot", "sample_twin", "nook:1", rooms)
 
 
@@ -238,7 +247,7 @@ def test_the_ray_traced_room_is_mapped_and_scored_alike(
     rooms: Path, kernel_cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("BENCHBOT_CACHE_DIR", str(kernel_cache))
-    with bridge("--robot", "carter_lowres", "--env", "look_around:1"):
+    with bridge_on_a_domain("--robot", "carter_lowres", "--env", "look_around:1"):
         platforms = Platforms("carter_lowres", "carter_ros2", "look_around:1", rooms)
         simulated, real = platforms.both(MAPPING, "segmentation_mapper", "--evaluate-with", "omq")
 
