@@ -70,7 +70,8 @@ class Pose:
     @property
     def yaw_rad(self) -> float:
         """Heading about the z axis, in [-pi, pi)."""
-        return self.rpy_rad[2]
+        x, y, z, w = self.rotation_xyzw
+        return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
     @property
     def rpy_rad(self) -> Vector3:
@@ -78,8 +79,7 @@ class Pose:
         x, y, z, w = self.rotation_xyzw
         roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
         pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
-        yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-        return (roll, pitch, yaw)
+        return (roll, pitch, self.yaw_rad)
 
     def matrix(self) -> NDArray[np.float64]:
         """Return the 4x4 homogeneous matrix, float64."""

@@ -167,6 +167,7 @@ def _fitted(name: str, array: NDArray[Any], box: spaces.Box | None) -> NDArray[A
         )
     if box.dtype.kind == "u":
         return array.astype(box.dtype, copy=False)
-    finite = np.nan_to_num(array, nan=0.0, posinf=np.inf, neginf=0.0)
-    fitted: NDArray[Any] = np.clip(finite, box.low, box.high).astype(box.dtype)
+    if not np.isfinite(array).all():
+        array = np.nan_to_num(array, nan=0.0, posinf=np.inf, neginf=0.0)
+    fitted: NDArray[Any] = np.minimum(np.maximum(array, box.low), box.high).astype(box.dtype)
     return fitted

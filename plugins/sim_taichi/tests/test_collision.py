@@ -12,7 +12,7 @@ from hypothesis.extra import numpy as arrays
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.slab import project_slab
 from benchbot_sim_taichi import collision
-from benchbot_sim_taichi.collision import ObstacleMap, travel
+from benchbot_sim_taichi.collision import Clearance, ObstacleMap, travel
 from benchbot_sim_taichi.dynamics import DriveLimits, State, drive
 from plugins.sim_taichi.tests.glb import box, sphere
 
@@ -126,11 +126,22 @@ def test_clipping_keeps_exactly_what_is_between_the_heights(
         assert np.all(polygon <= corner[0, :, :2].max(0) + 1e-6)
 
 
-def drive_in(found: ObstacleMap, state: State, linear_mps: float, angular_radps: float, duration_s: float) -> Any:
-    def clearance_m(at: State) -> float:
-        return found.distance_m(at.x, at.y) - RADIUS_M
+@given(st.lists(st.tuples(coordinates, coordinates), min_size=1, max_size=20))
+@settings(deadline=None)
+def test_what_is_remembered_of_one_place_is_never_too_much_for_another(places: list[tuple[float, float]]) -> None:
+    found = obstacles(box((-1, -0.5, 0), (1, 0.5, 2)))
+    clearance = Clearance(found, RADIUS_M)
+    for x, y in places:
+        exact_m = found.distance_m(x, y) - RADIUS_M
+        bound_m = clearance.at_least_m(State(x, y, 0.0))
+        assert bound_m <= exact_m + 1e-12
+        assert (bound_m < 0) == (exact_m < 0)
+        assert clearance.exceeds(State(x, y, 0.0), 0.2) == (exact_m > 0.2)
 
-    return travel(state, drive(state, linear_mps, angular_radps, duration_s, LIMITS), clearance_m)
+
+def drive_in(found: ObstacleMap, state: State, linear_mps: float, angular_radps: float, duration_s: float) -> Any:
+    way = drive(state, linear_mps, angular_radps, duration_s, LIMITS)
+    return travel(state, way, Clearance(found, RADIUS_M))
 
 
 @given(st.floats(-1.0, 1.0), st.floats(-0.6, 0.6))

@@ -142,7 +142,7 @@ def test_the_range_ends_in_infinities(model: Any) -> None:
     depth = np.repeat([[0.05, 0.3, 1.0, 4.0, 50.0, math.inf]], 40, axis=0).repeat(40, axis=1).astype(np.float32)
     camera = Camera("f", 240, 40, 200, 200, 120, 20, (0.1, 8.0), depth_noise=model)
     picture = Frame(np.zeros((40, 240, 3), np.uint8), depth, np.zeros((40, 240), np.int32))
-    seen = camera.depth(picture, random())
+    seen = camera.depth(picture, random)
     assert seen.dtype == np.float32
     assert (seen[:, :38] == -math.inf).all()
     assert (seen[:, 202:] == math.inf).all()

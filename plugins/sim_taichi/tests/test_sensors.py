@@ -59,7 +59,7 @@ def test_more_than_sixteen_bits_of_objects_are_refused(objects: list[Instance], 
     ("seen_m", "reported_m"), [(1.0, 1.0), (5.0, 5.0), (5.1, math.inf), (math.inf, math.inf), (0.05, -math.inf)]
 )
 def test_depth_beyond_the_camera_is_infinite(seen_m: float, reported_m: float) -> None:
-    depth_m = CAMERA.depth(frame([[0, 0]], seen_m), np.random.default_rng(0))
+    depth_m = CAMERA.depth(frame([[0, 0]], seen_m), np.random.default_rng)
     assert depth_m.dtype == np.float32
     assert depth_m == pytest.approx(np.full((1, 2), reported_m))
 

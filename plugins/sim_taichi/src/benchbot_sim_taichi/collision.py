@@ -1,7 +1,7 @@
 """What a robot's footprint can bump into: the scene's triangles between two heights, seen from above."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 import numpy as np
 import numpy.typing as npt
@@ -90,25 +90,46 @@ def distances_m(x: float, y: float, edges: Floats) -> Floats:
     return distance
 
 
-def travel(state: State, way: Iterable[State], clearance_m: Callable[[State], float]) -> tuple[State, bool]:
-    """Follow a way up to contact: return the last free state, and whether there was contact.
+class Clearance:
+    """The distance between one robot's footprint and obstacles, negative in contact.
 
-    `clearance_m` is the distance between footprint and obstacles, negative in contact; it is only asked where the way
-    since the last answer is longer than that answer (conservative advancement).
+    It is looked up only where the way since the last place that it was looked up at is longer than what was free
+    there (conservative advancement).
     """
-    free_m = clearance_m(state)
+
+    def __init__(self, obstacles: ObstacleMap, radius_m: float) -> None:
+        self.obstacles = obstacles
+        self._radius_m = radius_m
+        self._known = (math.nan, math.nan, 0.0)
+
+    def exactly_m(self, state: State) -> float:
+        """Return the clearance in a state."""
+        clearance_m = self.obstacles.distance_m(state.x, state.y) - self._radius_m
+        self._known = (state.x, state.y, clearance_m)
+        return clearance_m
+
+    def at_least_m(self, state: State) -> float:
+        """Return a positive lower bound of the clearance, or the clearance."""
+        x, y, clearance_m = self._known
+        free_m = clearance_m - math.hypot(state.x - x, state.y - y)
+        return free_m if free_m > 0 else self.exactly_m(state)
+
+    def exceeds(self, state: State, distance_m: float) -> bool:
+        """Say whether the clearance is more than a distance."""
+        return self.at_least_m(state) > distance_m or self.exactly_m(state) > distance_m
+
+
+def travel(state: State, way: Iterable[State], clearance: Clearance) -> tuple[State, bool]:
+    """Follow a way up to contact: return the last free state, and whether there was contact."""
     for following in way:
-        free_m -= math.hypot(following.x - state.x, following.y - state.y)
-        if free_m <= 0:
-            free_m = clearance_m(following)
-            if free_m < 0:
-                return _up_to_contact(state, following, clearance_m), True
+        if clearance.at_least_m(following) < 0:
+            return _up_to_contact(state, following, clearance), True
         state = following
     return state, False
 
 
-def _up_to_contact(free: State, touching: State, clearance_m: Callable[[State], float]) -> State:
+def _up_to_contact(free: State, touching: State, clearance: Clearance) -> State:
     while math.hypot(touching.x - free.x, touching.y - free.y) > CONTACT_TOLERANCE_M:
         middle = State((free.x + touching.x) / 2, (free.y + touching.y) / 2, (free.yaw_rad + touching.yaw_rad) / 2)
-        free, touching = (free, middle) if clearance_m(middle) < 0 else (middle, touching)
+        free, touching = (free, middle) if clearance.exactly_m(middle) < 0 else (middle, touching)
     return State(free.x, free.y, free.yaw_rad)

@@ -1,6 +1,6 @@
 """Laser scanners of a simulated robot: a planar one, and a lidar of many rings."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -61,7 +61,7 @@ class Laser:
         )
 
     def scan(
-        self, renderer: Renderer, laser_poses: Sequence[Pose], randoms: Sequence[np.random.Generator]
+        self, renderer: Renderer, laser_poses: Sequence[Pose], randoms: Iterable[np.random.Generator]
     ) -> list[dict[str, Any]]:
         """Return a scan from each pose in the map frame, with noise from the generator of each (REP-117)."""
         angles_rad = _around(self.beams)
@@ -102,7 +102,7 @@ class Lidar:
         )
 
     def scan(
-        self, renderer: Renderer, lidar_poses: Sequence[Pose], randoms: Sequence[np.random.Generator]
+        self, renderer: Renderer, lidar_poses: Sequence[Pose], randoms: Iterable[np.random.Generator]
     ) -> list[dict[str, Any]]:
         """Return the channel `lidar` from each pose in the map frame, with noise from the generator of each."""
         elevations_rad, azimuths_rad = np.radians(self.elevations_deg), _around(self.beams)
@@ -129,7 +129,7 @@ def _measure(
     along: npt.NDArray[np.float64],
     range_m: tuple[float, float],
     noise: RangeNoise | None,
-    randoms: Sequence[np.random.Generator],
+    randoms: Iterable[np.random.Generator],
 ) -> npt.NDArray[np.float64]:
     """Return ranges (poses, rays) along (rays, 3) in each pose's frame: +inf beyond the limits, -inf before them."""
     nearest_m, farthest_m = range_m

@@ -1,7 +1,7 @@
 """What a simulated robot sees: its declaration's camera, and how the channels of pictures are worked out."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Self
@@ -102,12 +102,12 @@ class Camera:
         batch = renderer.render_batch(np.stack([pose.matrix() for pose in camera_poses]), intrinsics, rgb=rgb)
         return [batch[i] for i in range(len(batch))]
 
-    def rgb(self, frame: Frame, random: np.random.Generator) -> npt.NDArray[np.uint8]:
-        """Return colours (H, W, 3), with noise from `random`."""
-        return self.rgb_noise.apply(frame.rgb, random) if self.rgb_noise else frame.rgb
+    def rgb(self, frame: Frame, random: Callable[[], np.random.Generator]) -> npt.NDArray[np.uint8]:
+        """Return colours (H, W, 3), with noise from what `random` makes."""
+        return self.rgb_noise.apply(frame.rgb, random()) if self.rgb_noise else frame.rgb
 
-    def depth(self, frame: Frame, random: np.random.Generator) -> npt.NDArray[np.float32]:
-        """Return planar depth (H, W) in metres, with noise from `random`.
+    def depth(self, frame: Frame, random: Callable[[], np.random.Generator]) -> npt.NDArray[np.float32]:
+        """Return planar depth (H, W) in metres, with noise from what `random` makes.
 
         NaN is invalid, +inf beyond the camera's range, -inf before it (REP-117).
         """
@@ -115,7 +115,7 @@ class Camera:
         sensed_m = frame.depth_m
         if self.depth_noise:
             exact_m = sensed_m.astype(np.float64)
-            sensed_m = self.depth_noise.apply(exact_m, self.view, random).astype(np.float32)
+            sensed_m = self.depth_noise.apply(exact_m, self.view, random()).astype(np.float32)
         depth_m = np.where(sensed_m > farthest_m, np.float32(np.inf), sensed_m)
         return np.where(depth_m < nearest_m, np.float32(-np.inf), depth_m)
 

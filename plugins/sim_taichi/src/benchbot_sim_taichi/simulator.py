@@ -16,7 +16,7 @@ from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.scene_file import scene_file
 from benchbot_sim_taichi import dynamics, lamps, quality, randomness
-from benchbot_sim_taichi.collision import ObstacleMap, travel
+from benchbot_sim_taichi.collision import Clearance, ObstacleMap, travel
 from benchbot_sim_taichi.dynamics import State
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.odometry import Odometry
@@ -64,7 +64,8 @@ class RayTracedSimulator:
         self._seed, self._instant = seed, 0
         self._clock_s = 0.0
         self._collided = False
-        if self._world.obstacles.covers(x, y) or self._clearance_m(self._state) < 0:
+        self._last_clearance = Clearance(self._world.obstacles, self._robot.footprint.radius_m)
+        if self._world.obstacles.covers(x, y) or self._clearance.exactly_m(self._state) < 0:
             raise BenchbotError(
                 f"The robot '{self._robot.name}' does not fit at the start of this scene.",
                 f"At ({x:g}, {y:g}) its footprint of radius {self._robot.footprint.radius_m:g} m overlaps an obstacle.",
@@ -100,7 +101,7 @@ class RayTracedSimulator:
                 name: scanner.scan(
                     world.renderer,
                     [pose @ self._robot.mounts[scanner.frame] for pose in poses],
-                    [platforms[i]._random(name) for i in there],
+                    (platforms[i]._random(name) for i in there),
                 )
                 for name, scanner in self._scanners(wanted).items()
             }
@@ -113,7 +114,7 @@ class RayTracedSimulator:
         """Apply one control tick; at contact the robot stands still, `collided`, for the rest of it."""
         before = self._state
         way = dynamics.drive(before, linear_mps, angular_radps, duration_s, self._robot.limits)
-        self._state, contact = travel(before, way, self._clearance_m)
+        self._state, contact = travel(before, way, self._clearance)
         self._collided |= contact
         self._clock_s += duration_s
         self._instant += 1
@@ -121,10 +122,10 @@ class RayTracedSimulator:
 
     def contact_ahead(self, linear_mps: float, angular_radps: float, horizon_s: float) -> bool:
         """Say whether holding this command and then braking would touch something."""
-        if self._clearance_m(self._state) > self._robot.limits.reach_m(self._state, linear_mps, horizon_s):
+        if self._clearance.exceeds(self._state, self._robot.limits.reach_m(self._state, linear_mps, horizon_s)):
             return False
         way = dynamics.drive_and_brake(self._state, linear_mps, angular_radps, horizon_s, self._robot.limits)
-        return travel(self._state, way, self._clearance_m)[1]
+        return travel(self._state, way, self._clearance)[1]
 
     def pose(self) -> Pose:
         """Return the true pose of the base; it keeps the height of the start pose."""
@@ -169,8 +170,12 @@ class RayTracedSimulator:
         """Let go of all scenes; twins keep them."""
         self._worlds = {}
 
-    def _clearance_m(self, state: State) -> float:
-        return self._world.obstacles.distance_m(state.x, state.y) - self._robot.footprint.radius_m
+    @property
+    def _clearance(self) -> Clearance:
+        # Whoever moves an object, this robot's simulator or a twin, makes a new map.
+        if self._last_clearance.obstacles is not self._world.obstacles:
+            self._last_clearance = Clearance(self._world.obstacles, self._robot.footprint.radius_m)
+        return self._last_clearance
 
     def _expose(self, world: "_World", bases: Sequence[Pose], wanted: tuple[str, ...]) -> Sequence[Frame | None]:
         if not any(name in PICTURES for name in wanted):
@@ -207,8 +212,8 @@ class RayTracedSimulator:
         if frame is None or name not in PICTURES:
             return self._robot.camera.info()
         pictures: dict[str, Callable[[Frame], Any]] = {
-            "image_rgb": lambda frame: self._robot.camera.rgb(frame, self._random(name)),
-            "image_depth": lambda frame: self._robot.camera.depth(frame, self._random(name)),
+            "image_rgb": lambda frame: self._robot.camera.rgb(frame, lambda: self._random(name)),
+            "image_depth": lambda frame: self._robot.camera.depth(frame, lambda: self._random(name)),
             "image_segment": self._world.labels.segment,
         }
         return pictures[name](frame)
