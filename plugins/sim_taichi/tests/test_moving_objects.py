@@ -10,7 +10,7 @@ from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.scene import SceneGeometry
-from benchbot_sim_taichi import bvh, two_levels
+from benchbot_sim_taichi import bvh, device_scene, two_levels
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
 from benchmarks.rays.scene import generate
@@ -191,14 +191,41 @@ def test_what_is_no_pose_is_refused(name: str, kernel_cache: Path) -> None:
         renderer.remove(9999)
 
 
-def test_a_refitted_tree_holds_the_same_triangles_in_tight_boxes() -> None:
-    rng = np.random.default_rng(5)
-    vertices = rng.uniform(-1, 1, (3000, 3)).astype(np.float32)
-    triangles = np.arange(3000, dtype=np.int32).reshape(-1, 3)
+WIDTHS = [bvh.WIDTH, device_scene.NARROW]
+
+
+def scattered(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and triangles, none of which shares a vertex with another."""
+    vertices = np.random.default_rng(5).uniform(-1, 1, (3 * count, 3)).astype(np.float32)
+    return vertices, np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_a_refitted_tree_holds_the_same_triangles_in_tight_boxes(width: int) -> None:
+    vertices, triangles = scattered(1000)
     ids = np.arange(1000)
-    tree = bvh.build(vertices, triangles, (ids[:600], ids[600:]))
+    tree = bvh.build(vertices, triangles, (ids[:600], ids[600:]), width)
     same = two_levels.refitted(tree, vertices, triangles)
     assert same.nodes.tobytes() == tree.nodes.tobytes()
     assert same.leaves.tobytes() == tree.leaves.tobytes()
     moved = two_levels.refitted(tree, -vertices[::-1], triangles)
-    assert sorted(leaves(moved, moved.roots[0]) + leaves(moved, moved.roots[1])) == ids.tolist()
+    assert sorted(leaves(moved, moved.roots[0], width) + leaves(moved, moved.roots[1], width)) == ids.tolist()
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("parts", [0, 1, 3, 7, 30])
+def test_trees_below_one_node_hold_all_that_they_hold_alone(width: int, parts: int) -> None:
+    vertices, triangles = scattered(40 * (parts + 1))
+    still, *things = np.split(np.arange(len(triangles)), parts + 1)
+    levels = two_levels.Levels(bvh.build(vertices, triangles, (still[:30], still[30:]), width))
+    for number, ids in enumerate(things):
+        levels = levels.with_part(number, bvh.build(vertices, triangles, (ids[:25], ids[25:]), width))
+    tree = levels.combined()
+    assert tree.width == width
+    solid, sheer = (leaves(tree, root, width) for root in tree.roots)
+    assert sorted(solid) == [*still[:30], *(number for ids in things for number in ids[:25])]
+    assert sorted(sheer) == [*still[30:], *(number for ids in things for number in ids[25:])]
+    without_first = levels.without_part(0).combined()
+    gone = set(things[0].tolist()) if things else set()
+    held = (number for root in without_first.roots for number in leaves(without_first, root, width))
+    assert sorted(held) == [number for number in range(len(triangles)) if number not in gone]

@@ -1,14 +1,14 @@
 """Where a scene's objects stand: moved, added or taken away, without building again what stays."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from benchbot.core.errors import BenchbotError
 from benchbot_scenes.scene import IntArray, Material, SceneGeometry
-from benchbot_sim_taichi import bvh, tables, two_levels
+from benchbot_sim_taichi import bvh, tables
+from benchbot_sim_taichi.two_levels import Levels, refitted
 
 FARTHEST_M = 1e5
 
@@ -17,19 +17,18 @@ FARTHEST_M = 1e5
 class Arrangement:
     """`scene` as it stands, `origin` with every object where it first was.
 
-    `static` is the tree of what has not moved, `parts` are those of the objects that have.
+    `levels` are its trees, one for each width of nodes that kernels ask for.
 
     Triangles keep their ids: those of an object that is taken away lose their area.
     """
 
     scene: SceneGeometry
     origin: SceneGeometry
-    static: bvh.Bvh
-    parts: Mapping[int, bvh.Bvh] = field(default_factory=dict)
+    levels: tuple[Levels, ...]
 
-    def tree(self) -> bvh.Bvh:
-        """One tree of everything."""
-        return two_levels.combined(self.static, list(self.parts.values()))
+    def has_moved(self, instance: int) -> bool:
+        """Whether an object has trees of its own."""
+        return instance in self.levels[0].parts
 
     def triangles_of(self, instance: int) -> npt.NDArray[np.int64]:
         """Ids of an object's triangles; raises BenchbotError when there is no such object."""
@@ -55,20 +54,22 @@ def move(arrangement: Arrangement, instance: int, transform: npt.NDArray[np.floa
     vertices[used] = origin.vertices[used].astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
     normals[used] = origin.normals[used].astype(np.float64) @ matrix[:3, :3].T
     scene = replace(lifted.scene, vertices=vertices, normals=normals)
-    part = two_levels.refitted(lifted.parts[instance], scene.vertices, scene.triangles)
-    return replace(lifted, scene=scene, parts={**lifted.parts, instance: part})
+    levels = tuple(
+        each.with_part(instance, refitted(each.parts[instance], scene.vertices, scene.triangles))
+        for each in lifted.levels
+    )
+    return replace(lifted, scene=scene, levels=levels)
 
 
 def remove(arrangement: Arrangement, instance: int) -> Arrangement:
     """Take an object away."""
     gone = np.zeros(len(arrangement.scene.triangles), bool)
     gone[arrangement.triangles_of(instance)] = True
-    static = arrangement.static if instance in arrangement.parts else two_levels.without(arrangement.static, gone)
+    has_moved = arrangement.has_moved(instance)
     return Arrangement(
         _without(arrangement.scene, instance, gone),
         _without(arrangement.origin, instance, gone),
-        static,
-        {index: part for index, part in arrangement.parts.items() if index != instance},
+        tuple(each.without_part(instance) if has_moved else each.without(gone) for each in arrangement.levels),
     )
 
 
@@ -85,33 +86,33 @@ def add(
         origin=_joined(arrangement.origin, mesh, offset),
     )
     for number in numbers:
-        joined = replace(joined, parts={**joined.parts, number: _own_tree(joined.scene, joined.triangles_of(number))})
+        joined = replace(joined, levels=_with_own_trees(joined.levels, joined.scene, number))
         joined = move(joined, number, transform)
     return joined, numbers
 
 
 def _lifted(arrangement: Arrangement, instance: int) -> Arrangement:
-    """The object on a tree and on vertices of its own."""
-    if instance in arrangement.parts:
+    """The object on trees and on vertices of its own."""
+    if arrangement.has_moved(instance):
         return arrangement
-    triangles = arrangement.triangles_of(instance)
     is_its = np.zeros(len(arrangement.scene.triangles), bool)
-    is_its[triangles] = True
+    is_its[arrangement.triangles_of(instance)] = True
     scene, origin = arrangement.scene, arrangement.origin
     shared = np.intersect1d(scene.triangles[is_its], scene.triangles[~is_its])
     if len(shared):
         scene, origin = _split(scene, shared, is_its), _split(origin, shared, is_its)
-    return Arrangement(
-        scene,
-        origin,
-        two_levels.without(arrangement.static, is_its),
-        {**arrangement.parts, instance: _own_tree(scene, triangles)},
-    )
+    without_it = tuple(each.without(is_its) for each in arrangement.levels)
+    return Arrangement(scene, origin, _with_own_trees(without_it, scene, instance))
 
 
-def _own_tree(scene: SceneGeometry, triangles: npt.NDArray[np.int64]) -> bvh.Bvh:
+def _with_own_trees(levels: tuple[Levels, ...], scene: SceneGeometry, instance: int) -> tuple[Levels, ...]:
+    triangles = np.flatnonzero(scene.triangle_instance == instance)
     is_sheer = tables.is_sheer(scene)[triangles]
-    return bvh.build(scene.vertices, scene.triangles, (triangles[~is_sheer], triangles[is_sheer]))
+    groups = (triangles[~is_sheer], triangles[is_sheer])
+    return tuple(
+        each.with_part(instance, bvh.build(scene.vertices, scene.triangles, groups, each.static.width))
+        for each in levels
+    )
 
 
 def _split(scene: SceneGeometry, shared: IntArray, is_its: npt.NDArray[np.bool_]) -> SceneGeometry:

@@ -32,6 +32,7 @@ class Bvh:
     nodes: FloatArray
     leaves: FloatArray
     roots: tuple[int, ...]
+    width: int = WIDTH
 
 
 def build(
@@ -52,7 +53,7 @@ def build(
         roots.append(node_base)
         node_base += len(tree_nodes)
         leaf_base += len(tree_leaves)
-    return Bvh(np.concatenate(nodes).ravel(), np.concatenate(leaves).ravel(), tuple(roots))
+    return Bvh(np.concatenate(nodes).ravel(), np.concatenate(leaves).ravel(), tuple(roots), width)
 
 
 def usable(corners: FloatArray) -> npt.NDArray[np.bool_]:

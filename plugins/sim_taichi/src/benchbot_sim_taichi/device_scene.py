@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +10,7 @@ from benchbot_scenes.scene import SceneGeometry
 from benchbot_sim_taichi import _ti, bvh, disk_cache, lights, tables, textures
 from benchbot_sim_taichi.arrangement import Arrangement
 from benchbot_sim_taichi.lighting import Lighting
+from benchbot_sim_taichi.two_levels import Levels
 
 TREE_VERSION = 2
 NARROW = 4
@@ -45,41 +45,44 @@ def upload(scene: SceneGeometry, lighting: Lighting, cache_dir: Path) -> tables.
     )
 
 
-def arrangement_of(device: tables.DeviceScene, scene: SceneGeometry) -> Arrangement:
-    """The scene as it was uploaded, ready for its objects to move."""
-    return Arrangement(scene, scene, bvh.Bvh(*device.tree, (0, device.sheer_root)))
+def arrangement_of(scene: SceneGeometry, *devices: tables.DeviceScene) -> Arrangement:
+    """The scene as it was uploaded, with a tree for each of `devices`, ready for its objects to move."""
+    trees = [
+        bvh.Bvh(_ti.download(device.tree[0]), _ti.download(device.tree[1]), (0, device.sheer_root), device.width)
+        for device in devices
+    ]
+    return Arrangement(scene, scene, tuple(Levels(tree) for tree in trees))
 
 
 def rearranged(
     device: tables.DeviceScene, before: Arrangement, after: Arrangement, changed: npt.NDArray[np.int64]
-) -> tables.DeviceScene:
-    """Bring to kernels how objects stand now; `changed` triangles are elsewhere, or new at the end, or gone.
+) -> list[tables.DeviceScene]:
+    """Bring to kernels how objects stand now, once for each tree; `changed` triangles are elsewhere, new or gone.
 
     Lamps and panes are looked for again where any of them changed.
     """
     scene = after.scene
-    tree = after.tree()
     records, materials, texels, images = device.surfaces
-    if len(scene.triangles) > len(before.scene.triangles):
-        new = len(scene.triangles) - len(before.scene.triangles)
-        records = np.concatenate([records, np.zeros(new * tables.TRIANGLE_STRIDE, np.float32)])
-        materials = tables.material_records(scene.materials)
+    triangles = _ti.download(records)
+    new = len(scene.triangles) - len(before.scene.triangles)
+    if new:
+        triangles = np.concatenate([triangles, np.zeros(new * tables.TRIANGLE_STRIDE, np.float32)])
+        materials = _ti.upload(tables.material_records(scene.materials))
         if len(scene.images) > len(before.scene.images):
             store = textures.pack(scene.images, tables.color_images(scene.materials))
-            texels, images = store.texels, store.table
-    records.reshape(-1, tables.TRIANGLE_STRIDE)[changed] = tables.triangle_records(scene, changed).reshape(
-        -1, tables.TRIANGLE_STRIDE
-    )
-    moved = replace(
-        device,
-        tree=(tree.nodes, tree.leaves),
-        sheer_root=tree.roots[1],
-        surfaces=(records, materials, texels, images),
-    )
+            texels, images = _ti.upload(store.texels), _ti.upload(store.table)
+    rows = triangles.reshape(-1, tables.TRIANGLE_STRIDE)
+    rows[changed] = tables.triangle_records(scene, changed).reshape(-1, tables.TRIANGLE_STRIDE)
+    surfaces = (_ti.upload(triangles), materials, texels, images)
+    moved = [
+        replace(_with_tree(device, tree), sheer_root=tree.roots[1], surfaces=surfaces)
+        for tree in (levels.combined() for levels in after.levels)
+    ]
     gives_light = np.array([m.is_glass or m.is_emissive for m in scene.materials], bool)
-    if gives_light[scene.triangle_material[changed]].any() or len(records) > len(device.surfaces[0]):
-        return relit(moved, scene)
-    return moved
+    if not new and not gives_light[scene.triangle_material[changed]].any():
+        return moved
+    found = relit(moved[0], scene)
+    return [replace(each, lights=found.lights, light_of=found.light_of) for each in moved]
 
 
 def relit(device: tables.DeviceScene, scene: SceneGeometry) -> tables.DeviceScene:
@@ -92,18 +95,22 @@ def relit(device: tables.DeviceScene, scene: SceneGeometry) -> tables.DeviceScen
     )
 
 
-def upload_narrow_tree(scene: SceneGeometry, cache_dir: Path) -> tuple[Any, Any, int]:
-    """Nodes and leaves of the four-wide tree of `kernels.traversal_gpu`, and where its sheer triangles start or -1."""
+def with_narrow_tree(device: tables.DeviceScene, scene: SceneGeometry, cache_dir: Path) -> tables.DeviceScene:
+    """The same with the four-wide tree of `kernels.traversal_gpu`."""
     groups = tables.group_triangles(scene)
     tree = _tree(scene, groups, cache_dir, NARROW)
-    return _ti.upload(tree.nodes), _ti.upload(tree.leaves), tree.roots[1] if len(groups.sheer) else -1
+    return replace(_with_tree(device, tree), sheer_root=tree.roots[1] if len(groups.sheer) else -1)
+
+
+def _with_tree(device: tables.DeviceScene, tree: bvh.Bvh) -> tables.DeviceScene:
+    return replace(device, tree=(_ti.upload(tree.nodes), _ti.upload(tree.leaves)), width=tree.width)
 
 
 def _tree(scene: SceneGeometry, groups: tables.TriangleGroups, cache_dir: Path, width: int = bvh.WIDTH) -> bvh.Bvh:
     path = cache_dir / f"tree-{TREE_VERSION}-{width}-{scene.content_hash[:32]}.npz"
     stored = disk_cache.load(path)
     if stored is not None and stored.keys() == {"nodes", "leaves", "roots"}:
-        return bvh.Bvh(stored["nodes"], stored["leaves"], tuple(int(root) for root in stored["roots"]))
+        return bvh.Bvh(stored["nodes"], stored["leaves"], tuple(int(root) for root in stored["roots"]), width)
     tree = bvh.build(scene.vertices, scene.triangles, (groups.solid, groups.sheer), width)
     disk_cache.store(path, {"nodes": tree.nodes, "leaves": tree.leaves, "roots": np.array(tree.roots)})
     return tree

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.core.errors import BenchbotError
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_sim_taichi import (
     _ti,
@@ -79,12 +78,14 @@ class Renderer:
     @property
     def device_for_paths(self) -> DeviceScene:
         """The scene as kernels read it whose rays go their own ways: on a GPU, with a tree of narrower nodes."""
-        return self._narrow if _ti.is_on_gpu() else self.device
+        if not _ti.is_on_gpu():
+            return self.device
+        narrow = self._narrow
+        return replace(self.device, tree=narrow.tree, sheer_root=narrow.sheer_root, width=narrow.width)
 
     @cached_property
     def _narrow(self) -> DeviceScene:
-        nodes, leaves, sheer_root = device_scene.upload_narrow_tree(self._scene, self._cache_dir)
-        return replace(self.device, tree=(nodes, leaves), sheer_root=sheer_root)
+        return device_scene.with_narrow_tree(self.device, self._scene, self._cache_dir)
 
     @cached_property
     def _cells(self) -> tuple[Any, Any, Any]:
@@ -108,15 +109,15 @@ class Renderer:
         """Put an object where the rigid `transform` (4, 4) takes it from where it first was; milliseconds.
 
         Shapes, shadows and direct light are right at once; light that bounces stays that of before until `relight`.
-        Raises BenchbotError for what is no object or no pose, and on a GPU.
+        Raises BenchbotError for what is no object or no pose.
         """
         before = self._arrangement()
-        self._arrange(arrangement.move(before, instance, transform), before.triangles_of(instance))
+        self._arrange(before, arrangement.move(before, instance, transform), before.triangles_of(instance))
 
     def remove(self, instance: int) -> None:
         """Take an object away; otherwise as `move`."""
         before = self._arrangement()
-        self._arrange(arrangement.remove(before, instance), before.triangles_of(instance))
+        self._arrange(before, arrangement.remove(before, instance), before.triangles_of(instance))
 
     def add(self, mesh: SceneGeometry, transform: npt.NDArray[np.floating]) -> tuple[int, ...]:
         """Put the objects of `mesh` into the scene, moved by `transform`; otherwise as `move`.
@@ -125,7 +126,7 @@ class Renderer:
         """
         before = self._arrangement()
         after, numbers = arrangement.add(before, mesh, transform)
-        self._arrange(after, np.arange(len(before.scene.triangles), len(after.scene.triangles)))
+        self._arrange(before, after, np.arange(len(before.scene.triangles), len(after.scene.triangles)))
         return numbers
 
     def relight(self) -> None:
@@ -135,17 +136,18 @@ class Renderer:
         self._lights_moved = False
 
     def _arrangement(self) -> arrangement.Arrangement:
-        if _ti.is_on_gpu():
-            raise BenchbotError(
-                "Objects cannot be moved on a GPU",
-                "Scenes that change are traced on the processor only.",
-                "Use arch 'cpu', or make a new Renderer of the changed scene.",
-            )
-        return self._arranged or device_scene.arrangement_of(self.device, self._scene)
+        if self._arranged is not None:
+            return self._arranged
+        devices = (self.device, self._narrow) if _ti.is_on_gpu() else (self.device,)
+        return device_scene.arrangement_of(self._scene, *devices)
 
-    def _arrange(self, after: arrangement.Arrangement, changed: npt.NDArray[np.int64]) -> None:
+    def _arrange(
+        self, arranged: arrangement.Arrangement, after: arrangement.Arrangement, changed: npt.NDArray[np.int64]
+    ) -> None:
         before = self.device
-        self.device = device_scene.rearranged(before, self._arrangement(), after, changed)
+        self.device, *narrower = device_scene.rearranged(before, arranged, after, changed)
+        for narrow in narrower:
+            self._narrow = narrow
         self._arranged, self._scene = after, after.scene
         if self.device.lights is not before.lights:
             self.__dict__.pop("near_lights", None)

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot_scenes.scene import FloatArray, IntArray, Material, SceneGeometry
+from benchbot_sim_taichi.bvh import WIDTH
 
 TRIANGLE_STRIDE = 24
 MATERIAL_STRIDE = 20
@@ -118,7 +119,7 @@ class DeviceScene:
 
     `tree`: nodes, leaves; `surfaces`: triangle records, material records, texels, image table; `lights`: environment,
     light records, number of portals, number of lamps; `light_of` is each triangle's light record, -1 none.
-    `sheer_root` is -1 when no triangle is sheer.
+    `sheer_root` is -1 when no triangle is sheer; `width` is that of the tree's nodes.
     """
 
     tree: tuple[Any, Any]
@@ -126,3 +127,4 @@ class DeviceScene:
     surfaces: tuple[Any, Any, Any, Any]
     lights: tuple[Any, Any, int, int]
     light_of: Any
+    width: int = WIDTH

@@ -3,7 +3,8 @@
 Nodes and leaves stay those of `bvh`, so that rays know of no levels.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import reduce
 
 import numpy as np
@@ -14,15 +15,36 @@ from benchbot_sim_taichi.bvh import (
     EMPTY_CHILD,
     LEAF_SIZE,
     LEAF_STRIDE,
-    NODE_STRIDE,
-    WIDTH,
     Bvh,
     pack_leaves,
 )
 
 NO_ROOT = -1
 IDS = slice(9 * LEAF_SIZE, 10 * LEAF_SIZE)
-CHILDREN = slice(6 * WIDTH, 7 * WIDTH)
+
+
+@dataclass(frozen=True)
+class Levels:
+    """The tree of what has not moved, and those of the objects that have; all with nodes of one width."""
+
+    static: Bvh
+    parts: Mapping[int, Bvh] = field(default_factory=dict)
+
+    def combined(self) -> Bvh:
+        """One tree of everything."""
+        return combined(self.static, list(self.parts.values()))
+
+    def with_part(self, instance: int, tree: Bvh) -> "Levels":
+        """The same with an object's tree put in, or put in place of another."""
+        return replace(self, parts={**self.parts, instance: tree})
+
+    def without_part(self, instance: int) -> "Levels":
+        """The same without an object that has a tree of its own."""
+        return replace(self, parts={index: tree for index, tree in self.parts.items() if index != instance})
+
+    def without(self, is_gone: npt.NDArray[np.bool_]) -> "Levels":
+        """The same without the triangles that `is_gone` (T,) marks, none of which has moved."""
+        return replace(self, static=without(self.static, is_gone))
 
 
 def without(tree: Bvh, is_gone: npt.NDArray[np.bool_]) -> Bvh:
@@ -32,7 +54,7 @@ def without(tree: Bvh, is_gone: npt.NDArray[np.bool_]) -> Bvh:
     gone = (ids >= 0) & is_gone[np.maximum(ids, 0)]
     leaves[:, : IDS.start][np.tile(gone, (1, 9))] = 0.0
     ids[gone] = -1
-    return Bvh(tree.nodes, leaves.ravel(), tree.roots)
+    return replace(tree, leaves=leaves.ravel())
 
 
 def refitted(tree: Bvh, vertices: FloatArray, triangles: npt.NDArray[np.int32]) -> Bvh:
@@ -43,9 +65,10 @@ def refitted(tree: Bvh, vertices: FloatArray, triangles: npt.NDArray[np.int32]) 
     # Point by point: reducing along short axes takes numpy ten times as long.
     leaf_low = _folded(np.minimum, np.where(filled, corners, np.float32(1e30)).reshape(len(ids), -1, 3))
     leaf_high = _folded(np.maximum, np.where(filled, corners, np.float32(-1e30)).reshape(len(ids), -1, 3))
-    nodes = tree.nodes.reshape(-1, NODE_STRIDE).copy()
-    children = nodes[:, CHILDREN].view(np.int32)
-    boxes = nodes[:, : 6 * WIDTH].reshape(-1, 6, WIDTH)
+    width = tree.width
+    nodes = tree.nodes.reshape(-1, 8 * width).copy()
+    children = _children(nodes)
+    boxes = nodes[:, : 6 * width].reshape(-1, 6, width)
     for level in reversed(_levels(children, tree.roots)):
         child = children[level]
         is_leaf, is_node = child < 0, (child >= 0) & (child != EMPTY_CHILD)
@@ -58,8 +81,14 @@ def refitted(tree: Bvh, vertices: FloatArray, triangles: npt.NDArray[np.int32]) 
         level_low[is_node], level_high[is_node] = low, high
         boxes[level, :3] = level_low.transpose(0, 2, 1)
         boxes[level, 3:] = level_high.transpose(0, 2, 1)
-    nodes[:, : 6 * WIDTH] = boxes.reshape(-1, 6 * WIDTH)
-    return Bvh(nodes.ravel(), pack_leaves(corners, ids.astype(np.int64)).ravel(), tree.roots)
+    nodes[:, : 6 * width] = boxes.reshape(-1, 6 * width)
+    return replace(tree, nodes=nodes.ravel(), leaves=pack_leaves(corners, ids.astype(np.int64)).ravel())
+
+
+def _children(nodes: FloatArray) -> npt.NDArray[np.int32]:
+    """The references (N, width) to children of nodes (N, 8 × width), to be changed in place."""
+    width = nodes.shape[1] // 8
+    return nodes[:, 6 * width : 7 * width].view(np.int32)
 
 
 def _folded(extreme: np.ufunc, points: FloatArray) -> FloatArray:
@@ -84,15 +113,16 @@ def combined(static: Bvh, parts: Sequence[Bvh]) -> Bvh:
 
     As in any tree here, the first group's root is node 0. A group without any triangle has the root `NO_ROOT`.
     """
-    static_nodes = static.nodes.reshape(-1, NODE_STRIDE)
+    width = static.width
+    static_nodes = static.nodes.reshape(-1, 8 * width)
     # Node 0 makes room for the root of all.
     blocks, leaves = [static_nodes, static_nodes[:1]], [static.leaves]
     moved_root = len(static_nodes)
     roots: list[list[int]] = [[moved_root if root == 0 else root] if root >= 0 else [] for root in static.roots]
     node_base, leaf_base = len(static_nodes) + 1, len(static.leaves) // LEAF_STRIDE
     for part in parts:
-        nodes = part.nodes.reshape(-1, NODE_STRIDE).copy()
-        child = nodes[:, CHILDREN].view(np.int32)
+        nodes = part.nodes.reshape(-1, 8 * width).copy()
+        child = _children(nodes)
         is_node = (child >= 0) & (child != EMPTY_CHILD)
         child[is_node] += node_base
         child[child < 0] -= leaf_base
@@ -106,36 +136,43 @@ def combined(static: Bvh, parts: Sequence[Bvh]) -> Bvh:
     tops: list[FloatArray] = []
     tree_roots = []
     for group in roots:
-        low = nodes[group, : 3 * WIDTH].reshape(-1, 3, WIDTH).min(axis=2)
-        high = nodes[group, 3 * WIDTH : 6 * WIDTH].reshape(-1, 3, WIDTH).max(axis=2)
+        low = nodes[group, : 3 * width].reshape(-1, 3, width).min(axis=2)
+        high = nodes[group, 3 * width : 6 * width].reshape(-1, 3, width).max(axis=2)
         used = np.flatnonzero((low <= high).all(axis=1))
-        top = _top(np.array(group, np.int32)[used], low[used], high[used], tops, len(nodes))
+        top = _top(np.array(group, np.int32)[used], low[used], high[used], tops, len(nodes), width)
         tree_roots.append(top if len(used) else NO_ROOT)
     nodes = np.concatenate([nodes, *tops])
-    nodes[0] = nodes[tree_roots[0]] if tree_roots[0] != NO_ROOT else _row(np.zeros(0, np.int32), *np.zeros((2, 0, 3)))
-    return Bvh(nodes.ravel(), np.concatenate(leaves), (0, *tree_roots[1:]))
+    no_box = np.zeros((0, 3))
+    nothing = _row(np.zeros(0, np.int32), no_box, no_box, width)
+    nodes[0] = nothing if tree_roots[0] == NO_ROOT else nodes[tree_roots[0]]
+    return replace(static, nodes=nodes.ravel(), leaves=np.concatenate(leaves), roots=(0, *tree_roots[1:]))
 
 
-def _top(nodes: npt.NDArray[np.int32], low: FloatArray, high: FloatArray, rows: list[FloatArray], base: int) -> int:
+def _top(
+    nodes: npt.NDArray[np.int32], low: FloatArray, high: FloatArray, rows: list[FloatArray], base: int, width: int
+) -> int:
     """Put nodes with these boxes below one that is appended to `rows`, which start at node `base`; returns which."""
-    if len(nodes) > WIDTH:
+    if len(nodes) > width:
         center = low + high
         order = np.argsort(center[:, int(np.ptp(center, axis=0).argmax())], kind="stable")
-        chunks = np.array_split(order, WIDTH)
-        heads = [_top(nodes[chunk], low[chunk], high[chunk], rows, base) for chunk in chunks]
+        chunks = np.array_split(order, width)
+        heads = [_top(nodes[chunk], low[chunk], high[chunk], rows, base, width) for chunk in chunks]
         nodes = np.array(heads, np.int32)
         low = np.stack([low[chunk].min(axis=0) for chunk in chunks])
         high = np.stack([high[chunk].max(axis=0) for chunk in chunks])
-    rows.append(_row(nodes, low, high)[None])
+    rows.append(_row(nodes, low, high, width)[None])
     return base + len(rows) - 1
 
 
-def _row(nodes: npt.NDArray[np.int32], low: npt.NDArray[np.floating], high: npt.NDArray[np.floating]) -> FloatArray:
+def _row(
+    nodes: npt.NDArray[np.int32], low: npt.NDArray[np.floating], high: npt.NDArray[np.floating], width: int
+) -> FloatArray:
     """A node with these children."""
-    row = np.zeros(NODE_STRIDE, np.float32)
-    boxes = row[: 6 * WIDTH].reshape(6, WIDTH)
+    row = np.zeros((1, 8 * width), np.float32)
+    boxes = row[0, : 6 * width].reshape(6, width)
     boxes[:3], boxes[3:] = 1e30, -1e30
     boxes[:3, : len(nodes)], boxes[3:, : len(nodes)] = low.T, high.T
-    row[CHILDREN].view(np.int32)[:] = EMPTY_CHILD
-    row[CHILDREN].view(np.int32)[: len(nodes)] = nodes
-    return row
+    _children(row)[0] = EMPTY_CHILD
+    _children(row)[0, : len(nodes)] = nodes
+    filled: FloatArray = row[0]
+    return filled
