@@ -44,6 +44,32 @@ def share(density, other, strategies):
     return ti.select(strategies == BOTH or other <= 0.0, power_share(density, other), 0.0)
 
 
+@ti.dataclass
+class Stages:
+    """The lights that there are to look for, in order: the first, and which follow the sun and the windows."""
+
+    first: ti.i32
+    after_sun: ti.i32
+    after_windows: ti.i32
+
+
+@ti.func
+def stages(env: ti.template(), portals, lamps, strategies):
+    """Which lights every reflection looks for."""
+    after_windows = ti.select(lamps > 0, LAMP, GO_ON)
+    after_sun = ti.select(portals > 0, WINDOW, after_windows)
+    first = ti.select(load3(env, 3).max() > 0.0, SUN, after_sun)
+    return Stages(
+        first=ti.select(strategies == LOBES_ONLY, GO_ON, first), after_sun=after_sun, after_windows=after_windows
+    )
+
+
+@ti.func
+def following(stage, looked_for):
+    """What comes after a light."""
+    return ti.select(stage == SUN, looked_for.after_sun, ti.select(stage == WINDOW, looked_for.after_windows, GO_ON))
+
+
 @ti.kernel
 def trace_paths(
     nodes: floats,
@@ -82,6 +108,7 @@ def trace_paths(
         state = hash_u32(ti.cast(pixel, ti.u32) ^ hash_u32(seed))
         is_inside = x < width and y < height
         to_start = ti.select(is_inside, samples, 0)
+        looked_for = stages(env, portals, lamps, strategies)
         finished = vec3(0.0)
         radiance = vec3(0.0)
         through = vec3(1.0)
@@ -107,8 +134,8 @@ def trace_paths(
         stage = GO_ON
         in_flight = False
         running = False
-        # A pixel starts its next path at once, and rays of all kinds are traced in one place: on a GPU, threads would
-        # otherwise wait for one another; and each place more makes the kernel far slower to compile.
+        # On a GPU a pixel starts its next path at once, and rays of all kinds are traced in one place: threads would
+        # otherwise wait for one another. Each place more makes the kernel slower to compile.
         while running or to_start > 0:
             if not in_flight:
                 if not running:
@@ -135,14 +162,12 @@ def trace_paths(
                     first_xi, state = draw(state)
                     second_xi, state = draw(state)
                     xi = ti.Vector([first_xi, second_xi])
-                    wanted = True
                     reach = FAR
                     light_radiance = vec3(0.0)
                     if stage == SUN:
                         direction = sun_direction(env, xi)
                         light_density_there = 1.0 / env[17]
                         light_radiance = load3(env, 3) * light_density_there
-                        wanted = light_radiance.max() > 0.0
                     elif stage == GO_ON:
                         choice, state = draw(state)
                         if choice < gloss:
@@ -152,15 +177,13 @@ def trace_paths(
                     else:
                         first = ti.select(stage == WINDOW, 0, portals)
                         count = ti.select(stage == WINDOW, portals, lamps)
-                        wanted = count > 0
-                        if wanted:
-                            sample = sample_row(near, lights, env, row, stage - WINDOW, first, count, vertex, xi)
-                            direction = sample.direction
-                            light_density_there = sample.density
-                            light_radiance = sample.radiance
-                            reach = ti.select(stage == WINDOW, FAR, sample.distance)
+                        sample = sample_row(near, lights, env, row, stage - WINDOW, first, count, vertex, xi)
+                        direction = sample.direction
+                        light_density_there = sample.density
+                        light_radiance = sample.radiance
+                        reach = ti.select(stage == WINDOW, FAR, sample.distance)
                     sent = scatter(normal, view, direction, matt, specular, roughness, gloss)
-                    wanted = wanted and sent.w > 0.0 and face.dot(direction) > 0.0
+                    wanted = sent.w > 0.0 and face.dot(direction) > 0.0
                     origin = vertex
                     first_root = 0
                     panes = 0
@@ -178,8 +201,8 @@ def trace_paths(
                     else:
                         carried = through * light_radiance * vec3(sent.x, sent.y, sent.z)
                         lobe_density = sent.w
-                        wanted = wanted and light_density_there > 0.0 and strategies != LOBES_ONLY
-                        stage += ti.select(wanted, 0, 1)
+                        wanted = wanted and light_density_there > 0.0
+                        stage = ti.select(wanted, stage, following(stage, looked_for))
                     in_flight = wanted
             if in_flight:
                 limit = ti.select(depth > 1, brightest, FAR)
@@ -197,7 +220,11 @@ def trace_paths(
                     root = first_root
                     nearest = reach
                     while root >= 0:
-                        nearer = trace(nodes, leaves, root, origin, direction, nearest, False)
+                        nearer = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
+                        if is_search and root == 0:
+                            nearer = trace(nodes, leaves, root, origin, direction, nearest, True)
+                        else:
+                            nearer = trace(nodes, leaves, root, origin, direction, nearest, False)
                         if nearer.triangle >= 0:
                             is_blocked = is_search and root == 0
                             nearest = nearer.t
@@ -209,7 +236,7 @@ def trace_paths(
                         if found > 0.0:  # through several panes in a row: any of them could have been chosen
                             weight = ti.select(strategies == BOTH, share(found, lobe_density, BOTH), 1.0)
                             radiance += bounded(carried * (weight / found), limit)
-                        stage += 1
+                        stage = following(stage, looked_for)
                         in_flight = False
                     else:
                         other = ti.select(was_lit, window_density, 0.0)
@@ -220,7 +247,7 @@ def trace_paths(
                         radiance += bounded(through * seen, limit)
                         running = False
                 elif is_blocked:
-                    stage += 1
+                    stage = following(stage, looked_for)
                     in_flight = False
                 else:
                     distance += ti.select(is_search, 0.0, hit.t)
@@ -246,7 +273,7 @@ def trace_paths(
                             mirrored = dielectric_reflectance(cosine, surface.refraction)
                     if surface.is_cut == 0 and surface.is_glass == 0:
                         if is_search:
-                            stage += 1
+                            stage = following(stage, looked_for)
                             in_flight = False
                         else:
                             other = 0.0
@@ -265,7 +292,7 @@ def trace_paths(
                             shiny = environment_brdf(env, specular, roughness, normal.dot(view))
                             matt = surface.diffuse * (vec3(1.0) - shiny)
                             gloss = shiny.max() / ti.max(shiny.max() + matt.max(), 1e-6)
-                            stage = SUN
+                            stage = looked_for.first
                             in_flight = False
                     else:
                         panes += 1
@@ -277,7 +304,7 @@ def trace_paths(
                             reach -= hit.t + OFFSET_M
                             first_root = sheer_root
                             if panes >= MAX_PANES or surface.refraction > 0.0:
-                                stage += 1
+                                stage = following(stage, looked_for)
                                 in_flight = False
                         else:
                             choice, state = draw(state)
