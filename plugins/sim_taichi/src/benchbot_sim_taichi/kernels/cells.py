@@ -3,7 +3,7 @@
 
 A cell is 24 values: mean position, mean normal, irradiance (all light), mean radiance from beyond `NEAR_M`,
 irradiance that arrives straight from windows and lamps, radiance that leaves it, albedo, openness to the sky, whether
-the sun is seen, share of rays that did not start inside a solid.
+the sun is seen, how much it counts (the share of rays that did not start inside a solid; a tenth of it outdoors).
 """
 
 from benchbot_sim_taichi._ti import ti
