@@ -17,8 +17,8 @@ def _no_memory_of_the_dead() -> Iterator[None]:
     """
     yield
     for lock in Path("/dev/shm").glob("fastrtps_*_el"):
-        # Another worker may be tidying up, too.
-        with suppress(BlockingIOError, FileNotFoundError), lock.open() as file:
+        # Another worker may be tidying up, too, and others may work on this machine.
+        with suppress(BlockingIOError, FileNotFoundError, PermissionError), lock.open() as file:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             lock.with_name(lock.name.removesuffix("_el")).unlink()
             lock.unlink()
