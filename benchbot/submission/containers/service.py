@@ -1,6 +1,7 @@
 """A podman that answers on a socket of our own, for as long as we need it."""
 
 import os
+import socket
 import tempfile
 import time
 from collections.abc import Iterator
@@ -16,21 +17,31 @@ POLL_S = 0.02
 
 @contextmanager
 def podman(program: str) -> Iterator[Path]:
-    """Start `podman system service` of that program, yield its socket when it is there, and end it on leaving.
+    """Start `podman system service` of that program, yield its socket when it answers there, and end it on leaving.
 
     It is a process, not a daemon: where podman is installed, nothing has to be set up. It ends with all that it has
     started, however this process ends. Raises BenchbotError when it does not start.
     """
     with tempfile.TemporaryDirectory(prefix="benchbot-podman-") as folder:
-        socket = Path(folder) / "podman.sock"
-        command = [program, "system", "service", "--time", "0", f"unix://{socket}"]
+        path = Path(folder) / "podman.sock"
+        command = [program, "system", "service", "--time", "0", f"unix://{path}"]
         # Under a leader, as a solution is: what an image is built with would outlive the service.
         with Solution(command, Path("/"), os.environ, lambda chunk: None) as service:
             deadline_s = time.monotonic() + START_TIMEOUT_S
-            while not socket.is_socket():
+            while not _listens(path):
                 if service.wait(POLL_S) is not None or time.monotonic() > deadline_s:
                     raise _does_not_start(service.last_words)
-            yield socket
+            yield path
+
+
+def _listens(path: Path) -> bool:
+    """Say whether a connection is taken there: the file is there a moment earlier."""
+    with socket.socket(socket.AF_UNIX) as connection:
+        try:
+            connection.connect(str(path))
+        except (FileNotFoundError, ConnectionRefusedError):
+            return False
+    return True
 
 
 def _does_not_start(said: str) -> BenchbotError:

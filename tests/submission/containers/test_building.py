@@ -80,13 +80,14 @@ def test_an_interrupted_build_leaves_no_container_and_no_process(
     monkeypatch.delenv("DOCKER_HOST")
     monkeypatch.setattr(engine, "usual_sockets", list)
     folder = solutions.write(tmp_path / "slow", dockerfile=SLEEPS)
-    begun, runs = threading.Event(), threading.Event()
+    begun, runs, over = threading.Event(), threading.Event(), threading.Event()
 
     def interrupt() -> None:
         begun.wait(120)
         if eventually(lambda: any(entry.startswith("/proc") for entry in left(engine_variables)), 120):
             runs.set()
-        os.kill(os.getpid(), signal.SIGINT)
+        if not over.is_set():  # another test may have begun
+            os.kill(os.getpid(), signal.SIGINT)
 
     def tell(line: str) -> None:
         if line.startswith("STEP 2"):
@@ -94,8 +95,11 @@ def test_an_interrupted_build_leaves_no_container_and_no_process(
 
     interrupting = threading.Thread(target=interrupt)
     interrupting.start()
-    with pytest.raises(KeyboardInterrupt), mode.prepared(context.find(folder), tell):
-        pass
+    try:
+        with pytest.raises(KeyboardInterrupt), mode.prepared(context.find(folder), tell):
+            pass
+    finally:
+        over.set()
     interrupting.join()
     assert runs.is_set()
     assert eventually(lambda: left(engine_variables) == [])
