@@ -16,6 +16,7 @@ import uvicorn
 from starlette.types import Receive, Scope, Send
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.unix_sockets import somebody_listens
 from benchbot.supervisor.express import Express
 from benchbot.supervisor.lane import KEEP_ALIVE_S, Lane, protocol
 
@@ -194,13 +195,9 @@ def _remove_dead(path: Path) -> None:
         return
     if not stat.S_ISSOCK(mode):
         raise FileExistsError(errno.EEXIST, "Something that is not a socket is there")
-    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
-        try:
-            probe.connect(str(path))
-        except ConnectionRefusedError:
-            path.unlink()
-            return
-    raise OSError(errno.EADDRINUSE, "Another supervisor listens there")
+    if somebody_listens(path):
+        raise OSError(errno.EADDRINUSE, "Another supervisor listens there")
+    path.unlink()
 
 
 def _cannot_listen(where: str, error: OSError) -> BenchbotError:

@@ -1,7 +1,6 @@
 """A podman that answers on a socket of our own, for as long as we need it."""
 
 import os
-import socket
 import tempfile
 import time
 from collections.abc import Iterator
@@ -9,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.unix_sockets import somebody_listens
 from benchbot.submission.solution import Solution
 
 START_TIMEOUT_S = 60.0
@@ -23,25 +23,15 @@ def podman(program: str) -> Iterator[Path]:
     started, however this process ends. Raises BenchbotError when it does not start.
     """
     with tempfile.TemporaryDirectory(prefix="benchbot-podman-") as folder:
-        path = Path(folder) / "podman.sock"
-        command = [program, "system", "service", "--time", "0", f"unix://{path}"]
+        socket = Path(folder) / "podman.sock"
+        command = [program, "system", "service", "--time", "0", f"unix://{socket}"]
         # Under a leader, as a solution is: what an image is built with would outlive the service.
         with Solution(command, Path("/"), os.environ, lambda chunk: None) as service:
             deadline_s = time.monotonic() + START_TIMEOUT_S
-            while not _listens(path):
+            while not somebody_listens(socket):
                 if service.wait(POLL_S) is not None or time.monotonic() > deadline_s:
                     raise _does_not_start(service.last_words)
-            yield path
-
-
-def _listens(path: Path) -> bool:
-    """Say whether a connection is taken there: the file is there a moment earlier."""
-    with socket.socket(socket.AF_UNIX) as connection:
-        try:
-            connection.connect(str(path))
-        except (FileNotFoundError, ConnectionRefusedError):
-            return False
-    return True
+            yield socket
 
 
 def _does_not_start(said: str) -> BenchbotError:
