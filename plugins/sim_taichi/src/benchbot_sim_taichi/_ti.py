@@ -53,6 +53,7 @@ def start(arch: str, cache_dir: Path) -> None:
             f"Use {_started!r}, or start another process.",
         )
     kernels = kernel_cache.prepare(cache_dir)
+    # Vectors stay whole on a processor: see `kernels.lanes`.
     # It prints a banner whatever the log level, and has this thread take tiny numbers for zero from then on.
     with contextlib.redirect_stdout(io.StringIO()), _float_mode.kept():
         ti.init(
@@ -61,6 +62,7 @@ def start(arch: str, cache_dir: Path) -> None:
             offline_cache_file_path=str(kernels),
             log_level=ti.ERROR,
             opt_level=OPT_LEVELS[arch],
+            real_matrix_scalarize=arch != "cpu",
             enable_fallback=False,
         )
     # A loop is cut into this many pieces, by default one a thread, so that a thread whose part of the picture is easy

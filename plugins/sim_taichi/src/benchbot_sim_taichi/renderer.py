@@ -31,7 +31,7 @@ __all__ = ["DeviceFrames", "Frame", "FrameBatch", "Intrinsics", "Renderer"]
 
 PIXELS_AT_ONCE = 2**20  # 240 bytes of working memory each
 GLANCED_PIXELS_AT_ONCE = 2**24  # 4 bytes each
-TRIANGLES_PER_PIXEL = 32  # with more, neighbouring rays have too little in common to be traced together
+TRIANGLES_PER_PIXEL = 6  # with more, neighbouring rays have too little in common to be traced together
 WHITE_BALANCE_STRENGTH = 0.6
 
 

@@ -8,6 +8,7 @@ the sun is seen, how much it counts (the share of rays that did not start inside
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.cell_lookup import cell_weight, nearest_cell
+from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import row_near, sample_near
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, Passage, pack, sent, sheerness, unpack
@@ -104,7 +105,15 @@ def light_cells(
             side = samples[base + 3]
             face = load3(triangles, triangle * TRIANGLE_STRIDE + 15) * side
             surface = surface_at(
-                triangles, materials, texels, images, triangle, samples[base + 1], samples[base + 2], -face, 0.01
+                triangles,
+                materials,
+                texels,
+                images,
+                triangle,
+                samples[base + 1],
+                samples[base + 2],
+                negated(face),
+                0.01,
             )
             position = sample_point(triangles, vertices, samples, sample) + face * OFFSET_M
             out = cosine_direction(face, sobol_2d(k, hash_u32(scramble)))
@@ -243,7 +252,7 @@ def link_cells(
                             chance = hash_u32(scramble ^ hash_u32(r * MAX_LAYERS + layers))
                             if ti.cast(chance, ti.f32) * ONE_OVER_2_32 < mirrors:
                                 position += direction * (start - 2.0 * STEP_M)
-                                direction -= across * (2.0 * facing)
+                                direction = direction - across * (2.0 * facing)
                                 solid = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
                                 start = 0.0
                                 root = 0
@@ -260,7 +269,7 @@ def link_cells(
                     if met.dot(direction) > 0.0 and not two_sided:
                         counted = 0.0
                     else:
-                        met = ti.select(met.dot(direction) > 0.0, -met, met)
+                        met = ti.select(met.dot(direction) > 0.0, negated(met), met)
                         link = nearest_cell(grid, cells, layout, position + direction * solid.t, met)
                         if link >= 0 and solid.t < NEAR_M and not is_mirrored:
                             link |= LINK_NEAR

@@ -10,6 +10,7 @@ from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.frames import PIXELS_PER_GROUP, WORDS_PER_GROUP
 from benchbot_sim_taichi.kernels.cell_lookup import nearest_cell
 from benchbot_sim_taichi.kernels.develop import bytes_
+from benchbot_sim_taichi.kernels.lanes import absolute
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS
 from benchbot_sim_taichi.kernels.primary import INFINITY_BITS, camera_origin, camera_ray
@@ -124,7 +125,7 @@ def stored_light(grid: ti.template(), cells: ti.template(), layout: ti.template(
     local = (point - load3(layout, 0)) * layout[3] - 0.5
     corner = ti.floor(local)
     along = local - corner
-    away = ti.abs(normal)
+    away = absolute(normal)
     side = ti.select(normal.z < 0.0, 5, 4)
     if away.x >= ti.max(away.y, away.z):
         side = ti.select(normal.x < 0.0, 1, 0)

@@ -12,6 +12,7 @@ surface, for which no ray of its own is sent, `GLOSSY_UNSEEN` still to come from
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells, nearest_cell
 from benchbot_sim_taichi.kernels.cells import INV_PI, NEAR_M, OFFSET_M
+from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import density_in_row, row_near, sample_near, shifted
 from benchbot_sim_taichi.kernels.neighbours import fit, pixel_plane
@@ -152,7 +153,7 @@ def light_indirectly(
                     hit = trace(nodes, leaves, 0, point, toward, NEAR_M, False)
                     if hit.triangle >= 0:
                         met = load3(triangles, hit.triangle * TRIANGLE_STRIDE + 15)
-                        met = ti.select(met.dot(toward) > 0.0, -met, met)
+                        met = ti.select(met.dot(toward) > 0.0, negated(met), met)
                         cell = nearest_cell(grid, cells, layout, point + toward * hit.t, met)
                         if cell >= 0:
                             radiance += load3(cells, cell * CELL_STRIDE + 15)
@@ -206,7 +207,7 @@ def light_directly(
             if portals + lamps > 0:
                 row = row_near(near, shifted(near, point, normal, stratum(x, y)), normal)
             kind = mirror_kind(pixels, pixel * PIXEL_STRIDE)
-            view = -camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5).normalized()
+            view = negated(camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5).normalized())
             irradiance = vec3(0.0)
             reflection = vec3(0.0)
             sun = 0.0
@@ -254,7 +255,7 @@ def light_directly(
                     if j < sun_rays:
                         sun = passed.share.min()
                         value = load3(env, 3) * ti.cast(samples, ti.f32)
-                        passed.share -= sun
+                        passed.share = passed.share - sun
                     elif kind != MIRROR:
                         mirrored = lobe(env, pixels, pixel * PIXEL_STRIDE, view, toward)
                         mirrored *= power_share(density, ti.select(kind == GLOSSY, mirrored.w, 0.0))
@@ -322,8 +323,8 @@ def reflect(
             mirrored = ti.Vector([1.0, 1.0, 1.0, 0.0])
             row = 0
             if kind == GLOSSY:
-                toward = mirror_direction(normal, -direction, roughness, sobol_2d(stratum(x, y), seed + 4))
-                mirrored = lobe(env, pixels, base, -direction, toward)
+                toward = mirror_direction(normal, negated(direction), roughness, sobol_2d(stratum(x, y), seed + 4))
+                mirrored = lobe(env, pixels, base, negated(direction), toward)
                 mirrored /= ti.Vector([mirrored.w, mirrored.w, mirrored.w, 1.0]) + 1e-20
                 if portals + lamps > 0:
                     smooth = load3(guide, pixel * GUIDE_STRIDE)

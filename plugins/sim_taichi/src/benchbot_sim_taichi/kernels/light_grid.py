@@ -2,6 +2,7 @@
 """Which lights matter where: weighs them in every block of a coarse grid, and chooses by that; see `light_grid`."""
 
 from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.kernels.lanes import absolute
 from benchbot_sim_taichi.kernels.light import LightSample, light_cosine, point_of_light, sky_radiance
 from benchbot_sim_taichi.kernels.sampling import hash_u32, sobol_2d
 from benchbot_sim_taichi.kernels.surface import load3
@@ -26,7 +27,7 @@ def row_near(near: ti.template(), point, normal):
     x = ti.math.clamp(ti.cast(ti.floor(local.x), ti.i32), 0, nx - 1)
     y = ti.math.clamp(ti.cast(ti.floor(local.y), ti.i32), 0, ny - 1)
     z = ti.math.clamp(ti.cast(ti.floor(local.z), ti.i32), 0, nz - 1)
-    size = ti.abs(normal)
+    size = absolute(normal)
     way = ti.select(normal.z < 0.0, 5, 4)
     if size.x >= ti.max(size.y, size.z):
         way = ti.select(normal.x < 0.0, 1, 0)
@@ -45,7 +46,7 @@ def shifted(near: ti.template(), point, normal, number):
     bits = hash_u32(number)
     across = ti.cast(bits & 0xFFFF, ti.f32) / 65536.0
     down = ti.cast(bits >> 16, ti.f32) / 65536.0
-    size = ti.abs(normal)
+    size = absolute(normal)
     shift = ti.Vector([across, down, 0.5])
     if size.x >= ti.max(size.y, size.z):
         shift = ti.Vector([0.5, across, down])

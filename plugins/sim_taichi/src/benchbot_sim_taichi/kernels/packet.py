@@ -6,19 +6,18 @@ out for all of them with one test, and of the test of a triangle all but three p
 (Reshetov, Soupikov and Hurley, "Multi-level ray tracing algorithm", 2005; Wald et al., "Interactive rendering with
 coherent ray tracing", 2001). A square never reaches into another picture.
 
-As in `traversal`, what the compiler is to pack into vector instructions is stored into small local arrays, one for
-each quantity: rows of one matrix were a third slower.
+A square's rays have a lane each; the boxes of a node and the triangles of a leaf have theirs for what all rays share.
 """
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.bvh import LEAF_SIZE, LEAF_STRIDE, NODE_STRIDE, STACK_SIZE, WIDTH
+from benchbot_sim_taichi.kernels.lanes import absolute, ints16, largest, load4, load8, mask_of, negated, vec16
 from benchbot_sim_taichi.kernels.lens import undistort
 from benchbot_sim_taichi.kernels.traversal import EDGE, EMPTY, FAR, Hit, floats, vec3
 from benchbot_sim_taichi.tables import CAMERA_STRIDE
 
 TILE = 4
 RAYS = TILE * TILE
-LANES = 8
 MARGIN_PIXELS = 0.01
 HIT_STRIDE = 8
 
@@ -37,7 +36,7 @@ class Plane:
 @ti.func
 def plane_through(origin, normal):
     """The plane through `origin`, moved outwards by more than rounding can amount to."""
-    slack = 1e-6 * (1.0 + ti.abs(origin).sum()) * ti.abs(normal).sum()
+    slack = 1e-6 * (1.0 + absolute(origin).sum()) * absolute(normal).sum()
     return Plane(
         normal=normal,
         offset=slack - normal.dot(origin),
@@ -48,63 +47,14 @@ def plane_through(origin, normal):
 
 
 @ti.func
-def distance(nodes: ti.template(), base, i: ti.template(), plane):
-    """How far child `i` reaches into a plane's inner side."""
+def distances(nodes: ti.template(), base, plane):
+    """How far each child of a node reaches into a plane's inner side (8 lanes)."""
     return (
-        nodes[base + plane.x + i] * plane.normal.x
-        + nodes[base + plane.y + i] * plane.normal.y
-        + nodes[base + plane.z + i] * plane.normal.z
+        load8(nodes, base + plane.x) * plane.normal.x
+        + load8(nodes, base + plane.y) * plane.normal.y
+        + load8(nodes, base + plane.z) * plane.normal.z
         + plane.offset
     )
-
-
-@ti.func
-def meet_leaf(
-    leaves: ti.template(),
-    leaf,
-    origin,
-    ray_x: ti.template(),
-    ray_y: ti.template(),
-    ray_z: ti.template(),
-    hit_t: ti.template(),
-    hit_u: ti.template(),
-    hit_v: ti.template(),
-    hit_triangle: ti.template(),
-):
-    """Move the rays' hits to triangles of a leaf that are nearer.
-
-    Möller and Trumbore's products, in the order that takes the ray's direction last.
-    """
-    base = leaf * LEAF_STRIDE
-    for k in range(LEAF_SIZE):
-        triangle = ti.bit_cast(leaves[base + 9 * LEAF_SIZE + k], ti.i32)
-        if triangle >= 0:
-            at = base + k
-            e1 = vec3(leaves[at + 12], leaves[at + 16], leaves[at + 20])
-            e2 = vec3(leaves[at + 24], leaves[at + 28], leaves[at + 32])
-            start = origin - vec3(leaves[at], leaves[at + 4], leaves[at + 8])
-            across = e2.cross(e1)
-            along_u = e2.cross(start)
-            along_v = start.cross(e1)
-            height = e2.dot(along_v)
-            slack = EDGE * ti.abs(start).sum() * (ti.abs(e1).sum() + ti.abs(e2).sum())
-            for group in range(RAYS // LANES):
-                for lane in ti.static(range(LANES)):
-                    i = group * LANES + lane
-                    x, y, z = ray_x[i], ray_y[i], ray_z[i]
-                    det = x * across.x + y * across.y + z * across.z
-                    inv_det = 1.0 / det
-                    u = (x * along_u.x + y * along_u.y + z * along_u.z) * inv_det
-                    v = (x * along_v.x + y * along_v.y + z * along_v.z) * inv_det
-                    t = height * inv_det
-                    w = 1.0 - u - v
-                    least = ti.select(u < v, u, v)
-                    least = ti.select(w < least, w, least)
-                    nearer = (det != 0.0) & (least >= -slack * ti.abs(inv_det)) & (t > 0.0) & (t < hit_t[i])
-                    hit_t[i] = ti.select(nearer, t, hit_t[i])
-                    hit_u[i] = ti.select(nearer, u, hit_u[i])
-                    hit_v[i] = ti.select(nearer, v, hit_v[i])
-                    hit_triangle[i] = ti.select(nearer, triangle, hit_triangle[i])
 
 
 @ti.kernel
@@ -136,19 +86,13 @@ def meet(
         forward = vec3(cameras[eye + 2], cameras[eye + 5], cameras[eye + 8])
         fx, fy, cx, cy = cameras[eye + 12], cameras[eye + 13], cameras[eye + 14], cameras[eye + 15]
 
-        ray_x = ti.Vector.zero(ti.f32, RAYS)
-        ray_y = ti.Vector.zero(ti.f32, RAYS)
-        ray_z = ti.Vector.zero(ti.f32, RAYS)
-        hit_t = ti.Vector.zero(ti.f32, RAYS)
-        hit_u = ti.Vector.zero(ti.f32, RAYS)
-        hit_v = ti.Vector.zero(ti.f32, RAYS)
-        hit_triangle = ti.Vector.zero(ti.i32, RAYS)
-        for i in range(RAYS):
+        ray_x, ray_y, ray_z = vec16(0.0), vec16(0.0), vec16(0.0)
+        hit_t, hit_u, hit_v = vec16(FAR), vec16(0.0), vec16(0.0)
+        for i in ti.static(range(RAYS)):
             x = ti.cast(ti.min(left + i % TILE, width - 1), ti.f32) + 0.5
             y = ti.cast(ti.min(top + i // TILE, height - 1), ti.f32) + 0.5
             ray = right * ((x - cx) / fx) + down * ((y - cy) / fy) + forward
             ray_x[i], ray_y[i], ray_z[i] = ray.x, ray.y, ray.z
-            hit_t[i] = FAR
 
         # Normals of the pyramid come from the dual basis, which is the basis itself for any rotation.
         volume = forward.dot(right.cross(down))
@@ -161,7 +105,7 @@ def meet(
         last_y = (ti.cast(top + TILE, ti.f32) - 0.5 + MARGIN_PIXELS - cy) / fy
         if cameras[eye + 19] != 0.0:  # the pyramid is that of the rectangle around the square's bent rays
             first_x, last_x, first_y, last_y = FAR, -FAR, FAR, -FAR
-            for i in range(RAYS):
+            for i in ti.static(range(RAYS)):
                 x = ti.cast(ti.min(left + i % TILE, width - 1), ti.f32) + 0.5
                 y = ti.cast(ti.min(top + i // TILE, height - 1), ti.f32) + 0.5
                 lens_x, lens_y = undistort(cameras, eye + 20, (x - cx) / fx, (y - cy) / fy)
@@ -175,15 +119,13 @@ def meet(
         side_1 = plane_through(origin, dual_z * ti.max(first_x, last_x) - dual_x)
         side_2 = plane_through(origin, dual_y - dual_z * ti.min(first_y, last_y))
         side_3 = plane_through(origin, dual_z * ti.max(first_y, last_y) - dual_y)
-        behind = plane_through(origin, -dual_z)
+        behind = plane_through(origin, negated(dual_z))
 
         stack_node = ti.Vector.zero(ti.i32, STACK_SIZE)
         stack_t = ti.Vector.zero(ti.f32, STACK_SIZE)
-        reach = ti.Vector.zero(ti.f32, WIDTH)
-        t_near = ti.Vector.zero(ti.f32, WIDTH)
         farthest = FAR
         # A camera with a NaN must see nothing.
-        bound = ti.abs(origin).sum() + ti.abs(dual_x).sum() + ti.abs(dual_y).sum() + ti.abs(dual_z).sum()
+        bound = (absolute(origin) + absolute(dual_x) + absolute(dual_y) + absolute(dual_z)).sum()
         usable = bound < 1e20
         root = 0
         slot = 0
@@ -191,23 +133,19 @@ def meet(
             depth = 0
             current = root
             running = usable
-            for i in range(RAYS):
-                hit_triangle[i] = -1
+            hit_triangle = ints16(-1)
             while running:
                 if current >= 0:
                     base = current * NODE_STRIDE
-                    for i in ti.static(range(WIDTH)):
-                        d0 = distance(nodes, base, i, side_0)
-                        d1 = distance(nodes, base, i, side_1)
-                        d2 = distance(nodes, base, i, side_2)
-                        d3 = distance(nodes, base, i, side_3)
-                        a = ti.select(d0 < d1, d0, d1)
-                        b = ti.select(d2 < d3, d2, d3)
-                        reach[i] = ti.select(a < b, a, b)
-                        t_near[i] = -distance(nodes, base, i, behind)
-                    mask = 0
-                    for i in ti.static(range(WIDTH)):
-                        mask |= ti.cast((reach[i] >= 0.0) & (t_near[i] < farthest), ti.i32) << (30 - i)
+                    d0 = distances(nodes, base, side_0)
+                    d1 = distances(nodes, base, side_1)
+                    d2 = distances(nodes, base, side_2)
+                    d3 = distances(nodes, base, side_3)
+                    a = ti.select(d0 < d1, d0, d1)
+                    b = ti.select(d2 < d3, d2, d3)
+                    reach = ti.select(a < b, a, b)
+                    t_near = negated(distances(nodes, base, behind))
+                    mask = mask_of((reach >= 0.0) & (t_near < farthest))
                     nearest_t = FAR
                     nearest = EMPTY
                     while mask != 0:
@@ -228,10 +166,38 @@ def meet(
                             depth += 1
                     current = nearest
                 elif current != EMPTY:
-                    meet_leaf(leaves, ~current, origin, ray_x, ray_y, ray_z, hit_t, hit_u, hit_v, hit_triangle)
-                    farthest = hit_t[0]
-                    for i in range(1, RAYS):
-                        farthest = ti.select(hit_t[i] > farthest, hit_t[i], farthest)
+                    # Möller and Trumbore's products, in the order that takes the ray's direction last.
+                    base = ~current * LEAF_STRIDE
+                    e1x, e1y, e1z = load4(leaves, base + 12), load4(leaves, base + 16), load4(leaves, base + 20)
+                    e2x, e2y, e2z = load4(leaves, base + 24), load4(leaves, base + 28), load4(leaves, base + 32)
+                    sx = origin.x - load4(leaves, base)
+                    sy = origin.y - load4(leaves, base + 4)
+                    sz = origin.z - load4(leaves, base + 8)
+                    across_x, across_y, across_z = e2y * e1z - e2z * e1y, e2z * e1x - e2x * e1z, e2x * e1y - e2y * e1x
+                    u_x, u_y, u_z = e2y * sz - e2z * sy, e2z * sx - e2x * sz, e2x * sy - e2y * sx
+                    v_x, v_y, v_z = sy * e1z - sz * e1y, sz * e1x - sx * e1z, sx * e1y - sy * e1x
+                    heights = e2x * v_x + e2y * v_y + e2z * v_z
+                    far = absolute(sx) + absolute(sy) + absolute(sz)
+                    wide = absolute(e1x) + absolute(e1y) + absolute(e1z) + absolute(e2x) + absolute(e2y) + absolute(e2z)
+                    slack = EDGE * far * wide
+                    for k in ti.static(range(LEAF_SIZE)):
+                        triangle = ti.bit_cast(leaves[base + 9 * LEAF_SIZE + k], ti.i32)
+                        if triangle >= 0:
+                            det = ray_x * across_x[k] + ray_y * across_y[k] + ray_z * across_z[k]
+                            inv_det = 1.0 / det
+                            u = (ray_x * u_x[k] + ray_y * u_y[k] + ray_z * u_z[k]) * inv_det
+                            v = (ray_x * v_x[k] + ray_y * v_y[k] + ray_z * v_z[k]) * inv_det
+                            t = inv_det * heights[k]
+                            w = 1.0 - u - v
+                            least = ti.select(u < v, u, v)
+                            least = ti.select(w < least, w, least)
+                            least += absolute(inv_det) * slack[k]
+                            nearer = (det != 0.0) & (least >= 0.0) & (t > 0.0) & (t < hit_t)
+                            hit_t = ti.select(nearer, t, hit_t)
+                            hit_u = ti.select(nearer, u, hit_u)
+                            hit_v = ti.select(nearer, v, hit_v)
+                            hit_triangle = ti.select(nearer, ints16(triangle), hit_triangle)
+                    farthest = largest(hit_t)
                     current = EMPTY
                 if current == EMPTY:
                     running = False
@@ -240,7 +206,7 @@ def meet(
                         if stack_t[depth] < farthest:
                             current = stack_node[depth]
                             running = True
-            for i in range(RAYS):
+            for i in ti.static(range(RAYS)):
                 x = left + i % TILE
                 y = top + i // TILE
                 if x < width and y < height:

@@ -8,6 +8,7 @@ solid glass refracts, and lets no shadow ray pass.
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.glance import tile_pixel
+from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import is_sun, sky_radiance, sun_direction
 from benchbot_sim_taichi.kernels.light_grid import density_in_row, row_near, sample_row
 from benchbot_sim_taichi.kernels.primary import camera_origin, camera_ray
@@ -284,7 +285,7 @@ def trace_paths(
                             running = depth <= bounces
                             face = surface.face
                             normal = ti.select(surface.normal.dot(direction) > -LEAST_COSINE, face, surface.normal)
-                            view = -direction
+                            view = negated(direction)
                             vertex = point + face * OFFSET_M
                             row = row_near(near, vertex, face)
                             specular = surface.specular

@@ -5,6 +5,7 @@ from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells
 from benchbot_sim_taichi.kernels.cells import INV_PI
 from benchbot_sim_taichi.kernels.illumination import LIGHT_PIXEL_STRIDE
+from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.panes import unpack
 from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE, camera_origin, camera_ray, locate
@@ -41,7 +42,7 @@ def shade(env: ti.template(), direction, normal, diffuse, specular, emission, ro
     sunlight = load3(env, 3) * (sun * cosine)
     radiance = emission + (irradiance + sunlight) * diffuse * (vec3(1.0) - mirrored) * INV_PI + mirrored * reflection
     if sun * cosine > 0.0:
-        radiance += sunlight * sun_highlight(normal, -direction, toward, specular, roughness)
+        radiance += sunlight * sun_highlight(normal, negated(direction), toward, specular, roughness)
     return radiance
 
 

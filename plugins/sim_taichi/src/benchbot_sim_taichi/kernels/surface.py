@@ -2,6 +2,7 @@
 """What lies at a hit: normals, texture, reflectance."""
 
 from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.traversal import vec3
 from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
 from benchbot_sim_taichi.textures import IMAGE_STRIDE
@@ -120,9 +121,9 @@ def surface_at(
     normal = ti.select(length > 1e-6, normal / ti.max(length, 1e-6), face)
     is_front = face.dot(direction) <= 0.0
     if not is_front:
-        face = -face
+        face = negated(face)
     if normal.dot(face) < 0.0:
-        normal = -normal
+        normal = negated(normal)
     smooth = normal
 
     row = ti.cast(triangles[base + 18], ti.i32) * MATERIAL_STRIDE

@@ -3,8 +3,7 @@
 
 Triangle test: Möller and Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
 
-The compiler packs the eight boxes and four triangles of a step into vector instructions only when their results are
-stored into small local vectors that are also indexed at run time; that is what `t_near` and `t_hit` are for.
+The eight boxes of a node, and the four triangles of a leaf, are tested at once, each in a lane of its own (`lanes`).
 
 Barycentric coordinates are off by rounding, in proportion to distance times edges over the determinant. A triangle is
 met that far beyond its edges (`EDGE`), so that no ray slips between two that share one.
@@ -12,6 +11,7 @@ met that far beyond its edges (`EDGE`), so that no ray slips between two that sh
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.bvh import EMPTY_CHILD, LEAF_STRIDE, NODE_STRIDE, STACK_SIZE
+from benchbot_sim_taichi.kernels.lanes import absolute, load4, load8, mask_of
 
 FAR = 1e30
 EDGE = 1.2e-7
@@ -60,11 +60,6 @@ def trace(
 
     stack_node = ti.Vector([0] * STACK_SIZE, dt=ti.i32)
     stack_t = ti.Vector([0.0] * STACK_SIZE, dt=ti.f32)
-    t_near = ti.Vector([0.0] * 8, dt=ti.f32)
-    t_far = ti.Vector([0.0] * 8, dt=ti.f32)
-    t_hit = ti.Vector([0.0] * 4, dt=ti.f32)
-    hit_u = ti.Vector([0.0] * 4, dt=ti.f32)
-    hit_v = ti.Vector([0.0] * 4, dt=ti.f32)
     depth = 0
     current = root
     # A ray with a NaN must not enter: it would hit every box.
@@ -73,22 +68,19 @@ def trace(
     while running:
         if current >= 0:
             base = current * NODE_STRIDE
-            for i in ti.static(range(8)):
-                tx0 = nodes[base + near_x + i] * inv_x - ox
-                ty0 = nodes[base + near_y + i] * inv_y - oy
-                tz0 = nodes[base + near_z + i] * inv_z - oz
-                tx1 = nodes[base + far_x + i] * inv_x - ox
-                ty1 = nodes[base + far_y + i] * inv_y - oy
-                tz1 = nodes[base + far_z + i] * inv_z - oz
-                a = ti.select(tx0 > ty0, tx0, ty0)
-                b = ti.select(tz0 > 0.0, tz0, 0.0)
-                c = ti.select(tx1 < ty1, tx1, ty1)
-                d = ti.select(tz1 < hit.t, tz1, hit.t)
-                t_near[i] = ti.select(a > b, a, b)
-                t_far[i] = ti.select(c < d, c, d) * 1.0000004
-            mask = 0
-            for i in ti.static(range(8)):
-                mask |= ti.cast(t_near[i] <= t_far[i], ti.i32) << (30 - i)
+            tx0 = load8(nodes, base + near_x) * inv_x - ox
+            ty0 = load8(nodes, base + near_y) * inv_y - oy
+            tz0 = load8(nodes, base + near_z) * inv_z - oz
+            tx1 = load8(nodes, base + far_x) * inv_x - ox
+            ty1 = load8(nodes, base + far_y) * inv_y - oy
+            tz1 = load8(nodes, base + far_z) * inv_z - oz
+            a = ti.select(tx0 > ty0, tx0, ty0)
+            b = ti.select(tz0 > 0.0, tz0, 0.0)
+            c = ti.select(tx1 < ty1, tx1, ty1)
+            d = ti.select(tz1 < hit.t, tz1, hit.t)
+            t_near = ti.select(a > b, a, b)
+            t_far = ti.select(c < d, c, d) * 1.0000004
+            mask = mask_of(t_near <= t_far)
             nearest_t = FAR
             nearest = EMPTY
             while mask != 0:
@@ -115,39 +107,37 @@ def trace(
             current = nearest
         elif current != EMPTY:
             base = (~current) * LEAF_STRIDE
-            for i in ti.static(range(4)):
-                v0x, v0y, v0z = leaves[base + i], leaves[base + 4 + i], leaves[base + 8 + i]
-                e1x, e1y, e1z = leaves[base + 12 + i], leaves[base + 16 + i], leaves[base + 20 + i]
-                e2x, e2y, e2z = leaves[base + 24 + i], leaves[base + 28 + i], leaves[base + 32 + i]
-                px = direction.y * e2z - direction.z * e2y
-                py = direction.z * e2x - direction.x * e2z
-                pz = direction.x * e2y - direction.y * e2x
-                det = e1x * px + e1y * py + e1z * pz
-                inv_det = 1.0 / det
-                sx, sy, sz = origin.x - v0x, origin.y - v0y, origin.z - v0z
-                qx = sy * e1z - sz * e1y
-                qy = sz * e1x - sx * e1z
-                qz = sx * e1y - sy * e1x
-                u = (sx * px + sy * py + sz * pz) * inv_det
-                v = (direction.x * qx + direction.y * qy + direction.z * qz) * inv_det
-                t = (e2x * qx + e2y * qy + e2z * qz) * inv_det
-                w = 1.0 - u - v
-                least = ti.select(u < v, u, v)
-                least = ti.select(w < least, w, least)
-                far = ti.abs(sx) + ti.abs(sy) + ti.abs(sz)
-                wide = ti.abs(e1x) + ti.abs(e1y) + ti.abs(e1z) + ti.abs(e2x) + ti.abs(e2y) + ti.abs(e2z)
-                inside = ti.select(det == 0.0, -1.0, least + EDGE * far * wide * ti.abs(inv_det))
-                t_hit[i] = ti.select(inside >= 0.0, t, -1.0)
-                hit_u[i] = u
-                hit_v[i] = v
+            e1x, e1y, e1z = load4(leaves, base + 12), load4(leaves, base + 16), load4(leaves, base + 20)
+            e2x, e2y, e2z = load4(leaves, base + 24), load4(leaves, base + 28), load4(leaves, base + 32)
+            sx = origin.x - load4(leaves, base)
+            sy = origin.y - load4(leaves, base + 4)
+            sz = origin.z - load4(leaves, base + 8)
+            px = direction.y * e2z - direction.z * e2y
+            py = direction.z * e2x - direction.x * e2z
+            pz = direction.x * e2y - direction.y * e2x
+            det = e1x * px + e1y * py + e1z * pz
+            inv_det = 1.0 / det
+            qx = sy * e1z - sz * e1y
+            qy = sz * e1x - sx * e1z
+            qz = sx * e1y - sy * e1x
+            u = (sx * px + sy * py + sz * pz) * inv_det
+            v = (direction.x * qx + direction.y * qy + direction.z * qz) * inv_det
+            t = (e2x * qx + e2y * qy + e2z * qz) * inv_det
+            w = 1.0 - u - v
+            least = ti.select(u < v, u, v)
+            least = ti.select(w < least, w, least)
+            far = absolute(sx) + absolute(sy) + absolute(sz)
+            wide = absolute(e1x) + absolute(e1y) + absolute(e1z) + absolute(e2x) + absolute(e2y) + absolute(e2z)
+            least += EDGE * far * wide * absolute(inv_det)
+            t_hit = ti.select((det != 0.0) & (least >= 0.0) & (t > 0.0), t, FAR)
             best = -1
             for i in ti.static(range(4)):
-                if t_hit[i] > 0.0 and t_hit[i] < hit.t:
+                if t_hit[i] < hit.t:
                     hit.t = t_hit[i]
                     best = i
             if best >= 0:
-                hit.u = hit_u[best]
-                hit.v = hit_v[best]
+                hit.u = u[best]
+                hit.v = v[best]
                 hit.triangle = ti.bit_cast(leaves[base + 36 + best], ti.i32)
                 if ti.static(any_hit):
                     depth = 0

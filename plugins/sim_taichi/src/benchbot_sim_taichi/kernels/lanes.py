@@ -1,0 +1,61 @@
+# mypy: ignore-errors
+"""Vectors that the processor works on as a whole, one instruction for all of their lanes.
+
+On a processor Taichi hands vectors of any length on to the compiler as they are (`_ti.start`), which makes of them what
+the machine has: AVX, AVX-512 or Neon. On a GPU it takes them apart.
+
+Taichi 1.7 cannot negate a whole vector, take its absolute value, or reckon with powers, exponentials and angles of one:
+it ends the process ("Not supported", or "an integer operation on a non-integer type", also for `-=`); nor can it keep
+what one comparison of vectors says in a variable ("Ptr must be a pointer to Val type"). What kernels need instead is
+here.
+"""
+
+from benchbot_sim_taichi._ti import ti
+
+vec4 = ti.types.vector(4, ti.f32)
+vec8 = ti.types.vector(8, ti.f32)
+vec16 = ti.types.vector(16, ti.f32)
+ints8 = ti.types.vector(8, ti.i32)
+ints16 = ti.types.vector(16, ti.i32)
+
+
+@ti.func
+def negated(vector):
+    """`-vector`."""
+    return 0.0 - vector
+
+
+@ti.func
+def absolute(vector):
+    """The absolute value of each lane."""
+    return ti.select(vector < 0.0, 0.0 - vector, vector)
+
+
+@ti.func
+def load4(array: ti.template(), at):
+    """Four values that lie side by side; one load where the compiler can tell that `at` is a multiple of 4."""
+    return vec4([array[at + i] for i in range(4)])
+
+
+@ti.func
+def load8(array: ti.template(), at):
+    """Eight values that lie side by side; one load where the compiler can tell that `at` is a multiple of 8."""
+    return vec8([array[at + i] for i in range(8)])
+
+
+@ti.func
+def mask_of(flags: ti.template()):
+    """The bits of eight lanes' truth values, the first lane's in bit 30."""
+    bits = ti.select(flags, ints8([1 << (30 - i) for i in range(8)]), ints8(0))
+    mask = 0
+    for i in ti.static(range(8)):
+        mask |= bits[i]
+    return mask
+
+
+@ti.func
+def largest(lanes):
+    """The largest of sixteen lanes, found by halves."""
+    half = ti.max(vec8([lanes[i] for i in range(8)]), vec8([lanes[i + 8] for i in range(8)]))
+    quarter = ti.max(vec4([half[i] for i in range(4)]), vec4([half[i + 4] for i in range(4)]))
+    return ti.max(ti.max(quarter[0], quarter[1]), ti.max(quarter[2], quarter[3]))
