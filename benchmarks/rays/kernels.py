@@ -10,14 +10,25 @@ import numpy as np
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.intrinsics import camera_records
-from benchbot_sim_taichi.kernels import packet
+from benchbot_sim_taichi.kernels import first_hits
+from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray
+from benchbot_sim_taichi.kernels.first_hits import TILE
+from benchbot_sim_taichi.kernels.lanes import larger, smaller, vec16
 from benchbot_sim_taichi.kernels.light import sky_radiance
-from benchbot_sim_taichi.kernels.primary import camera_origin, camera_ray, locate
+from benchbot_sim_taichi.kernels.packet import RAYS, Packet, trace_packet
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import floats, ints, trace, vec3
 from benchbot_sim_taichi.lights import environment_record
 
 INV_PI = 0.31830988618379067
+
+
+def first_hits_of(renderer: Any, pose: Any, camera: Any) -> Any:
+    """Distance, barycentric u and v, and triangle by its bits of what each pixel's middle shows (H * W, 4)."""
+    hits = np.empty((camera.width * camera.height, first_hits.HIT_STRIDE), np.float32)
+    record = camera_records(np.asarray(pose)[None], camera)
+    first_hits.meet(*renderer.device.tree, -1, record, hits.ravel(), 1, camera.width, camera.height)
+    return hits[:, :4]
 
 
 def nearest(renderer: Any, origins: Any, directions: Any, reach: float) -> Any:
@@ -43,8 +54,8 @@ def frame(renderer: Any, pose: Any, camera: Any, lamp: Any) -> Any:
     instance, material = np.empty(pixels, np.int32), np.empty(pixels, np.int32)
     record = camera_records(np.asarray(pose)[None], camera)
     device = renderer.device
-    hits = np.empty(pixels * packet.HIT_STRIDE, np.float32)
-    packet.meet(*device.tree, device.sheer_root, record, hits, 1, camera.width, camera.height)
+    hits = np.empty(pixels * first_hits.HIT_STRIDE, np.float32)
+    first_hits.meet(*device.tree, device.sheer_root, record, hits, 1, camera.width, camera.height)
     _frame(
         *device.tree,
         *device.surfaces,
@@ -104,9 +115,18 @@ def _occluded(
     blocked: ints,
     count: ti.i32,
 ):
-    for i in range(count):
-        hit = trace(nodes, leaves, 0, load3(origins, 3 * i), load3(directions, 3 * i), reach, True)
-        blocked[i] = ti.cast(hit.triangle >= 0, ti.i32)
+    for first in range((count + RAYS - 1) // RAYS):
+        rays = Packet(reach=vec16(reach))
+        for lane in ti.static(range(RAYS)):
+            at = ti.min(first * RAYS + lane, count - 1) * 3
+            rays.x[lane], rays.y[lane], rays.z[lane] = origins[at], origins[at + 1], origins[at + 2]
+            rays.along_x[lane] = directions[at]
+            rays.along_y[lane] = directions[at + 1]
+            rays.along_z[lane] = directions[at + 2]
+        trace_packet(nodes, leaves, 0, rays, True)
+        for lane in ti.static(range(RAYS)):
+            if first * RAYS + lane < count:
+                blocked[first * RAYS + lane] = ti.cast(rays.reach[lane] < 0.0, ti.i32)
 
 
 @ti.kernel
@@ -129,27 +149,60 @@ def _frame(
     width: ti.i32,
     height: ti.i32,
 ):
-    for pixel in range(width * height):
-        x, y, _, eye = locate(pixel, width, height)
-        origin = camera_origin(cameras, eye)
-        ray = camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
-        hit = packet.met(hits, pixel, 0)
-        color = vec3(0.0)
-        depth[pixel] = hit.t
-        instance[pixel] = 0
-        material[pixel] = -1
-        if hit.triangle >= 0:
-            surface = surface_at(
-                triangles, materials, texels, images, hit.triangle, hit.u, hit.v, ray.normalized(), hit.t / cameras[12]
-            )
-            point = origin + ray * hit.t + surface.face * 1e-3
-            toward = vec3(lamp_x, lamp_y, lamp_z) - point
-            distance2 = toward.norm_sqr()
-            cosine = ti.max(surface.normal.dot(toward), 0.0) / ti.sqrt(distance2)
-            shadow = trace(nodes, leaves, 0, point, toward, 1.0, True)
-            lit = ti.select(shadow.triangle < 0, 3.0 * cosine * INV_PI / distance2, 0.0) + 0.1
-            color = surface.diffuse * lit + surface.emission
-            instance[pixel] = surface.instance
-            material[pixel] = ti.cast(triangles[hit.triangle * 24 + 18], ti.i32)
-        for i in ti.static(range(3)):
-            rgb[pixel * 3 + i] = ti.cast(ti.sqrt(ti.math.clamp(color[i], 0.0, 1.0)) * 255.0, ti.u8)
+    columns = (width + TILE - 1) // TILE
+    for tile in range(columns * ((height + TILE - 1) // TILE)):
+        start_x, start_y, start_z = vec16(0.0), vec16(0.0), vec16(0.0)
+        toward_x, toward_y, toward_z = vec16(0.0), vec16(0.0), vec16(0.0)
+        lamp_red, lamp_green, lamp_blue = vec16(0.0), vec16(0.0), vec16(0.0)
+        red, green, blue = vec16(0.0), vec16(0.0), vec16(0.0)
+        for lane in range(RAYS):
+            x, y = tile % columns * TILE + lane % TILE, tile // columns * TILE + lane // TILE
+            if x < width and y < height:
+                pixel = y * width + x
+                ray = camera_ray(cameras, 0, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
+                hit = first_hits.met(hits, pixel, 0)
+                depth[pixel] = hit.t
+                instance[pixel] = 0
+                material[pixel] = -1
+                if hit.triangle >= 0:
+                    surface = surface_at(
+                        triangles,
+                        materials,
+                        texels,
+                        images,
+                        hit.triangle,
+                        hit.u,
+                        hit.v,
+                        ray.normalized(),
+                        hit.t / cameras[12],
+                    )
+                    point = camera_origin(cameras, 0) + ray * hit.t + surface.face * 1e-3
+                    toward = vec3(lamp_x, lamp_y, lamp_z) - point
+                    distance2 = toward.norm_sqr()
+                    cosine = ti.max(surface.normal.dot(toward), 0.0) / ti.sqrt(distance2)
+                    lit = surface.diffuse * (3.0 * cosine * INV_PI / distance2)
+                    unlit = surface.diffuse * 0.1 + surface.emission
+                    start_x[lane], start_y[lane], start_z[lane] = point.x, point.y, point.z
+                    toward_x[lane], toward_y[lane], toward_z[lane] = toward.x, toward.y, toward.z
+                    lamp_red[lane], lamp_green[lane], lamp_blue[lane] = lit.x, lit.y, lit.z
+                    red[lane], green[lane], blue[lane] = unlit.x, unlit.y, unlit.z
+                    instance[pixel] = surface.instance
+                    material[pixel] = ti.cast(triangles[hit.triangle * 24 + 18], ti.i32)
+        rays = Packet(x=start_x, y=start_y, z=start_z, along_x=toward_x, along_y=toward_y, along_z=toward_z)
+        rays.reach = vec16(1.0)
+        trace_packet(nodes, leaves, 0, rays, True)
+        red = byte_of(red + ti.select(rays.reach > 0.0, lamp_red, vec16(0.0)))
+        green = byte_of(green + ti.select(rays.reach > 0.0, lamp_green, vec16(0.0)))
+        blue = byte_of(blue + ti.select(rays.reach > 0.0, lamp_blue, vec16(0.0)))
+        for lane in range(RAYS):
+            x, y = tile % columns * TILE + lane % TILE, tile // columns * TILE + lane // TILE
+            if x < width and y < height:
+                at = (y * width + x) * 3
+                rgb[at] = ti.cast(red[lane], ti.u8)
+                rgb[at + 1] = ti.cast(green[lane], ti.u8)
+                rgb[at + 2] = ti.cast(blue[lane], ti.u8)
+
+
+@ti.func
+def byte_of(color):
+    return ti.sqrt(smaller(larger(color, 0.0), 1.0)) * 255.0

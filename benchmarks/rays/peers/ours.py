@@ -10,7 +10,7 @@ from benchmarks.rays.workload import FAR_M, Workload
 
 PEER = "ours"
 PATH_SAMPLES = 4
-NO_LIMIT = 1e30
+NO_LIMIT = NOTHING = 1e30
 PATH_REFLECTIONS = 3  # as many as the depth of 4 of peers, who count the camera's edge
 
 
@@ -21,6 +21,13 @@ def jobs(work: Workload, renderer: Renderer) -> list[Job]:
         Job(
             "primary",
             PEER,
+            work.pixels,
+            lambda: kernels.first_hits_of(renderer, pose, camera),
+            lambda hits: hits[:, 0] < NOTHING,
+        ),
+        Job(
+            "primary",
+            f"{PEER}, depth and instances",
             work.pixels,
             lambda: renderer.render(pose, camera, rgb=False),
             lambda frame: found(frame.depth_m).ravel(),

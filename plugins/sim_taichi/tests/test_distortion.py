@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_sim_taichi import quality
-from benchbot_sim_taichi import renderer as rendering
 from benchbot_sim_taichi.distortion import Distortion
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
@@ -49,11 +48,6 @@ def room(scene: SceneGeometry, kernel_cache: Path) -> Renderer:
     return Renderer(scene, Lighting(), cache_dir=kernel_cache)
 
 
-@pytest.fixture(params=["many rays at once", "ray by ray"])
-def traced_either_way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rendering, "TRIANGLES_PER_PIXEL", 10**6 if request.param == "many rays at once" else 0)
-
-
 @pytest.mark.parametrize("distortion", [BARREL, PINCUSHION], ids=["barrel", "pincushion"])
 def test_rays_and_points_are_those_of_opencv(distortion: Distortion) -> None:
     rays = opencv_rays(replace(PLAIN, distortion=distortion))
@@ -79,7 +73,6 @@ def test_what_passes_the_check_can_be_inverted(distortion: Distortion) -> None:
 
 
 @ray_traced
-@pytest.mark.usefixtures("traced_either_way")
 @pytest.mark.parametrize("distortion", [BARREL, PINCUSHION], ids=["barrel", "pincushion"])
 def test_depth_is_planar_along_opencvs_rays(room: Renderer, distortion: Distortion) -> None:
     camera = replace(PLAIN, distortion=distortion)

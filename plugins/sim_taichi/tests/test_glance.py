@@ -1,5 +1,6 @@
 """Pictures in one launch: the kernels of a GPU and of the quality `fast`, on a CPU."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from benchbot_scenes.gltf import load_scene
 from benchbot_sim_taichi.frames import DeviceFrames
 from benchbot_sim_taichi.intrinsics import camera_records
-from benchbot_sim_taichi.kernels import glance
+from benchbot_sim_taichi.kernels import first_hits, glance
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.quality import FAST, REALTIME
 from benchbot_sim_taichi.renderer import Frame, Intrinsics, Renderer
@@ -45,7 +46,9 @@ def see(renderer: Renderer, poses: np.ndarray, camera: Intrinsics, *, has_sheer:
     records = camera_records(poses, camera)
     places = (frames.depth_at(0), frames.instance_at(0))
     scene = (*device.tree, device.sheer_root, *device.surfaces)
-    glance.see(*scene, records, frames.words, *places, *size, has_sheer, False)
+    hits = np.empty(math.prod(size) * first_hits.HIT_STRIDE, np.float32)
+    first_hits.meet(*device.tree, device.sheer_root, records.ravel(), hits, *size)
+    glance.see(*scene, records, hits, frames.words, *places, *size, has_sheer, False)
     batch = frames.to_host()
     return [batch[index] for index in range(len(batch))]
 

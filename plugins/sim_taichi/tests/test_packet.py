@@ -1,6 +1,5 @@
 """Camera rays that are traced many at once see what each sees by itself."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchbot_scenes.gltf import load_scene
-from benchbot_sim_taichi import renderer as rendering
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
 from plugins.sim_taichi.tests import rooms
@@ -17,16 +15,9 @@ from plugins.sim_taichi.tests.cameras import looking
 
 pytestmark = pytest.mark.xdist_group("renderer")
 
+REACH = 1e4
 CAMERA = Intrinsics.from_horizontal_fov(62, 37, 90.0)
 BESIDE_SURFACES = st.integers(-20, 90).map(lambda step: 0.0513 * step + 0.0007)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def always_many_at_once() -> Iterator[None]:
-    """However small the picture is."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(rendering, "TRIANGLES_PER_PIXEL", 10**6)
-        yield
 
 
 @pytest.fixture(scope="module")
@@ -35,14 +26,23 @@ def room(tmp_path_factory: pytest.TempPathFactory, kernel_cache: Path) -> Render
     return Renderer(scene, Lighting(), cache_dir=kernel_cache)
 
 
+def cast_one_by_one(renderer: Renderer, origins: np.ndarray, rays: np.ndarray) -> np.ndarray:
+    """Distances (N,) in units of the rays' lengths, from a ray by itself for each; FAR where nothing is."""
+    from benchbot_sim_taichi.kernels import primary
+
+    distances = np.empty(len(rays), np.float32)
+    arrays = (origins.astype(np.float32).ravel(), rays.astype(np.float32).ravel())
+    primary.cast_rays(*renderer.device.tree, renderer.device.sheer_root, *arrays, REACH, distances, len(rays))
+    return distances
+
+
 def one_by_one(renderer: Renderer, pose: np.ndarray, camera: Intrinsics) -> np.ndarray:
     """Depth (H, W) from a ray of its own for each pixel."""
     column, row = np.meshgrid(np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5)
     image = np.stack([(column - camera.cx) / camera.fx, (row - camera.cy) / camera.fy, np.ones_like(row)], axis=-1)
     rays = image.reshape(-1, 3) @ pose[:3, :3].T
-    distances = renderer.cast(np.tile(pose[:3, 3], (len(rays), 1)), rays, 1e4)
-    depth: np.ndarray = distances / np.linalg.norm(rays, axis=1)
-    return depth.reshape(row.shape)
+    depth = cast_one_by_one(renderer, np.tile(pose[:3, 3], (len(rays), 1)), rays)
+    return np.where(depth < REACH, depth, np.inf).reshape(row.shape)
 
 
 def assert_same(renderer: Renderer, pose: np.ndarray, camera: Intrinsics) -> None:
@@ -105,10 +105,48 @@ def test_behind_cards_with_holes(tmp_path: Path, kernel_cache: Path) -> None:
     assert frame.depth_m[15, [20, 80]] == pytest.approx([1.0, 3.0], abs=1e-4)
 
 
-def test_a_scene_too_fine_for_its_picture_is_seen_ray_by_ray(room: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
-    pose = looking((1.5, 0.9, 1.05), 200.0)
-    together = room.render(pose, CAMERA)
-    monkeypatch.setattr(rendering, "TRIANGLES_PER_PIXEL", 0)
-    alone = room.render(pose, CAMERA)
-    assert (together.instance != alone.instance).mean() <= 0.001
-    assert (np.abs(together.rgb.astype(int) - alone.rgb) > 1).mean() < 0.01
+@settings(max_examples=40, deadline=None)
+@given(
+    place=st.tuples(BESIDE_SURFACES, BESIDE_SURFACES, BESIDE_SURFACES),
+    spread=st.floats(0, 4),
+    count=st.integers(1, 70),
+    seed=st.integers(0, 2**31),
+)
+def test_rays_of_all_directions(
+    room: Renderer, place: tuple[float, float, float], spread: float, count: int, seed: int
+) -> None:
+    """From any places to any places: side by side, crossing each other, or with nothing in common."""
+    random = np.random.default_rng(seed)
+    origins = place + spread * random.uniform(-0.5, 0.5, (count, 3))
+    rays = random.normal(size=3) + spread * random.normal(size=(count, 3))
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    together, alone = room.cast(origins, rays, REACH), cast_one_by_one(room, origins, rays)
+    alone[alone >= REACH] = np.inf
+    same = np.isclose(together, alone, rtol=1e-5, atol=1e-4)
+    assert np.count_nonzero(~same) <= 1 + count // 50
+
+
+def test_a_ray_that_is_none_leaves_its_neighbours_alone(room: Renderer) -> None:
+    origins = np.full((16, 3), 1.05)
+    rays = np.tile([1.0, 0.02, 0.01], (16, 1))
+    expected = room.cast(origins, rays, REACH)
+    assert np.isfinite(expected).all()
+    origins[3], rays[5], rays[9] = np.nan, 0.0, [np.inf, 0.0, 0.0]
+    found = room.cast(origins, rays, REACH)
+    is_none = np.isin(np.arange(16), [3, 5, 9])
+    assert np.isinf(found[is_none]).all()
+    assert np.array_equal(found[~is_none], expected[~is_none])
+
+
+@settings(max_examples=30, deadline=None)
+@given(spread=st.floats(0, 2), seed=st.integers(0, 2**31))
+def test_what_is_in_the_way_of_sixteen_rays(room: Renderer, spread: float, seed: int) -> None:
+    from plugins.sim_taichi.tests.blocked_rays import find_blocked
+
+    random = np.random.default_rng(seed)
+    origins = np.array([1.5, 0.9, 1.05]) + spread * random.uniform(-0.5, 0.5, (48, 3))
+    ends = np.array([0.4, 0.3, 0.6]) + spread * random.uniform(-0.5, 0.5, (48, 3))
+    together, alone = np.empty(48, np.int32), np.empty(48, np.int32)
+    arrays = (origins.astype(np.float32).ravel(), (ends - origins).astype(np.float32).ravel())
+    find_blocked(*room.device.tree, *arrays, together, alone, 48)
+    assert np.count_nonzero(together != alone) <= 1

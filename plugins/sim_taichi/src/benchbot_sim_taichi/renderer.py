@@ -1,5 +1,6 @@
 """Pictures, depth, instance ids and laser ranges of a scene."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -31,7 +32,6 @@ __all__ = ["DeviceFrames", "Frame", "FrameBatch", "Intrinsics", "Renderer"]
 
 PIXELS_AT_ONCE = 2**20  # 240 bytes of working memory each
 GLANCED_PIXELS_AT_ONCE = 2**24  # 4 bytes each
-TRIANGLES_PER_PIXEL = 6  # with more, neighbouring rays have too little in common to be traced together
 WHITE_BALANCE_STRENGTH = 0.6
 
 
@@ -205,20 +205,29 @@ class Renderer:
         device = self.device_for_paths
         scene = (*device.tree, device.sheer_root, *device.surfaces)
         places = (frames.depth_at(first), frames.instance_at(first))
+        hits = self._first_hits(cameras, size)
         variant = (self.device.sheer_root >= 0, _ti.is_on_gpu())
         if not frames.has_rgb:
-            glance.see(*scene, cameras, frames.words, *places, *size, *variant)
+            glance.see(*scene, cameras, hits, frames.words, *places, *size, *variant)
             return
         colors = self._buffer("colors", pixel_count, np.int32)
         light = (self.device.lights[0], *self._cells, camera_response.curve(), camera_response.BRIGHTEST)
-        glance.glance(*scene, *light, cameras, frames.words, colors, *places, *size, *variant)
+        glance.glance(*scene, *light, cameras, hits, frames.words, colors, *places, *size, *variant)
         glance.pack(colors, frames.words, frames.rgb_at(first), len(records), frames.width * frames.height)
-        if not _ti.is_on_gpu():  # to the bit the depth of the other qualities
-            self._take(records, replace(frames, has_rgb=False), first)
+
+    def _first_hits(self, cameras: Any, size: tuple[int, int, int]) -> Any:
+        """What the cameras' rays meet first: found here on a processor, by whoever asks for it on a GPU."""
+        from benchbot_sim_taichi.kernels import first_hits
+
+        if _ti.is_on_gpu():  # packets suit vector instructions, not its threads
+            return self._buffer("hits", 1)
+        hits = self._buffer("hits", math.prod(size) * first_hits.HIT_STRIDE)
+        first_hits.meet(*self.device.tree, self.device.sheer_root, cameras, hits, *size)
+        return hits
 
     def _take(self, records: npt.NDArray[np.float32], frames: DeviceFrames, first: int) -> None:
         """Take pictures `first` … of `frames` in one launch of each kernel."""
-        from benchbot_sim_taichi.kernels import filtering, illumination, packet, primary, resolve
+        from benchbot_sim_taichi.kernels import filtering, illumination, primary, resolve
 
         size = (len(records), frames.width, frames.height)
         pixel_count = len(records) * frames.width * frames.height
@@ -226,11 +235,7 @@ class Renderer:
         pixels = self._buffer("pixels", pixel_count * primary.PIXEL_STRIDE if frames.has_rgb else 1)
         guide = self._buffer("guide", pixel_count * primary.GUIDE_STRIDE if frames.has_rgb else 1)
         device = self.device
-        is_fine = len(self._scene.triangles) > TRIANGLES_PER_PIXEL * frames.width * frames.height
-        with_hits = not (_ti.is_on_gpu() or is_fine)  # packets suit vector instructions, not the threads of a GPU
-        hits = self._buffer("hits", pixel_count * packet.HIT_STRIDE if with_hits else 1)
-        if with_hits:
-            packet.meet(*device.tree, device.sheer_root, cameras, hits, *size)
+        hits = self._first_hits(cameras, size)
         primary.see(
             *device.tree,
             device.sheer_root,
@@ -244,7 +249,7 @@ class Renderer:
             frames.instance_at(first),
             *size,
             int(frames.has_rgb),
-            int(with_hits),
+            int(not _ti.is_on_gpu()),
         )
         if not frames.has_rgb:
             return
@@ -295,7 +300,8 @@ class Renderer:
         along = np.divide(along, length, out=np.zeros_like(along), where=usable)
         distances = np.empty(len(start), np.float32)
         if len(start):
-            primary.cast_rays(
+            cast = primary.cast_rays if _ti.is_on_gpu() else primary.cast_packets
+            cast(
                 *self.device.tree,
                 self.device.sheer_root,
                 np.ascontiguousarray(start).ravel(),

@@ -7,9 +7,10 @@ geometry is smooth all strata of the 8x8 tile count alike: 64, or 32 where pixel
 """
 
 from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.kernels.camera import locate
 from benchbot_sim_taichi.kernels.illumination import GLOSSY, GLOSSY_UNSEEN, LIGHT_PIXEL_STRIDE, NO_SAMPLE, ROUGH
 from benchbot_sim_taichi.kernels.neighbours import fit, pixel_plane
-from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, locate
+from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE
 from benchbot_sim_taichi.kernels.surface import load3
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, vec3
 

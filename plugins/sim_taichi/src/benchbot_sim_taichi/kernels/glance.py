@@ -8,12 +8,14 @@ one tile of 8 x 4, whose rays meet much the same nodes.
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.frames import PIXELS_PER_GROUP, WORDS_PER_GROUP
+from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray
 from benchbot_sim_taichi.kernels.cell_lookup import nearest_cell
 from benchbot_sim_taichi.kernels.develop import bytes_
+from benchbot_sim_taichi.kernels.first_hits import met
 from benchbot_sim_taichi.kernels.lanes import absolute
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS
-from benchbot_sim_taichi.kernels.primary import INFINITY_BITS, camera_origin, camera_ray
+from benchbot_sim_taichi.kernels.primary import INFINITY_BITS
 from benchbot_sim_taichi.kernels.reflectance import pane_reflectance
 from benchbot_sim_taichi.kernels.resolve import shade
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
@@ -63,6 +65,8 @@ def look(
     materials: ti.template(),
     texels: ti.template(),
     images: ti.template(),
+    hits: ti.template(),
+    pixel,
     origin,
     ray,
     pixel_angle,
@@ -70,7 +74,10 @@ def look(
     has_sheer: ti.template(),
     on_gpu: ti.template(),
 ):
-    """First the opaque surface, then the panes and cut-outs before it, front to back; as in `primary.see`."""
+    """First the opaque surface, then the panes and cut-outs before it, front to back; as in `primary.see`.
+
+    On a processor, `first_hits.meet` has left the first of either in `hits`.
+    """
     seen = Glimpse(hit=Hit(t=FAR, triangle=-1, u=0.0, v=0.0), passed=vec3(1.0), near_t=FAR, near_instance=0)
     root = 0
     start = 0.0
@@ -79,6 +86,8 @@ def look(
         hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
         if ti.static(on_gpu):
             hit, _ = trace_gpu(nodes, leaves, root, -1, origin + ray * start, ray, seen.hit.t - start, thread, 0)
+        elif layers == 0:
+            hit = met(hits, pixel, ti.select(root == 0, 0, 1))
         else:
             hit = trace(nodes, leaves, root, origin + ray * start, ray, seen.hit.t - start, False)
         is_sheer = root != 0
@@ -164,6 +173,7 @@ def see(
     texels: ints,
     images: ints,
     cameras: floats,
+    hits: floats,
     words: ints,
     depth_at: ti.i32,
     instance_at: ti.i32,
@@ -178,6 +188,7 @@ def see(
     for index in range(count * ((width + 7) >> 3) * ((height + 3) >> 2) * 32):
         picture, x, y = tile_pixel(index, width, height)
         if x < width and y < height:
+            pixel = (picture * height + y) * width + x
             eye = picture * CAMERA_STRIDE
             seen = look(
                 nodes,
@@ -187,6 +198,8 @@ def see(
                 materials,
                 texels,
                 images,
+                hits,
+                pixel,
                 camera_origin(cameras, eye),
                 camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5),
                 1.0 / cameras[eye + 12],
@@ -194,7 +207,6 @@ def see(
                 has_sheer,
                 on_gpu,
             )
-            pixel = (picture * height + y) * width + x
             words[depth_at + pixel] = ti.select(seen.near_t < FAR, ti.bit_cast(seen.near_t, ti.i32), INFINITY_BITS)
             words[instance_at + pixel] = seen.near_instance
 
@@ -215,6 +227,7 @@ def glance(
     curve: bytes_,
     brightest: ti.f32,
     cameras: floats,
+    hits: floats,
     words: ints,
     colors: ints,
     depth_at: ti.i32,
@@ -230,6 +243,7 @@ def glance(
     for index in range(count * ((width + 7) >> 3) * ((height + 3) >> 2) * 32):
         picture, x, y = tile_pixel(index, width, height)
         if x < width and y < height:
+            pixel = (picture * height + y) * width + x
             eye = picture * CAMERA_STRIDE
             origin = camera_origin(cameras, eye)
             ray = camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
@@ -241,6 +255,8 @@ def glance(
                 materials,
                 texels,
                 images,
+                hits,
+                pixel,
                 origin,
                 ray,
                 1.0 / cameras[eye + 12],
@@ -248,7 +264,6 @@ def glance(
                 has_sheer,
                 on_gpu,
             )
-            pixel = (picture * height + y) * width + x
             words[depth_at + pixel] = ti.select(seen.near_t < FAR, ti.bit_cast(seen.near_t, ti.i32), INFINITY_BITS)
             words[instance_at + pixel] = seen.near_instance
             direction = ray.normalized()

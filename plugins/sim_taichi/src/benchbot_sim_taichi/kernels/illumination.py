@@ -10,6 +10,7 @@ surface, for which no ray of its own is sent, `GLOSSY_UNSEEN` still to come from
 """
 
 from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray, locate
 from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells, nearest_cell
 from benchbot_sim_taichi.kernels.cells import INV_PI, NEAR_M, OFFSET_M
 from benchbot_sim_taichi.kernels.lanes import negated
@@ -17,7 +18,7 @@ from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import density_in_row, row_near, sample_near, shifted
 from benchbot_sim_taichi.kernels.neighbours import fit, pixel_plane
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sent, sheerness
-from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE, camera_origin, camera_ray, locate
+from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE
 from benchbot_sim_taichi.kernels.reflectance import environment_brdf, mirror_direction, scatter
 from benchbot_sim_taichi.kernels.sampling import bounded, cosine_direction, interleave_index, power_share, sobol_2d
 from benchbot_sim_taichi.kernels.surface import load3, surface_at

@@ -54,8 +54,29 @@ def mask_of(flags: ti.template()):
 
 
 @ti.func
+def union(bits):
+    """The bits that are set in any of sixteen lanes."""
+    result = 0
+    for i in ti.static(range(16)):
+        result |= bits[i]
+    return result
+
+
+@ti.func
+def smaller(one, other):
+    """The smaller of two in each lane; one instruction, where `ti.min` takes three to say what becomes of NaN."""
+    return ti.select(one < other, one, other)
+
+
+@ti.func
+def larger(one, other):
+    """The larger of two in each lane; see `smaller`."""
+    return ti.select(one > other, one, other)
+
+
+@ti.func
 def largest(lanes):
     """The largest of sixteen lanes, found by halves."""
-    half = ti.max(vec8([lanes[i] for i in range(8)]), vec8([lanes[i + 8] for i in range(8)]))
-    quarter = ti.max(vec4([half[i] for i in range(4)]), vec4([half[i + 4] for i in range(4)]))
-    return ti.max(ti.max(quarter[0], quarter[1]), ti.max(quarter[2], quarter[3]))
+    half = larger(vec8([lanes[i] for i in range(8)]), vec8([lanes[i + 8] for i in range(8)]))
+    quarter = larger(vec4([half[i] for i in range(4)]), vec4([half[i + 4] for i in range(4)]))
+    return larger(larger(quarter[0], quarter[1]), larger(quarter[2], quarter[3]))

@@ -2,7 +2,8 @@
 """Which pixels show the same surface, so that they may share light."""
 
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, camera_ray
+from benchbot_sim_taichi.kernels.camera import camera_ray
+from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE
 from benchbot_sim_taichi.kernels.surface import load3
 from benchbot_sim_taichi.kernels.traversal import FAR, vec3
 

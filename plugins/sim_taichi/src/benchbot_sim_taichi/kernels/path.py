@@ -7,11 +7,11 @@ solid glass refracts, and lets no shadow ray pass.
 """
 
 from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray
 from benchbot_sim_taichi.kernels.glance import tile_pixel
 from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import is_sun, sky_radiance, sun_direction
 from benchbot_sim_taichi.kernels.light_grid import density_in_row, row_near, sample_row
-from benchbot_sim_taichi.kernels.primary import camera_origin, camera_ray
 from benchbot_sim_taichi.kernels.reflectance import (
     LEAST_COSINE,
     dielectric_reflectance,

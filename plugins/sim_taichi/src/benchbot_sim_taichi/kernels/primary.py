@@ -12,56 +12,19 @@ values): normal without normal map and depth again; what filters need, kept clos
 """
 
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.kernels.lens import undistort
-from benchbot_sim_taichi.kernels.packet import met
+from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray, locate
+from benchbot_sim_taichi.kernels.first_hits import met
+from benchbot_sim_taichi.kernels.lanes import ints16, vec16
+from benchbot_sim_taichi.kernels.packet import RAYS, Packet, trace_packet
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, pack
 from benchbot_sim_taichi.kernels.reflectance import pane_reflectance
 from benchbot_sim_taichi.kernels.surface import Surface, load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
-from benchbot_sim_taichi.tables import CAMERA_STRIDE, TRIANGLE_STRIDE
+from benchbot_sim_taichi.tables import TRIANGLE_STRIDE
 
 PIXEL_STRIDE = 24
 GUIDE_STRIDE = 4
 INFINITY_BITS = 0x7F800000
-
-
-@ti.func
-def locate(pixel, width, height):
-    """Column and row of a pixel in its picture, the picture's first pixel, the start of its camera's record."""
-    picture = pixel // (width * height)
-    first = picture * (width * height)
-    return (pixel - first) % width, (pixel - first) // width, first, picture * CAMERA_STRIDE
-
-
-@ti.func
-def camera_ray(cameras: ti.template(), eye, x, y):
-    """Direction through a point of the image plane with unit depth: distances along it are planar depth (REP-118).
-
-    `eye` is where the camera's record starts.
-    """
-    cx = (x - cameras[eye + 14]) / cameras[eye + 12]
-    cy = (y - cameras[eye + 15]) / cameras[eye + 13]
-    ray = turned(cameras, eye, cx, cy)
-    if cameras[eye + 19] != 0.0:
-        lens_x, lens_y = undistort(cameras, eye + 20, cx, cy)
-        ray = turned(cameras, eye, lens_x, lens_y)
-    return ray
-
-
-@ti.func
-def turned(cameras: ti.template(), eye, x, y):
-    """The direction of (x, y, 1) of the optical frame, in the map frame."""
-    return vec3(
-        cameras[eye] * x + cameras[eye + 1] * y + cameras[eye + 2],
-        cameras[eye + 3] * x + cameras[eye + 4] * y + cameras[eye + 5],
-        cameras[eye + 6] * x + cameras[eye + 7] * y + cameras[eye + 8],
-    )
-
-
-@ti.func
-def camera_origin(cameras: ti.template(), eye):
-    """Centre of projection."""
-    return load3(cameras, eye + 9)
 
 
 @ti.kernel
@@ -88,7 +51,7 @@ def see(
 ):
     """Depth and instance of every pixel of `count` pictures, and its record when `with_surface`.
 
-    Its first hits are those that `packet.meet` left in `hits` when `with_hits`.
+    Its first hits are those that `first_hits.meet` left in `hits` when `with_hits`.
 
     Bits of depth go into `words` from `depth_at` on (as integers: infinity would not survive fast arithmetic),
     instances from `instance_at` on.
@@ -196,3 +159,32 @@ def cast_rays(
             nearest = ti.min(nearest, hit.t)
             root = ti.select(root == 0, sheer_root, -1)
         distances[i] = nearest
+
+
+@ti.kernel
+def cast_packets(
+    nodes: floats,
+    leaves: floats,
+    sheer_root: ti.i32,
+    origins: floats,
+    directions: floats,
+    reach: ti.f32,
+    distances: floats,
+    count: ti.i32,
+):
+    """The same on a processor, for rays of which neighbours have much in common."""
+    for first in range((count + RAYS - 1) // RAYS):
+        rays = Packet(reach=vec16(reach), triangle=ints16(-1))
+        for lane in ti.static(range(RAYS)):
+            at = ti.min(first * RAYS + lane, count - 1) * 3
+            rays.x[lane], rays.y[lane], rays.z[lane] = origins[at], origins[at + 1], origins[at + 2]
+            rays.along_x[lane] = directions[at]
+            rays.along_y[lane] = directions[at + 1]
+            rays.along_z[lane] = directions[at + 2]
+        root = 0
+        while root >= 0:
+            trace_packet(nodes, leaves, root, rays, False)
+            root = ti.select(root == 0, sheer_root, -1)
+        for lane in ti.static(range(RAYS)):
+            if first * RAYS + lane < count:
+                distances[first * RAYS + lane] = ti.select(rays.triangle[lane] >= 0, rays.reach[lane], FAR)

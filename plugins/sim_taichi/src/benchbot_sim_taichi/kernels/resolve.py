@@ -2,13 +2,14 @@
 """From light and reflectance to the radiance of each pixel, with more camera rays where pixels hold edges."""
 
 from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray, locate
 from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells
 from benchbot_sim_taichi.kernels.cells import INV_PI
 from benchbot_sim_taichi.kernels.illumination import LIGHT_PIXEL_STRIDE
 from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.panes import unpack
-from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE, camera_origin, camera_ray, locate
+from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE
 from benchbot_sim_taichi.kernels.reflectance import environment_brdf, pane_reflectance
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3

@@ -11,7 +11,7 @@ met that far beyond its edges (`EDGE`), so that no ray slips between two that sh
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.bvh import EMPTY_CHILD, LEAF_STRIDE, NODE_STRIDE, STACK_SIZE
-from benchbot_sim_taichi.kernels.lanes import absolute, load4, load8, mask_of
+from benchbot_sim_taichi.kernels.lanes import absolute, larger, load4, load8, mask_of, smaller
 
 FAR = 1e30
 EDGE = 1.2e-7
@@ -74,13 +74,9 @@ def trace(
             tx1 = load8(nodes, base + far_x) * inv_x - ox
             ty1 = load8(nodes, base + far_y) * inv_y - oy
             tz1 = load8(nodes, base + far_z) * inv_z - oz
-            a = ti.select(tx0 > ty0, tx0, ty0)
-            b = ti.select(tz0 > 0.0, tz0, 0.0)
-            c = ti.select(tx1 < ty1, tx1, ty1)
-            d = ti.select(tz1 < hit.t, tz1, hit.t)
-            t_near = ti.select(a > b, a, b)
-            t_far = ti.select(c < d, c, d) * 1.0000004
-            mask = mask_of(t_near <= t_far)
+            t_near = larger(larger(tx0, ty0), larger(tz0, 0.0))
+            t_far = smaller(smaller(tx1, ty1), smaller(tz1, hit.t))
+            mask = mask_of(t_near <= t_far * 1.0000004)
             nearest_t = FAR
             nearest = EMPTY
             while mask != 0:
@@ -123,9 +119,7 @@ def trace(
             u = (sx * px + sy * py + sz * pz) * inv_det
             v = (direction.x * qx + direction.y * qy + direction.z * qz) * inv_det
             t = (e2x * qx + e2y * qy + e2z * qz) * inv_det
-            w = 1.0 - u - v
-            least = ti.select(u < v, u, v)
-            least = ti.select(w < least, w, least)
+            least = smaller(smaller(u, v), 1.0 - u - v)
             far = absolute(sx) + absolute(sy) + absolute(sz)
             wide = absolute(e1x) + absolute(e1y) + absolute(e1z) + absolute(e2x) + absolute(e2y) + absolute(e2z)
             least += EDGE * far * wide * absolute(inv_det)
