@@ -29,38 +29,40 @@ def meet(
     """
     columns = (width + TILE - 1) // TILE
     rows = (height + TILE - 1) // TILE
-    for tile in range(count * columns * rows):
-        picture = tile // (columns * rows)
-        inside = tile - picture * (columns * rows)
-        left = inside % columns * TILE
-        top = inside // columns * TILE
-        eye = picture * CAMERA_STRIDE
-        origin = camera_origin(cameras, eye)
-        along_x, along_y, along_z = vec16(0.0), vec16(0.0), vec16(0.0)
-        for i in range(RAYS):
-            x = ti.cast(ti.min(left + i % TILE, width - 1), ti.f32) + 0.5
-            y = ti.cast(ti.min(top + i // TILE, height - 1), ti.f32) + 0.5
-            ray = camera_ray(cameras, eye, x, y)
-            along_x[i], along_y[i], along_z[i] = ray.x, ray.y, ray.z
-        # What is indexed at run time lies in memory: not the packet itself.
-        rays = Packet(along_x=along_x, along_y=along_y, along_z=along_z, reach=vec16(FAR))
-        rays.x, rays.y, rays.z = vec16(origin.x), vec16(origin.y), vec16(origin.z)
-        root = 0
-        slot = 0
-        while root >= 0:
-            rays.triangle = ints16(-1)
-            trace_packet(nodes, leaves, root, rays, False)
-            for i in ti.static(range(RAYS)):
-                x = left + i % TILE
-                y = top + i // TILE
-                if x < width and y < height:
-                    at = ((picture * height + y) * width + x) * HIT_STRIDE + slot
-                    hits[at] = ti.select(rays.triangle[i] >= 0, rays.reach[i], FAR)
-                    hits[at + 1] = rays.u[i]
-                    hits[at + 2] = rays.v[i]
-                    hits[at + 3] = ti.bit_cast(rays.triangle[i], ti.f32)
-            root = ti.select(root == 0, sheer_root, -1)
-            slot += 4
+    for ray in range(count * columns * rows * RAYS):  # one thread takes 512 at least, which would be many as packets
+        if ray % RAYS == 0:
+            tile = ray // RAYS
+            picture = tile // (columns * rows)
+            inside = tile - picture * (columns * rows)
+            left = inside % columns * TILE
+            top = inside // columns * TILE
+            eye = picture * CAMERA_STRIDE
+            origin = camera_origin(cameras, eye)
+            along_x, along_y, along_z = vec16(0.0), vec16(0.0), vec16(0.0)
+            for i in range(RAYS):
+                x = ti.cast(ti.min(left + i % TILE, width - 1), ti.f32) + 0.5
+                y = ti.cast(ti.min(top + i // TILE, height - 1), ti.f32) + 0.5
+                way = camera_ray(cameras, eye, x, y)
+                along_x[i], along_y[i], along_z[i] = way.x, way.y, way.z
+            # What is indexed at run time lies in memory: not the packet itself.
+            rays = Packet(along_x=along_x, along_y=along_y, along_z=along_z, reach=vec16(FAR))
+            rays.x, rays.y, rays.z = vec16(origin.x), vec16(origin.y), vec16(origin.z)
+            root = 0
+            slot = 0
+            while root >= 0:
+                rays.triangle = ints16(-1)
+                trace_packet(nodes, leaves, root, rays, False)
+                for i in ti.static(range(RAYS)):
+                    x = left + i % TILE
+                    y = top + i // TILE
+                    if x < width and y < height:
+                        at = ((picture * height + y) * width + x) * HIT_STRIDE + slot
+                        hits[at] = ti.select(rays.triangle[i] >= 0, rays.reach[i], FAR)
+                        hits[at + 1] = rays.u[i]
+                        hits[at + 2] = rays.v[i]
+                        hits[at + 3] = ti.bit_cast(rays.triangle[i], ti.f32)
+                root = ti.select(root == 0, sheer_root, -1)
+                slot += 4
 
 
 @ti.func

@@ -173,18 +173,19 @@ def cast_packets(
     count: ti.i32,
 ):
     """The same on a processor, for rays of which neighbours have much in common."""
-    for first in range((count + RAYS - 1) // RAYS):
-        rays = Packet(reach=vec16(reach), triangle=ints16(-1))
-        for lane in ti.static(range(RAYS)):
-            at = ti.min(first * RAYS + lane, count - 1) * 3
-            rays.x[lane], rays.y[lane], rays.z[lane] = origins[at], origins[at + 1], origins[at + 2]
-            rays.along_x[lane] = directions[at]
-            rays.along_y[lane] = directions[at + 1]
-            rays.along_z[lane] = directions[at + 2]
-        root = 0
-        while root >= 0:
-            trace_packet(nodes, leaves, root, rays, False)
-            root = ti.select(root == 0, sheer_root, -1)
-        for lane in ti.static(range(RAYS)):
-            if first * RAYS + lane < count:
-                distances[first * RAYS + lane] = ti.select(rays.triangle[lane] >= 0, rays.reach[lane], FAR)
+    for ray in range(count):  # one thread takes 512 at least, which would be many as packets
+        if ray % RAYS == 0:
+            rays = Packet(reach=vec16(reach), triangle=ints16(-1))
+            for lane in ti.static(range(RAYS)):
+                at = ti.min(ray + lane, count - 1) * 3
+                rays.x[lane], rays.y[lane], rays.z[lane] = origins[at], origins[at + 1], origins[at + 2]
+                rays.along_x[lane] = directions[at]
+                rays.along_y[lane] = directions[at + 1]
+                rays.along_z[lane] = directions[at + 2]
+            root = 0
+            while root >= 0:
+                trace_packet(nodes, leaves, root, rays, False)
+                root = ti.select(root == 0, sheer_root, -1)
+            for lane in ti.static(range(RAYS)):
+                if ray + lane < count:
+                    distances[ray + lane] = ti.select(rays.triangle[lane] >= 0, rays.reach[lane], FAR)

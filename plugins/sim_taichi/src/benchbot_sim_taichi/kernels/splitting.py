@@ -11,6 +11,7 @@ SCRATCH_STRIDE = 3 * AXIS_STRIDE
 FEW_TRIANGLES = 32
 FEW_BINS = 8
 BOX_STRIDE = 6
+LEAST_TURNS = 512  # of a loop: Taichi gives no thread fewer
 
 
 @ti.func
@@ -66,9 +67,10 @@ def split_nodes(
     `left_counts` takes how many went left, `children` (12 a node) the boxes of both sides. Scratch is
     `SCRATCH_STRIDE` a piece.
     """
-    for piece in range(pieces):
+    for turn in range(pieces * LEAST_TURNS):
+        piece = turn // LEAST_TURNS
         mine = piece * SCRATCH_STRIDE
-        node = piece
+        node = ti.select(turn % LEAST_TURNS == 0, piece, nodes)
         while node < nodes:
             first = starts[node]
             size = counts[node]
