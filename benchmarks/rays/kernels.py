@@ -4,6 +4,7 @@
 They run on the functions of the simulator's own kernels; only the loops are here.
 """
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -24,11 +25,20 @@ INV_PI = 0.31830988618379067
 
 
 def first_hits_of(renderer: Any, pose: Any, camera: Any) -> Any:
-    """Distance, barycentric u and v, and triangle by its bits of what each pixel's middle shows (H * W, 4)."""
-    hits = np.empty((camera.width * camera.height, first_hits.HIT_STRIDE), np.float32)
+    """Distance, barycentric u and v, and triangle by its bits of what each pixel's middle shows (H * W, 4).
+
+    They stand in working memory, until the next call.
+    """
+    hits = _working_memory(camera.width * camera.height * first_hits.HIT_STRIDE)
     record = camera_records(np.asarray(pose)[None], camera)
-    first_hits.meet(*renderer.device.tree, -1, record, hits.ravel(), 1, camera.width, camera.height)
-    return hits[:, :4]
+    first_hits.meet(*renderer.device.tree, -1, record, hits, 1, camera.width, camera.height)
+    return hits.reshape(-1, first_hits.HIT_STRIDE)[:, :4]
+
+
+@functools.cache
+def _working_memory(size: int) -> Any:
+    """Memory that stays between pictures, as the renderer's does."""
+    return np.empty(size, np.float32)
 
 
 def nearest(renderer: Any, origins: Any, directions: Any, reach: float) -> Any:
@@ -54,7 +64,7 @@ def frame(renderer: Any, pose: Any, camera: Any, lamp: Any) -> Any:
     instance, material = np.empty(pixels, np.int32), np.empty(pixels, np.int32)
     record = camera_records(np.asarray(pose)[None], camera)
     device = renderer.device
-    hits = np.empty(pixels * first_hits.HIT_STRIDE, np.float32)
+    hits = _working_memory(pixels * first_hits.HIT_STRIDE)
     first_hits.meet(*device.tree, device.sheer_root, record, hits, 1, camera.width, camera.height)
     _frame(
         *device.tree,
