@@ -16,7 +16,7 @@ from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray
 from benchbot_sim_taichi.kernels.first_hits import TILE
 from benchbot_sim_taichi.kernels.lanes import larger, smaller, vec16
 from benchbot_sim_taichi.kernels.light import sky_radiance
-from benchbot_sim_taichi.kernels.packet import RAYS, Packet, trace_packet
+from benchbot_sim_taichi.kernels.packet import RAYS, Packet, packet_from, trace_packet
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import floats, ints, trace, vec3
 from benchbot_sim_taichi.lights import environment_record
@@ -125,18 +125,13 @@ def _occluded(
     blocked: ints,
     count: ti.i32,
 ):
-    for first in range((count + RAYS - 1) // RAYS):
-        rays = Packet(reach=vec16(reach))
-        for lane in ti.static(range(RAYS)):
-            at = ti.min(first * RAYS + lane, count - 1) * 3
-            rays.x[lane], rays.y[lane], rays.z[lane] = origins[at], origins[at + 1], origins[at + 2]
-            rays.along_x[lane] = directions[at]
-            rays.along_y[lane] = directions[at + 1]
-            rays.along_z[lane] = directions[at + 2]
+    for number in range((count + RAYS - 1) // RAYS):
+        first = number * RAYS
+        rays = packet_from(origins, directions, first, count, reach)
         trace_packet(nodes, leaves, 0, rays, True)
         for lane in ti.static(range(RAYS)):
-            if first * RAYS + lane < count:
-                blocked[first * RAYS + lane] = ti.cast(rays.reach[lane] < 0.0, ti.i32)
+            if first + lane < count:
+                blocked[first + lane] = ti.cast(rays.reach[lane] < 0.0, ti.i32)
 
 
 @ti.kernel

@@ -36,6 +36,19 @@ class Packet:
 
 
 @ti.func
+def packet_from(origins: ti.template(), directions: ti.template(), first, count, reach):
+    """The rays from number `first` on, of arrays with three values a ray; the last of `count` rays fills the lanes."""
+    rays = Packet(reach=vec16(reach), triangle=ints16(-1))
+    for lane in ti.static(range(RAYS)):
+        at = ti.min(first + lane, count - 1) * 3
+        rays.x[lane], rays.y[lane], rays.z[lane] = origins[at], origins[at + 1], origins[at + 2]
+        rays.along_x[lane] = directions[at]
+        rays.along_y[lane] = directions[at + 1]
+        rays.along_z[lane] = directions[at + 2]
+    return rays
+
+
+@ti.func
 def safe_inverses(lanes):
     """1 / x in each lane, finite for x near 0."""
     tiny = ti.select(lanes < 0.0, vec16(-1e-12), vec16(1e-12))

@@ -14,8 +14,7 @@ values): normal without normal map and depth again; what filters need, kept clos
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray, locate
 from benchbot_sim_taichi.kernels.first_hits import met
-from benchbot_sim_taichi.kernels.lanes import ints16, vec16
-from benchbot_sim_taichi.kernels.packet import RAYS, Packet, trace_packet
+from benchbot_sim_taichi.kernels.packet import RAYS, packet_from, trace_packet
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, pack
 from benchbot_sim_taichi.kernels.reflectance import pane_reflectance
 from benchbot_sim_taichi.kernels.surface import Surface, load3, surface_at
@@ -175,13 +174,7 @@ def cast_packets(
     """The same on a processor, for rays of which neighbours have much in common."""
     for ray in range(count):  # one thread takes 512 at least, which would be many as packets
         if ray % RAYS == 0:
-            rays = Packet(reach=vec16(reach), triangle=ints16(-1))
-            for lane in ti.static(range(RAYS)):
-                at = ti.min(ray + lane, count - 1) * 3
-                rays.x[lane], rays.y[lane], rays.z[lane] = origins[at], origins[at + 1], origins[at + 2]
-                rays.along_x[lane] = directions[at]
-                rays.along_y[lane] = directions[at + 1]
-                rays.along_z[lane] = directions[at + 2]
+            rays = packet_from(origins, directions, ray, count, reach)
             root = 0
             while root >= 0:
                 trace_packet(nodes, leaves, root, rays, False)
