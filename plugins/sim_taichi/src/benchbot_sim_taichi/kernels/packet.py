@@ -10,7 +10,7 @@ packets", 2006). Rays whose directions differ in a sign are traced one group aft
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.bvh import LEAF_SIZE, LEAF_STRIDE, NODE_STRIDE, STACK_SIZE, WIDTH
 from benchbot_sim_taichi.kernels.lanes import absolute, ints16, larger, largest, load8, mask_of, smaller, union, vec16
-from benchbot_sim_taichi.kernels.traversal import EDGE, EMPTY, FAR
+from benchbot_sim_taichi.kernels.traversal import EMPTY, FAR, meet_triangles
 
 RAYS = 16
 LANE_BITS = [1 << lane for lane in range(RAYS)]
@@ -18,7 +18,7 @@ LANE_BITS = [1 << lane for lane in range(RAYS)]
 
 @ti.dataclass
 class Packet:
-    """Origins and directions of sixteen rays, and how far they reach, in units of their directions' lengths.
+    """Origins and directions of sixteen rays, and how far they reach (`FAR` at most), in lengths of their directions.
 
     `trace_packet` shortens their reach to what they meet: a triangle (-1 none), at barycentric `u` and `v`.
     """
@@ -38,7 +38,7 @@ class Packet:
 @ti.func
 def packet_from(origins: ti.template(), directions: ti.template(), first, count, reach):
     """The rays from number `first` on, of arrays with three values a ray; the last of `count` rays fills the lanes."""
-    rays = Packet(reach=vec16(reach), triangle=ints16(-1))
+    rays = Packet(reach=vec16(ti.min(reach, FAR)), triangle=ints16(-1))
     for lane in ti.static(range(RAYS)):
         at = ti.min(first + lane, count - 1) * 3
         rays.x[lane], rays.y[lane], rays.z[lane] = origins[at], origins[at + 1], origins[at + 2]
@@ -151,32 +151,25 @@ def trace_packet(nodes: ti.template(), leaves: ti.template(), root, rays: ti.tem
                 for k in range(LEAF_SIZE):
                     triangle = ti.bit_cast(leaves[base + 9 * LEAF_SIZE + k], ti.i32)
                     if triangle >= 0:
-                        e1x, e1y, e1z = leaves[base + 12 + k], leaves[base + 16 + k], leaves[base + 20 + k]
-                        e2x, e2y, e2z = leaves[base + 24 + k], leaves[base + 28 + k], leaves[base + 32 + k]
-                        sx = rays.x - leaves[base + k]
-                        sy = rays.y - leaves[base + 4 + k]
-                        sz = rays.z - leaves[base + 8 + k]
-                        px = rays.along_y * e2z - rays.along_z * e2y
-                        py = rays.along_z * e2x - rays.along_x * e2z
-                        pz = rays.along_x * e2y - rays.along_y * e2x
-                        det = px * e1x + py * e1y + pz * e1z
-                        inv_det = 1.0 / det
-                        qx = sy * e1z - sz * e1y
-                        qy = sz * e1x - sx * e1z
-                        qz = sx * e1y - sy * e1x
-                        u = (sx * px + sy * py + sz * pz) * inv_det
-                        v = (rays.along_x * qx + rays.along_y * qy + rays.along_z * qz) * inv_det
-                        t = (qx * e2x + qy * e2y + qz * e2z) * inv_det
-                        least = smaller(smaller(u, v), 1.0 - u - v)
-                        far = absolute(sx) + absolute(sy) + absolute(sz)
-                        wide = ti.abs(e1x) + ti.abs(e1y) + ti.abs(e1z) + ti.abs(e2x) + ti.abs(e2y) + ti.abs(e2z)
-                        least += far * absolute(inv_det) * (EDGE * wide)
-                        is_nearer = (det != 0.0) & (least >= 0.0) & (t > 0.0) & (t < reach)
-                        reach = ti.select(is_nearer, vec16(-1.0) if ti.static(any_hit) else t, reach)
+                        t, u, v = meet_triangles(
+                            rays.x - leaves[base + k],
+                            rays.y - leaves[base + 4 + k],
+                            rays.z - leaves[base + 8 + k],
+                            rays.along_x,
+                            rays.along_y,
+                            rays.along_z,
+                            leaves[base + 12 + k],
+                            leaves[base + 16 + k],
+                            leaves[base + 20 + k],
+                            leaves[base + 24 + k],
+                            leaves[base + 28 + k],
+                            leaves[base + 32 + k],
+                        )
                         if ti.static(not any_hit):
-                            rays.triangle = ti.select(is_nearer, ints16(triangle), rays.triangle)
-                            rays.u = ti.select(is_nearer, u, rays.u)
-                            rays.v = ti.select(is_nearer, v, rays.v)
+                            rays.triangle = ti.select(t < reach, ints16(triangle), rays.triangle)
+                            rays.u = ti.select(t < reach, u, rays.u)
+                            rays.v = ti.select(t < reach, v, rays.v)
+                        reach = ti.select(t < reach, vec16(-1.0) if ti.static(any_hit) else t, reach)
                 farthest = largest(reach)
                 current = EMPTY
             if current == EMPTY:

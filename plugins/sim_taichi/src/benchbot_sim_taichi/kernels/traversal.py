@@ -40,6 +40,29 @@ def safe_inverse(x):
 
 
 @ti.func
+def meet_triangles(sx, sy, sz, dx, dy, dz, e1x, e1y, e1z, e2x, e2y, e2z):
+    """Distance (FAR where nothing is met) and barycentric u and v, in as many lanes as there are rays or triangles.
+
+    `s` leads from a triangle's first corner to a ray's origin, `d` along the ray; `e1` and `e2` are edges from there.
+    """
+    px = dy * e2z - dz * e2y
+    py = dz * e2x - dx * e2z
+    pz = dx * e2y - dy * e2x
+    det = px * e1x + py * e1y + pz * e1z
+    inv_det = 1.0 / det
+    qx = sy * e1z - sz * e1y
+    qy = sz * e1x - sx * e1z
+    qz = sx * e1y - sy * e1x
+    u = (sx * px + sy * py + sz * pz) * inv_det
+    v = (qx * dx + qy * dy + qz * dz) * inv_det
+    t = (qx * e2x + qy * e2y + qz * e2z) * inv_det
+    far = absolute(sx) + absolute(sy) + absolute(sz)
+    wide = absolute(e1x) + absolute(e1y) + absolute(e1z) + absolute(e2x) + absolute(e2y) + absolute(e2z)
+    least = smaller(smaller(u, v), 1.0 - u - v) + far * absolute(inv_det) * (EDGE * wide)
+    return ti.select((det != 0.0) & (least >= 0.0) & (t > 0.0), t, FAR), u, v
+
+
+@ti.func
 def trace(
     nodes: ti.template(),
     leaves: ti.template(),
@@ -108,22 +131,9 @@ def trace(
             sx = origin.x - load4(leaves, base)
             sy = origin.y - load4(leaves, base + 4)
             sz = origin.z - load4(leaves, base + 8)
-            px = direction.y * e2z - direction.z * e2y
-            py = direction.z * e2x - direction.x * e2z
-            pz = direction.x * e2y - direction.y * e2x
-            det = e1x * px + e1y * py + e1z * pz
-            inv_det = 1.0 / det
-            qx = sy * e1z - sz * e1y
-            qy = sz * e1x - sx * e1z
-            qz = sx * e1y - sy * e1x
-            u = (sx * px + sy * py + sz * pz) * inv_det
-            v = (direction.x * qx + direction.y * qy + direction.z * qz) * inv_det
-            t = (e2x * qx + e2y * qy + e2z * qz) * inv_det
-            least = smaller(smaller(u, v), 1.0 - u - v)
-            far = absolute(sx) + absolute(sy) + absolute(sz)
-            wide = absolute(e1x) + absolute(e1y) + absolute(e1z) + absolute(e2x) + absolute(e2y) + absolute(e2z)
-            least += EDGE * far * wide * absolute(inv_det)
-            t_hit = ti.select((det != 0.0) & (least >= 0.0) & (t > 0.0), t, FAR)
+            t_hit, u, v = meet_triangles(
+                sx, sy, sz, direction.x, direction.y, direction.z, e1x, e1y, e1z, e2x, e2y, e2z
+            )
             best = -1
             for i in ti.static(range(4)):
                 if t_hit[i] < hit.t:
