@@ -10,7 +10,7 @@ EDITABLE := -e . $(foreach plugin,$(PLUGINS),-e plugins/$(plugin))
 EDITABLE_MORE := $(foreach plugin,$(MORE_PLUGINS),-e plugins/$(plugin))
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 FOR_TESTS := $(addprefix $(VENV)/.,interfaces browser slurm engines tmux)
-SOURCES := benchbot benchbot_api benchbot_eval tests benchmarks plugins release docs/tools conftest.py
+SOURCES := benchbot benchbot_api benchbot_eval tests benchmarks plugins release docs/tools tools conftest.py
 
 .PHONY: help install install-test demo test lint format bench docs reference release-check clean
 
@@ -40,9 +40,9 @@ $(VENV)/.interfaces: $(VENV)/.installed-test $(VENV)/.tmux $(shell find plugins/
 	touch $@
 
 # Packages of the system: one after the other, since only one may install.
-$(VENV)/.browser: tests/evaluation/report/install_chromium.sh
+$(VENV)/.browser: tests/plugins/report/install_chromium.sh
 	mkdir -p $(VENV)
-	tests/evaluation/report/install_chromium.sh
+	tests/plugins/report/install_chromium.sh
 	touch $@
 
 $(VENV)/.slurm: $(VENV)/.browser plugins/executor_slurm/tests/install_slurm.sh
@@ -53,8 +53,8 @@ $(VENV)/.engines: $(VENV)/.slurm tests/submission/install_engines.sh
 	tests/submission/install_engines.sh
 	touch $@
 
-$(VENV)/.tmux: $(VENV)/.engines tests/tui/install_tmux.sh
-	tests/tui/install_tmux.sh
+$(VENV)/.tmux: $(VENV)/.engines tests/plugins/tui/install_tmux.sh
+	tests/plugins/tui/install_tmux.sh
 	touch $@
 
 demo: install  ## Drive a robot through a ray-traced room, map it, score the map

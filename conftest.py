@@ -6,7 +6,15 @@ import signal
 import pytest
 from hypothesis import settings
 
-pytest_plugins = ["tests.garbage", "tests.loading", "tests.ray_tracing"]
+pytest_plugins = [
+    "tests.command_line",
+    "tests.engines",
+    "tests.garbage",
+    "tests.loading",
+    "tests.made_results",
+    "tests.plugin_factory",
+    "tests.ray_tracing",
+]
 
 # Workers, and the processes that they start, share the cores: threads of linear algebra would only wait for each other,
 # and starting them is a third of what it costs to import numpy.

@@ -39,10 +39,10 @@ class Evaluator:
 
         Raises BenchbotError when nothing can be scored.
         """
-        from benchbot.cli import scoring
+        from benchbot.cli.kit import scoring
         from benchbot.core import scores
-        from benchbot.core.catalog import Catalog
-        from benchbot.core.plugins import load
+        from benchbot.core.declarations.catalog import Catalog
+        from benchbot.core.plugin_manager import load
         from benchbot.evaluation import evaluate_files
 
         validated = self.validator or latest()

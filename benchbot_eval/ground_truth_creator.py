@@ -10,9 +10,9 @@ class GroundTruthCreator:
     """Makes ground truths of a format, for an environment `name:variant`; raises BenchbotError for unknown names."""
 
     def __init__(self, ground_truth_format_name: str, environment_name: str) -> None:
-        from benchbot.core import formats
-        from benchbot.core.catalog import Catalog
-        from benchbot.core.plugins import load
+        from benchbot.core.declarations import formats
+        from benchbot.core.declarations.catalog import Catalog
+        from benchbot.core.plugin_manager import load
 
         catalog = Catalog(load())
         self.ground_truth_format = catalog.get("formats", ground_truth_format_name)

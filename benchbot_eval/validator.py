@@ -32,8 +32,8 @@ class Validator:
 
     def validate_results_data(self) -> bool:
         """Return True, or raise BenchbotError that says which results are not valid, and why."""
-        from benchbot.core.catalog import Catalog
-        from benchbot.core.plugins import load
+        from benchbot.core.declarations.catalog import Catalog
+        from benchbot.core.plugin_manager import load
         from benchbot.evaluation import validate_files
 
         coverage = validate_files(

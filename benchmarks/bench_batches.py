@@ -23,7 +23,7 @@ from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
 from typing import Any
 
 SAMPLE_PLUGIN = Path(__file__).parent.parent / "tests" / "sample_plugin"
-COMMAND = [sys.executable, "-m", "benchbot.cli.app"]
+COMMAND = [sys.executable, "-m", "benchbot"]
 FEW, MANY = 2, 8
 SAMPLE = ("--task", "sample:passive", "--robot", "sample_robot", "--env", "arena:1")
 RAY_TRACED = ("--task", "semantic_slam:passive:ground_truth", "--robot", "carter_lowres", "--env", "miniroom:1")
@@ -59,8 +59,8 @@ def batch(folder: Path, what: tuple[str, ...], episodes: int, jobs: int) -> None
 
 def simulate(what: tuple[str, ...]) -> Callable[[], None]:
     """Return what runs an episode of a passive task in this process, on a simulator that is loaded: nothing else."""
-    from benchbot.core import plugins
-    from benchbot.core.catalog import Catalog
+    from benchbot.core import plugin_manager
+    from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.host import InProcessHost
     from benchbot.core.motion import MotionConfig
     from benchbot.core.platform import PlatformSpec, Scene
@@ -68,8 +68,8 @@ def simulate(what: tuple[str, ...]) -> Callable[[], None]:
     from benchbot.core.session import Session
 
     _, task, _, robot, _, environment = what
-    chosen = select(Catalog(plugins.load()), task=task, robot=robot, environment=environment)
-    record = plugins.load().record("simulators", chosen.robot.data["type"])
+    chosen = select(Catalog(plugin_manager.load()), task=task, robot=robot, environment=environment)
+    record = plugin_manager.load().record("simulators", chosen.robot.data["type"])
     from benchbot.core import resources
 
     platform = record.create(PlatformSpec(chosen.robot.data, chosen.localisation, resources.cache_dir()))

@@ -23,8 +23,8 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from benchbot.core import plugins
-from benchbot.core.catalog import Catalog, Declaration
+from benchbot.core import plugin_manager
+from benchbot.core.declarations.catalog import Catalog, Declaration
 from benchbot.core.platform import Scene
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.scene_file import scene_file
@@ -52,7 +52,7 @@ def main() -> None:
     if options.alone:
         print(json.dumps(measure(declared(options.environment[0]), options, Path(options.alone))))
         return
-    pool = Catalog(plugins.load()).pool("environments")
+    pool = Catalog(plugin_manager.load()).pool("environments")
     names = options.environment or sorted(
         name for name, found in pool.items() if found.data["type"] == "sim_taichi" and "trajectory_poses" in found.data
     )
@@ -84,7 +84,7 @@ def alone(name: str, options: argparse.Namespace, folder: str) -> dict[str, Any]
 
 def declared(name: str) -> Declaration:
     """The environment of this name."""
-    (environment,) = Catalog(plugins.load()).environments(name)
+    (environment,) = Catalog(plugin_manager.load()).environments(name)
     return environment
 
 

@@ -22,18 +22,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchbot.api.client import Client
-from benchbot.submission.containers import context, engine
-from benchbot.submission.containers import image as images
-from benchbot.submission.containers.mode import Containerised
+from benchbot.plugins.containers import context, engine
+from benchbot.plugins.containers import image as images
+from benchbot.plugins.containers.mode import Containerised
+from benchbot.plugins.sandbox.mode import Sandbox
 from benchbot.submission.episode import Order
-from benchbot.submission.leading import offspring
+from benchbot.submission.init import tree
 from benchbot.submission.modes import Mode
 from benchbot.submission.native import NATIVE
-from benchbot.submission.sandbox.mode import Sandbox
-from benchbot.supervisor.run_state import Connection
+from benchbot.wire.run_state import Connection
 from benchmarks.bench_step import install, payload_bytes
-from tests.submission.containers import base_image
-from tests.submission.containers.solutions import DOCKERFILE
+from tests.plugins.containers import base_image
+from tests.plugins.containers.solutions import DOCKERFILE
 
 SOLUTION = """\
 import os, sys, time
@@ -106,7 +106,7 @@ def main() -> None:
     parser.add_argument("--container", action="store_true", help="measure a container, too; needs podman or docker")
     options = parser.parse_args()
     modes: dict[str, Callable[[], Mode]] = {"native": lambda: NATIVE, "sandbox": Sandbox}
-    offspring.adopt()
+    tree.adopt()
     with tempfile.TemporaryDirectory(prefix="bb-") as name, ExitStack() as stack:
         folder = Path(name)
         install(folder)

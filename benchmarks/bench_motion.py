@@ -13,7 +13,7 @@ from importlib.resources import files
 from itertools import cycle, islice
 from pathlib import Path
 
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot_sim_taichi.simulator import RayTracedSimulator

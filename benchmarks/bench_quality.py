@@ -17,7 +17,8 @@ import numpy as np
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
-from benchbot.core import resources, schema
+from benchbot.core import resources
+from benchbot.core.declarations import schema
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.scene_file import scene_file
 from benchbot_sim_taichi import camera_response, denoise

@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 
 from benchbot.api.client import Client
-from benchbot.core.catalog import Declaration
+from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.geometry import Pose
 from benchbot.core.hookspecs import Simulator, hookimpl
 from benchbot.core.host import InProcessHost
@@ -38,10 +38,10 @@ from benchbot.core.platform import PlatformSpec, Scene
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
 from benchbot.supervisor.backend import serve
-from benchbot.supervisor.platform_host import ChildHost
-from benchbot.supervisor.run_state import Connection, RunState
+from benchbot.supervisor.platform.host import ChildHost
+from benchbot.wire.run_state import Connection, RunState
+from tests.plugins.v2.v2_client import V2Client
 from tests.supervisor.harness import children_of
-from tests.supervisor.v2_client import V2Client
 
 WIDTH, HEIGHT = 640, 480
 CHANNELS = ["image_rgb", "image_depth", "image_segment"]

@@ -27,12 +27,12 @@ from textual.geometry import Size
 from textual.pilot import Pilot
 from textual.screen import Screen
 
-from benchbot.tui.batch_screen import BatchScreen
-from benchbot.tui.run_screen import RunScreen
-from benchbot.tui.watching.pictures import rgb
-from benchbot.tui.watching.raster import Still
-from benchbot.watching.views import BatchView, RunView
-from tests.tui.watched import SEEN, StillBatch, StillFeed, batch_view, run_view, surroundings
+from benchbot.plugins.tui.batch_screen import BatchScreen
+from benchbot.plugins.tui.run_screen import RunScreen
+from benchbot.plugins.tui.watching.pictures import rgb
+from benchbot.plugins.tui.watching.raster import Still
+from benchbot.plugins.watching.views import BatchView, RunView
+from tests.plugins.tui.watched import SEEN, StillBatch, StillFeed, batch_view, run_view, surroundings
 
 BATCHES = {10: (2, 5), 1000: (10, 100), 5000: (10, 500)}
 KEYS = ("down", "right", "f", "m")

@@ -25,8 +25,8 @@ from pathlib import Path
 
 from benchbot.api.client import Client
 from benchbot.supervisor.backend import Backend
-from benchbot.supervisor.onlooker import ATTENTION_S
-from benchbot.supervisor.run_state import Connection, RunState
+from benchbot.supervisor.observation_tap import ATTENTION_S
+from benchbot.wire.run_state import Connection, RunState
 from benchmarks import bench_step
 from tests.supervisor.harness import children_of
 
@@ -61,7 +61,7 @@ class Row:
 
 def watch(state: RunState) -> None:
     """Keep up with a run until this process is ended."""
-    from benchbot.watching.run_feed import RunFeed
+    from benchbot.plugins.watching.run_feed import RunFeed
 
     RunFeed(state, channels=CHANNELS, width=WIDTH)
     print("watching", flush=True)

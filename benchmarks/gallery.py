@@ -20,8 +20,8 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from benchbot.core import plugins
-from benchbot.core.catalog import Catalog, Declaration
+from benchbot.core import plugin_manager
+from benchbot.core.declarations.catalog import Catalog, Declaration
 from benchbot.core.platform import Scene
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.scene_file import scene_file
@@ -54,7 +54,7 @@ def main() -> None:
     parser.add_argument("--strips", type=Path, metavar="FOLDER", help="keep the rows of pictures there")
     parser.add_argument("--docs", type=Path, default=DOCS, help="the folder with gallery.md and images (default: docs)")
     options = parser.parse_args()
-    pool = Catalog(plugins.load()).pool("environments")
+    pool = Catalog(plugin_manager.load()).pool("environments")
     names = options.only or sorted(
         name for name, found in pool.items() if found.data["type"] == "sim_taichi" and "trajectory_poses" in found.data
     )
@@ -66,7 +66,7 @@ def main() -> None:
         strips.mkdir(parents=True, exist_ok=True)
         for name in names:
             started_s = time.perf_counter()
-            (environment,) = Catalog(plugins.load()).environments(name)
+            (environment,) = Catalog(plugin_manager.load()).environments(name)
             pictures, cells = [], []
             for at, fast, slow in views(environment, cache, options):
                 figures = compare("fast", fast, slow)

@@ -9,14 +9,14 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import IO
 
-from benchbot.batch.claims import Claim
+from benchbot.plugins.batch.claims import Claim
 from tests import conftest
 from tests.machines import PATIENCE_S, Machine
 from tests.supervisor.harness import eventually
 
 # Whoever imports this has the sample plug-in, and so has every process that they start.
 assert conftest.SAMPLE_PLUGIN
-BENCHBOT = (sys.executable, "-m", "benchbot.cli.app")
+BENCHBOT = (sys.executable, "-m", "benchbot")
 Start = Callable[[Sequence[str], IO[str]], "subprocess.Popen[str]"]
 EPISODES = 12
 DOOMED = "node2"
@@ -71,7 +71,7 @@ def survive(folder: Path, on_cluster: Sequence[str], start: Start, head: Machine
     with (folder.parent / "driver.log").open("w+") as log:
         driver = start(words, log)
         assert eventually(lambda: is_on_the_doomed_machine(folder), PATIENCE_S)
-        (inside,) = head.run("pgrep", "-f", "benchbot.cli.app").split()
+        (inside,) = head.run("pgrep", "-f", "--", "-m benchbot batch").split()
         head.run("kill", "-9", inside)
         driver.communicate()
         doomed.kill()

@@ -4,11 +4,11 @@ from collections.abc import Generator
 
 import pytest
 
-from benchbot.core import plugins
+from benchbot.core import plugin_manager
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_teardown() -> Generator[None, None, None]:
     """Forget what a test has loaded, once its environment variables are as they were before."""
     yield
-    plugins.load.cache_clear()
+    plugin_manager.load.cache_clear()

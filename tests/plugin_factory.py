@@ -1,7 +1,11 @@
 """Real, installed-looking plug-in distributions, made in a folder that a test puts on `sys.path`."""
 
+import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+
+import pytest
 
 
 @dataclass(frozen=True)
@@ -25,6 +29,19 @@ class PluginFactory:
         (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 1.2\n")
         (info / "entry_points.txt").write_text(f"[benchbot]\n{module} = {module}\n")
         return package
+
+
+@pytest.fixture
+def plugin_factory(tmp_path: Path) -> Iterator[PluginFactory]:
+    """Makes plug-in distributions that are discovered and imported like installed ones, for one test."""
+    folder = tmp_path / "site"
+    folder.mkdir()
+    sys.path.insert(0, str(folder))
+    yield PluginFactory(folder)
+    sys.path.remove(str(folder))
+    for name, module in list(sys.modules.items()):
+        if str(folder) in str(getattr(module, "__file__", "")):
+            del sys.modules[name]
 
 
 DECLARES = """\

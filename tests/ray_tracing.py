@@ -13,9 +13,9 @@ WARM = "import sys; from pathlib import Path; from benchbot_sim_taichi.warm impo
 MINIROOM = """
 import sys
 from pathlib import Path
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.platform import PlatformSpec, Scene
-from benchbot.core.plugins import load
+from benchbot.core.plugin_manager import load
 from benchbot_sim_taichi.simulator import RayTracedSimulator
 
 catalog = Catalog(load())

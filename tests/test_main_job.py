@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 TASK = "semantic_slam:passive:ground_truth:segmentation"
-COMMAND = [sys.executable, "-m", "benchbot.cli.app"]
+COMMAND = [sys.executable, "-m", "benchbot"]
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("main job")]
 
 

@@ -14,7 +14,7 @@ from benchbot.api.client import Client
 from benchbot.api.errors import WrongMomentError, WrongValueError, raised_as
 from benchbot.core import resources
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.supervisor.run_state import Connection, find
+from benchbot.wire.run_state import Connection, find
 
 Observations = dict[str, Any]
 

@@ -9,8 +9,8 @@ from urllib.parse import quote
 from benchbot.api.shared_memory import SharedMemory
 from benchbot.api.transport import Transport
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.supervisor import wire
-from benchbot.supervisor.run_state import Connection, find
+from benchbot.wire import encoding
+from benchbot.wire.run_state import Connection, find
 
 MSGPACK = "application/msgpack"
 
@@ -107,7 +107,7 @@ class Client:
             return self._call("POST", route, body)
         memory = self._memory
         opened = "none" if memory is None else memory.nonce
-        answer = self._call("POST", route, body, {wire.ARENA_HEADER: opened}, memory.read if memory else None)
+        answer = self._call("POST", route, body, {encoding.ARENA_HEADER: opened}, memory.read if memory else None)
         told = answer.pop("arena", None)
         if not isinstance(told, dict):
             return answer
@@ -135,27 +135,27 @@ class Client:
         route: str,
         body: Mapping[str, Any] | None = None,
         more_headers: Mapping[str, str] | None = None,
-        fetch: wire.Fetch | None = None,
+        fetch: encoding.Fetch | None = None,
     ) -> dict[str, Any]:
         headers = {"Accept": MSGPACK, "Authorization": f"Bearer {self.connection.token}", **(more_headers or {})}
         data = b""
         if body is not None:
             headers["Content-Type"] = MSGPACK
-            data = _within_cap(wire.encode(body))
+            data = _within_cap(encoding.encode(body))
         status, content_type, content = self._transport.request(method, f"/api/v1/{route}", data, headers)
         if status >= 300 or content_type != MSGPACK:
             raise _error(status, bytes(content))
-        answer = wire.decode(content, fetch)
+        answer = encoding.decode(content, fetch)
         if not isinstance(answer, dict):
             raise _error(status, bytes(content))
         return answer
 
 
 def _within_cap(data: bytes) -> bytes:
-    if len(data) > wire.MAX_BODY_BYTES:
+    if len(data) > encoding.MAX_BODY_BYTES:
         raise BenchbotError(
             "The request is too large.",
-            f"It has {len(data)} bytes, and the supervisor reads at most {wire.MAX_BODY_BYTES}.",
+            f"It has {len(data)} bytes, and the supervisor reads at most {encoding.MAX_BODY_BYTES}.",
             "Send less: a result of this size is most likely not what the task asks for.",
             exit_code=ExitCode.SUBMISSION_FAILED,
             failure=FailureClass.AGENT,

@@ -7,7 +7,7 @@ from typing import Any, Self
 
 from numpy.typing import NDArray
 
-from benchbot.supervisor import arena
+from benchbot.wire import arena
 
 
 class SharedMemory:

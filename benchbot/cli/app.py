@@ -11,36 +11,70 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from benchbot import __version__
-from benchbot.cli import addons, console
-from benchbot.cli.options import QUICK
+from benchbot.cli.kit import console
+from benchbot.cli.kit.options import QUICK
 from benchbot.core.errors import BenchbotError, ExitCode
+from benchbot.plugins.v2 import addon_options
 
 COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("benchbot.cli.run:run", "Start a robot in an environment, ready for a solution."),
     "submit": ("benchbot.cli.submit:submit", "Run a solution, against a running robot or with one of its own."),
-    "batch": ("benchbot.cli.batch:app", "Compute many episodes: robots, environments, seeds, settings; resumable."),
+    "batch": (
+        "benchbot.plugins.batch.command:app",
+        "Compute many episodes: robots, environments, seeds, settings; resumable.",
+    ),
     "eval": ("benchbot.cli.evaluate:evaluate", "Score result files."),
-    "report": ("benchbot.cli.report:report", "Make a page, tables or test cases of results."),
-    "compare": ("benchbot.cli.compare:compare", "Say whether one set of results scores higher than another."),
-    "bundle": ("benchbot.cli.bundle:bundle", "Make one file of results and their solution, for others to repeat."),
-    "reproduce": ("benchbot.cli.reproduce:reproduce", "Run a bundle's solution again: does the same come of it?"),
-    "verify": ("benchbot.cli.verify:verify", "Replay results in the simulator: is it what they say?"),
-    "record": ("benchbot.cli.record:record", "Record a run that is under way, from another terminal."),
-    "draw": ("benchbot.cli.draw:draw", "Draw frames, map or way of results, as figures for a paper."),
-    "tui": ("benchbot.cli.tui:tui", "Choose, start, watch, submit and browse on screens, in any terminal."),
-    "picture": ("benchbot.cli.picture:picture", "Draw a result beside the truth, with its score."),
+    "report": ("benchbot.plugins.report.report_command:report", "Make a page, tables or test cases of results."),
+    "compare": (
+        "benchbot.plugins.report.compare_command:compare",
+        "Say whether one set of results scores higher than another.",
+    ),
+    "bundle": (
+        "benchbot.plugins.bundles.bundle_command:bundle",
+        "Make one file of results and their solution, for others to repeat.",
+    ),
+    "reproduce": (
+        "benchbot.plugins.bundles.reproduce_command:reproduce",
+        "Run a bundle's solution again: does the same come of it?",
+    ),
+    "verify": (
+        "benchbot.plugins.bundles.verify_command:verify",
+        "Replay results in the simulator: is it what they say?",
+    ),
+    "record": ("benchbot.plugins.recorders.command:record", "Record a run that is under way, from another terminal."),
+    "draw": (
+        "benchbot.plugins.drawing.draw_command:draw",
+        "Draw frames, map or way of results, as figures for a paper.",
+    ),
+    "tui": ("benchbot.plugins.tui.command:tui", "Choose, start, watch, submit and browse on screens, in any terminal."),
+    "picture": ("benchbot.plugins.drawing.picture_command:picture", "Draw a result beside the truth, with its score."),
     "list": ("benchbot.cli.list:app", "List tasks, robots, environments and everything else that is installed."),
     "show": ("benchbot.cli.show:app", "Print one declaration and where it is."),
-    "check": ("benchbot.cli.check:check", "Say what is wrong with declarations and documents, line by line."),
-    "doctor": ("benchbot.cli.doctor:doctor", "Find what is broken on this machine, and how to mend it."),
+    "check": (
+        "benchbot.plugins.authoring.check_command:check",
+        "Say what is wrong with declarations and documents, line by line.",
+    ),
+    "doctor": ("benchbot.plugins.doctor.command:doctor", "Find what is broken on this machine, and how to mend it."),
     "stop": ("benchbot.cli.stop:stop", "End a run at once: the emergency stop of a real robot."),
-    "ready": ("benchbot.cli.ready:ready", "Say that you have done what a real robot asked you."),
-    "schema": ("benchbot.cli.schema:schema", "Print the JSON Schema of a declaration or document."),
-    "install": ("benchbot.cli.install:install", "Install plug-ins, and undo it when they do not work."),
-    "uninstall": ("benchbot.cli.uninstall:uninstall", "Uninstall plug-ins."),
-    "upgrade": ("benchbot.cli.upgrade:upgrade", "Upgrade plug-ins to their newest versions."),
-    "plugins": ("benchbot.cli.plugins:app", "List, show and search plug-ins; lock those of a project."),
-    "new": ("benchbot.cli.new:new", "Make a plug-in of your own: a complete project, tested and ready to publish."),
+    "ready": ("benchbot.plugins.watching.ready_command:ready", "Say that you have done what a real robot asked you."),
+    "schema": (
+        "benchbot.plugins.authoring.schema_command:schema",
+        "Print the JSON Schema of a declaration or document.",
+    ),
+    "install": (
+        "benchbot.plugins.installer.install_command:install",
+        "Install plug-ins, and undo it when they do not work.",
+    ),
+    "uninstall": ("benchbot.plugins.installer.uninstall_command:uninstall", "Uninstall plug-ins."),
+    "upgrade": ("benchbot.plugins.installer.upgrade_command:upgrade", "Upgrade plug-ins to their newest versions."),
+    "plugins": (
+        "benchbot.plugins.installer.plugins_command:app",
+        "List, show and search plug-ins; lock those of a project.",
+    ),
+    "new": (
+        "benchbot.plugins.authoring.new_command:new",
+        "Make a plug-in of your own: a complete project, tested and ready to publish.",
+    ),
 }
 """Sub-commands: name to (`module:attribute`, help line)."""
 
@@ -97,16 +131,16 @@ class LazyGroup(TyperGroup):
         if args[0] not in self.commands:
             self._add_commands_of_plugins()
         name, command, rest = super().resolve_command(ctx, args)
-        if name in addons.COMMANDS and not ctx.resilient_parsing:
-            rest = addons.take(rest)
+        if name in addon_options.COMMANDS and not ctx.resilient_parsing:
+            rest = addon_options.take(rest)
         return name, command.load() if isinstance(command, Stub) else command, rest
 
     def _add_commands_of_plugins(self) -> None:
-        from benchbot.core import plugins
+        from benchbot.core import plugin_manager
 
-        for name, provided in plugins.load().pool("commands").items():
+        for name, provided in plugin_manager.load().pool("commands").items():
             if name in COMMANDS:
-                raise plugins.conflict("commands", name, "benchbot", provided.distribution)
+                raise plugin_manager.conflict("commands", name, "benchbot", provided.distribution)
             self.add_command(Stub(name, provided.value.target, provided.value.help))
 
 
@@ -162,7 +196,3 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         # Python searches for garbage once more at its end; what a dying process holds need not be searched.
         gc.freeze()
     sys.exit(ExitCode.OK)
-
-
-if __name__ == "__main__":
-    main()

@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchbot.cli import console, requirement
-from benchbot.cli.asides import listing, showing
-from benchbot.cli.options import (
+from benchbot.cli.kit import console, requirement
+from benchbot.cli.kit.options import (
     GroundTruths,
     Json,
     Method,
@@ -18,10 +17,11 @@ from benchbot.cli.options import (
     RequiredTask,
     Requirements,
 )
+from benchbot.cli.legacy_options import listing, showing
 from benchbot.core.errors import BenchbotError, ExitCode
 
 if TYPE_CHECKING:
-    from benchbot.core.catalog import Catalog
+    from benchbot.core.declarations.catalog import Catalog
 
 
 def evaluate(
@@ -59,10 +59,10 @@ def evaluate(
 
     The headline score goes to stdout, the table to stderr. One result that cannot be scored does not stop the others.
     """
-    from benchbot.cli import scoring
+    from benchbot.cli.kit import scoring
     from benchbot.core import scores
-    from benchbot.core.catalog import Catalog
-    from benchbot.core.plugins import load
+    from benchbot.core.declarations.catalog import Catalog
+    from benchbot.core.plugin_manager import load
     from benchbot.evaluation import explanation, intervals, validate_files
     from benchbot.evaluation.score import score_files
 

@@ -3,12 +3,12 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from benchbot.cli import console
-from benchbot.cli.options import QUICK, Json, group
+from benchbot.cli.kit import console
+from benchbot.cli.kit.options import QUICK, Json, group
 
 if TYPE_CHECKING:
-    from benchbot.core.catalog import Declaration
-    from benchbot.core.plugins import Plugins
+    from benchbot.core.declarations.catalog import Declaration
+    from benchbot.core.plugin_manager import Plugins
 
 app = group("List everything of a kind that is installed.")
 
@@ -51,7 +51,7 @@ DECLARED: dict[str, tuple[str, Columns]] = {
 
 def declared(kind: str, as_json: bool = False) -> None:
     """Print a pool of declarations."""
-    from benchbot.core.catalog import Catalog
+    from benchbot.core.declarations.catalog import Catalog
 
     _, columns = DECLARED[kind]
     catalog = Catalog(_loaded())
@@ -64,7 +64,7 @@ def declared(kind: str, as_json: bool = False) -> None:
 
 def _loaded() -> "Plugins":
     """Return the loaded plug-ins; say on stderr which ones could not be loaded, since their things are not listed."""
-    from benchbot.core.plugins import load
+    from benchbot.core.plugin_manager import load
 
     hint = load().broken_hint().strip()
     if hint:
@@ -163,7 +163,7 @@ def commands(as_json: Json = False) -> None:
 @app.command("plugins", context_settings=QUICK)
 def plugins(as_json: Json = False) -> None:
     """List the installed plug-ins, and add-ons of BenchBot v2; nothing of them is imported."""
-    from benchbot.core.plugins import installed
+    from benchbot.core.plugin_manager import installed
     from benchbot.core.resources import installed_addons
 
     rows = [
@@ -171,7 +171,7 @@ def plugins(as_json: Json = False) -> None:
         for info in installed()
     ]
     if installed_addons().is_dir():
-        from benchbot.core.v2_addons import installed as installed_v2
+        from benchbot.plugins.v2.addons import installed as installed_v2
 
         for name, path in installed_v2().items():
             rows.append({"name": name, "module": str(path), "distribution": name, "version": "v2"})

@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchbot.cli import console
-from benchbot.cli.asides import listing, showing
-from benchbot.cli.options import Display, Record, Settings, recordings, tell_recordings
+from benchbot.cli.kit import console
+from benchbot.cli.kit.options import Display, Record, Settings, recordings, tell_recordings
+from benchbot.cli.legacy_options import listing, showing
 from benchbot.core.errors import ExitCode
 
 if TYPE_CHECKING:
     from benchbot.core.episodes import Episode
     from benchbot.core.progress import Progress
     from benchbot.core.selection import Limits, Selection
-    from benchbot.supervisor.run_state import RunState
+    from benchbot.wire.run_state import RunState
 
 Task = Annotated[str, typer.Option("--task", "-t", metavar="TASK", help="What the solution is asked to do.")]
 Robot = Annotated[str, typer.Option("--robot", "-r", metavar="ROBOT", help="The robot that does it.")]
@@ -81,14 +81,14 @@ def run(
     show_format: Annotated[str | None, showing("formats", "--show-format")] = None,
 ) -> None:
     """Start a robot in an environment, ready for a solution; Ctrl-C ends it (exit code 130), so does benchbot stop."""
+    from benchbot.cli.kit.status_line import StatusLine
     from benchbot.core import overrides
-    from benchbot.core.catalog import Catalog
-    from benchbot.core.plugins import load
+    from benchbot.core.declarations.catalog import Catalog
+    from benchbot.core.plugin_manager import load
     from benchbot.core.selection import Limits, select
     from benchbot.supervisor.backend import serve
     from benchbot.supervisor.description import progress_document
-    from benchbot.supervisor.run_state import DEFAULT_PORT
-    from benchbot.watching.status_line import StatusLine
+    from benchbot.wire.run_state import DEFAULT_PORT
 
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     recorded = recordings(record)

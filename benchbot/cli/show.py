@@ -5,8 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
-from benchbot.cli import console
-from benchbot.cli.options import Json, group
+from benchbot.cli.kit import console
+from benchbot.cli.kit.options import Json, group
 
 app = group("Print one declaration and where it is.")
 
@@ -18,8 +18,8 @@ def declaration(kind: str, name: str, as_json: bool = False) -> None:
 
     It is printed even when it is not valid: whoever mends it must see it.
     """
-    from benchbot.core.catalog import Catalog
-    from benchbot.core.plugins import load
+    from benchbot.core.declarations.catalog import Catalog
+    from benchbot.core.plugin_manager import load
 
     catalog = Catalog(load())
     pool = catalog.pool(kind)
@@ -37,7 +37,7 @@ def record(kind: str, name: str, as_json: bool = False) -> None:
     """Print what a plug-in says of a record (an evaluation method, a simulator); raises BenchbotError if unknown."""
     import yaml
 
-    from benchbot.core.plugins import load
+    from benchbot.core.plugin_manager import load
 
     pool = load().pool(kind)
     if name not in pool:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchbot.cli import console
+from benchbot.cli.kit import console
 from benchbot.core.errors import BenchbotError, FailureClass
 
 if TYPE_CHECKING:
-    from benchbot.supervisor.run_state import Connection, RunState
+    from benchbot.wire.run_state import Connection, RunState
 
 ANSWER_TIMEOUT_S = 2.0
 
@@ -22,7 +22,7 @@ def stop(
     """End the newest run, as Ctrl-C in its terminal would, in the middle of an action too: the emergency stop."""
     from concurrent.futures import ThreadPoolExecutor
 
-    from benchbot.supervisor.run_state import find, live
+    from benchbot.wire.run_state import find, live
 
     runs = {state.connection: state for state in live()}
     wanted = list(runs) if every and runs else [find()]
@@ -40,7 +40,7 @@ def stop(
 def _end(connection: "Connection", state: "RunState | None") -> str | BenchbotError:
     """End a run, by force when it does not answer; return what was done, or why it could not be."""
     from benchbot.api.client import Client
-    from benchbot.supervisor.run_state import live
+    from benchbot.wire.run_state import live
 
     where = connection.url or connection.socket
     # With the solution's token it would be the solution that stops.

@@ -8,9 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchbot.cli import console, requirement
-from benchbot.cli.asides import listing, showing
-from benchbot.cli.container_mode import (
+from benchbot.cli.kit import console, requirement
+from benchbot.cli.kit.interrupting import interruptible
+from benchbot.cli.kit.limits import CpuTime, FileSize, Memory, Processes, process_limits
+from benchbot.cli.kit.options import Display, Json, Record, Requirements, Settings, recordings, tell_recordings
+from benchbot.cli.legacy_options import listing, showing
+from benchbot.cli.run import EpisodeNumber, MaxSimulatedTime, MaxSteps, MaxWallTime
+from benchbot.core.errors import BenchbotError
+from benchbot.plugins.bundles.solution_archive import Submission, pack
+from benchbot.plugins.containers.options import (
     Containerised,
     Cpus,
     ExampleContainerised,
@@ -20,20 +26,14 @@ from benchbot.cli.container_mode import (
     context_of,
     in_container,
 )
-from benchbot.cli.interrupting import interruptible
-from benchbot.cli.options import Display, Json, Record, Requirements, Settings, recordings, tell_recordings
-from benchbot.cli.run import EpisodeNumber, MaxSimulatedTime, MaxSteps, MaxWallTime
-from benchbot.cli.solution_archive import Submission, pack
-from benchbot.cli.solution_limits import CpuTime, FileSize, Memory, Processes, process_limits
-from benchbot.cli.solution_mode import Readable, SandboxCommand, Sandboxed, mode_of
-from benchbot.core.errors import BenchbotError
+from benchbot.plugins.sandbox.options import Readable, SandboxCommand, Sandboxed, mode_of
 
 if TYPE_CHECKING:
-    from benchbot.core.catalog import Catalog
+    from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.selection import Limits
     from benchbot.submission.episode import Episode
     from benchbot.submission.modes import Mode
-    from benchbot.supervisor.run_state import Connection
+    from benchbot.wire.run_state import Connection
 
 
 def submit(
@@ -110,13 +110,13 @@ def submit(
     The solution finds the robot through BENCHBOT_URL, BENCHBOT_SOCKET and BENCHBOT_TOKEN, and saves its result to
     BENCHBOT_RESULT. The result's path goes to stdout, or the score when one was asked for.
     """
+    from benchbot.cli.kit.status_line import StatusLine
     from benchbot.core import overrides
-    from benchbot.core.catalog import Catalog
-    from benchbot.core.plugins import load
+    from benchbot.core.declarations.catalog import Catalog
+    from benchbot.core.plugin_manager import load
     from benchbot.core.selection import Limits
     from benchbot.submission import episode
-    from benchbot.submission.ordering import order_of, split_words
-    from benchbot.watching.status_line import StatusLine
+    from benchbot.submission.command import order_of, split_words
 
     if submission is not None:
         others = {"--native": native, "--sandbox": sandbox, "--example": example, "--containerised": containerised}
@@ -217,7 +217,7 @@ def _score(
     requirements: list[requirement.Requirement],
     as_json: bool,
 ) -> None:
-    from benchbot.cli import scoring
+    from benchbot.cli.kit import scoring
     from benchbot.core import scores
     from benchbot.evaluation import evaluate_files
 
@@ -298,7 +298,7 @@ def _back_end(
     """Return how to reach the back end (one of our own ends with `stack`), and what tells why it died."""
     from benchbot.submission.modes import private_socket, unix_socket_of
     from benchbot.supervisor.backend import Backend
-    from benchbot.supervisor.run_state import find
+    from benchbot.wire.run_state import find
 
     if chosen is None:
         connection = find()

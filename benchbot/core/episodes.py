@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchbot.core.catalog import Catalog, Declaration
+from benchbot.core.declarations.catalog import Catalog, Declaration
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.geometry import Pose
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import yaml
 
-from benchbot.core import schema
-from benchbot.core.catalog import Declaration
+from benchbot.core.declarations import schema
+from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.errors import BenchbotError, did_you_mean
 
 OPEN_KEYS = ("lighting", "options", "assets")

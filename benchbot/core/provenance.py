@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import benchbot
-from benchbot.core import plugins
-from benchbot.core.catalog import Declaration
+from benchbot.core import plugin_manager
+from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
-from benchbot.core.v2_addons import Addon
+from benchbot.plugins.v2.addons import Addon
 
 
 def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, Any]:
@@ -74,7 +74,7 @@ def software(selection: Selection) -> dict[str, Any]:
 
 def source_of_pose(selection: Selection) -> str:
     """Return whose word the track is: that of a `simulation`, or of a real `robot` about itself."""
-    return "robot" if selection.robot.data["type"] in plugins.load().pool("robot_drivers") else "simulation"
+    return "robot" if selection.robot.data["type"] in plugin_manager.load().pool("robot_drivers") else "simulation"
 
 
 def timings(session: Session) -> dict[str, float]:
@@ -89,7 +89,7 @@ def timings(session: Session) -> dict[str, float]:
 
 def distributions_used(selection: Selection) -> set[str]:
     """Return the distributions whose code or declarations determine a run's result."""
-    loaded = plugins.load()
+    loaded = plugin_manager.load()
     kind = selection.robot.data["type"]
     # The pretended robot of the conformance kit runs on nothing.
     runs_on = [pool[kind].distribution for pool in map(loaded.pool, ("simulators", "robot_drivers")) if kind in pool]
@@ -100,7 +100,7 @@ def distributions_used(selection: Selection) -> set[str]:
 
 def _with_required(distributions: set[str]) -> set[str]:
     """Return distributions and those that they require, as far as they are plug-ins, too."""
-    known = {_normalised(info.distribution): info.distribution for info in plugins.installed()}
+    known = {_normalised(info.distribution): info.distribution for info in plugin_manager.installed()}
     found, left = set[str](), set(distributions)
     while left:
         distribution = left.pop()
@@ -122,7 +122,7 @@ def _assets_named(selection: Selection) -> list[str]:
 
 def _asset_packs(selection: Selection) -> dict[str, Any]:
     """Return the packs that stand in for the scenes' own models, pinned by the SHA-256 of their catalogues."""
-    pool = plugins.load().pool("asset_packs")
+    pool = plugin_manager.load().pool("asset_packs")
     packs = {name: {"sha256": _file_hash(pool[name].value.catalogue)} for name in _assets_named(selection)}
     return {"assets": packs} if packs else {}
 
@@ -143,7 +143,7 @@ def _declared(selection: Selection) -> list[Declaration]:
 def distribution_hash(distribution: str) -> str:
     """Return the SHA-256 over the names and bytes of the files of a plug-in's top-level packages."""
     digest = sha256()
-    modules = {info.module for info in plugins.installed() if info.distribution == distribution}
+    modules = {info.module for info in plugin_manager.installed() if info.distribution == distribution}
     for package in sorted({module.partition(".")[0].partition(":")[0] for module in modules}):
         spec = find_spec(package)
         for folder in (spec.submodule_search_locations if spec else None) or ():

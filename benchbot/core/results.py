@@ -4,8 +4,9 @@ import json
 from pathlib import Path
 from typing import Any
 
-from benchbot.core import atomic, formats, schema
-from benchbot.core.catalog import Declaration
+from benchbot.core import atomic
+from benchbot.core.declarations import formats, schema
+from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.provenance import provenance, source_of_pose
 from benchbot.core.selection import Selection

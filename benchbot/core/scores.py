@@ -3,7 +3,8 @@
 from pathlib import Path
 from typing import Any
 
-from benchbot.core import results, schema
+from benchbot.core import results
+from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
 
 VERSION = 1

@@ -5,9 +5,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from benchbot.core import episodes, overrides, schema
-from benchbot.core.catalog import Catalog, Declaration
+from benchbot.core import episodes, overrides
 from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, OBSERVATIONS
+from benchbot.core.declarations import schema
+from benchbot.core.declarations.catalog import Catalog, Declaration
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.platform import Localisation
 from benchbot.core.resources import YAML_SUFFIXES

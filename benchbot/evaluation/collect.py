@@ -4,8 +4,9 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchbot.core import formats, overrides
-from benchbot.core.catalog import Catalog
+from benchbot.core import overrides
+from benchbot.core.declarations import formats
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.evaluation import inputs
 from benchbot.evaluation.coverage import Coverage

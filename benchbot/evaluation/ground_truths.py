@@ -6,8 +6,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from benchbot.core import schema
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations import schema
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.resources import declaration_files
 

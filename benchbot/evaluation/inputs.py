@@ -23,7 +23,7 @@ RATIO_LIMIT = 500
 _IGNORED = ("scores.json", "submission.json")
 _RESULTS = ("results",)
 _OF_A_BUNDLE = {("manifest.json",), ("solution",), _RESULTS}
-"""What tells a bundle from other archives (see `benchbot.bundling`), and where its results are."""
+"""What tells a bundle from other archives (see `benchbot.plugins.bundles`), and where its results are."""
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.hookspecs import Evaluator
-from benchbot.core.plugins import Plugins
+from benchbot.core.plugin_manager import Plugins
 
 
 def for_task(catalog: Catalog, name: str | None, task_details: dict[str, Any]) -> Evaluator:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Unpack
 
 from benchbot.core import scores
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.hookspecs import Evaluator
 from benchbot.evaluation.inputs import SIZE_LIMIT_BYTES

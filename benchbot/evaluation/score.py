@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Required, TypedDict, Unpack
 
-from benchbot.core import plugins, scores
-from benchbot.core.catalog import Catalog
+from benchbot.core import plugin_manager, scores
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.hookspecs import Evaluator
 from benchbot.evaluation import intervals, methods
@@ -25,7 +25,7 @@ def evaluate(result: Document, ground_truths: Sequence[Document], method: str = 
     Raises BenchbotError for a method that is not installed and for a result that breaks its format.
     """
     submission = Submission("", result)
-    evaluator = methods.choose(plugins.load(), method, submission.results_format)
+    evaluator = methods.choose(plugin_manager.load(), method, submission.results_format)
     row = _row(evaluator, submission, ground_truths) | {"source": None}
     coverage = Coverage(scored=[submission])
     return _document(evaluator, result, result["environment_details"], [row], row["scores"], coverage)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from benchbot.core import overrides, results, schema
+from benchbot.core import overrides, results
+from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError, FailureClass
 
 DEPTH_LIMIT = 100

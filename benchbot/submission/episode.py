@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from benchbot.api.client import Client
-from benchbot.core import results, schema
+from benchbot.core import results
+from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.provenance import solution_details
 from benchbot.core.selection import Selection
@@ -19,7 +20,7 @@ from benchbot.submission.modes import DEFAULT_LIMITS, RESULT, Mode, ProcessLimit
 from benchbot.submission.native import NATIVE
 from benchbot.submission.output_log import OutputLog
 from benchbot.submission.solution import describe_exit
-from benchbot.supervisor.run_state import Connection
+from benchbot.wire.run_state import Connection
 
 WATCH_PERIOD_S = 0.25
 EXIT_CODES = {
@@ -215,8 +216,8 @@ def _safety_stop(client: Client, result: Path) -> BenchbotError | None:
 def _failed_without_supervisor(
     session: Mapping[str, Any], failure: FailureClass, why: str, solution: dict[str, Any]
 ) -> dict[str, Any]:
-    from benchbot.core.catalog import Catalog
-    from benchbot.core.plugins import load
+    from benchbot.core.declarations.catalog import Catalog
+    from benchbot.core.plugin_manager import load
     from benchbot.core.selection import select
 
     chosen = session["selection"]

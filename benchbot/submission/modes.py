@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from benchbot.core.errors import BenchbotError
-from benchbot.supervisor.run_state import Connection
+from benchbot.wire.run_state import Connection
 
 if TYPE_CHECKING:
     from benchbot.submission.episode import Order

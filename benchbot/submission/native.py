@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from benchbot.submission.modes import RESULT, Running
 from benchbot.submission.solution import Solution
-from benchbot.supervisor.run_state import Connection
+from benchbot.wire.run_state import Connection
 
 if TYPE_CHECKING:
     from benchbot.submission.episode import Order

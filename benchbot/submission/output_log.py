@@ -5,8 +5,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Self
 
-from benchbot.supervisor import run_state
-from benchbot.supervisor.run_state import Connection
+from benchbot.wire import run_state
+from benchbot.wire.run_state import Connection
 
 NAME = "solution.log"
 MOST_BYTES = 16 * 2**20

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.submission.leading.handover import open_result
+from benchbot.submission.init.handover import open_result
 from benchbot.submission.modes import RESULT_MAX_BYTES
 
 MAX_DEPTH = 100

@@ -15,14 +15,14 @@ from types import TracebackType
 from typing import IO, Any, Self
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.submission.init.process import GRACE_S
+from benchbot.submission.init.tree import KILLING_TIMEOUT_S
 from benchbot.submission.last_words import LastWords
-from benchbot.submission.leading.leader import GRACE_S
-from benchbot.submission.leading.offspring import KILLING_TIMEOUT_S
 
 MARGIN_S = 5.0
 CODE = Path(__file__).parents[2]
 """The folder that `benchbot` is in."""
-START = "import sys; sys.path.insert(0, sys.argv[1]); from benchbot.submission.leading import leader; leader.main({})"
+START = "import sys; sys.path.insert(0, sys.argv[1]); from benchbot.submission.init import process; process.main({})"
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Leading:
     """How a leader is started and what it is told beside the command; the defaults are those of a native solution.
 
     `around` is a command that runs the leader, such as a sandbox's, `code` the folder that `benchbot` is in for it, and
-    `environment` its own. It inherits the open files `handles`. What is `told`: see `leading.leader.main`.
+    `environment` its own. It inherits the open files `handles`. What is `told`: see `init.process.main`.
     """
 
     around: Sequence[str] = ()

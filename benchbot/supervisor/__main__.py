@@ -15,22 +15,22 @@ from queue import SimpleQueue
 
 import msgspec
 
-from benchbot.core import plugins
-from benchbot.core.catalog import Catalog
+from benchbot.core import plugin_manager
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.selection import Selection, select
-from benchbot.supervisor import channel
 from benchbot.supervisor.backend import Following, Order, serve
-from benchbot.supervisor.run_state import RunState
+from benchbot.supervisor.platform import messages
 from benchbot.supervisor.succession import RunOrder
+from benchbot.wire.run_state import RunState
 
 
 def main() -> int:
     """Serve what the parent asks for; return the exit code."""
     parent = Parent(socket.socket(fileno=0))
     try:
-        order = msgspec.msgpack.decode(channel.receive(parent.socket), type=Order)
-        catalog = Catalog(plugins.load())
+        order = msgspec.msgpack.decode(messages.receive(parent.socket), type=Order)
+        catalog = Catalog(plugin_manager.load())
         selection = _selection(catalog, order)
         threading.Thread(target=parent.listen, args=(catalog, order), daemon=True).start()
         serve(
@@ -60,17 +60,17 @@ class Parent:
 
     def tell(self, state: RunState) -> None:
         """Answer that a run is ready."""
-        channel.send(self.socket, channel.encode_reply(state))
+        messages.send(self.socket, messages.encode_reply(state))
 
     def refuse(self, error: BenchbotError) -> None:
         """Answer that a run is not possible."""
-        channel.send(self.socket, channel.encode_reply(channel.Failed.of(error)))
+        messages.send(self.socket, messages.encode_reply(messages.Failed.of(error)))
 
     def listen(self, catalog: Catalog, order: Order) -> None:
         """Put the runs that are asked for into the queue, until the parent is gone: then end this process."""
         while True:
             try:
-                message = channel.receive(self.socket)
+                message = messages.receive(self.socket)
             except (EOFError, OSError):
                 os.kill(os.getpid(), signal.SIGTERM)
                 return

@@ -21,15 +21,17 @@ import msgspec
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.progress import Progress
 from benchbot.core.selection import Limits, Selection
-from benchbot.supervisor import channel, run_state, server
-from benchbot.supervisor.app import create_app
-from benchbot.supervisor.children import how_it_ended, last_words
-from benchbot.supervisor.platform_host import Timeouts
-from benchbot.supervisor.recorder_host import CLOSE_TIMEOUT_S
-from benchbot.supervisor.relay import Relay
+from benchbot.process import how_it_ended, last_words
+from benchbot.supervisor.http import server
+from benchbot.supervisor.http.app import create_app
+from benchbot.supervisor.http.relay import Relay
+from benchbot.supervisor.platform import messages
+from benchbot.supervisor.platform.host import Timeouts
+from benchbot.supervisor.recording.host import CLOSE_TIMEOUT_S
 from benchbot.supervisor.run import Run
-from benchbot.supervisor.run_state import DEFAULT_PORT, Connection, RunState
 from benchbot.supervisor.succession import RunOrder, Succession
+from benchbot.wire import run_state
+from benchbot.wire.run_state import DEFAULT_PORT, Connection, RunState
 
 ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 SIGNAL_PERIOD_S = 0.1
@@ -330,8 +332,8 @@ def _ask(
 ) -> RunState:
     """Tell the child what to run and return the state that it answers with when it listens."""
     try:
-        channel.send(child, msgspec.msgpack.encode(order))
-        return channel.decode_reply(channel.receive(child, timeout_s), RunState)
+        messages.send(child, msgspec.msgpack.encode(order))
+        return messages.decode_reply(messages.receive(child, timeout_s), RunState)
     except (EOFError, OSError) as error:
         with suppress(subprocess.TimeoutExpired):
             process.wait(1.0)

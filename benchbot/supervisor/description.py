@@ -3,8 +3,8 @@
 from typing import Any
 
 from benchbot.core import results
-from benchbot.core.catalog import Declaration
 from benchbot.core.channels import ACTIONS, OBSERVATIONS
+from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.progress import Progress
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session

@@ -9,7 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from benchbot.core import formats, results
+from benchbot.core import results
+from benchbot.core.declarations import formats
 from benchbot.core.digest import BackgroundDigest
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.host import Host
@@ -17,14 +18,15 @@ from benchbot.core.progress import Progress, Step
 from benchbot.core.provenance import timings
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
-from benchbot.supervisor import description, lending
+from benchbot.supervisor import description
 from benchbot.supervisor.afterwards import Afterwards
 from benchbot.supervisor.events import Events
 from benchbot.supervisor.gate import Gate
-from benchbot.supervisor.onlooker import Onlooker
+from benchbot.supervisor.observation_tap import Onlooker
 from benchbot.supervisor.operator import Operator
-from benchbot.supervisor.platform_host import ChildHost
-from benchbot.supervisor.recordings import Recordings
+from benchbot.supervisor.platform import borrowed
+from benchbot.supervisor.platform.host import ChildHost
+from benchbot.supervisor.recording.recordings import Recordings
 from benchbot.supervisor.refused import RefusedError
 
 ACTION_WAIT_S = 150.0
@@ -115,7 +117,7 @@ class Run:
         with self._exclusively(ACTION_WAIT_S):
             self._noting_failures(self._session.prepare)
 
-    def reset(self, caller: Caller | None = None, deliver: lending.Deliver[T] = lending.keep) -> T:
+    def reset(self, caller: Caller | None = None, deliver: borrowed.Deliver[T] = borrowed.keep) -> T:
         """Start anew in the first scene. Waits for an action that a solution, maybe a dead one, has left under way."""
         with self._moving(ACTION_WAIT_S, caller):
             self.last_action = None
@@ -130,7 +132,7 @@ class Run:
         action: str | None,
         arguments: Mapping[str, Any],
         caller: Caller | None = None,
-        deliver: lending.Deliver[T] = lending.keep,
+        deliver: borrowed.Deliver[T] = borrowed.keep,
     ) -> T:
         """Take one action; raises RefusedError (409) while another request uses the session."""
         with self._moving(caller=caller, moves=action is not None):
@@ -154,7 +156,7 @@ class Run:
             progress = self._session.progress
             (progress.pause if self.gate.state.paused else progress.go_on)()
 
-    def next_scene(self, caller: Caller | None = None, deliver: lending.Deliver[T] = lending.keep) -> T:
+    def next_scene(self, caller: Caller | None = None, deliver: borrowed.Deliver[T] = borrowed.keep) -> T:
         """Advance to the next scene; raises RefusedError (409) while another request uses the session."""
         with self._moving(caller=caller):
             step = self._noting_failures(self._session.next_scene)
@@ -306,7 +308,7 @@ class Run:
         self._digest = BackgroundDigest(self._digesting)
         return self._digest
 
-    def _deliver(self, answer: dict[str, Any], deliver: lending.Deliver[T]) -> T:
+    def _deliver(self, answer: dict[str, Any], deliver: borrowed.Deliver[T]) -> T:
         try:
             if "observations" in answer:
                 self.onlooker.offer(answer["observations"])

@@ -10,9 +10,9 @@ from typing import Any, Self
 from benchbot.core.errors import BenchbotError
 from benchbot.core.host import Host
 from benchbot.core.selection import Selection
-from benchbot.supervisor.platform_host import ChildHost, Timeouts
+from benchbot.supervisor.platform.host import ChildHost, Timeouts
 from benchbot.supervisor.run import Run
-from benchbot.supervisor.run_state import RunFolder
+from benchbot.wire.run_state import RunFolder
 
 
 @dataclass(frozen=True)

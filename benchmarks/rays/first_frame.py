@@ -54,7 +54,7 @@ def observer(cache: Path) -> Any:
     """The shipped room with a robot whose camera has 640x480 pixels."""
     from importlib.resources import files
 
-    from benchbot.core import schema
+    from benchbot.core.declarations import schema
     from benchbot.core.platform import PlatformSpec, Scene
     from benchbot_sim_taichi.simulator import RayTracedSimulator
 

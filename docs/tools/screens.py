@@ -17,9 +17,9 @@ from PIL import Image
 from textual.pilot import Pilot
 from textual.widgets import Input, OptionList, Select
 
-from benchbot.tui.alive import WELL
-from benchbot.tui.app import BenchbotApp
-from tests.evaluation.report.chromium import Browser
+from benchbot.plugins.tui.alive import WELL
+from benchbot.plugins.tui.app import BenchbotApp
+from tests.plugins.report.chromium import Browser
 
 COLUMNS, LINES = 110, 34
 PATIENCE_S = 300.0

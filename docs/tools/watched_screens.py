@@ -11,13 +11,13 @@ from pathlib import Path
 
 from textual.screen import Screen
 
-from benchbot.tui.alive import Alive
-from benchbot.tui.app import BenchbotApp
-from benchbot.tui.batch_screen import BatchScreen
-from benchbot.tui.run_screen import RunScreen
+from benchbot.plugins.tui.alive import Alive
+from benchbot.plugins.tui.app import BenchbotApp
+from benchbot.plugins.tui.batch_screen import BatchScreen
+from benchbot.plugins.tui.run_screen import RunScreen
 from docs.tools.screens import take
-from tests.evaluation.report.chromium import Browser
-from tests.tui.watched import StillBatch, StillFeed, batch_view, run_view, surroundings
+from tests.plugins.report.chromium import Browser
+from tests.plugins.tui.watched import StillBatch, StillFeed, batch_view, run_view, surroundings
 
 SIZE = (110, 34)
 ASKS = "Put the robot at its start pose, facing the door, and step back."

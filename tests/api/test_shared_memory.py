@@ -20,9 +20,9 @@ from benchbot.api.client import Client
 from benchbot.api.shared_memory import SharedMemory
 from benchbot.core import resources
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.supervisor import arena, wire
 from benchbot.supervisor.backend import Backend
-from benchbot.supervisor.run_state import Connection
+from benchbot.wire import arena, encoding
+from benchbot.wire.run_state import Connection
 from tests.supervisor.harness import alive, children_of, eventually
 
 StartBackend = Callable[..., Backend]
@@ -184,7 +184,7 @@ def answering(*answers: dict[str, Any] | bytes) -> Iterator[Client]:
             with connection:
                 for answer in answers:
                     connection.recv(65536)
-                    body = answer if isinstance(answer, bytes) else wire.encode(answer)
+                    body = answer if isinstance(answer, bytes) else encoding.encode(answer)
                     head = "HTTP/1.1 200 OK\r\nContent-Type: application/msgpack\r\nContent-Length: %d\r\n\r\n"
                     connection.sendall((head % len(body)).encode() + body)
 
@@ -197,7 +197,7 @@ def answering(*answers: dict[str, Any] | bytes) -> Iterator[Client]:
 def placed(nonce: str, sequence: int, offset: int) -> bytes:
     lent = np.zeros(3, "<u2")
     answer = {"observations": {"a": lent}, "outcome": None, "arena": {"nonce": nonce, "sequence": sequence}}
-    return wire.encode(answer, lambda array: offset)
+    return encoding.encode(answer, lambda array: offset)
 
 
 def test_an_answer_may_not_name_another_arena(offered: dict[str, Any]) -> None:

@@ -7,8 +7,8 @@ import pytest
 
 from benchbot.api.client import Client
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.supervisor import wire
-from benchbot.supervisor.run_state import Connection
+from benchbot.wire import encoding
+from benchbot.wire.run_state import Connection
 
 Answering = Callable[[bytes], Client]
 
@@ -38,11 +38,11 @@ def answering() -> Iterator[Answering]:
 
 
 def test_an_answer_without_a_length_is_read_to_its_end(answering: Answering) -> None:
-    assert answering(HEAD + b"\r\n" + wire.encode({"steps": 3})).session() == {"steps": 3}
+    assert answering(HEAD + b"\r\n" + encoding.encode({"steps": 3})).session() == {"steps": 3}
 
 
 def test_an_answer_in_chunks_is_put_together(answering: Answering) -> None:
-    body = wire.encode({"steps": 3})
+    body = encoding.encode({"steps": 3})
     chunks = b"".join(b"1\r\n%c\r\n" % byte for byte in body) + b"0\r\n\r\n"
     assert answering(HEAD + b"Transfer-Encoding: chunked\r\n\r\n" + chunks).session() == {"steps": 3}
 
@@ -80,7 +80,7 @@ def test_something_else_that_answers_is_told(answering: Answering, answer: bytes
 def test_a_request_over_the_cap_is_not_sent() -> None:
     client = Client(Connection("http://127.0.0.1:1", None, "token"))
     with pytest.raises(BenchbotError, match="too large") as caught:
-        client.result({"results": b"\0" * (wire.MAX_BODY_BYTES + 1)})
+        client.result({"results": b"\0" * (encoding.MAX_BODY_BYTES + 1)})
     assert caught.value.failure is FailureClass.AGENT
 
 
@@ -91,7 +91,7 @@ def test_a_token_of_two_lines_is_not_sent(token: str) -> None:
 
 
 def test_a_connection_that_the_supervisor_ends_is_opened_anew() -> None:
-    body = wire.encode({"steps": 3})
+    body = encoding.encode({"steps": 3})
     head = HEAD + b"Connection: close\r\nContent-Length: %d\r\n\r\n" % len(body)
     with socket.create_server(("127.0.0.1", 0)) as listener, ExitStack() as stack:
 
@@ -109,7 +109,7 @@ def test_a_connection_that_the_supervisor_ends_is_opened_anew() -> None:
 
 
 def test_an_answer_that_comes_byte_by_byte_is_put_together() -> None:
-    body = wire.encode({"steps": 3})
+    body = encoding.encode({"steps": 3})
     answer = HEAD + b"Content-Length: %d\r\n\r\n" % len(body) + body
     with socket.create_server(("127.0.0.1", 0)) as listener:
 

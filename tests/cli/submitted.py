@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 
 SELECTION = ["--task", "sample:passive", "--robot", "sample_robot", "--env", "arena:1"]
 

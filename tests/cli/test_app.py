@@ -9,7 +9,7 @@ import pytest
 
 from benchbot import __version__
 from benchbot.cli.app import COMMANDS
-from tests.cli.conftest import COMMAND, CommandLine, Here
+from tests.command_line import COMMAND, CommandLine, Here
 
 HEAVY = ["numpy", "taichi", "rclpy", "textual", "jsonschema", "httpx", "starlette", "pydantic", "rich"]
 

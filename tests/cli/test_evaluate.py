@@ -5,31 +5,31 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.conftest import CommandLine, Here
+from tests.command_line import CommandLine, Here
 
 
-def test_a_result_is_scored_by_the_method_that_fits_it(results: CommandLine, here: Here) -> None:
+def test_a_result_is_scored_by_the_method_that_fits_it(result_folder: CommandLine, here: Here) -> None:
     done = here("eval", "perfect.json", "--ground-truth", "truth.json")
 
     assert done.returncode == 0, done.stderr
     assert done.stdout == "OMQ 1.0000\n"
     assert "arena:1  1.0000" in done.stderr
-    assert json.loads((results.folder / "scores.json").read_text())["scores"]["OMQ"] == pytest.approx(1.0)
+    assert json.loads((result_folder.folder / "scores.json").read_text())["scores"]["OMQ"] == pytest.approx(1.0)
 
 
-def test_many_results_make_one_score_and_what_is_missing_is_told(results: CommandLine, here: Here) -> None:
-    with zipfile.ZipFile(results.folder / "all.zip", "w") as archive:
-        archive.write(results.folder / "empty.json", "empty.json")
+def test_many_results_make_one_score_and_what_is_missing_is_told(result_folder: CommandLine, here: Here) -> None:
+    with zipfile.ZipFile(result_folder.folder / "all.zip", "w") as archive:
+        archive.write(result_folder.folder / "empty.json", "empty.json")
 
     done = here("eval", "perfect.json", "all.zip", "--ground-truth", "truth.json", "-o", "out.json", "--json")
 
     assert done.returncode == 0, done.stderr
     document = json.loads(done.stdout)
-    assert document == json.loads((results.folder / "out.json").read_text())
+    assert document == json.loads((result_folder.folder / "out.json").read_text())
     assert document["scores"]["OMQ"] == pytest.approx(0.5)
 
 
-@pytest.mark.usefixtures("results")
+@pytest.mark.usefixtures("result_folder")
 def test_a_required_environment_without_a_result_counts_as_zero(here: Here) -> None:
     done = here(
         "eval",
@@ -48,7 +48,7 @@ def test_a_required_environment_without_a_result_counts_as_zero(here: Here) -> N
     assert "missing: arena:2" in done.stderr
 
 
-def test_validating_scores_nothing(results: CommandLine, here: Here) -> None:
+def test_validating_scores_nothing(result_folder: CommandLine, here: Here) -> None:
     sound = here("eval", "-V", "perfect.json", "empty.json")
     broken = here("eval", "--validate-only", "perfect.json", "broken.json", "--json")
 
@@ -56,7 +56,7 @@ def test_validating_scores_nothing(results: CommandLine, here: Here) -> None:
     assert "2 of 2 valid" in sound.stderr
     assert broken.returncode == 1
     assert [item["source"] for item in json.loads(broken.stdout)["missing"]] == ["broken.json"]
-    assert not (results.folder / "scores.json").exists()
+    assert not (result_folder.folder / "scores.json").exists()
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_validating_scores_nothing(results: CommandLine, here: Here) -> None:
         ([], "Missing argument"),
     ],
 )
-@pytest.mark.usefixtures("results")
+@pytest.mark.usefixtures("result_folder")
 def test_what_cannot_be_scored_is_told_and_nothing_is_written(words: list[str], message: str, here: Here) -> None:
     done = here("eval", *words, *(["--ground-truth", "truth.json"] if words else []))
 
@@ -83,15 +83,15 @@ def test_what_cannot_be_scored_is_told_and_nothing_is_written(words: list[str], 
     assert "Traceback" not in done.stderr
 
 
-def test_a_batch_names_the_required_environments(results: CommandLine, make_plugin: Callable[..., Path]) -> None:
+def test_a_batch_names_the_required_environments(result_folder: CommandLine, make_plugin: Callable[..., Path]) -> None:
     code = (
         "from importlib.resources import files\nfrom benchbot import hookimpl\n\n@hookimpl\n"
         "def benchbot_batches():\n    yield files(__name__) / 'batches'\n"
     )
     make_plugin("batches", code, {"batches/all.yaml": "name: all\nenvironments: ['arena:1', 'arena:2']\n"})
 
-    done = results("eval", "perfect.json", "--ground-truth", "truth.json", "--required-envs-batch", "all")
+    done = result_folder("eval", "perfect.json", "--ground-truth", "truth.json", "--required-envs-batch", "all")
 
     assert done.stdout == "OMQ 0.5000\n"
-    assert "all" in results("eval", "--list-batches").stdout
-    assert "arena:2" in results("eval", "--show-batch", "all").stdout
+    assert "all" in result_folder("eval", "--list-batches").stdout
+    assert "arena:2" in result_folder("eval", "--show-batch", "all").stdout

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.cli.conftest import BOTTLE, CommandLine, Here
+from tests.command_line import BOTTLE, CommandLine, Here
 
 Spoil = Callable[[dict[str, Any]], str]
 
@@ -53,10 +53,12 @@ BAD: dict[str, tuple[Spoil, str]] = {
 
 @pytest.mark.parametrize("name", sorted(BAD.keys() - {"unknown format"}))
 def test_a_bad_result_is_told_by_file_and_place_and_the_others_are_scored(
-    results: CommandLine, here: Here, name: str
+    result_folder: CommandLine, here: Here, name: str
 ) -> None:
     spoil, place = BAD[name]
-    (results.folder / "bad.json").write_text(spoil(json.loads((results.folder / "perfect.json").read_text())))
+    (result_folder.folder / "bad.json").write_text(
+        spoil(json.loads((result_folder.folder / "perfect.json").read_text()))
+    )
 
     done = here("eval", "perfect.json", "bad.json", "--ground-truth", "truth.json")
 
@@ -68,27 +70,29 @@ def test_a_bad_result_is_told_by_file_and_place_and_the_others_are_scored(
     assert place in done.stderr
 
 
-def test_mixed_tasks_are_told_with_their_files(results: CommandLine, here: Here) -> None:
+def test_mixed_tasks_are_told_with_their_files(result_folder: CommandLine, here: Here) -> None:
     spoil, _ = BAD["unknown format"]
-    (results.folder / "other.json").write_text(spoil(json.loads((results.folder / "perfect.json").read_text())))
+    (result_folder.folder / "other.json").write_text(
+        spoil(json.loads((result_folder.folder / "perfect.json").read_text()))
+    )
 
     done = here("eval", "perfect.json", "other.json", "--ground-truth", "truth.json")
 
     assert done.returncode == 2
     assert "of 'sample:passive' (object_map): perfect.json" in done.stderr
     assert "of 'sample:passive' (map): other.json" in done.stderr
-    assert not (results.folder / "scores.json").exists()
+    assert not (result_folder.folder / "scores.json").exists()
 
 
 def test_archives_that_would_do_harm_are_told_and_what_is_sound_in_them_is_scored(
-    results: CommandLine, here: Here
+    result_folder: CommandLine, here: Here
 ) -> None:
-    sound = (results.folder / "perfect.json").read_text()
-    with zipfile.ZipFile(results.folder / "bad.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+    sound = (result_folder.folder / "perfect.json").read_text()
+    with zipfile.ZipFile(result_folder.folder / "bad.zip", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("sound.json", sound)
         archive.writestr("../climbing.json", sound)
         archive.writestr("bomb.json", b" " * (32 * 2**20))
-    before = sorted(results.home.parent.rglob("*"))
+    before = sorted(result_folder.home.parent.rglob("*"))
 
     done = here("eval", "bad.zip", "--ground-truth", "truth.json", "-o", "out.json")
 
@@ -96,11 +100,11 @@ def test_archives_that_would_do_harm_are_told_and_what_is_sound_in_them_is_score
     assert done.stdout == "OMQ 0.3333\n"
     assert "(bad.zip:../climbing.json): Its name leads out of the archive" in done.stderr
     assert "(bad.zip:bomb.json): It is compressed more than 500-fold" in done.stderr
-    made = {path.name for path in set(results.home.parent.rglob("*")) - set(before)}
+    made = {path.name for path in set(result_folder.home.parent.rglob("*")) - set(before)}
     assert made == {"out.json"}
 
 
-def test_two_results_of_one_episode_are_told_with_both_files(results: CommandLine, here: Here) -> None:
+def test_two_results_of_one_episode_are_told_with_both_files(result_folder: CommandLine, here: Here) -> None:
     provenance = {
         "benchbot": "1",
         "plugins": {},
@@ -111,9 +115,9 @@ def test_two_results_of_one_episode_are_told_with_both_files(results: CommandLin
         "observation_digest": "0",
     }
     for name in ("perfect", "empty"):
-        path = results.folder / f"{name}.json"
+        path = result_folder.folder / f"{name}.json"
         path.write_text(json.dumps(json.loads(path.read_text()) | {"provenance": provenance}))
-    (results.folder / "copy.json").write_bytes((results.folder / "perfect.json").read_bytes())
+    (result_folder.folder / "copy.json").write_bytes((result_folder.folder / "perfect.json").read_bytes())
 
     contradictory = here("eval", "perfect.json", "empty.json", "--ground-truth", "truth.json")
     same = here("eval", "perfect.json", "copy.json", "--ground-truth", "truth.json")
@@ -125,27 +129,27 @@ def test_two_results_of_one_episode_are_told_with_both_files(results: CommandLin
 
 
 @pytest.mark.slow
-def test_fifty_thousand_objects_are_scored_in_bounded_time_and_memory(results: CommandLine) -> None:
-    document = json.loads((results.folder / "perfect.json").read_text())
+def test_fifty_thousand_objects_are_scored_in_bounded_time_and_memory(result_folder: CommandLine) -> None:
+    document = json.loads((result_folder.folder / "perfect.json").read_text())
     far = [{"label_probs": [0.5, 0.5], "centroid": [9 + n, 0, 0], "extent": [1, 1, 1]} for n in range(49_999)]
     document["results"]["objects"] = [{"label_probs": [1, 0], **BOTTLE}, *far]
-    (results.folder / "huge.json").write_text(json.dumps(document))
+    (result_folder.folder / "huge.json").write_text(json.dumps(document))
 
     # The command line ends a process that takes two minutes; this takes seconds.
-    done = results("eval", "huge.json", "--ground-truth", "truth.json", "--explain", "why.json")
+    done = result_folder("eval", "huge.json", "--ground-truth", "truth.json", "--explain", "why.json")
 
     assert done.returncode == 0, done.stderr
-    scores = json.loads((results.folder / "scores.json").read_text())["scores"]
+    scores = json.loads((result_folder.folder / "scores.json").read_text())["scores"]
     assert scores["OMQ"] == pytest.approx(1 / (1 + 49_999 / 2))
-    why = json.loads((results.folder / "why.json").read_text())
+    why = json.loads((result_folder.folder / "why.json").read_text())
     assert len(why["results"][0]["objects"]) == 50_000
 
 
-def test_a_folder_of_results_is_scored_and_explained(results: CommandLine, here: Here, tmp_path: Path) -> None:
-    folder = results.folder / "runs" / "1"
+def test_a_folder_of_results_is_scored_and_explained(result_folder: CommandLine, here: Here, tmp_path: Path) -> None:
+    folder = result_folder.folder / "runs" / "1"
     folder.mkdir(parents=True)
     for name in ("perfect", "broken"):
-        (results.folder / f"{name}.json").rename(folder / f"{name}.json")
+        (result_folder.folder / f"{name}.json").rename(folder / f"{name}.json")
 
     out, why = folder / "scores.json", folder / "why.json"
     words = ("eval", "runs", "--ground-truth", "truth.json", "-o", str(out), "--explain", str(why), "--json")

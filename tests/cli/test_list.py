@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.conftest import CommandLine, Here
+from tests.command_line import CommandLine, Here
 
 
 def test_tasks_are_a_line_each_with_what_they_allow(here: Here) -> None:

@@ -5,7 +5,7 @@ from urllib.request import urlopen
 
 import pytest
 
-from tests.cli.conftest import CommandLine, Here, wait_for
+from tests.command_line import CommandLine, Here, wait_for
 
 SELECTION = ["--task", "sample:passive", "--robot", "sample_robot", "--env", "arena:1"]
 

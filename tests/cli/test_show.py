@@ -3,7 +3,7 @@ import json
 import pytest
 import yaml
 
-from tests.cli.conftest import Here
+from tests.command_line import Here
 
 
 @pytest.mark.parametrize(

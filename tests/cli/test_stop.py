@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.supervisor.run_state import RunState, live
-from tests.cli.conftest import CommandLine, Here, wait_for
+from benchbot.wire.run_state import RunState, live
+from tests.command_line import CommandLine, Here, wait_for
 from tests.supervisor.harness import eventually
 
 MOVES = """\

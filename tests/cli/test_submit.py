@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from tests.cli.conftest import CommandLine, Here, wait_for
 from tests.cli.solutions import PASSIVE, WORDS, WRITES
 from tests.cli.submitted import SELECTION, read
+from tests.command_line import CommandLine, Here, wait_for
 
 
 def test_one_command_runs_everything_and_leaves_a_result_and_nothing_else(cli: CommandLine) -> None:

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.conftest import CommandLine, wait_for
 from tests.cli.solutions import CRASHING, HANGING, PASSIVE, RECKLESS, WRITES, WRITES_LATE
 from tests.cli.submitted import SELECTION, read
+from tests.command_line import CommandLine, wait_for
 
 
 def process_of(cli: CommandLine, module: str) -> int:
@@ -103,7 +103,7 @@ def test_a_simulator_that_is_killed_is_the_platforms_fault(cli: CommandLine) -> 
     process = cli.start("submit", "--native", f"{cli.script('s.py', PASSIVE)} 1", *SELECTION, "-r", "result.json")
     wait_for(process, "Sending action")
 
-    kill(cli, "benchbot.supervisor.platform_process")
+    kill(cli, "benchbot.supervisor.platform.process")
     _, stderr = process.communicate(timeout=60)
 
     assert process.returncode == 3

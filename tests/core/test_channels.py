@@ -1,5 +1,5 @@
 from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, OBSERVATIONS
-from benchbot.core.schema import schema
+from benchbot.core.declarations.schema import schema
 
 
 def test_a_robot_may_connect_exactly_what_is_defined() -> None:

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchbot.core import episodes, schema
-from benchbot.core.catalog import Catalog, Declaration
+from benchbot.core import episodes
+from benchbot.core.declarations import schema
+from benchbot.core.declarations.catalog import Catalog, Declaration
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
-from benchbot.core.plugins import Plugins, installed, load
+from benchbot.core.plugin_manager import Plugins, installed, load
 from benchbot.core.provenance import distributions_used
 from benchbot.core.selection import Selection, select
 from tests.core.test_track import started

@@ -11,7 +11,7 @@ from benchbot_sample.unicycle import Limits, State, substeps
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose, wrap_angle_rad
 from benchbot.core.motion import MotionConfig, Outcome, execute

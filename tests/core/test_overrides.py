@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchbot.core import overrides
-from benchbot.core.catalog import Declaration
+from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.errors import BenchbotError
 
 SUNNY = {

@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 
 from benchbot.core import results
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.core.host import InProcessHost
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import PlatformSpec, Scene
-from benchbot.core.plugins import load
+from benchbot.core.plugin_manager import load
 from benchbot.core.selection import Selection, select
 from benchbot.core.session import Session
 

@@ -1,8 +1,8 @@
 import pytest
 
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.core.plugins import Plugins, installed
+from benchbot.core.plugin_manager import Plugins, installed
 from benchbot.core.selection import Limits, select
 from tests.plugin_factory import PluginFactory
 

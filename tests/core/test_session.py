@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchbot.core.catalog import Declaration
+from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.core.geometry import Pose
 from benchbot.core.host import Status

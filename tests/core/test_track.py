@@ -9,14 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchbot.core import results, schema
-from benchbot.core.catalog import Catalog
+from benchbot.core import results
+from benchbot.core.declarations import schema
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
 from benchbot.core.host import InProcessHost
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import Platform, PlatformSpec, Scene
-from benchbot.core.plugins import load
+from benchbot.core.plugin_manager import load
 from benchbot.core.selection import Selection, select
 from benchbot.core.session import Session
 from benchbot.core.track import ROW_ANGLE_RAD, ROW_DISTANCE_M, Track, Trail, Way, Waypoint, followed

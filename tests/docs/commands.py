@@ -27,7 +27,7 @@ def words(command: str, folder: Path) -> list[str]:
     """Return a command's words as a shell in `folder` would; `benchbot` and `python` are those of this Python."""
     program, *rest = shlex.split(command.replace("$PWD", str(folder)))
     assert program == "benchbot"
-    return [sys.executable, "-m", "benchbot.cli.app", *(sys.executable if word == "python" else word for word in rest)]
+    return [sys.executable, "-m", "benchbot", *(sys.executable if word == "python" else word for word in rest)]
 
 
 def variables(folder: Path, cache: Path) -> dict[str, str]:

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from benchbot.core.catalog import Catalog
-from benchbot.core.plugins import load
+from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.plugin_manager import load
 from tests.docs.blocks import ROOT
 from tests.docs.commands import back_end, succeed
 

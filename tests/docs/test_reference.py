@@ -7,7 +7,7 @@ import pytest
 from starlette.routing import Route
 
 from benchbot.cli.app import COMMANDS
-from benchbot.supervisor.app import create_app
+from benchbot.supervisor.http.app import create_app
 from benchbot.supervisor.run import Run
 from docs.tools.reference.__main__ import FOLDER, PAGES
 from docs.tools.reference.meanings import MEANINGS

@@ -15,7 +15,7 @@ from tests.docs.parsing import parsed
 PAGE = (ROOT / "docs" / "v2-table.md").read_text("utf-8")
 ROWS = [[cell.strip() for cell in line.strip("|").split("|")] for line in PAGE.splitlines() if line.startswith("| ")]
 V2 = {"benchbot_run": "run", "benchbot_submit": "submit", "benchbot_eval": "eval", "benchbot_batch": "batch"}
-# What the four programs take themselves, before the command: see benchbot/cli/v2.py.
+# What the four programs take themselves, before the command: see benchbot/plugins/v2/command.py.
 NAMES = {
     "TASK": "scd:passive:ground_truth",
     "ROBOT": "carter",

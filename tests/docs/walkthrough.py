@@ -73,7 +73,7 @@ def reader(folder: Path, cache: Path) -> Reader:
     # As a site folder, not as a mere path: what is installed here in editable mode is found by its .pth files.
     (site / "ours.pth").write_text(f"import site; site.addsitedir({ours!r})\n", "utf-8")
     python = shlex.quote(str(installed / "bin" / "python"))
-    for name, module in (("benchbot", "benchbot.cli.app"), ("pip", "pip")):
+    for name, module in (("benchbot", "benchbot"), ("pip", "pip")):
         program = installed / "bin" / name
         program.write_text(f'#!/bin/sh\nexec {python} -m {module} "$@"\n', "utf-8")
         program.chmod(0o755)

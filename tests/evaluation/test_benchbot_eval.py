@@ -7,19 +7,20 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.core import plugins, schema, scores
-from benchbot.core.catalog import Catalog
+from benchbot.core import plugin_manager, scores
+from benchbot.core.declarations import schema
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot_eval import Evaluator, GroundTruthCreator, Validator
 from benchbot_eval.evaluator import Validator as ValidatorOfEvaluator
-from tests.evaluation.conftest import Make, Save
+from tests.made_results import Make, Save
 
 
 @pytest.fixture(autouse=True)
 def flats(catalog: Catalog, monkeypatch: pytest.MonkeyPatch) -> None:
     """The plug-in with flats is among the installed ones, and nothing was validated yet."""
     monkeypatch.setattr("benchbot_eval.validator._validated", [])
-    plugins.load.cache_clear()
+    plugin_manager.load.cache_clear()
 
 
 def test_what_was_validated_is_scored_as_in_v2(

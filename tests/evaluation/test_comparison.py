@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchbot.core import plugins, schema
+from benchbot.core import plugin_manager
+from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
 from benchbot.core.hookspecs import Evaluator, Score
 from benchbot.evaluation import permutation, student_t
@@ -22,7 +23,7 @@ Values = Sequence[Sequence[float | None]]
 
 @pytest.fixture(scope="module")
 def omq() -> Evaluator:
-    evaluator: Evaluator = plugins.load().record("evaluators", "omq")
+    evaluator: Evaluator = plugin_manager.load().record("evaluators", "omq")
     return evaluator
 
 

@@ -7,13 +7,13 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchbot.core import schema
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations import schema
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.evaluation import evaluate_files
 from benchbot.evaluation.coverage import Coverage
 from benchbot.evaluation.duplicates import distinct
 from benchbot.evaluation.submission import Submission
-from tests.evaluation.conftest import Make, MakeRun, Save
+from tests.made_results import Make, MakeRun, Save
 
 
 def test_results_of_several_seeds_are_repeats(catalog: Catalog, make_run: MakeRun, save: Save) -> None:

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.core import schema
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations import schema
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.evaluation import explanation
 from benchbot.evaluation.score import score_files
-from tests.evaluation.conftest import Make, MakeRun, Save
+from tests.made_results import Make, MakeRun, Save
 
 
 def test_every_scored_result_is_explained_in_the_order_of_the_rows(

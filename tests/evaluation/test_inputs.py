@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from benchbot.core.errors import BenchbotError
 from benchbot.evaluation import inputs
 from benchbot.evaluation.inputs import Other, Submission, Unreadable
-from tests.evaluation.conftest import Make, Save
+from tests.made_results import Make, Save
 
 
 def only(path: Path) -> inputs.Item:

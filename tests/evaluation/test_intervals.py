@@ -9,12 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchbot.core import plugins, schema
-from benchbot.core.catalog import Catalog
+from benchbot.core import plugin_manager
+from benchbot.core.declarations import schema
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.hookspecs import Evaluator, Score
 from benchbot.evaluation import evaluate_files, intervals
 from benchbot.evaluation.intervals import Over, of_rows
-from tests.evaluation.conftest import Make, Save, chair, ground_truth
+from tests.made_results import Make, Save, chair, ground_truth
 
 Rows = list[dict[str, Any]]
 NO_NUMBERS = {"seed": None, "episode": None, "repeat": None}
@@ -144,7 +145,7 @@ def test_a_summary_that_is_nearly_a_mean_has_an_interval_and_a_median_has_none()
 
 
 def test_the_method_that_makes_the_number_makes_its_interval() -> None:
-    omq: Evaluator = plugins.load().record("evaluators", "omq")
+    omq: Evaluator = plugin_manager.load().record("evaluators", "omq")
     rows = rows_of(FIVE, name="OMQ")
 
     found = of_rows(rows, omq.combine)

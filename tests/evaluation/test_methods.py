@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.core.plugins import Plugins, installed
+from benchbot.core.plugin_manager import Plugins, installed
 from benchbot.evaluation import evaluate_files
 from benchbot.evaluation.methods import for_task
-from tests.evaluation.conftest import Make, Save
+from tests.made_results import Make, Save
 from tests.plugin_factory import PluginFactory
 
 COUNT = """\

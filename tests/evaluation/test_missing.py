@@ -4,10 +4,10 @@ from typing import Any
 
 import pytest
 
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.evaluation import evaluate_files
-from tests.evaluation.conftest import Make, MakeRun, Save
+from tests.made_results import Make, MakeRun, Save
 
 
 def test_what_is_missing_counts_as_zero_or_not_at_all_and_the_document_says_which(

@@ -4,10 +4,10 @@ from typing import Any
 
 import pytest
 
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.evaluation import result_sets
-from tests.evaluation.conftest import Make, Save
+from tests.made_results import Make, Save
 
 
 @pytest.fixture

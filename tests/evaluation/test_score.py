@@ -6,11 +6,12 @@ from typing import Any
 
 import pytest
 
-from benchbot.core import schema, scores
-from benchbot.core.catalog import Catalog
+from benchbot.core import scores
+from benchbot.core.declarations import schema
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.evaluation import evaluate, evaluate_files, validate_files
-from tests.evaluation.conftest import Make, Save, chair, ground_truth
+from tests.made_results import Make, Save, chair, ground_truth
 
 
 def test_one_result_against_its_ground_truth(make_result: Make, tmp_path: Path) -> None:

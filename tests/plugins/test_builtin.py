@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-from benchbot.core.catalog import Catalog
-from benchbot.core.plugins import load
+from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.plugin_manager import load
 
 
 def test_the_box_holds_formats_and_examples() -> None:
@@ -32,7 +32,7 @@ def test_an_example_runs_a_file_that_lies_beside_its_declaration(name: str) -> N
 def test_loading_the_plugins_of_the_box_imports_nothing_heavy() -> None:
     code = """
 import sys
-import benchbot.plugins, benchbot.plugins.formats.object_map_with_states
+import benchbot.plugins.builtin, benchbot.plugins.formats.object_map_with_states
 import benchbot_eval_omq.plugin, benchbot_task_semslam.plugin
 print(*(name for name in ("numpy", "scipy", "jsonschema", "yaml", "httpx", "starlette") if name in sys.modules))
 """

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchbot.core import formats
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations import formats
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.core.plugins import load
+from benchbot.core.plugin_manager import load
 
 FORMATS = ("object_map", "object_map_with_states", "object_map_ground_truth")
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.scaffold.render import create
+from benchbot.plugins.authoring.scaffold.render import create
 from release import contents, environments, imports, metadata, smoke
 from release.building import Built, build, differences_by_sdist
 from release.projects import ROOT, Project, projects

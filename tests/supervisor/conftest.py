@@ -6,9 +6,9 @@ import pytest
 
 from benchbot.core.host import Host
 from benchbot.core.selection import Selection
-from benchbot.supervisor import server
-from benchbot.supervisor.app import create_app
-from benchbot.supervisor.platform_host import ChildHost, Timeouts
+from benchbot.supervisor.http import server
+from benchbot.supervisor.http.app import create_app
+from benchbot.supervisor.platform.host import ChildHost, Timeouts
 from benchbot.supervisor.run import Run
 from tests.supervisor.harness import OPERATOR_TOKEN, TOKEN, Served, sample_selection
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import httpx
 
-from benchbot.core import plugins
-from benchbot.core.catalog import Catalog
+from benchbot.core import plugin_manager
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.selection import Limits, Selection, select
-from benchbot.supervisor.platform_host import ChildHost
+from benchbot.supervisor.platform.host import ChildHost
 from benchbot.supervisor.run import Run
 
 TOKEN = "the-token-of-this-run"
@@ -27,7 +27,7 @@ def sample_selection(
     episode: int | None = None,
 ) -> Selection:
     return select(
-        Catalog(plugins.load()),
+        Catalog(plugin_manager.load()),
         task=task,
         robot=robot,
         environment=environment,

@@ -14,8 +14,9 @@ from benchbot.core import resources
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.selection import Limits
 from benchbot.supervisor import backend as backends
-from benchbot.supervisor import run_state, server
 from benchbot.supervisor.backend import Backend
+from benchbot.supervisor.http import server
+from benchbot.wire import run_state
 from tests.supervisor.harness import alive, children_of, eventually
 
 SERVE = """

@@ -4,7 +4,7 @@ import pytest
 
 from benchbot.core.errors import FailureClass
 from tests.supervisor.harness import OPERATOR_TOKEN
-from tests.supervisor.test_app import Serve, post, read
+from tests.supervisor.http.test_app import Serve, post, read
 
 
 @pytest.mark.parametrize("claimed", ["platform", "infrastructure"])

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchbot.supervisor import wire
+from benchbot.wire import encoding
 from tests.supervisor.harness import Served, sample_selection
-from tests.supervisor.test_app import post, read
+from tests.supervisor.http.test_app import post, read
 
 Serve = Callable[..., Served]
 
@@ -54,4 +54,4 @@ def test_the_track_is_told_with_the_result_where_the_task_tells_true_poses(
     kept = json.loads((tmp_path / "result.json").read_text())
     assert ("track" in document) == tells
     assert len(kept["track"][0]["rows"]) > 2
-    assert wire.encode(kept)
+    assert encoding.encode(kept)

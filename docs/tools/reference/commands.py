@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from benchbot.cli.app import COMMANDS, Stub
-from benchbot.core import plugins
+from benchbot.core import plugin_manager
 from docs.tools.reference.tables import GENERATED, code, plain, table
 
 _INTRODUCTION = """\
@@ -27,7 +27,7 @@ def page() -> str:
 def _commands() -> Iterator[tuple[str, Any, str]]:
     for name, (target, help_line) in COMMANDS.items():
         yield name, Stub(name, target, help_line).load(), "benchbot"
-    provided = plugins.load().pool("commands")
+    provided = plugin_manager.load().pool("commands")
     ours = [item for item in provided.values() if item.distribution.startswith("benchbot")]
     for item in sorted(ours, key=lambda item: (item.distribution, item.value.name)):
         yield item.value.name, Stub(item.value.name, item.value.target, item.value.help).load(), item.distribution

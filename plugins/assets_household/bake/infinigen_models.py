@@ -17,12 +17,12 @@ from typing import Any
 
 import numpy as np
 
-from benchbot_assets_household.shrink import shrink
 from plugins.assets_household.bake.outward import outward
 from plugins.assets_household.bake.parts import Floats, Part, load_parts
 from plugins.assets_household.bake.recolour import recoloured
 from plugins.assets_household.bake.standing import standing_places
 from plugins.assets_household.bake.write_glb import write_glb
+from tools.household.shrink import shrink
 
 HERE = Path(__file__).parent
 MODELS = HERE.parent / "src" / "benchbot_assets_household" / "models"

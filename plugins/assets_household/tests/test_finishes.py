@@ -5,7 +5,7 @@ import struct
 from pathlib import Path
 
 import benchbot_assets_household
-from benchbot_assets_household.generate.finishes import FILE_NAME, write_finishes
+from tools.household.finishes import FILE_NAME, write_finishes
 
 SHIPPED = Path(benchbot_assets_household.__file__).with_name(FILE_NAME)
 

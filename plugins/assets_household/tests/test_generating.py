@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import benchbot_assets_household
-from benchbot_assets_household.generate.household import items
-from benchbot_assets_household.generate.pack import write_catalogue, write_models
+from tools.household.household import items
+from tools.household.pack import write_catalogue, write_models
 
 SAMPLE = ("apple_green", "interior_door_oak", "keyboard_white", "table_lamp_desk", "bookcase_oak")
 COMMITTED = json.loads((Path(benchbot_assets_household.__file__).parent / "catalogue.json").read_text(encoding="utf-8"))
@@ -18,7 +18,7 @@ COMMITTED = json.loads((Path(benchbot_assets_household.__file__).parent / "catal
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path: Path = tmp_path_factory.mktemp("pack")
-    command = [sys.executable, "-m", "benchbot_assets_household.generate", *SAMPLE, "--folder", str(path)]
+    command = [sys.executable, "-m", "tools.household", *SAMPLE, "--folder", str(path)]
     subprocess.run(command, check=True, capture_output=True)
     return path
 
@@ -37,7 +37,7 @@ def test_another_process_writes_the_same_bytes(folder: Path, tmp_path: Path) -> 
 
 
 def test_models_made_earlier_stay_in_the_catalogue(folder: Path) -> None:
-    command = [sys.executable, "-m", "benchbot_assets_household.generate", "apple_green", "--folder", str(folder)]
+    command = [sys.executable, "-m", "tools.household", "apple_green", "--folder", str(folder)]
     before = (folder / "catalogue.json").read_bytes()
     subprocess.run(command, check=True, capture_output=True)
     assert (folder / "catalogue.json").read_bytes() == before
@@ -55,7 +55,7 @@ def test_other_lists_are_joined_in(folder: Path, tmp_path: Path) -> None:
 
 def test_an_unknown_model_is_refused_with_what_there_is() -> None:
     result = subprocess.run(
-        [sys.executable, "-m", "benchbot_assets_household.generate", "unicorn"],
+        [sys.executable, "-m", "tools.household", "unicorn"],
         capture_output=True,
         text=True,
         check=False,

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchbot_assets_household.generate import shapes
-from benchbot_assets_household.generate.model import Material, Mesh, Part, affine, bounds, fit_to_box, merge, rotation
-from benchbot_assets_household.generate.outlines import circle, rectangle, rounded_rectangle
+from tools.household import shapes
+from tools.household.model import Material, Mesh, Part, affine, bounds, fit_to_box, merge, rotation
+from tools.household.outlines import circle, rectangle, rounded_rectangle
 
 SOLIDS: dict[str, tuple[Mesh, float]] = {
     "box": (shapes.bevelled_box((1.0, 2.0, 3.0), bevel=0.01), 6.0),

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from benchbot_assets_household.shrink import recode, shrink
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.scene import SceneGeometry
+from tools.household.shrink import recode, shrink
 
 
 def _picture(pixels: np.ndarray, kind: str = "PNG") -> bytes:

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from benchbot_assets_household.generate import books, plants, small_objects, tableware, textures
-from benchbot_assets_household.generate.model import Model, bounds, triangle_count
+from tools.household import books, plants, small_objects, tableware, textures
+from tools.household.model import Model, bounds, triangle_count
 
 Maker = Callable[..., Model]
 MODELS: dict[str, tuple[Maker, tuple[float, float, float]]] = {

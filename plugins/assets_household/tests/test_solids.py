@@ -6,9 +6,9 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchbot_assets_household.generate.implicit import Field, ball, cut, limb, smooth_union, surface, without
-from benchbot_assets_household.generate.model import Mesh
-from benchbot_assets_household.generate.planks import board
+from tools.household.implicit import Field, ball, cut, limb, smooth_union, surface, without
+from tools.household.model import Mesh
+from tools.household.planks import board
 
 lengths = st.floats(0.01, 3.0)
 

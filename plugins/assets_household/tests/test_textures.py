@@ -6,10 +6,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchbot_assets_household.generate import textures
-from benchbot_assets_household.generate.model import Texture
-from benchbot_assets_household.generate.textures.encode import normals
-from benchbot_assets_household.generate.textures.noise import cells, cloud
+from tools.household import textures
+from tools.household.model import Texture
+from tools.household.textures.encode import normals
+from tools.household.textures.noise import cells, cloud
 
 REPEATING: dict[str, Callable[[int], Texture]] = {
     "boucle": lambda seed: textures.boucle(seed=seed),

@@ -6,10 +6,9 @@ from typing import Any
 
 import pytest
 
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import PlatformSpec, Scene
-from benchbot_envs_bear.generate.generated import NIGHTS, PLACES
 from benchbot_scenes.coverage import least_room
 from benchbot_scenes.differences import furnished
 from benchbot_scenes.free_space import free_space
@@ -21,6 +20,7 @@ from benchbot_scenes.soundness import floating, in_walls
 from benchbot_scenes.visibility import observer
 from benchbot_sim_taichi.simulator import RayTracedSimulator
 from plugins.envs_bear.tests.conftest import package_file
+from tools.bear.generated import NIGHTS, PLACES
 
 VARIANTS = [f"{place}_{variant}" for place in PLACES for variant in range(1, 6)]
 QUICK = "apartment_4"

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 import yaml
 
-from benchbot_envs_bear.generate.places import generate
 from plugins.envs_bear.tests.conftest import Node
+from tools.bear.places import generate
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("miniroom generation")]
 
@@ -20,9 +20,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("miniroom generation")]
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path: Path = tmp_path_factory.mktemp("environments")
-    subprocess.run(
-        [sys.executable, "-m", "benchbot_envs_bear.generate", "miniroom:1", "--folder", str(path)], check=True
-    )
+    subprocess.run([sys.executable, "-m", "tools.bear", "miniroom:1", "--folder", str(path)], check=True)
     return path
 
 
@@ -62,7 +60,7 @@ def test_another_process_writes_the_same_bytes(folder: Path, tmp_path: Path) -> 
 
 def test_an_unknown_environment_is_refused_with_what_there_is() -> None:
     result = subprocess.run(
-        [sys.executable, "-m", "benchbot_envs_bear.generate", "castle:1"], capture_output=True, text=True, check=False
+        [sys.executable, "-m", "tools.bear", "castle:1"], capture_output=True, text=True, check=False
     )
     assert result.returncode == 2
     assert "miniroom:1" in result.stderr

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot_scenes.catalogue import pack

@@ -9,15 +9,15 @@ from typing import Any
 
 import pytest
 
-from benchbot.core import formats
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations import formats
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.core.plugins import load
+from benchbot.core.plugin_manager import load
 from benchbot.core.selection import select
 from benchbot_eval_exploration import evaluator
 from plugins.task_navigation.tests.floors import arena_truth
 
-COMMAND = [sys.executable, "-m", "benchbot.cli.app"]
+COMMAND = [sys.executable, "-m", "benchbot"]
 CAMERA = ("image_depth", "image_depth_info", "image_rgb", "image_rgb_info")
 TASK = "exploration:active:ground_truth:laser"
 

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from benchbot.core.errors import BenchbotError
-from benchbot.core.plugins import load
+from benchbot.core.plugin_manager import load
 from benchbot_eval_omq import omq
 from plugins.eval_omq.tests.omq_maps import change_map, found, semantic_map, thing, truth
 

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 from benchbot_eval_omq import omq
 from benchbot_eval_omq.explanation import explain
 from plugins.eval_omq.tests.omq_maps import change_map, found, semantic_map, thing, truth

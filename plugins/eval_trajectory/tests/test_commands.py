@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 
 from benchbot.cli.app import main
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 from benchbot_eval_trajectory.files import FileFormat, text_of
 from plugins.eval_trajectory.tests.ways import estimate_of, moved, wander
 from tests.garbage import searched_as_before
 
-COMMAND = [sys.executable, "-m", "benchbot.cli.app"]
+COMMAND = [sys.executable, "-m", "benchbot"]
 Finished = subprocess.CompletedProcess[str]
 Here = Callable[..., Finished]
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchbot.core.errors import BenchbotError
-from benchbot.core.plugins import load
+from benchbot.core.plugin_manager import load
 from benchbot_eval_trajectory import evaluator
 from plugins.eval_trajectory.tests.ways import result
 

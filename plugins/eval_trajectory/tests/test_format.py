@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
-from benchbot.core import formats
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations import formats
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.core.plugins import load
+from benchbot.core.plugin_manager import load
 
 DECLARED = Catalog(load()).get("formats", "trajectory")
 

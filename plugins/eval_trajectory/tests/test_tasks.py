@@ -2,8 +2,8 @@
 
 import pytest
 
-from benchbot.core.catalog import Catalog
-from benchbot.core.plugins import load
+from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.plugin_manager import load
 from benchbot.core.selection import select
 
 CAMERA = ("image_depth", "image_depth_info", "image_rgb", "image_rgb_info")

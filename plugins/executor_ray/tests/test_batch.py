@@ -54,4 +54,4 @@ def test_a_batch_that_is_cancelled_leaves_nothing_on_the_cluster(ray_cluster: Cl
     assert ended.returncode == 0, ended.stderr
     assert not batches.working(folder)
     for machine in (ray_cluster.head, *ray_cluster.nodes):
-        assert "benchbot.batch.worker" not in machine.run("ps", "axo", "cmd")
+        assert "benchbot.plugins.batch.worker" not in machine.run("ps", "axo", "cmd")

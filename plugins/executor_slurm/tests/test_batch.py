@@ -38,7 +38,7 @@ def test_a_batch_that_is_interrupted_leaves_nothing_on_the_cluster(running: Clus
     environment = batches.environment(**running.environment)
     with subprocess.Popen(command, stderr=subprocess.PIPE, env=environment, text=True) as driver:
         assert eventually(lambda: batches.is_on_the_doomed_machine(folder), PATIENCE_S)
-        (inside,) = running.head.run("pgrep", "-f", "benchbot.cli.app").split()
+        (inside,) = running.head.run("pgrep", "-f", "--", "-m benchbot batch").split()
         running.head.run("kill", f"-{signal.SIGINT.value}", inside)
         _, said = driver.communicate(timeout=PATIENCE_S)
     assert driver.returncode == 130

@@ -10,8 +10,8 @@ from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.rosbag2 import Reader
 
-from benchbot.core import plugins
-from benchbot.core.catalog import Catalog
+from benchbot.core import plugin_manager
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.host import InProcessHost
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import PlatformSpec
@@ -53,11 +53,11 @@ def through_cdr(message: Any) -> Any:
 
 
 def sample_session(*recordings: Recording, task: str = "sample:passive", environment: str = "arena:1") -> Session:
-    selection = select(Catalog(plugins.load()), task=task, robot="sample_robot", environment=environment, seed=5)
+    selection = select(Catalog(plugin_manager.load()), task=task, robot="sample_robot", environment=environment, seed=5)
 
     def start() -> InProcessHost:
         spec = PlatformSpec(selection.robot.data, selection.localisation, Path())
-        platform = plugins.load().record("simulators", "sim_sample").create(spec)
+        platform = plugin_manager.load().record("simulators", "sim_sample").create(spec)
         return InProcessHost(platform, session.scenes, MotionConfig.from_robot(spec.robot, spec.localisation))
 
     session = Session(selection, start, recordings)

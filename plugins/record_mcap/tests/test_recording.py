@@ -12,7 +12,7 @@ import yaml
 from mcap.reader import make_reader
 from rosbags.rosbag2 import Reader
 
-from benchbot.core import plugins
+from benchbot.core import plugin_manager
 from benchbot.core.errors import BenchbotError
 from benchbot.core.hookspecs import Recorder
 from benchbot.core.progress import ActionResult, Progress, State, Step
@@ -30,7 +30,7 @@ CAMERA_TOPICS = {
 
 
 def record(folder: Path) -> Recording:
-    recorder: Recorder = plugins.load().record("recorders", "mcap")
+    recorder: Recorder = plugin_manager.load().record("recorders", "mcap")
     return recorder.create(folder)
 
 

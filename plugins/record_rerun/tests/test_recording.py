@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from benchbot.core import plugins
+from benchbot.core import plugin_manager
 from benchbot.core.progress import ActionResult, Progress, State, Step
 from benchbot.core.recording import Recording
 from benchbot_record_rerun.entities import MOST_POINTS, Way
@@ -30,7 +30,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 
 
 def create(folder: Path) -> Recording:
-    recording: Recording = plugins.load().record("recorders", "rerun").create(folder)
+    recording: Recording = plugin_manager.load().record("recorders", "rerun").create(folder)
     return recording
 
 

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image, ImageSequence
 
-from benchbot.core import plugins
+from benchbot.core import plugin_manager
 from benchbot.core.errors import BenchbotError
 from benchbot.core.progress import ActionResult, Progress, State, Step
 from benchbot.core.recording import Recording
@@ -39,7 +39,7 @@ def film(recording: Recording, count: int, width: int = WIDTH) -> None:
 
 
 def create(name: str, folder: Path) -> Recording:
-    recording: Recording = plugins.load().record("recorders", name).create(folder)
+    recording: Recording = plugin_manager.load().record("recorders", name).create(folder)
     return recording
 
 

@@ -3,9 +3,9 @@ from typing import Any
 import pytest
 import yaml
 
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.core.plugins import load
+from benchbot.core.plugin_manager import load
 from benchbot_robot_ros2.declaration import (
     LocalisedByOdometry,
     LocalisedByTopic,

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 import yaml
 
-from benchbot.core.catalog import Catalog
-from benchbot.core.plugins import load
+from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.plugin_manager import load
 from benchbot.core.selection import Selection, select
 from benchbot.plugins.formats import object_map_ground_truth
 from benchbot_eval_omq import omq
@@ -48,7 +48,7 @@ def lab(catalog: Catalog, robot: str = "turtlebot4") -> Selection:
 
 
 def test_benchbot_check_finds_nothing_wrong() -> None:
-    command = [sys.executable, "-m", "benchbot.cli.app", "check", str(EXAMPLE)]
+    command = [sys.executable, "-m", "benchbot", "check", str(EXAMPLE)]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stdout
     assert "3 files checked" in result.stderr
@@ -108,7 +108,7 @@ def test_the_commands_of_the_guide_score_and_draw_an_empty_map(tmp_path: Path, t
     result = tmp_path / "lab.json"
     result.write_text(json.dumps(mapped([], truth["ground_truth"]["class_list"])))
     for words in (["eval", str(result), "-o", "scores.json"], ["picture", str(result), "-o", "lab.png"]):
-        command = [sys.executable, "-m", "benchbot.cli.app", *words]
+        command = [sys.executable, "-m", "benchbot", *words]
         done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
     assert (tmp_path / "lab.png").stat().st_size > 0

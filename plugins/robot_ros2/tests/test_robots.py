@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.motion import MotionConfig
-from benchbot.core.plugins import load
+from benchbot.core.plugin_manager import load
 from benchbot_robot_ros2 import messages
 from benchbot_robot_ros2.declaration import Ros2Robot
 
@@ -22,7 +22,7 @@ def declared(name: str) -> Ros2Robot:
 
 
 def test_benchbot_check_finds_nothing_wrong() -> None:
-    command = [sys.executable, "-m", "benchbot.cli.app", "check", str(FOLDER)]
+    command = [sys.executable, "-m", "benchbot", "check", str(FOLDER)]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stdout
 

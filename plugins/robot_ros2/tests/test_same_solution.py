@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 import yaml
 
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 from benchbot.core.geometry import Pose
 from plugins.record_mcap.tests.bags import by_rosbags
 from plugins.robot_ros2.tests.bridge.bridged import bridge
@@ -26,7 +26,7 @@ from tests.plugin_factory import PluginFactory
 
 Document = dict[str, Any]
 
-COMMAND = [sys.executable, "-m", "benchbot.cli.app"]
+COMMAND = [sys.executable, "-m", "benchbot"]
 MAPPING = "semantic_slam:passive:ground_truth:segmentation"
 EXAMPLES = {
     "hello_passive": files("benchbot.plugins") / "examples" / "hello_passive.py",

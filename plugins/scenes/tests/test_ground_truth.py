@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 from benchbot_scenes.compose import compose
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.ground_truth import ground_truth

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 from benchbot.testing import check_plugin, check_simulator, conform
 from plugins.sim_taichi.tests.test_simulator import MINIROOM, ROBOTS
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
 from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import PlatformSpec, Scene

@@ -6,15 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.platform import PlatformSpec
-from benchbot.core.plugins import Plugins, installed
+from benchbot.core.plugin_manager import Plugins, installed
 from benchbot_sim_taichi.simulator import RayTracedSimulator
 
 LIST_EVERYTHING = """
 import sys
-from benchbot.core import catalog, plugins
-found = catalog.Catalog(plugins.load())
+from benchbot.core import plugin_manager
+from benchbot.core.declarations import catalog
+found = catalog.Catalog(plugin_manager.load())
 found.plugins.pool("simulators")
 found.names("robots")
 print(*{"taichi", "numpy", "pygltflib", "PIL"} & set(sys.modules))

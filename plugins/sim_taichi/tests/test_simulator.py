@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 from benchbot.core.digest import ObservationDigest
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose

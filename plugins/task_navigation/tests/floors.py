@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from benchbot_sample import world
 
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.host import InProcessHost
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import PlatformSpec
-from benchbot.core.plugins import load
+from benchbot.core.plugin_manager import load
 from benchbot.core.selection import select
 from benchbot.core.session import Session
 from benchbot_task_navigation.floor_plan import FloorPlan

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 from benchbot.core.provenance import distribution_hash
 from plugins.task_navigation.tests.floors import LASER_TASK, arena_truth
 
@@ -24,7 +24,7 @@ client.reset()
 with open(os.environ["BENCHBOT_RESULT"], "w") as file:
     json.dump({"results": {}}, file)
 """
-COMMAND = [sys.executable, "-m", "benchbot.cli.app"]
+COMMAND = [sys.executable, "-m", "benchbot"]
 
 
 def benchbot(folder: Path, *words: str, cache: Path | None = None) -> "subprocess.CompletedProcess[str]":

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.core.plugins import load
+from benchbot.core.plugin_manager import load
 from benchbot.core.selection import select
 from benchbot_task_navigation.evaluator import NAMES, Run, combine, evaluate, score
 from plugins.task_navigation.tests.floors import LASER_TASK, arena_truth

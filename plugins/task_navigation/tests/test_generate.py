@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import benchbot_task_navigation
-from benchbot.core import schema
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations import schema
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.platform import Scene
-from benchbot.core.plugins import load
+from benchbot.core.plugin_manager import load
 from benchbot.evaluation.ground_truths import GroundTruths
 from benchbot_task_navigation import generate
 from benchbot_task_navigation.floor_plan import Floats, FloorPlan, Mask, distance_to_box_m

@@ -14,8 +14,8 @@ from embreex.rtcore import EmbreeDevice
 from embreex.rtcore_scene import EmbreeScene
 
 import benchbot_task_navigation
-from benchbot.core import plugins
-from benchbot.core.catalog import Catalog
+from benchbot.core import plugin_manager
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.platform import Scene
 from benchbot.evaluation.ground_truths import GroundTruths
 from benchbot_scenes.gltf import load_scene
@@ -108,7 +108,7 @@ def shipped(request: pytest.FixtureRequest, scenes: Path) -> Shipped:
 
 @lru_cache(maxsize=1)
 def loaded(environment: str, scenes: Path) -> Shipped:
-    catalog = Catalog(plugins.load())
+    catalog = Catalog(plugin_manager.load())
     (declared,) = catalog.environments(environment)
     footprint = catalog.get("robots", "carter").data["footprint"]
     geometry = load_scene(scene_file(declared.path.parent / declared.data["map_path"], scenes, None))
@@ -119,7 +119,7 @@ def loaded(environment: str, scenes: Path) -> Shipped:
 
 def objects(name: str) -> dict[tuple[float, ...], str]:
     """The objects of an environment: where their boxes are, and their names."""
-    truth = GroundTruths.of(Catalog(plugins.load()), None).find(name, {"object_map_ground_truth"})
+    truth = GroundTruths.of(Catalog(plugin_manager.load()), None).find(name, {"object_map_ground_truth"})
     return {tuple(item["centroid"]): item["ID_name"] for item in truth["ground_truth"]["objects"]}
 
 

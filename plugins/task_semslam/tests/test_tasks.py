@@ -2,8 +2,8 @@
 
 import pytest
 
-from benchbot.core.catalog import Catalog
-from benchbot.core.plugins import load
+from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.plugin_manager import load
 
 OBSERVATIONS = ["image_depth", "image_depth_info", "image_rgb", "image_rgb_info", "laser", "poses"]
 PASSIVE, ACTIVE = ["move_next"], ["move_angle", "move_distance"]

@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from benchbot.core.errors import BenchbotError
-from benchbot.core.plugins import load
+from benchbot.core.plugin_manager import load
 from benchbot.core.progress import ActionResult, Progress, State, Step
 
 

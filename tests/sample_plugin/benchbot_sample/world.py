@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
 
 Floats = NDArray[np.float64]

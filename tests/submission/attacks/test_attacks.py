@@ -18,14 +18,14 @@ from typing import Any
 import pytest
 
 import benchbot
-from benchbot.submission.containers import context
-from benchbot.submission.containers import mode as containers
+from benchbot.plugins.containers import context
+from benchbot.plugins.containers import mode as containers
+from benchbot.plugins.sandbox.mode import Sandbox
 from benchbot.submission.episode import Order
 from benchbot.submission.native import NATIVE
-from benchbot.submission.sandbox.mode import Sandbox
 from tests.plugin_factory import DECLARES, PluginFactory
+from tests.plugins.containers import solutions
 from tests.submission.attacks import table
-from tests.submission.containers import solutions
 from tests.submission.ordinary import ordinarily
 from tests.submission.submitting import back_end
 from tests.submission.submitting import submit as run
@@ -37,7 +37,7 @@ CHEATER = Path(__file__).with_name("cheater.py")
 LIMITS = {"memory_bytes": 256 * 2**20, "processes": 64, "file_size_bytes": 2**20}
 OPTIONS = ["--memory", "256MiB", "--processes", "64", "--file-size", "1MiB"]
 SELECTION = ["--task", "sample:passive", "--robot", "sample_robot", "--env", "arena:1"]
-SUBMIT = [sys.executable, "-m", "benchbot.cli.app", "submit", *SELECTION]
+SUBMIT = [sys.executable, "-m", "benchbot", "submit", *SELECTION]
 SCENE = Path(__file__).parents[2] / "sample_plugin" / "benchbot_sample" / "environments" / "arena_1.yaml"
 
 

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from benchbot.cli import console, requirement
-from benchbot.cli.options import Json, Requirements, group
+from benchbot.cli.kit import console, requirement
+from benchbot.cli.kit.options import Json, Requirements, group
 from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def convert(
     ] = False,
 ) -> None:
     """Write the trajectory of a result, or of a file, as a TUM or KITTI file."""
-    from benchbot.evaluation.report import write
+    from benchbot.plugins.report import write
     from benchbot_eval_trajectory import files
 
     console.check_output(output)

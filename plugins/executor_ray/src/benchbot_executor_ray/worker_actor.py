@@ -11,7 +11,7 @@ from pathlib import Path
 
 import ray
 
-from benchbot.batch.folder import Folder
+from benchbot.plugins.batch.folder import Folder
 
 PATIENCE_S = 20.0
 """So long a worker may take to end in order."""

@@ -11,7 +11,7 @@ from typing import Any
 
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.hookspecs import WorkOrder
-from benchbot.supervisor.children import last_words
+from benchbot.process import last_words
 from benchbot_executor_ray import options
 
 

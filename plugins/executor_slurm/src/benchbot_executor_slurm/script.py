@@ -3,8 +3,8 @@
 import shlex
 from pathlib import Path
 
-from benchbot.batch.folder import Folder
 from benchbot.core.hookspecs import WorkOrder
+from benchbot.plugins.batch.folder import Folder
 
 NAME = '"$SLURMD_NODENAME-$SLURM_ARRAY_JOB_ID-$SLURM_ARRAY_TASK_ID-${SLURM_RESTART_COUNT:-0}"'
 """A worker's name: node, job, task and how often Slurm has begun it anew, so that no two are ever the same."""

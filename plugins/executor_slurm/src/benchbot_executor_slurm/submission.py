@@ -4,9 +4,9 @@ import shlex
 import uuid
 from pathlib import Path
 
-from benchbot.batch.folder import Folder
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.hookspecs import WorkOrder
+from benchbot.plugins.batch.folder import Folder
 from benchbot_executor_slurm import nodes, options, script
 from benchbot_executor_slurm.array_job import ArrayJob
 from benchbot_executor_slurm.commands import Answer, ask, check_here

@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 
 from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.core.plugins import PluginInfo, installed
+from benchbot.core.plugin_manager import PluginInfo, installed
 from benchbot_robot_ros2 import clouds, images, sensors
 
 GROUP = "benchbot.ros2_callbacks"

@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import Any
 
 import tests.conftest  # the sample plug-in is installed for this process and its children
-from benchbot.core import plugins
-from benchbot.core.catalog import Catalog
+from benchbot.core import plugin_manager
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.geometry import Pose
 from benchbot.core.platform import PlatformSpec, Scene, Simulation
 from benchbot_robot_ros2 import ros
 from benchbot_robot_ros2.messages import message_type, pose_of
 
-COMMAND = [sys.executable, "-m", "benchbot.cli.app", "bridge", "ros2"]
+COMMAND = [sys.executable, "-m", "benchbot", "bridge", "ros2"]
 SAMPLE = ("--robot", "sample_robot", "--env", "arena:1")
 DEADLINE_S = 60.0
 
@@ -162,7 +162,7 @@ def time_of(message: Any) -> int:
 
 def simulator(environment: str, robot: str = "sample_robot") -> Simulation:
     """Return the simulator itself, in this process, in a scene."""
-    loaded = plugins.load()
+    loaded = plugin_manager.load()
     catalog = Catalog(loaded)
     declaration = catalog.get("robots", robot).data
     scene = catalog.environments(environment)[0]

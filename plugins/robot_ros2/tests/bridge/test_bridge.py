@@ -163,10 +163,10 @@ def test_pictures_and_scans_are_what_the_simulator_observes_there(robot: Listene
 
 
 def platform_channels() -> list[str]:
-    from benchbot.core import plugins
-    from benchbot.core.catalog import Catalog
+    from benchbot.core import plugin_manager
+    from benchbot.core.declarations.catalog import Catalog
 
-    return list(Catalog(plugins.load()).get("robots", "sample_robot").data["connections"])
+    return list(Catalog(plugin_manager.load()).get("robots", "sample_robot").data["connections"])
 
 
 def test_parameters_say_where_a_reset_leads(robot: Listener) -> None:

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from benchbot.core import plugins
-from benchbot.core.catalog import Catalog
+from benchbot.core import plugin_manager
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.platform import Simulation
 from benchbot_robot_ros2 import ros
 from benchbot_robot_ros2.bridge.camera_process import Album
@@ -92,7 +92,7 @@ def test_an_invalid_namespace_is_explained(domain: int) -> None:
 
 
 def test_only_what_somebody_subscribes_to_is_pictured(domain: int) -> None:
-    sample = BridgedRobot(Catalog(plugins.load()).get("robots", "sample_robot").data, "", {}, "unused")
+    sample = BridgedRobot(Catalog(plugin_manager.load()).get("robots", "sample_robot").data, "", {}, "unused")
     camera = Recalling(simulator("arena:1"))
     with ros.node("camera") as node, listener() as somebody:
         album = Album(node, sample)

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchbot.core import plugins, resources
-from benchbot.core.catalog import Catalog
+from benchbot.core import plugin_manager, resources
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.platform import PlatformSpec
 from benchbot_robot_ros2.bridge.robot import find_scene, topics
 from benchbot_robot_ros2.encoders import encode
@@ -26,7 +26,7 @@ def cache(kernel_cache: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_carter_in_the_miniroom_publishes_what_the_ray_tracer_shows(domain: int, cache: Path) -> None:
-    loaded = plugins.load()
+    loaded = plugin_manager.load()
     catalog = Catalog(loaded)
     carter = catalog.get("robots", "carter_lowres").data
     with bridge("--robot", "carter_lowres", "--env", "miniroom:1"), listener() as robot:

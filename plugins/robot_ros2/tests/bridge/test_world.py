@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchbot.cli.app import main
-from benchbot.core import plugins
-from benchbot.core.catalog import Catalog
+from benchbot.core import plugin_manager
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
 from benchbot_robot_ros2.bridge import camera_channel
@@ -23,7 +23,7 @@ from benchbot_robot_ros2.declaration import LocalisedByTopic, ReturnByService, R
 from plugins.robot_ros2.tests.bridge.bridged import simulator
 from tests.garbage import searched_as_before
 
-CATALOG = Catalog(plugins.load())
+CATALOG = Catalog(plugin_manager.load())
 SAMPLE = CATALOG.get("robots", "sample_robot").data
 
 

@@ -12,7 +12,7 @@ import pytest
 from benchbot_robot_ros2.ros import running_node
 from plugins.robot_ros2.tests.guard.guarded import DEADLINE_S, Base
 
-BENCHBOT = (sys.executable, "-P", "-m", "benchbot.cli.app")
+BENCHBOT = (sys.executable, "-P", "-m", "benchbot")
 
 
 class Host:

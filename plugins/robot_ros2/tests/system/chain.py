@@ -13,9 +13,9 @@ from typing import Any
 
 import yaml
 
-from benchbot.supervisor.run_state import STATE_FILE, RunState
+from benchbot.wire.run_state import STATE_FILE, RunState
 from plugins.robot_ros2.tests.unicycle import PATIENCE_S, Unicycle, declaration, until
-from tests.cli.conftest import COMMAND, CommandLine
+from tests.command_line import COMMAND, CommandLine
 from tests.plugin_factory import DECLARES
 from tests.supervisor.harness import children_of
 

@@ -16,7 +16,7 @@ from plugins.robot_ros2.tests.system.chain import (
     until_under_way,
 )
 from plugins.robot_ros2.tests.unicycle import unicycle
-from tests.cli.conftest import CommandLine
+from tests.command_line import CommandLine
 
 Declared = Callable[..., CommandLine]
 ROBOT = {"simulated": True, "motion_pace": 0.25}

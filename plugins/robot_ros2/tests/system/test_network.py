@@ -11,7 +11,7 @@ from plugins.robot_ros2.tests.system.chain import STAYS_S, assert_stays, has_pas
 from plugins.robot_ros2.tests.system.private_network import CABLE_DOWN, CABLE_UP, Network, two_networks
 from plugins.robot_ros2.tests.unicycle import unicycle, until
 from plugins.robot_ros2.tests.unicycle_robot import ACCELERATION_MPS2, COMMAND_TIMEOUT_S
-from tests.cli.conftest import CommandLine
+from tests.command_line import CommandLine
 
 CUT_S = 2.0
 FASTEST_MPS = 1.0

@@ -16,7 +16,7 @@ from plugins.robot_ros2.tests.system.chain import (
     until_under_way,
 )
 from plugins.robot_ros2.tests.unicycle import PATIENCE_S, unicycle, until
-from tests.cli.conftest import CommandLine, wait_for
+from tests.command_line import CommandLine, wait_for
 
 Declared = Callable[..., CommandLine]
 ROBOT = {"simulated": True, "motion_pace": 0.25}

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from benchbot.core import plugins
+from benchbot.core import plugin_manager
 from benchbot.core.errors import BenchbotError, did_you_mean
 
 PLACEMENTS = ("floor", "surface", "wall", "ceiling", "opening")
@@ -97,7 +97,7 @@ class Catalogue:
 
 def packs() -> dict[str, Path]:
     """The installed packs: each name with its catalogue's file."""
-    return {name: found.value.catalogue for name, found in plugins.load().pool("asset_packs").items()}
+    return {name: found.value.catalogue for name, found in plugin_manager.load().pool("asset_packs").items()}
 
 
 def pack(name: str) -> Catalogue:

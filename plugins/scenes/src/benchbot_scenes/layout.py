@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import yaml
 
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
 
 Point = tuple[float, float]

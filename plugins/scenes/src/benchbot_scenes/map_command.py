@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from benchbot.cli import console
+from benchbot.cli.kit import console
 from benchbot.core.errors import BenchbotError
 
 
@@ -20,9 +20,9 @@ def map_environment(
 ) -> None:
     """Write an environment's occupancy map for ROS's map_server (PGM and YAML) and a picture from above (PNG)."""
     from benchbot.core import resources
-    from benchbot.core.catalog import Catalog
+    from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.geometry import Pose
-    from benchbot.core.plugins import load
+    from benchbot.core.plugin_manager import load
     from benchbot_scenes.free_space import free_space
     from benchbot_scenes.generator.files import write_maps
     from benchbot_scenes.gltf import load_scene

@@ -18,7 +18,7 @@ def assets() -> Assets:
     """Run the command in a process of its own."""
 
     def run(*words: str) -> "subprocess.CompletedProcess[str]":
-        command = [sys.executable, "-m", "benchbot.cli.app", "assets", *words]
+        command = [sys.executable, "-m", "benchbot", "assets", *words]
         return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
 
     return run

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchbot.core import plugins
+from benchbot.core import plugin_manager
 from benchbot.core.errors import BenchbotError
 from benchbot_scenes.catalogue import load_catalogue, pack
 from benchbot_scenes.gltf import load_scene
@@ -121,7 +121,7 @@ def test_a_pack_is_not_replaced_unasked(tmp_path: Path) -> None:
 
 
 def test_an_installed_pack_is_offered_until_it_is_removed(tmp_path: Path) -> None:
-    loaded = plugins.Plugins(plugins.installed())
+    loaded = plugin_manager.Plugins(plugin_manager.installed())
     assert "sweethome3d" not in loaded.pool("asset_packs")
     done = install(library(tmp_path), in_order)
     assert loaded.pool("asset_packs")["sweethome3d"].value.catalogue == done.path / "catalogue.json"

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from benchbot.cli.app import main
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 from benchbot_scenes.layout import read_layout
 from tests.garbage import searched_as_before
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
 from benchbot_scenes.coverage import MARGIN_M
 from benchbot_scenes.gltf import load_scene

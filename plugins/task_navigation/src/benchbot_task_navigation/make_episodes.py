@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchbot.core import atomic, plugins, resources
-from benchbot.core.catalog import Catalog, Declaration
+from benchbot.core import atomic, plugin_manager, resources
+from benchbot.core.declarations.catalog import Catalog, Declaration
 from benchbot.core.errors import BenchbotError
 from benchbot.core.platform import Scene
 from benchbot.evaluation.ground_truths import GroundTruths
@@ -109,7 +109,7 @@ def main() -> int:
 
 
 def _make(environment: str, robot_name: str, seed: int, count: int, folder: Path) -> None:
-    catalog = Catalog(plugins.load())
+    catalog = Catalog(plugin_manager.load())
     (declared,) = catalog.environments(environment)[:1]
     robot = catalog.get("robots", robot_name).data
     if declared.data["type"] != "sim_taichi" or robot["type"] != "sim_taichi":

@@ -9,7 +9,7 @@ from contextlib import suppress
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.geometry import Pose
 from benchbot.core.platform import Scene
-from benchbot.supervisor.children import how_it_ended
+from benchbot.process import how_it_ended
 from benchbot_robot_ros2.bridge import camera_channel
 from benchbot_robot_ros2.bridge.camera_channel import Failed, Load, Look, Start
 from benchbot_robot_ros2.bridge.robot import BridgedRobot

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from benchbot.cli import console
-from benchbot.cli.options import group
+from benchbot.cli.kit import console
+from benchbot.cli.kit.options import group
 from benchbot.cli.run import Seed
 
 if TYPE_CHECKING:
-    from benchbot.core.catalog import Catalog
+    from benchbot.core.declarations.catalog import Catalog
     from benchbot_robot_ros2.bridge.robot import BridgedRobot
 
 app = group("Present a simulated robot as a real one.")
@@ -41,8 +41,8 @@ def ros2(
     namespace: Annotated[str, typer.Option(metavar="NAME", help="Put topics and services below it.")] = "",
 ) -> None:
     """Present a simulated robot as a ROS 2 robot, in its own simulated time; Ctrl-C ends it."""
-    from benchbot.core import plugins, resources
-    from benchbot.core.catalog import Catalog
+    from benchbot.core import plugin_manager, resources
+    from benchbot.core.declarations.catalog import Catalog
     from benchbot_robot_ros2 import ros
     from benchbot_robot_ros2.bridge.camera import Camera
     from benchbot_robot_ros2.bridge.node import Bridge
@@ -51,7 +51,7 @@ def ros2(
     from benchbot_robot_ros2.bridge.state import StatePublisher, transforms_installed
     from benchbot_robot_ros2.bridge.world import World
 
-    catalog = Catalog(plugins.load())
+    catalog = Catalog(plugin_manager.load())
     declaration = find_robot(catalog, robot).data
     scene = find_scene(catalog, declaration, environment)
     bridged = BridgedRobot(declaration, namespace, {"arch": arch}, str(resources.cache_dir()))

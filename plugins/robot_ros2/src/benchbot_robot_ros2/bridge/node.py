@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from benchbot.core.catalog import Catalog
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.geometry import Pose
 from benchbot.core.platform import Scene

@@ -8,11 +8,11 @@ from typing import Any
 
 import msgspec
 
-from benchbot.core import schema
-from benchbot.core.catalog import Catalog, Declaration
+from benchbot.core.declarations import schema
+from benchbot.core.declarations.catalog import Catalog, Declaration
 from benchbot.core.errors import BenchbotError
 from benchbot.core.platform import PlatformSpec, Scene, Simulation
-from benchbot.core.plugins import Plugins
+from benchbot.core.plugin_manager import Plugins
 from benchbot.core.selection import misfits
 from benchbot_robot_ros2.declaration import Ros2Robot, Topic
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchbot.cli import console
+from benchbot.cli.kit import console
 from benchbot.core.errors import BenchbotError
 from benchbot_robot_ros2.ramp import REST
 
@@ -40,9 +40,9 @@ def guard(
     command_timeout_s, or by the declared e-stop or dead-man switch; the robot moves again after a second without a
     command to move.
     """
-    from benchbot.core.catalog import Catalog
+    from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.motion import MotionConfig
-    from benchbot.core.plugins import load
+    from benchbot.core.plugin_manager import load
 
     declaration = Catalog(load()).get("robots", robot).data
     if declaration["type"] != "ros2":

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchbot.cli import console
-from benchbot.cli.options import Json
+from benchbot.cli.kit import console
+from benchbot.cli.kit.options import Json
 from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
@@ -40,8 +40,8 @@ def generate_environment(
 
     The same options always give the same place. Use it with: benchbot run --addons FOLDER --env NAME:1 …
     """
-    from benchbot.core.catalog import Catalog
-    from benchbot.core.plugins import load
+    from benchbot.core.declarations.catalog import Catalog
+    from benchbot.core.plugin_manager import load
     from benchbot_scenes.catalogue import pack
     from benchbot_scenes.generator.files import write_place
     from benchbot_scenes.generator.generate import generate

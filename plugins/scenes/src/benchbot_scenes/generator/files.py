@@ -6,7 +6,8 @@ from typing import Any
 
 import yaml
 
-from benchbot.core import atomic, editors
+from benchbot.core import atomic
+from benchbot.core.declarations import editors
 from benchbot.core.errors import BenchbotError
 from benchbot.core.results import write_json
 from benchbot_scenes.compose import compose

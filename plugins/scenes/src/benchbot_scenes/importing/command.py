@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 import typer
 
-from benchbot.cli import console
-from benchbot.cli.options import Json
+from benchbot.cli.kit import console
+from benchbot.cli.kit.options import Json
 from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
@@ -94,11 +94,11 @@ def _known(path: Path | None, units: str, up: str, floor_z_m: float | None, file
 
 
 def _observer(robot: str) -> "Observer":
-    from benchbot.core import plugins
-    from benchbot.core.catalog import Catalog
+    from benchbot.core import plugin_manager
+    from benchbot.core.declarations.catalog import Catalog
     from benchbot_scenes.visibility import CARTER, observer
 
-    catalog = Catalog(plugins.load())
+    catalog = Catalog(plugin_manager.load())
     if robot == "carter" and robot not in catalog.names("robots"):
         return CARTER
     declared = catalog.get("robots", robot).data

@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from benchbot.core import editors
+from benchbot.core.declarations import editors
 from benchbot.core.errors import BenchbotError
 from benchbot_scenes.ground_truth import BACKGROUND, mapped_objects
 from benchbot_scenes.importing import light

@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import yaml
 
-from benchbot.core import schema
+from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot_scenes.importing.guessing import UNITS_M
 from benchbot_scenes.importing.model import UpAxis

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchbot.cli import console
-from benchbot.cli.options import Json, group
+from benchbot.cli.kit import console
+from benchbot.cli.kit.options import Json, group
 from benchbot.core.errors import BenchbotError, did_you_mean
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def list_(
     as_json: Json = False,
 ) -> None:
     """List the asset packs that are installed, or the models of one."""
-    from benchbot.core.plugins import load
+    from benchbot.core.plugin_manager import load
     from benchbot_scenes.catalogue import load_catalogue
 
     pool = load().pool("asset_packs")

@@ -1,0 +1,5 @@
+"""The command line as a module: `python -m benchbot`."""
+
+from benchbot.cli.app import main
+
+main()

@@ -1,0 +1,144 @@
+"""The catalog: every declaration that installed plug-ins offer, in pools by kind and name."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from benchbot.core.declarations import schema
+from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.core.plugin_manager import Plugins, Provided, conflict
+from benchbot.core.resources import YAML_SUFFIXES, declaration_files
+
+if TYPE_CHECKING:
+    from benchbot.plugins.v2.addons import Addon
+
+KINDS: dict[str, str] = {
+    "tasks": "task",
+    "robots": "robot",
+    "environments": "environment",
+    "formats": "format",
+    "examples": "example",
+    "batches": "batch",
+    "episodes": "episodes",
+}
+"""Pools of declarations, and the schema of each: YAML files, but for episodes, which are JSON.
+
+Ground truths have their own way: `Catalog.ground_truth_files`.
+"""
+
+_NAMING_KEYS = {"environments": ("name", "variant"), "episodes": ("task", "environment")}
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """One declared thing: its data as written, the file and the distribution (or v2's add-ons) it came from."""
+
+    kind: str
+    name: str
+    path: Path
+    distribution: str
+    data: dict[str, Any] = field(hash=False)
+    addon: "Addon | None" = None
+
+
+class Catalog:
+    """Pools of declarations. Names are read at first use of a pool, a declaration is validated when it is taken."""
+
+    def __init__(self, plugins: Plugins) -> None:
+        self.plugins = plugins
+        self.broken: list[BenchbotError] = []
+        """Declarations that cannot be read; each is left out of its pool and does not take the others down."""
+        self._pools: dict[str, dict[str, Declaration]] = {}
+
+    def names(self, kind: str) -> list[str]:
+        """Return the sorted names of a pool; environments as `name:variant`, episodes as `task:name:variant`."""
+        return sorted(self.pool(kind))
+
+    def pool(self, kind: str) -> dict[str, Declaration]:
+        """Return a pool by name, not yet validated; raises BenchbotError when a name is declared twice."""
+        if kind not in self._pools:
+            self._pools[kind] = self._read_pool(kind)
+        return self._pools[kind]
+
+    def get(self, kind: str, name: str) -> Declaration:
+        """Return a validated declaration; raises BenchbotError with the nearest known name.
+
+        And for a format with code that the user has not said to trust.
+        """
+        pool = self.pool(kind)
+        if name not in pool:
+            raise self.unknown(kind, name)
+        declaration = pool[name]
+        schema.check(declaration.data, KINDS[kind], declaration.path)
+        if declaration.addon is not None and declaration.data.get("functions"):
+            from benchbot.plugins.v2 import trust
+
+            trust.require(declaration.addon)
+            # Now, not at the end of an episode, is the time to find a function that is not there.
+            declaration.addon.code.functions(declaration.path, declaration.data["functions"])
+        return declaration
+
+    def unknown(self, kind: str, name: str) -> BenchbotError:
+        """Return the error for a name that a pool does not hold."""
+        noun = KINDS[kind]
+        known = self.names(kind)
+        return BenchbotError(
+            f"'{name}' is not a known {noun}.",
+            f"Known: {', '.join(known) or 'none'}.{did_you_mean(name, known)}{self.plugins.broken_hint()}"
+            + "".join(f" Unreadable: {error.title}" for error in self.broken),
+            f"List them with: benchbot list {kind}",
+        )
+
+    def environments(self, text: str) -> list[Declaration]:
+        """Return the scenes of an environment string `name:variant[:variant…]`."""
+        name, *variants = text.split(":")
+        if not name or not variants or not all(variants):
+            known = self.names("environments")
+            raise BenchbotError(
+                f"'{text}' does not name an environment.",
+                "An environment is written name:variant, or name:variant:variant for more scenes."
+                f"{did_you_mean(text, known)}",
+                "List them with: benchbot list environments",
+            )
+        return [self.get("environments", f"{name}:{variant}") for variant in variants]
+
+    @cached_property
+    def ground_truth_files(self) -> tuple[Path, ...]:
+        """The declared ground-truth files. For evaluation and a run's host: nothing else may open them."""
+        sources = (provided.value for provided in self.plugins.sources("ground_truths"))
+        return tuple(declaration_files(sources, (".json",)))
+
+    def _read_pool(self, kind: str) -> dict[str, Declaration]:
+        pool: dict[str, Declaration] = {}
+        for declaration in self._declarations(kind, self.plugins.sources(kind)):
+            if declaration.name in pool:
+                first = pool[declaration.name]
+                raise conflict(kind, declaration.name, first.distribution, declaration.distribution)
+            pool[declaration.name] = declaration
+        return pool
+
+    def _declarations(self, kind: str, sources: Iterable[Provided]) -> Iterable[Declaration]:
+        for source in sources:
+            for path in declaration_files([source.value], (".json",) if kind == "episodes" else YAML_SUFFIXES):
+                try:
+                    data = schema.read(path)
+                    name = name_of(kind, data, path)
+                except BenchbotError as error:
+                    self.broken.append(error)
+                else:
+                    yield Declaration(kind, name, path, source.distribution, data, source.addon)
+
+
+def name_of(kind: str, data: dict[str, Any], path: Path) -> str:
+    """Return a declaration's name in its pool; raises BenchbotError when the file gives none."""
+    keys = _NAMING_KEYS.get(kind, ("name",))
+    missing = [key for key in keys if not isinstance(data.get(key), str | int) or data[key] == ""]
+    if missing:
+        raise BenchbotError(
+            f"{path} has no {missing[0]}.",
+            f"Every declaration of {kind} needs: {', '.join(keys)}.",
+            f"Add a line '{missing[0]}: …' to the file.",
+        )
+    return ":".join(str(data[key]) for key in keys)

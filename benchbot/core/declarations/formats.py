@@ -1,0 +1,67 @@
+"""Formats of results and ground truths: a declaration's functions, resolved to Python."""
+
+import pkgutil
+from collections.abc import Callable
+from typing import Any
+
+from benchbot.core.declarations.catalog import Declaration
+from benchbot.core.errors import BenchbotError, ExitCode
+
+
+def functions(declaration: Declaration) -> dict[str, Callable[..., Any]]:
+    """Return a format's functions by name (`create`, `validate`, …), imported from the plug-in or v2's add-on.
+
+    Raises BenchbotError naming the declaration when one cannot be imported.
+    """
+    if declaration.addon is not None:
+        return declaration.addon.code.functions(declaration.path, declaration.data["functions"])
+    resolved = {}
+    for name, target in declaration.data["functions"].items():
+        try:
+            resolved[name] = pkgutil.resolve_name(target)
+        except (ImportError, AttributeError, ValueError) as error:
+            raise BenchbotError(
+                f"The format '{declaration.name}' names a function that cannot be imported.",
+                f"{declaration.path}: functions/{name} is '{target}': {error}",
+                f"Report this to the author of '{declaration.distribution}'.",
+            ) from error
+    return resolved
+
+
+def call(declaration: Declaration, name: str, args: list[Any], kwargs: dict[str, Any]) -> Any:
+    """Call one of a format's functions for a solution.
+
+    Raises BenchbotError for an unknown function, for arguments that do not fit, and for whatever the function raises.
+    """
+    known = functions(declaration)
+    if name not in known:
+        raise BenchbotError(
+            f"The format '{declaration.name}' has no function '{name}'.",
+            f"It has: {', '.join(sorted(known))}.",
+            "Call one of these.",
+        )
+    try:
+        return known[name](*args, **kwargs)
+    except TypeError as error:
+        raise BenchbotError(
+            f"{name}() was called with arguments that do not fit.",
+            str(error),
+            f"See the format with: benchbot show format {declaration.name}",
+            exit_code=ExitCode.SUBMISSION_FAILED,
+        ) from error
+    except BenchbotError:
+        raise
+    # A format's author may fail in any way at all; those of BenchBot v2 validate with `assert`.
+    except Exception as error:
+        raise BenchbotError(
+            f"{name}() failed.",
+            f"{type(error).__name__}: {error}",
+            f"See the format with: benchbot show format {declaration.name}",
+            exit_code=ExitCode.SUBMISSION_FAILED,
+        ) from error
+
+
+def validate(declaration: Declaration, instance: Any) -> None:
+    """Check an instance with the format's own `validate`; a format without one accepts everything."""
+    if "validate" in declaration.data["functions"]:
+        call(declaration, "validate", [instance], {})

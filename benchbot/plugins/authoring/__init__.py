@@ -1,0 +1,1 @@
+"""Making plug-ins: new projects, checks of declarations, and the conformance kit."""

@@ -1,0 +1,39 @@
+"""`benchbot new`: a plug-in of one's own, complete and tested, to go on from."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from benchbot.cli.kit import console
+
+
+def new(
+    kind: Annotated[
+        str,
+        typer.Argument(metavar="KIND", help="plugin, task, robot, environment, evaluator, simulator, driver or agent."),
+    ],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Of the distribution, such as acme-kitchen.")],
+    output: Annotated[
+        Path, typer.Option("--output-location", "-o", metavar="DIR", help="The folder that it is made in.")
+    ] = Path(),
+) -> None:
+    """Make a new plug-in: a project with an example, tests, documentation and CI, ready to publish.
+
+    Prints its folder. Nothing is overwritten.
+    """
+    from benchbot.core.errors import BenchbotError, did_you_mean
+    from benchbot.plugins.authoring.scaffold.kinds import KINDS
+    from benchbot.plugins.authoring.scaffold.render import create
+
+    if kind not in KINDS:
+        raise BenchbotError(
+            f"'{kind}' is nothing that can be made.",
+            f"There is: {', '.join(KINDS)}.{did_you_mean(kind, list(KINDS))}",
+            "Name one of these: benchbot new task acme-tasks",
+        )
+    folder = create(kind, name, output)
+    console.data(str(folder))
+    console.note(f"Try it:         cd {folder} && make test")
+    console.note("Use it:         pip install --editable .")
+    console.note("Then read:      README.md, and docs/plugins.md of BenchBot")

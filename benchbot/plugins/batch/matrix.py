@@ -1,0 +1,172 @@
+"""From what is asked to a plan: every combination of the axes, each proven possible, with the key of its result."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from benchbot.core import overrides
+from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.errors import BenchbotError
+from benchbot.core.provenance import software
+from benchbot.core.selection import ImpossibleError, Selection, select
+from benchbot.plugins.batch import solutions
+from benchbot.plugins.batch.plan import Plan, PlannedEpisode, PlannedSolution, canonical, digest, plan_hash
+from benchbot.plugins.batch.request import Request
+from benchbot.plugins.batch.source_files import SourceFiles
+from benchbot.submission.command import order_of
+
+LABEL_LENGTH = 100
+
+
+def make(request: Request, catalog: Catalog, folder: Path) -> Plan:
+    """Return the plan of a batch whose native solution runs in `folder`.
+
+    Raises one BenchbotError that names all reasons why some combination is impossible.
+    """
+    command, ran_in = _command(request, catalog, folder)
+    for name in request.record:
+        catalog.plugins.record("recorders", name)
+    hold = request.hold
+    found = solutions.files(command, ran_in, hold).hashes
+    solution = PlannedSolution(request.native, request.example, tuple(request.words), str(folder), found, hold)
+    selections = _selections(request, catalog)
+    shared = {
+        "task": request.task,
+        "limits": asdict(request.limits),
+        "timeout_s": request.timeout_s,
+        "solution": {"command": command, "files": dict(solution.files), **hold.determines()},
+    }
+    episodes = tuple(_episodes(request, selections, shared))
+    return Plan(
+        hash=plan_hash(episodes),
+        task=request.task,
+        method=request.method,
+        solution=solution,
+        limits=request.limits,
+        timeout_s=request.timeout_s,
+        record=tuple(dict.fromkeys(request.record)),
+        policy=request.policy,
+        episodes=episodes,
+    )
+
+
+def files_of(plan: Plan, catalog: Catalog) -> SourceFiles:
+    """Return the files of a plan's solution as they are now, and where there were too many."""
+    solution = plan.solution
+    request = Request(plan.task, (), (), solution.native, solution.example, solution.hold, solution.words)
+    return solutions.files(*_command(request, catalog, Path(solution.folder)), solution.hold)
+
+
+def _command(request: Request, catalog: Catalog, folder: Path) -> tuple[list[str], Path]:
+    """Return the command, and where it runs; an image says itself what runs in its container."""
+    if request.hold.context is not None:
+        return [solutions.IMAGE, *request.words], folder
+    order = order_of(catalog, request.native, request.example, list(request.words), request.timeout_s)
+    return order.command, folder if request.native is not None else order.folder
+
+
+def select_for(plan: Plan, episode: PlannedEpisode, catalog: Catalog) -> Selection:
+    """Return what an episode runs; raises BenchbotError when that is not possible here."""
+    return select(
+        catalog,
+        task=plan.task,
+        robot=episode.robot,
+        environment=episode.environment,
+        seed=episode.seed,
+        limits=plan.limits,
+        episode=episode.episode,
+        settings=episode.settings,
+    )
+
+
+Combination = tuple[str, str, dict[str, Any], int | None]
+"""What differs between selections beside their seeds: robot, environment, settings and episode."""
+
+
+def _selections(request: Request, catalog: Catalog) -> list[tuple[Combination, Selection]]:
+    found: list[tuple[Combination, Selection]] = []
+    errors: dict[tuple[str, str], BenchbotError] = {}
+    for combination in _combinations(request):
+        robot, environment, settings, episode = combination
+        try:
+            selection = select(
+                catalog,
+                task=request.task,
+                robot=robot,
+                environment=environment,
+                method=request.method,
+                limits=request.limits,
+                episode=episode,
+                settings=settings,
+            )
+        except BenchbotError as error:
+            for reason in error.reasons if isinstance(error, ImpossibleError) else [error]:
+                errors.setdefault((reason.title, reason.why), reason)
+        else:
+            found.append((combination, selection))
+            if selection.robot.data["type"] in catalog.plugins.pool("robot_drivers"):
+                errors.setdefault((robot, ""), _real(robot))
+    if len(errors) == 1:
+        raise next(iter(errors.values()))
+    if errors:
+        raise BenchbotError(
+            f"This batch is not possible, for {len(errors)} reasons.",
+            "\n".join(f"{number}. {error.title} {error.why}" for number, error in enumerate(errors.values(), 1)),
+            "\n".join(f"{number}. {error.fix}" for number, error in enumerate(errors.values(), 1)),
+        )
+    return found
+
+
+def _real(robot: str) -> BenchbotError:
+    return BenchbotError(
+        f"The robot '{robot}' is a real one.",
+        "A batch runs unattended and tries again what has failed; somebody must stand beside a robot that moves.",
+        "Run its episodes one by one: benchbot submit",
+    )
+
+
+def _combinations(request: Request) -> Iterator[Combination]:
+    """Yield what shares a simulator's scene one after the other, so that workers stay where they are."""
+    axes = [[(key, value) for value in values] for key, values in request.settings.items()]
+    for robot, environment, settings in product(request.robots, request.environments, product(*axes)):
+        for episode in request.episodes if request.episodes is not None else [None]:
+            yield robot, environment, dict(settings), episode
+
+
+def _episodes(
+    request: Request, selections: list[tuple[Combination, Selection]], shared: dict[str, Any]
+) -> Iterator[PlannedEpisode]:
+    known: dict[str, dict[str, Any]] = {}
+    for (robot, environment, settings, _), selection in selections:
+        place = canonical([robot, environment, settings])
+        if place not in known:
+            known[place] = software(selection)
+        number = None if selection.episode is None else selection.episode.number
+        for seed, repeat in product(request.seeds, range(request.repeats)):
+            counted = repeat if request.repeats > 1 else None
+            determines = {
+                **shared,
+                **known[place],
+                "robot": robot,
+                "environment": environment,
+                "settings": settings,
+                "seed": seed,
+                "repeat": counted,
+                "episode": None if selection.episode is None else selection.episode.provenance(),
+                "limits": asdict(selection.limits),
+            }
+            label = _label(robot, environment, seed, counted, number, settings)
+            yield PlannedEpisode(digest(determines), label, robot, environment, seed, counted, number, settings)
+
+
+def _label(
+    robot: str, environment: str, seed: int, repeat: int | None, number: int | None, settings: Mapping[str, Any]
+) -> str:
+    told = (("episode", number), ("seed", seed), ("repeat", repeat))
+    parts = [robot, environment.replace(":", "-"), *(f"{word}{value}" for word, value in told if value is not None)]
+    if settings:
+        parts.append(overrides.label(settings).replace(", ", "_"))
+    return re.sub(r"[^\w.=-]", "-", "_".join(parts))[:LABEL_LENGTH]

@@ -1,0 +1,178 @@
+"""The plan of a batch: what is computed, episode by episode, hashed, and written before anything starts."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, Self
+
+from benchbot.core import results
+from benchbot.core.declarations import schema
+from benchbot.core.errors import BenchbotError
+from benchbot.core.selection import Limits
+from benchbot.submission.modes import DEFAULT_LIMITS, ProcessLimits
+
+VERSION = 1
+KEY_DIGITS = 8
+
+Place = tuple[str, str, str]
+"""What a simulator has loaded: robot, environment, and settings (as JSON)."""
+
+
+@dataclass(frozen=True)
+class Policy:
+    """How a batch deals with what goes wrong."""
+
+    retries: int = 2
+    """After failures of platform or infrastructure; what a solution does wrong is a result."""
+    rerun_collided: int = 0
+    stall_s: float = 1800.0
+    """A solution that makes no progress for so long is ended; 0 is never."""
+    stale_s: float = 30.0
+    """A worker that is not heard of for so long has lost its claim."""
+    minimum_free_bytes: int = 200 * 2**20
+
+
+@dataclass(frozen=True)
+class Hold:
+    """What holds a solution: a sandbox, or the container of a `dockerfile` in a folder, its `context`; or nothing."""
+
+    sandboxed: bool = False
+    readable: tuple[str, ...] = ()
+    context: str | None = None
+    dockerfile: str | None = None
+    weak_limits: bool = False
+    limits: ProcessLimits = DEFAULT_LIMITS
+
+    @classmethod
+    def from_dict(cls, document: Mapping[str, Any]) -> Self:
+        """Return what was written into a plan."""
+        limits = ProcessLimits(**document["limits"])
+        return cls(**{**document, "readable": tuple(document["readable"]), "limits": limits})
+
+    def determines(self) -> dict[str, Any]:
+        """Return what of it may change a result; nothing for a native solution."""
+        if self == type(self)():
+            return {}
+        held = asdict(replace(self, context=None, dockerfile=None))
+        return {"hold": {**held, "contained": self.context is not None}}
+
+
+@dataclass(frozen=True)
+class PlannedSolution:
+    """What is run in each episode: a command or an example, or a container, and the hashes of its files."""
+
+    native: str | None
+    example: str | None
+    words: tuple[str, ...]
+    folder: str
+    files: Mapping[str, str]
+    hold: Hold = Hold()
+
+
+@dataclass(frozen=True)
+class PlannedEpisode:
+    """One unit of work. `key` is the SHA-256 of all that determines its result; `repeat` is None when there is one."""
+
+    key: str
+    label: str
+    robot: str
+    environment: str
+    seed: int
+    repeat: int | None = None
+    episode: int | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict, hash=False)
+
+    @property
+    def name(self) -> str:
+        """The name of its folder."""
+        return f"{self.label}-{self.key[:KEY_DIGITS]}"
+
+    @cached_property
+    def place(self) -> Place:
+        """What a simulator must have loaded for it."""
+        return self.robot, self.environment, canonical(self.settings)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A batch: one task, one solution, many episodes. `hash` says which one; two of the same hash compute the same."""
+
+    hash: str
+    task: str
+    method: str | None
+    solution: PlannedSolution
+    limits: Limits
+    timeout_s: float | None
+    record: tuple[str, ...]
+    policy: Policy
+    episodes: tuple[PlannedEpisode, ...]
+
+    @property
+    def robots(self) -> list[str]:
+        """The robots, in the order of the plan."""
+        return list(dict.fromkeys(episode.robot for episode in self.episodes))
+
+    @property
+    def environments(self) -> list[str]:
+        """The environments, in the order of the plan."""
+        return list(dict.fromkeys(episode.environment for episode in self.episodes))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plan as the JSON document that is written."""
+        return {"version": VERSION, **asdict(self)}
+
+
+def canonical(document: Any) -> str:
+    """Return a document as JSON that is the same for equal documents: keys sorted, no spaces."""
+    return json.dumps(document, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+
+
+def digest(document: Any) -> str:
+    """Return the SHA-256 of a document's canonical JSON."""
+    return sha256(canonical(document).encode()).hexdigest()
+
+
+def plan_hash(episodes: tuple[PlannedEpisode, ...]) -> str:
+    """Return what tells one batch from another: what it computes. How that is scored may change."""
+    return digest([episode.key for episode in episodes])
+
+
+def write(path: Path, plan: Plan) -> None:
+    """Write a plan atomically; raises BenchbotError when it cannot be written."""
+    results.write_json(path, plan.as_dict())
+
+
+def read(path: Path) -> Plan:
+    """Return the plan in a batch's folder; raises BenchbotError when there is none, or it is not what was written."""
+    if not path.is_file():
+        raise BenchbotError(
+            f"There is no batch in {path.parent}.",
+            f"It has no {path.name}.",
+            "Name the folder of a batch, as benchbot batch has printed it.",
+        )
+    document = schema.read(path)
+    schema.check(document, "plan", path)
+    episodes = tuple(PlannedEpisode(**entry) for entry in document["episodes"])
+    if document["hash"] != plan_hash(episodes):
+        raise BenchbotError(
+            f"{path} was changed by hand.",
+            "Its hash is not that of its episodes.",
+            "Begin the batch again with another command: benchbot batch --output-location FOLDER …",
+        )
+    solution = {"hold": asdict(Hold()), **document["solution"]}
+    return Plan(
+        hash=document["hash"],
+        task=document["task"],
+        method=document["method"],
+        solution=PlannedSolution(
+            **{**solution, "words": tuple(solution["words"]), "hold": Hold.from_dict(solution["hold"])}
+        ),
+        limits=Limits(**document["limits"]),
+        timeout_s=document["timeout_s"],
+        record=tuple(document["record"]),
+        policy=Policy(**document["policy"]),
+        episodes=episodes,
+    )

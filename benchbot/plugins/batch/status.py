@@ -1,0 +1,197 @@
+"""How a batch gets on: read from its folder alone, again and again, at little cost."""
+
+import json
+import time
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from benchbot.plugins.batch import journal
+from benchbot.plugins.batch.attempts import Attempts, Finished
+from benchbot.plugins.batch.claims import Observer
+from benchbot.plugins.batch.folder import Folder
+from benchbot.plugins.batch.plan import Plan, PlannedEpisode
+
+SHOWN_EVENTS = 20
+SCAN_PERIOD_S = 20.0
+
+
+@dataclass(frozen=True)
+class RunningEpisode:
+    """An episode that a worker computes just now."""
+
+    episode: str
+    worker: str
+    since_s: float | None
+    """Seconds since it was begun; None when that is not known."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """The score of the results that there are so far: `low` and `high` are of its interval, where that is known."""
+
+    name: str
+    value: float
+    results: int
+    low: float | None = None
+    high: float | None = None
+
+
+@dataclass(frozen=True)
+class BatchStatus:
+    """Where a batch stands. Times are seconds; what cannot be told yet is None."""
+
+    folder: str
+    hash: str
+    episodes: int
+    finished: int
+    failures: Mapping[str, int]
+    """Finished episodes that did not end well, by class of failure."""
+    retried: int
+    """Attempts that failed and were made again."""
+    running: tuple[RunningEpisode, ...]
+    workers: int
+    """Workers that run or wait to run; -1 when nobody has asked the executor."""
+    idle: tuple[str, ...]
+    """Workers that wait for others to finish."""
+    paused: str | None
+    """Why a worker waits before it begins anything, such as a full disk."""
+    mean_s: float | None
+    """What an episode takes, on average."""
+    rate_per_hour: float | None
+    """Episodes that were finished per hour of work, lately."""
+    left_s: float | None
+    """When the rest will be done, if it goes on like this."""
+    score: Score | None = None
+    newest: tuple[Mapping[str, Any], ...] = field(default=())
+    """The last events, oldest first."""
+    conclusion: Mapping[str, Any] | None = None
+    """Of a detached batch that is complete: `files` that were made of its results, or the `problem` why none were."""
+
+    @property
+    def pending(self) -> int:
+        """How many episodes nobody has begun yet, or are to be begun again."""
+        return self.episodes - self.finished - len(self.running)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every episode has its result."""
+        return self.finished == self.episodes
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON."""
+        return {**asdict(self), "pending": self.pending, "complete": self.is_complete}
+
+
+class Monitor:
+    """Looks at a batch's folder. What is finished is read once; the logs of events are read as they grow."""
+
+    def __init__(self, folder: Folder, plan: Plan) -> None:
+        self.plan = plan
+        self._folder = folder
+        self._observer = Observer(folder.claims, plan.policy.stale_s)
+        self._left: dict[str, PlannedEpisode] = {episode.key: episode for episode in plan.episodes}
+        self.finished: dict[str, Finished] = {}
+        """What is known of each finished episode, by key."""
+        self._tails: dict[str, journal.Tail] = {}
+        self._newest: list[dict[str, Any]] = []
+        self._last: dict[str, dict[str, Any]] = {}
+        self._began: dict[str, float] = {}
+        self._retried = 0
+        self._scanned_s = float("-inf")
+
+    def look(self, workers: int = -1, score: Score | None = None) -> BatchStatus:
+        """Return where the batch stands now; `workers` is how many run, as the executor says."""
+        told = self._read_events()
+        claimed = dict(self._observer.claims())
+        now_s = time.monotonic()
+        if now_s - self._scanned_s > SCAN_PERIOD_S:
+            self._scanned_s = now_s
+            told = set(self._left)
+        for key in (told - claimed.keys()) & self._left.keys():
+            self._check(key)
+        if len(self._left) <= len(claimed):  # the end is near, or a claim was left behind
+            for key in list(self._left):
+                self._check(key)
+        running = tuple(
+            RunningEpisode(self._left[key].name, claim.worker, self._since(key))
+            for key, claim in claimed.items()
+            if key in self._left and not claim.process.is_dead
+        )
+        mean_s, rate_per_hour = self._pace()
+        left = len(self._left)
+        at_once = max(len(running), 1)
+        return BatchStatus(
+            folder=str(self._folder.path),
+            hash=self.plan.hash,
+            episodes=len(self.plan.episodes),
+            finished=len(self.finished),
+            failures=dict(
+                sorted(Counter(str(each.failure) for each in self.finished.values() if each.failure).items())
+            ),
+            retried=self._retried,
+            running=running,
+            workers=workers,
+            idle=tuple(sorted(name for name, event in self._last.items() if event["what"] == "idle")),
+            paused=next((str(event["why"]) for event in self._last.values() if event["what"] == "paused"), None),
+            mean_s=mean_s,
+            rate_per_hour=rate_per_hour,
+            left_s=None if mean_s is None else left * mean_s / at_once,
+            score=score,
+            newest=tuple(self._newest),
+            conclusion=None if self._left else self._conclusion(),
+        )
+
+    def since_last_event_s(self, who: str) -> float | None:
+        """Return for how long a worker or driver has told nothing new; None for one that is not known."""
+        event = self._last.get(who)
+        return None if event is None else max(0.0, time.time() - float(event.get("time_s", 0.0)))
+
+    def _conclusion(self) -> Mapping[str, Any] | None:
+        try:
+            document: Mapping[str, Any] = json.loads(self._folder.conclusion.read_bytes())
+        except (OSError, ValueError):
+            return None
+        return document
+
+    def _check(self, key: str) -> None:
+        episode = self._left[key]
+        finished = Attempts(self._folder.episode(episode.name)).finished()
+        if finished is not None:
+            self.finished[key] = finished
+            del self._left[key]
+
+    def _read_events(self) -> set[str]:
+        """Read what is new; return the keys of the episodes that are said to be finished."""
+        told: set[str] = set()
+        if not self._folder.events.is_dir():
+            return told
+        events = []
+        for path in sorted(self._folder.events.glob("*.jsonl")):
+            events += self._tails.setdefault(path.name, journal.Tail(path)).read()
+        for event in sorted(events, key=lambda event: float(event.get("time_s", 0.0))):
+            what, key = event.get("what"), event.get("key")
+            if what == "finished":
+                told.add(str(key))
+            elif what == "failed":
+                self._retried += 1
+            elif what == "began":
+                self._began[str(key)] = float(event["time_s"])
+            self._last[str(event.get("who"))] = event
+        self._newest = [*self._newest, *events][-SHOWN_EVENTS:]
+        return told
+
+    def _since(self, key: str) -> float | None:
+        began_s = self._began.get(key)
+        return None if began_s is None else max(0.0, time.time() - began_s)
+
+    def _pace(self) -> tuple[float | None, float | None]:
+        """Return the mean of the last episodes' seconds, and how many are finished per hour."""
+        lately = sorted(self.finished.values(), key=lambda each: each.ended_s)[-100:]
+        if not lately:
+            return None, None
+        mean_s = sum(each.duration_s for each in lately) / len(lately)
+        passed_s = lately[-1].ended_s - lately[0].ended_s
+        rate = (len(lately) - 1) / passed_s * 3600 if len(lately) > 1 and passed_s > 0 else None
+        return mean_s, rate

@@ -1,0 +1,199 @@
+"""A worker of a batch: `python -m benchbot.plugins.batch.worker FOLDER --name NAME`.
+
+It claims one pending episode after another and computes it, staying where its simulator is warm; while others hold the
+last ones it waits, in case they are lost. Of a batch that nobody looks on at, whoever is the first to have nothing left
+evaluates the results. It can be killed at any moment; SIGTERM, SIGINT and SIGHUP end it in order.
+Exit codes: 0 nothing is left that it may take · 3 it cannot work (its output says why) · 130 it was told to end.
+"""
+
+import argparse
+import os
+import random
+import signal
+import sys
+import time
+from collections import Counter
+from contextlib import ExitStack
+from pathlib import Path
+
+from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.errors import BenchbotError, ExitCode
+from benchbot.core.plugin_manager import load
+from benchbot.plugins.batch import disk, plan, solutions, work
+from benchbot.plugins.batch.attempt_watcher import NotWantedError
+from benchbot.plugins.batch.attempts import Attempts
+from benchbot.plugins.batch.claims import HeldClaim, Observer
+from benchbot.plugins.batch.events import EventLog, check_writable
+from benchbot.plugins.batch.folder import Folder
+from benchbot.plugins.batch.heartbeat import Heartbeat
+from benchbot.plugins.batch.memory import MemoryWatch
+from benchbot.plugins.batch.plan import Place, PlannedEpisode
+from benchbot.plugins.batch.warm import WarmBackend
+from benchbot.plugins.batch.worker_pool import Crew
+
+IDLE_S = 0.5
+THREADS = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "NUMEXPR_NUM_THREADS",
+    "TI_CPU_MAX_NUM_THREADS",
+)
+"""What numerical libraries and Taichi read their number of threads from, unless they are told by the user."""
+
+
+class Worker:
+    """Takes and finishes episodes, in one process, one at a time. What its solution needs is let go with `stack`."""
+
+    def __init__(self, folder: Folder, name: str, stack: ExitStack) -> None:
+        self._plan = plan.read(folder.plan)
+        for needed in (folder.claims, folder.events, folder.episodes):
+            check_writable(needed)
+        self._folder = folder
+        self._name = name
+        self._events = EventLog(folder.events, name)
+        self._observer = Observer(folder.claims, self._plan.policy.stale_s)
+        catalog, gpus = Catalog(load()), Crew.read(folder).resources.gpus
+        order = stack.enter_context(solutions.prepared(self._plan, catalog, print, gpus))
+        self._backend = WarmBackend(self._plan, needs_socket=order.mode.needs_socket)
+        memory = MemoryWatch(os.getpid())
+        self._desk = work.Desk(folder, self._plan, catalog, self._backend, self._events, name, memory, order)
+        self._left = {episode.key: episode for episode in self._plan.episodes}
+        self.told_to_end = False
+
+    def stop(self, *_: object) -> None:
+        """End in order, soon. It is a signal handler: it may interrupt anything, and does no more than this."""
+        self.told_to_end = True
+
+    def run(self, limit: int | None) -> int:
+        """Work until nothing is left, or `limit` episodes are finished, or it is told to stop; return how many were."""
+        self._events.tell("started", pid=os.getpid())
+        finished = 0
+        idle = False
+        try:
+            while not self.told_to_end and (limit is None or finished < limit):
+                claim, episode = self._next_when_there_is_room() or (None, None)
+                if claim is not None and episode is not None:
+                    idle = False
+                    finished += self._work(claim, episode)
+                elif not self._left:
+                    break
+                else:
+                    if not idle:
+                        self._events.tell("idle")
+                    idle = True
+                    time.sleep(IDLE_S)
+        finally:
+            self._backend.close()
+            self._events.tell("ended", finished=finished, told=self.told_to_end)
+        return finished
+
+    def conclude(self) -> None:
+        """Evaluate a batch that is finished, when nobody looks on at it; raises OSError and BenchbotError."""
+        if not self._left and not self.told_to_end and Crew.read(self._folder).detached:
+            # Few workers come here, all of them at the very end.
+            from benchbot.plugins.batch.finalization import conclude
+
+            conclude(self._folder, self._plan, self._desk.catalog, self._name)
+
+    def _next_when_there_is_room(self) -> tuple[HeldClaim, PlannedEpisode] | None:
+        try:
+            return self._next()
+        except OSError as error:
+            if not disk.is_full(error):
+                raise
+            time.sleep(disk.POLL_S)
+            return None
+
+    def _next(self) -> tuple[HeldClaim, PlannedEpisode] | None:
+        """Return the claim of the next episode, or None when there is none that may be taken now."""
+        claimed = self._observer.keys()
+        for key in claimed & self._left.keys():
+            if self._observer.is_stale(key):
+                self._steal(key)
+        claimed = self._observer.keys()
+        for episode in self._candidates(claimed):
+            if Attempts(self._folder.episode(episode.name)).finished() is not None:
+                del self._left[episode.key]
+                continue
+            claim = HeldClaim.take(self._folder.claims / episode.key, self._name)
+            if claim is None:
+                continue
+            # Between the look and the claim, its worker may have finished it.
+            if Attempts(self._folder.episode(episode.name)).finished() is not None:
+                claim.release()
+                del self._left[episode.key]
+                continue
+            return claim, episode
+        for key in claimed & self._left.keys():
+            if Attempts(self._folder.episode(self._left[key].name)).finished() is not None:
+                del self._left[key]
+        return None
+
+    def _candidates(self, claimed: set[str]) -> list[PlannedEpisode]:
+        """Return what may be taken: first what is where the simulator is, then where the fewest others work."""
+        free = [episode for key, episode in self._left.items() if key not in claimed]
+        others = Counter(self._left[key].place for key in claimed if key in self._left)
+        left = Counter(episode.place for episode in free)
+        # A worker that starts looks for a place of its own: of equal ones not all take the first.
+        chance = random.Random(self._name)  # noqa: S311
+        order: dict[Place, tuple[object, ...]] = {
+            place: (place != self._backend.place, others[place], -left[place], chance.random()) for place in left
+        }
+        return sorted(free, key=lambda episode: order[episode.place])
+
+    def _steal(self, key: str) -> None:
+        stolen = self._observer.steal(key)
+        if stolen is not None:
+            self._events.tell("stole", key=key, worker=stolen.worker)
+        work.end_orphan(self._folder.episode(self._left[key].name))
+
+    def _work(self, claim: HeldClaim, episode: PlannedEpisode) -> bool:
+        """Finish an episode; say whether it is finished."""
+        began_s = time.monotonic()
+        try:
+            with Heartbeat(claim, self._plan.policy.stale_s):
+                failure = work.finish(self._desk, episode, lambda: not self.told_to_end and claim.is_mine)
+        except NotWantedError:
+            self._events.tell("let go", key=episode.key)
+            return False
+        except OSError as error:
+            if not disk.is_full(error):
+                raise
+            self._events.tell("let go", key=episode.key, why=f"{error.filename}: {error.strerror}")
+            time.sleep(disk.POLL_S)
+            return False
+        finally:
+            claim.release()
+        self._left.pop(episode.key, None)
+        duration_s = round(time.monotonic() - began_s, 3)
+        self._events.tell("finished", key=episode.key, failure=failure, duration_s=duration_s)
+        return True
+
+
+def main() -> int:
+    """Work as the command line says; return the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m benchbot.plugins.batch.worker", description=__doc__)
+    parser.add_argument("folder", type=Path, help="the folder of the batch")
+    parser.add_argument("--name", required=True, help="a name that no other worker of the batch has had")
+    parser.add_argument("--cpus", type=int, help="threads of the simulator and of numerical libraries")
+    parser.add_argument("--jobs-limit", type=int, metavar="N", help="end after N episodes")
+    options = parser.parse_args()
+    if options.cpus is not None:
+        for variable in THREADS:
+            os.environ.setdefault(variable, str(options.cpus))
+    try:
+        with ExitStack() as stack:
+            worker = Worker(Folder(options.folder.absolute()), options.name, stack)
+            for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+                signal.signal(number, worker.stop)
+            worker.run(options.jobs_limit)
+        worker.conclude()
+    except (BenchbotError, OSError) as error:
+        print(error, file=sys.stderr)
+        return ExitCode.INTERNAL
+    return ExitCode.INTERRUPTED if worker.told_to_end else ExitCode.OK
+
+
+if __name__ == "__main__":
+    sys.exit(main())

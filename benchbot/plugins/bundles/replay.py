@@ -1,0 +1,155 @@
+"""Replay: the actions that a result has recorded are taken again, and what is seen is held against what was seen."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from benchbot.core import results
+from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.digest import MARK_DIGITS
+from benchbot.core.errors import BenchbotError, FailureClass
+from benchbot.core.host import Host
+from benchbot.core.provenance import source_of_pose
+from benchbot.core.selection import Limits, Selection
+from benchbot.core.session import Session
+from benchbot.plugins.bundles import selected
+
+_DIGITS = 9
+"""Simulated time is rounded like that in provenance."""
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What came of a replay: verified when there are no `problems`, the first of them first.
+
+    `unproven` says what of the result a replay cannot show, `software` what differs from what the result ran on.
+    """
+
+    problems: tuple[str, ...]
+    observations: int
+    unproven: tuple[str, ...] = ()
+    software: tuple[selected.Difference, ...] = ()
+
+    @property
+    def verified(self) -> bool:
+        """Whether everything that a replay can show is as the result says."""
+        return not self.problems
+
+
+def verify(
+    document: Mapping[str, Any],
+    catalog: Catalog,
+    start_host: Callable[[Selection], Host],
+    tell: Callable[[int, int], object] = lambda done, of: None,
+) -> Verification:
+    """Replay a result's actions on a host of their own and return what came of it.
+
+    `tell` is told how many observations of how many are made. Raises BenchbotError for a result that cannot be
+    replayed, with the reason, and when the simulator fails.
+    """
+    provenance = document.get("provenance") or {}
+    scenes = _recorded(document, provenance)
+    selection = selected.again(provenance, catalog, Limits())
+    software = tuple(selected.differences(provenance, selection))
+    total = sum(len(scene["rows"]) for scene in scenes)
+    session = Session(selection, lambda: start_host(selection))
+    try:
+        problem = _taken_again(session, scenes, lambda done: tell(done, total))
+        problems = [problem] if problem else [*_declared(document, selection), *_compared(document, session)]
+        return Verification(tuple(problems), session.progress.frames, tuple(_unproven(provenance)), software)
+    finally:
+        session.close()
+
+
+def _recorded(document: Mapping[str, Any], provenance: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the log of actions; raises BenchbotError, with the reason, for a result that has none."""
+    scenes: list[dict[str, Any]] | None = document.get("actions")
+    if not provenance:
+        why = "It says nothing of what made it: it is of BenchBot v2, or of another program."
+    elif "actions" not in document:
+        why = "It holds no log of its actions: it is of an older BenchBot."
+    elif scenes is None:
+        why = "Its run observed too often for its actions to be logged."
+    elif provenance.get("frames") != sum(len(scene["rows"]) for scene in scenes):
+        why = "Its log of actions is not that of all its observations: the back end died, or somebody has changed it."
+    else:
+        return scenes
+    raise BenchbotError(
+        "The result cannot be verified.", why, "Run the solution again with this BenchBot, and verify the new result."
+    )
+
+
+def _taken_again(session: Session, scenes: list[dict[str, Any]], tell: Callable[[int], object]) -> str | None:
+    """Take all actions; return where what is seen differs first, or None when it never does."""
+    for number, scene in enumerate(scenes):
+        for place, (mark, *taken) in enumerate(scene["rows"]):
+            at = f"observation {session.progress.frames} ({scene['scene']}, {_described(place, taken)})"
+            try:
+                if not _act(session, number, place, taken):
+                    return f"There is no scene for {at}."
+            except BenchbotError as error:
+                if error.failure is FailureClass.PLATFORM:
+                    raise
+                return f"What the log says cannot be done, at {at}: {error.title} {error.why}"
+            if session.digest.hexdigest()[:MARK_DIGITS] != mark:
+                return f"Something else is seen, first at {at}."
+            tell(session.progress.frames)
+    return None
+
+
+def _act(session: Session, scene: int, place: int, taken: list[Any]) -> bool:
+    if taken:
+        session.step(str(taken[0]), taken[1] if len(taken) > 1 else {})
+        return place > 0
+    if place > 0:
+        session.step(None)
+    elif scene > 0:
+        return session.next_scene() is not None
+    else:
+        session.reset()
+    return True
+
+
+def _described(place: int, taken: list[Any]) -> str:
+    if not taken:
+        return "a look" if place else "on entering"
+    values = ", ".join(str(value) for value in (taken[1].values() if len(taken) > 1 else ()))
+    return f"after {taken[0]}({values})"
+
+
+def _declared(document: Mapping[str, Any], selection: Selection) -> list[str]:
+    """Return where task and scenes are declared otherwise here than in the result."""
+    details = results.empty_result(selection)
+    named = {"task_details": "The task", "environment_details": "The environment"}
+    return [
+        f"{name} is not the one that is declared here." for key, name in named.items() if document[key] != details[key]
+    ]
+
+
+def _compared(document: Mapping[str, Any], session: Session) -> list[str]:
+    """Return what the result says otherwise than the replay, which has seen the same."""
+    said, progress = document["provenance"], session.progress
+    source = source_of_pose(session.selection)
+    collided = progress.failure is FailureClass.COLLISION
+    claims_collision = (said["failure"] or {}).get("class") == FailureClass.COLLISION
+    compared: dict[str, tuple[Any, Any]] = {
+        "its digest of the observations": (said["observation_digest"], session.digest.hexdigest()),
+        "where the robot went (track)": (document.get("track"), [track.as_dict(source) for track in session.tracks]),
+        "its simulated time": (said["simulated_time_s"], round(progress.simulated_time_s, _DIGITS)),
+    }
+    problems = [f"The result is wrong about {name}." for name, (told, found) in compared.items() if told != found]
+    # An action that the simulator did not survive counts as a step, but nothing was observed after it.
+    if said["steps"] - progress.steps not in (0, int(said["failure"] is not None)):
+        problems.append("The result is wrong about the number of its steps.")
+    if collided and said["failure"] is None:
+        problems.append("The robot hits something, and the result does not say so.")
+    if claims_collision and not collided:
+        problems.append("The result says that the robot hit something, and it does not.")
+    return problems
+
+
+def _unproven(provenance: Mapping[str, Any]) -> list[str]:
+    failure = provenance["failure"]
+    if failure is not None and failure["class"] != FailureClass.COLLISION:
+        return [f"why the episode failed ({failure['class']})"]
+    return []

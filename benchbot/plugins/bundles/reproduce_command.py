@@ -1,0 +1,170 @@
+"""`benchbot reproduce`: the solution of a bundle, run again, and its results compared."""
+
+import tempfile
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from benchbot.cli.kit import console
+from benchbot.cli.kit.interrupting import interruptible
+from benchbot.cli.kit.limits import CpuTime, FileSize, Memory, Processes, process_limits
+from benchbot.cli.kit.options import GroundTruths, Json
+from benchbot.core.errors import BenchbotError, ExitCode
+from benchbot.plugins.bundles.untrusted_solution import Choice, unpacked
+from benchbot.plugins.containers.options import Cpus, Gpus, WeakLimits
+from benchbot.plugins.sandbox.options import Readable
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from benchbot.core.selection import Selection
+    from benchbot.plugins.bundles.reading import Bundle
+    from benchbot.plugins.bundles.reproducing import Reproduction, Scoring
+    from benchbot.plugins.bundles.selected import Difference
+    from benchbot.submission.episode import Order
+
+
+def reproduce(
+    bundle: Annotated[Path, typer.Argument(metavar="BUNDLE", help="A file that benchbot bundle has made.")],
+    tolerance: Annotated[
+        float,
+        typer.Option(metavar="X", min=0, help="By how much each score may differ where results are not identical."),
+    ] = 0.0,
+    native: Annotated[
+        bool, typer.Option("--native", help="Run the solution with all your rights, not in a sandbox. It asks first.")
+    ] = False,
+    trust: Annotated[bool, typer.Option("--trust", help="Say yes to that beforehand: you have read the code.")] = False,
+    readable: Readable = None,
+    cpus: Cpus = None,
+    gpus: Gpus = 0,
+    weak_limits: WeakLimits = False,
+    memory: Memory = None,
+    processes: Processes = None,
+    cpu_time: CpuTime = None,
+    file_size: FileSize = None,
+    timeout: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", min=0, help="End a solution that runs longer. [default: as the bundle says]"),
+    ] = None,
+    ground_truth: GroundTruths = None,
+    results_location: Annotated[
+        Path | None, typer.Option("--results-location", "-r", metavar="FOLDER", help="Keep the new results here.")
+    ] = None,
+    unpack: Annotated[
+        Path | None,
+        typer.Option("--unpack", metavar="FOLDER", help="Write the solution's source to this new folder; run nothing."),
+    ] = None,
+    check_only: Annotated[
+        bool, typer.Option("--check-only", help="Check the bundle and what is installed; run nothing.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
+    """Run the solution of a bundle again, once for each of its results, and say whether the same comes of it.
+
+    A result is identical when every observation, every action and every bit of the answer is the same; otherwise it is
+    said what differs first, and whether its scores are within the tolerance. The solution runs in a sandbox, or in a
+    container where it ran in one for its results. Exits with 1 when a result, or a score that the bundle states, is
+    different.
+    """
+    from benchbot.core.declarations.catalog import Catalog
+    from benchbot.core.plugin_manager import load
+    from benchbot.plugins.bundles import reading, reproducing
+
+    if results_location is not None and results_location.exists() and not results_location.is_dir():
+        raise BenchbotError(
+            f"{results_location} is not a folder.", "The new results are several files.", "Name a folder."
+        )
+    catalog = Catalog(load())
+    with reading.opened(bundle) as opened:
+        if unpack is not None:
+            _unpack(opened, unpack)
+            return
+        chosen = reproducing.selections(opened, catalog)
+        software = reproducing.other_software(opened, chosen)
+        for difference in software:
+            console.note(f"Other software: {difference}")
+        _tell_of_versions(opened, software)
+        if check_only:
+            console.note("The bundle is sound, and its results can be made again here.")
+            return
+        limits = process_limits(memory, processes, cpu_time, file_size)
+        choice = Choice(limits, timeout, native, trust, readable, cpus, gpus, weak_limits)
+        with ExitStack() as stack:
+            stack.enter_context(interruptible("the solution and its back end have been ended."))
+            folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="benchbot-")))
+            order = stack.enter_context(unpacked(opened, folder / "solution", choice))
+            found = _run(opened, chosen, order, results_location or folder / "results")
+            found, scoring = reproducing.score(opened, found, catalog, ground_truth, tolerance)
+    _tell(found, scoring, [str(difference) for difference in software], as_json=as_json)
+    if scoring.false or any(one.likeness is reproducing.Likeness.DIFFERENT for one in found):
+        raise typer.Exit(ExitCode.SUBMISSION_FAILED)
+
+
+def _run(bundle: "Bundle", chosen: "Sequence[Selection]", order: "Order", target: Path) -> "list[Reproduction]":
+    """Run the solution again for each result, and tell of each how it went."""
+    from benchbot.cli.kit.status_line import StatusLine
+    from benchbot.plugins.bundles import reproducing
+
+    found = []
+    with StatusLine() as status:
+        for number, one in enumerate(reproducing.run(bundle, chosen, order, target, status), 1):
+            console.note(f"{number} of {len(chosen)}: {one.about}: {'differs' if one.differences else one.likeness}")
+            found.append(one)
+    return found
+
+
+def _unpack(bundle: "Bundle", folder: Path) -> None:
+    """Write the solution's source, and say how it is run; its command goes to stdout."""
+    import shlex
+
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise BenchbotError(
+            f"{folder} is not an empty folder.", "What is there could be mixed up with the solution.", "Name a new one."
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    bundle.extract_solution(folder)
+    console.note(f"The solution is in {folder}, and runs there as:")
+    console.data(shlex.join(bundle.manifest["solution"]["command"]))
+
+
+def _tell_of_versions(bundle: "Bundle", software: "Sequence[Difference]") -> None:
+    """Say how to have the versions that the results ran on, where it is the version that differs."""
+    wanted = [f"{one.name}=={one.version}" for one in software if one.version not in (None, one.installed_version)]
+    if wanted and "lock" in bundle.manifest:
+        console.note(f"To have the same: unzip {bundle.path} benchbot.lock && benchbot plugins sync")
+    elif wanted:
+        console.note(f"To have the same: benchbot install {' '.join(wanted)}")
+
+
+def _tell(found: "list[Reproduction]", scoring: "Scoring", software: list[str], *, as_json: bool) -> None:
+    if scoring.why_not is not None and scoring.method is not None:
+        console.note(f"Not scored: {scoring.why_not}")
+    for problem in scoring.false:
+        console.note(f"The scores in the bundle are not those of its results: {problem}")
+    for one in found:
+        for text in (*one.differences, *one.score_differences):
+            console.note(f"{one.about}: {text}")
+    if as_json:
+        console.data_json(
+            {
+                "results": [
+                    {
+                        "file": one.file,
+                        "about": one.about,
+                        "likeness": one.likeness.value,
+                        "differences": list(one.differences),
+                        "scores": None if one.scores is None else dict(one.scores),
+                        "score_differences": list(one.score_differences),
+                    }
+                    for one in found
+                ],
+                "scored_with": None if scoring.why_not is not None else scoring.method,
+                "false_scores": list(scoring.false),
+                "software": software,
+            }
+        )
+    else:
+        for one in found:
+            console.data(f"{one.likeness}  {one.about}")

@@ -1,0 +1,122 @@
+"""`benchbot verify`: is what results say what the simulator shows?"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from benchbot.cli.kit import console
+from benchbot.cli.kit.interrupting import interruptible
+from benchbot.cli.kit.options import GroundTruths, Json
+from benchbot.core.errors import BenchbotError, ExitCode
+
+if TYPE_CHECKING:
+    from benchbot.core.declarations.catalog import Catalog
+    from benchbot.evaluation.inputs import Submission, Unreadable
+    from benchbot.plugins.bundles.replay import Verification
+
+VERIFIED, DIFFERENT, UNVERIFIABLE = "verified", "different", "unverifiable"
+
+
+def verify(
+    results: Annotated[
+        list[Path], typer.Argument(metavar="RESULT", help="Result files, ZIP archives and folders of them.")
+    ],
+    scores: Annotated[
+        Path | None, typer.Option("--scores", metavar="SCORES.json", help="Hold these scores against the results, too.")
+    ] = None,
+    ground_truth: GroundTruths = None,
+    as_json: Json = False,
+) -> None:
+    """Take the recorded actions of results again, in the simulator, and say whether the same is seen.
+
+    A result is verified when every observation is the same to the byte, and the robot's way, its time and collisions
+    are as the result says. That its map or other answer was made by the solution is not shown by that: benchbot
+    reproduce runs the solution again. Exits with 1 when a result or score is different, with 2 when one cannot be
+    verified.
+    """
+    from benchbot.core.declarations.catalog import Catalog
+    from benchbot.core.plugin_manager import load
+    from benchbot.evaluation import inputs
+
+    catalog = Catalog(load())
+    with interruptible("the simulator has been ended."):
+        items = (item for item in inputs.read(results) if not isinstance(item, inputs.Other))
+        found = [_verified(item, catalog) for item in items]
+        wrong_scores = None if scores is None else _wrong_scores(results, scores, catalog, ground_truth)
+    if as_json:
+        console.data_json({"results": found, "scores": wrong_scores})
+    else:
+        for row in found:
+            console.data("  ".join(filter(None, [row["outcome"], row["about"], row["source"]])))
+    for row in found:
+        _tell(row)
+    for problem in wrong_scores or ():
+        console.note(f"scores: {problem}")
+    if wrong_scores == []:
+        console.note(f"The scores in {scores} are those of the results.")
+    outcomes = {row["outcome"] for row in found}
+    if DIFFERENT in outcomes or wrong_scores:
+        raise typer.Exit(ExitCode.SUBMISSION_FAILED)
+    if UNVERIFIABLE in outcomes:
+        raise typer.Exit(ExitCode.USAGE)
+
+
+def _verified(item: "Submission | Unreadable", catalog: "Catalog") -> dict[str, Any]:
+    import tempfile
+
+    from benchbot.cli.kit.status_line import StatusLine
+    from benchbot.evaluation.inputs import Unreadable
+    from benchbot.plugins.bundles import replay
+    from benchbot.supervisor.platform.host import ChildHost
+
+    if isinstance(item, Unreadable):
+        return _row(item.source, "", UNVERIFIABLE, [f"{item.error.title} {item.error.why}"])
+    with tempfile.TemporaryDirectory(prefix="benchbot-") as folder, StatusLine() as status:
+        try:
+            verification = replay.verify(
+                item.document,
+                catalog,
+                lambda selection: ChildHost(selection, Path(folder) / "platform.log"),
+                lambda done, of: status.show(f"{item.about}: observation {done} of {of}", done),
+            )
+        # The simulator's failure, too: what a stranger's result has it do must not keep others from being looked at.
+        except BenchbotError as error:
+            return _row(item.source, item.about, UNVERIFIABLE, [f"{error.title} {error.why} {error.fix}"])
+    return _row_of(item.source, item.about, verification)
+
+
+def _row_of(source: str, about: str, verification: "Verification") -> dict[str, Any]:
+    row = _row(source, about, VERIFIED if verification.verified else DIFFERENT, list(verification.problems))
+    return {
+        **row,
+        "observations": verification.observations,
+        "not_proven": list(verification.unproven),
+        "software": [str(difference) for difference in verification.software],
+    }
+
+
+def _row(source: str, about: str, outcome: str, problems: list[str]) -> dict[str, Any]:
+    return {"source": source, "about": about, "outcome": outcome, "problems": problems}
+
+
+def _tell(row: dict[str, Any]) -> None:
+    """Say what a line on stdout cannot: problems, what stays unproven, and other software."""
+    for problem in row["problems"]:
+        console.note(f"{row['source']}: {problem}")
+    for what in row.get("not_proven", ()):
+        console.note(f"{row['source']}: not shown by a replay: {what}")
+    if row["outcome"] == DIFFERENT:
+        for difference in row["software"]:
+            console.note(f"{row['source']}: other software: {difference}")
+
+
+def _wrong_scores(results: list[Path], stated: Path, catalog: "Catalog", ground_truth: list[Path] | None) -> list[str]:
+    from benchbot.core import scores
+    from benchbot.evaluation import evaluate_files
+    from benchbot.plugins.bundles import rescoring
+
+    document = scores.read(stated)
+    method = document["method"]["name"]
+    found = evaluate_files(results, catalog=catalog, method=method, ground_truth_paths=ground_truth)
+    return rescoring.contradictions(document, found)

@@ -1,0 +1,74 @@
+"""The folder that a container may write its result into, and the way of the result out of it."""
+
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.submission.init.handover import open_result
+from benchbot.submission.modes import RESULT, RESULT_MAX_BYTES
+
+INODES = 1000
+
+
+@contextmanager
+def outbox(exchange: Path, user: tuple[int, int]) -> Iterator[Path]:
+    """Yield an empty folder for `user` to write into.
+
+    Where we are root it is in memory and holds no more than a result may have: what a solution writes never reaches
+    this machine's disk. Otherwise it is a folder in `exchange`, and it is the user's own disk that it could fill.
+    Raises BenchbotError when root may not mount it.
+    """
+    folder = exchange / "outbox"
+    folder.mkdir(mode=0o700)
+    if os.geteuid() != 0:
+        yield folder
+        return
+    room = f"size={RESULT_MAX_BYTES + 2**20},nr_inodes={INODES},mode=0700,uid={user[0]},gid={user[1]}"
+    _run("mount", "-t", "tmpfs", "-o", f"nosuid,nodev,noexec,{room}", "benchbot", str(folder))
+    try:
+        yield folder
+    finally:
+        # Lazily: an engine that is slow to end may still hold it.
+        _run("umount", "--lazy", str(folder))
+
+
+def take(folder: Path, target: Path) -> str | None:
+    """Copy the result out of the folder, once nobody writes there any more; return why it was refused, if it was.
+
+    No link is followed, nothing but a regular file is read, and no more than a result may have.
+    """
+    try:
+        source = open_result(str(folder / RESULT), RESULT_MAX_BYTES)
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        return error.strerror or str(error)
+    with os.fdopen(source, "rb") as file, target.open("xb") as copy:
+        shutil.copyfileobj(file, copy)
+    return None
+
+
+def refused(why: str) -> BenchbotError:
+    """Return the error of a result that was not taken."""
+    return BenchbotError(
+        "The solution's result was refused.",
+        f"{why[0].upper()}{why[1:]}. A result is a regular file of at most {RESULT_MAX_BYTES // 2**20} MiB.",
+        "Write it with json.dump to the file that BENCHBOT_RESULT names.",
+        failure=FailureClass.AGENT,
+    )
+
+
+def _run(*command: str) -> None:
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise BenchbotError(
+            "There is no safe place for what the solution writes.",
+            f"'{command[0]}' says: {done.stderr.strip()}",
+            "Run it as an ordinary user, or as root with the right to mount (CAP_SYS_ADMIN).",
+            exit_code=ExitCode.INTERNAL,
+            failure=FailureClass.INFRASTRUCTURE,
+        )

@@ -1,0 +1,82 @@
+"""Plug-ins: which there are, whether they load, whose names clash, what they declare, and whether simulators start."""
+
+from collections.abc import Callable, Iterator
+
+from benchbot.core import hookspecs, plugin_manager, resources
+from benchbot.core.declarations import schema
+from benchbot.core.declarations.catalog import KINDS, Catalog
+from benchbot.core.errors import BenchbotError
+from benchbot.core.findings import Finding, Level
+
+
+def installed(loaded: plugin_manager.Plugins) -> Iterator[Finding]:
+    """Say which plug-ins are installed, and why some cannot be loaded."""
+    broken = {(item.info.distribution, item.info.name): item.cause for item in loaded.broken}
+    for info in plugin_manager.installed():
+        subject = f"plug-in {info.name}"
+        cause = broken.get((info.distribution, info.name))
+        if cause is None:
+            yield Finding(Level.OK, subject, f"{info.distribution} {info.version}")
+        else:
+            fix = f"pip install --force-reinstall {info.distribution}   or: benchbot uninstall {info.distribution}"
+            yield Finding(Level.BROKEN, subject, f"{info.distribution} {info.version} cannot be loaded: {cause}", fix)
+
+
+def names(catalog: Catalog) -> Iterator[Finding]:
+    """Say which names are given twice, and what cannot be read at all."""
+    clean = True
+    for kind, read in _pools(catalog):
+        try:
+            read(kind)
+        except BenchbotError as error:
+            clean = False
+            yield Finding(Level.BROKEN, kind.replace("_", " "), f"{error.title} {error.why}", error.fix)
+    if clean:
+        yield Finding(Level.OK, "names", "no two plug-ins use the same one")
+
+
+def declarations(catalog: Catalog) -> Iterator[Finding]:
+    """Say which declarations are not valid."""
+    for kind, noun in KINDS.items():
+        try:
+            pool = catalog.pool(kind)
+        except BenchbotError:
+            continue  # `names` has said it
+        problems = [
+            problem
+            for declaration in pool.values()
+            for problem in schema.problems(declaration.data, noun, declaration.path)
+        ]
+        for problem in problems:
+            yield Finding(Level.BROKEN, noun, str(problem), f"Mend it, then run: benchbot check {problem.path}")
+        if not problems:
+            yield Finding(Level.OK, kind, f"{len(pool)} declared")
+
+
+def simulators(loaded: plugin_manager.Plugins, *, warm: bool) -> Iterator[Finding]:
+    """Say which simulators there are; `warm` has each prepare its caches, which also proves that it can start."""
+    try:
+        pool = loaded.pool("simulators")
+    except BenchbotError:
+        return  # `names` has said it
+    if not pool:
+        fix = "Install one: benchbot install benchbot-sim-taichi"
+        yield Finding(Level.WARNING, "simulators", "none is installed: only real robots can be used", fix)
+    for name, provided in sorted(pool.items()):
+        simulator: hookspecs.Simulator = provided.value
+        subject = f"simulator {name}"
+        if not warm or simulator.warm is None:
+            hint = "; benchbot doctor --warm starts it" if simulator.warm is not None else ""
+            yield Finding(Level.OK, subject, f"{provided.distribution}{hint}")
+            continue
+        try:
+            yield Finding(Level.OK, subject, simulator.warm(resources.cache_dir()))
+        # A third party's code, its compiler and its driver may fail in any way at all; that is what is asked here.
+        except Exception as error:  # noqa: BLE001
+            fix = f"pip install --force-reinstall {provided.distribution}"
+            yield Finding(Level.BROKEN, subject, f"it cannot start: {type(error).__name__}: {error}", fix)
+
+
+def _pools(catalog: Catalog) -> Iterator[tuple[str, Callable[[str], object]]]:
+    yield from ((kind, catalog.plugins.pool) for kind in hookspecs.KINDS)
+    yield from ((kind, catalog.pool) for kind in KINDS)

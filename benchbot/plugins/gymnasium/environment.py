@@ -1,0 +1,275 @@
+"""A task on a simulated robot as a Gymnasium environment, in the caller's own process."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from typing import Any, cast
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from benchbot.core import plugin_manager, resources
+from benchbot.core.channels import ACTIONS
+from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.digest import ObservationDigest
+from benchbot.core.errors import BenchbotError, FailureClass, did_you_mean
+from benchbot.core.hookspecs import Simulator
+from benchbot.core.host import InProcessHost, Status
+from benchbot.core.motion import MotionConfig
+from benchbot.core.platform import Platform, PlatformSpec, Scene
+from benchbot.core.progress import State, Step
+from benchbot.core.selection import Limits, Selection, select
+from benchbot.core.session import Session
+from benchbot.plugins.gymnasium import commands, rewards
+from benchbot.plugins.gymnasium.commands import NEXT_SCENE, Command, Velocity
+from benchbot.plugins.gymnasium.spaces import Arrays, constants, encode, observation_space, resized
+
+Info = dict[str, Any]
+UNAVAILABLE = "unavailable"
+
+
+class TaskEnv(gymnasium.Env[Arrays, Any]):
+    """A task on a simulated robot, in one environment or several that a reset chooses from.
+
+    `task`, `robot` and `env` are names as of `benchbot list`; `env` is `name:variant[:variant…]` or a list of such.
+    `reward` is a name, names with weights, a function of a `Transition`, or a class of such (see
+    `benchbot.plugins.gymnasium.rewards`). `image_size` is (width, height) of other pictures than the robot's own. An
+    `argument` of 1 is `largest_distance_m` or `largest_angle_deg`. `max_simulated_time_s` truncates an episode, as do
+    the limits of the task. `platform_options` are the simulator's settings, such as {"arch": "cuda"}; `settings`
+    change what the environments declare, as `benchbot run --set` does: {"lighting.time": "21:30"}.
+
+    Observations and actions: docs/gymnasium.md. Raises BenchbotError for a choice that is impossible.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 4}  # noqa: RUF012
+    _host_type: type[InProcessHost] = InProcessHost
+    _digest_type: type[ObservationDigest] = ObservationDigest
+
+    def __init__(
+        self,
+        *,
+        task: str,
+        robot: str,
+        env: str | Sequence[str],
+        reward: rewards.RewardChoice = None,
+        render_mode: str | None = None,
+        image_size: tuple[int, int] | None = None,
+        largest_distance_m: float = 1.0,
+        largest_angle_deg: float = 90.0,
+        max_simulated_time_s: float | None = None,
+        platform_options: Mapping[str, Any] | None = None,
+        settings: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.render_mode = render_mode
+        self._task = task
+        self._robot = robot
+        self._limits = Limits(simulated_time_s=max_simulated_time_s)
+        self._image_size = image_size
+        self._platform_options = dict(platform_options or {})
+        self._settings = dict(settings or {})
+        self._largest = {"move_distance": largest_distance_m, "move_angle": largest_angle_deg}
+        self._reward = rewards.make(reward)
+        self._catalog = Catalog(plugin_manager.load())
+        self._selections: dict[str, Selection] = {}
+        self.environments: tuple[str, ...] = (env,) if isinstance(env, str) else tuple(env)
+        if not self.environments:
+            raise BenchbotError("There is no environment.", "The list of environments is empty.", "Name one: env=…")
+        selection, *_ = [self._select(name) for name in self.environments]
+        self.action_names = commands.action_names(selection)
+        """What each number of `action_space["action"]` means."""
+        self.action_space = commands.action_space(self.action_names)
+        self._space = observation_space(selection.observations, selection.robot.data)
+        self.observation_space = cast(gymnasium.Space[Arrays], self._space)
+        self._platform: Platform | None = None
+        self._session: Session | None = None
+        self._last: Step | None = None
+        self._steps = 0
+
+    @property
+    def session(self) -> Session:
+        """The episode under way: `benchbot.core.results.finish` makes a result of it."""
+        return self._under_way()[0]
+
+    @property
+    def motion(self) -> MotionConfig:
+        """The robot's limits and tolerances."""
+        selection = self._selections[self.environments[0]]
+        return MotionConfig.from_robot(selection.robot.data, selection.localisation)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Arrays, Info]:
+        """Start an episode in a clean scene.
+
+        With a `seed` it is that of the episode, as of `benchbot run --seed`; without one, the next is drawn.
+        `options` {"env": name} chooses the environment; else one of `environments` is drawn.
+        """
+        super().reset(seed=seed)
+        name = self._choose(options or {})
+        episode_seed = int(self.np_random.integers(2**31)) if seed is None else seed
+        if self._session is not None and self._session.progress.state is State.FAILED:
+            self._platform = None  # closed by the session that it failed
+        selection = replace(self._select(name), seed=episode_seed)
+        self._session = Session(selection, lambda: self._host(selection), digest=self._digest_type)
+        self._steps = 0
+        step = self._last = self._session.reset()
+        self._reward(self._transition(selection, step, None))
+        info = {"env": name, "seed": episode_seed, **constants(step.observations), **self._info(selection, step)}
+        return encode(step.observations, self._space), info
+
+    def step(self, action: Any) -> tuple[Arrays, float, bool, bool, Info]:
+        """Take one action to its end, observe, and say what it was worth.
+
+        `action` is an element of `action_space`, or a `Move` or `Velocity` in physical units. An action that is not
+        available now (`action_mask` in the info) moves nothing. Raises BenchbotError after the end of an episode.
+        """
+        session, last = self._under_way()
+        selection = session.selection
+        if self._terminated(last) or self._truncated(session):
+            raise BenchbotError(
+                "The episode is over.",
+                f"It was {'terminated' if self._terminated(last) else 'truncated'}.",
+                "Call reset() first.",
+                failure=FailureClass.AGENT,
+            )
+        command = commands.decode(action, self.action_names, self._largest)
+        step, outcome = self._take(session, command)
+        self._last = step
+        self._steps += 1
+        reward = float(self._reward(self._transition(selection, step, command)))
+        info = {"outcome": outcome, **self._info(selection, step)}
+        if command == commands.Move(NEXT_SCENE) and outcome != UNAVAILABLE:
+            info |= constants(step.observations)
+        observation = encode(step.observations, self._space)
+        return observation, reward, self._terminated(step), self._truncated(session), info
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """Return what the robot's camera sees, uint8 (H, W, 3), when `render_mode` is "rgb_array"; else None."""
+        if self.render_mode is None:
+            return None
+        _, last = self._under_way()
+        if "image_rgb" in last.observations:
+            return cast(NDArray[np.uint8], last.observations["image_rgb"].copy())
+        return cast(NDArray[np.uint8], cast(Platform, self._platform).observe(["image_rgb"])["image_rgb"])
+
+    def close(self) -> None:
+        """Release the simulator. Safe to call twice; a reset starts it anew."""
+        platform, self._platform, self._session, self._last = self._platform, None, None, None
+        if platform is not None:
+            platform.close()
+
+    def _select(self, name: str) -> Selection:
+        """Return the selection for an environment; the environments of one object share task and robot."""
+        if name not in self._selections:
+            selection = select(
+                self._catalog,
+                task=self._task,
+                robot=self._robot,
+                environment=name,
+                limits=self._limits,
+                settings=self._settings,
+            )
+            robot = selection.robot
+            if robot.data["type"] not in self._catalog.plugins.pool("simulators"):
+                raise BenchbotError(
+                    f"The robot '{robot.name}' is a real one.",
+                    "An environment for learning resets and crashes robots as it likes; real ones would not take that.",
+                    "Train on a simulated robot; drive the real one with benchbot.api and the policy that was learnt.",
+                )
+            if self._image_size is not None:
+                robot = replace(robot, data=resized(robot.data, *self._image_size))
+            # Wall time would make an episode depend on how busy the machine is.
+            limits = replace(selection.limits, wall_time_s=None)
+            self._selections[name] = replace(selection, robot=robot, limits=limits)
+        return self._selections[name]
+
+    def _choose(self, options: Mapping[str, Any]) -> str:
+        unknown = [name for name in options if name != "env"]
+        if unknown:
+            raise BenchbotError(
+                f"reset() has no option '{unknown[0]}'.",
+                f"Known: env.{did_you_mean(unknown[0], ['env'])}",
+                'Call it like this: env.reset(options={"env": "miniroom:1"})',
+            )
+        drawn = int(self.np_random.integers(len(self.environments))) if len(self.environments) > 1 else 0
+        return str(options.get("env", self.environments[drawn]))
+
+    def _host(self, selection: Selection) -> InProcessHost:
+        robot = selection.robot.data
+        if self._platform is None:
+            spec = PlatformSpec(robot, selection.localisation, resources.cache_dir(), self._platform_options)
+            self._platform = self._start(selection, spec)
+        scenes = [Scene(declaration.data, declaration.path.parent) for declaration in selection.environments]
+        return self._host_type(self._platform, scenes, self.motion)
+
+    def _start(self, selection: Selection, spec: PlatformSpec) -> Platform:
+        simulator: Simulator = self._catalog.plugins.record("simulators", selection.robot.data["type"])
+        return simulator.create(spec)
+
+    def _take(self, session: Session, command: Command) -> tuple[Step, str]:
+        if isinstance(command, Velocity):
+            return session.move_by("drive", asdict(command), lambda: self._drive(command)), "driven"
+        if command.action == NEXT_SCENE:
+            entered = session.next_scene()
+            return (session.step(None), UNAVAILABLE) if entered is None else (entered, "entered")
+        if command.action in session.selection.actions and command.action not in session.actions:
+            return session.step(None), UNAVAILABLE
+        argument = ACTIONS[command.action].argument if command.action in ACTIONS else None
+        step = session.step(command.action, {} if argument is None else {argument: float(command.argument)})
+        return step, "" if step.outcome is None else step.outcome.value
+
+    def _drive(self, velocity: Velocity) -> Status:
+        platform = cast(Platform, self._platform)
+        ticks = max(1, round(velocity.duration_s / platform.control_period_s))
+        for _ in range(ticks):
+            if not platform.collided:
+                platform.drive(velocity.linear_mps, velocity.angular_radps, velocity.duration_s / ticks)
+        return Status(platform.pose(), platform.clock(), platform.collided)
+
+    def _under_way(self) -> tuple[Session, Step]:
+        if self._session is None or self._last is None:
+            raise BenchbotError(
+                "No episode is under way.",
+                "The environment was not reset, or has been closed.",
+                "Call reset() first.",
+                failure=FailureClass.AGENT,
+            )
+        return self._session, self._last
+
+    def _terminated(self, step: Step) -> bool:
+        last_scene = step.scene_number + 1 == len(self._selections[self.environments[0]].environments)
+        return step.state is State.COLLIDED or (step.state is State.FINISHED and last_scene)
+
+    def _truncated(self, session: Session) -> bool:
+        limits = session.selection.limits
+        out_of_steps = limits.steps is not None and self._steps >= limits.steps
+        simulated_s = session.progress.simulated_time_s
+        return out_of_steps or (limits.simulated_time_s is not None and simulated_s >= limits.simulated_time_s)
+
+    def _transition(self, selection: Selection, step: Step, command: Command | None) -> rewards.Transition:
+        platform = cast(Platform, self._platform)
+        return rewards.Transition(
+            step=self._steps,
+            scene_number=step.scene_number,
+            command=command,
+            outcome=step.outcome,
+            collided=step.state is State.COLLIDED,
+            base=platform.pose(),
+            observations=step.observations,
+            observe=platform.observe,
+            robot=selection.robot.data,
+        )
+
+    def _info(self, selection: Selection, step: Step) -> Info:
+        following = step.scene_number + 1 < len(selection.environments)
+        available = {*step.actions, *([NEXT_SCENE] if following and step.state is not State.COLLIDED else [])}
+        info = {
+            "result": step.result.value,
+            "state": step.state.value,
+            "collided": step.state is State.COLLIDED,
+            "steps": self._steps,
+            "scene_number": step.scene_number,
+            "simulated_time_s": self.session.progress.simulated_time_s,
+            "action_mask": np.array([name in available for name in self.action_names], np.int8),
+        }
+        if "poses" in selection.observations and selection.localisation == "ground_truth":
+            info["pose_xyyaw"] = np.array(self.session.progress.pose_xyyaw)
+        return info

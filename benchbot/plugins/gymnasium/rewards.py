@@ -1,0 +1,164 @@
+"""Rewards: what a step was worth. They may look at what the task hides, such as the true pose."""
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.core.geometry import Pose
+from benchbot.core.hookspecs import Document, Evaluator
+from benchbot.core.motion import Outcome
+from benchbot.plugins.gymnasium.commands import Command
+
+
+@dataclass(frozen=True)
+class Transition:
+    """What a reset or a step led to.
+
+    `step` counts from 1, 0 is a reset; `command` is None then. `observations` are BenchBot's, as the platform gave them
+    (docs/wire.md), of the task's channels; `observe` gives others of the same instant. `base` is the true pose of the
+    robot's base in the map frame, `robot` its declaration.
+    """
+
+    step: int
+    scene_number: int
+    command: Command | None
+    outcome: Outcome | None
+    collided: bool
+    base: Pose
+    observations: Mapping[str, Any]
+    observe: Callable[[Iterable[str]], dict[str, Any]]
+    robot: Mapping[str, Any]
+
+
+class Reward(Protocol):
+    """Anything that values a transition: a function, or an object that remembers what it has seen.
+
+    It is called at every reset too, with `step` 0, to start over; what it returns then is not used.
+    """
+
+    def __call__(self, transition: Transition, /) -> float:
+        """Return what the step was worth; finite."""
+
+
+class Collision:
+    """-1 for the step that touches something, else 0."""
+
+    def __call__(self, transition: Transition, /) -> float:
+        """Return -1 at a collision."""
+        return -1.0 if transition.collided else 0.0
+
+
+class Coverage:
+    """The floor that a step's laser scan swept for the first time in this scene, in square metres.
+
+    Rays count up to `range_m`, in square cells of `cell_m`. The laser is level: it looks over what is lower.
+    """
+
+    def __init__(self, cell_m: float = 0.1, range_m: float = 4.0) -> None:
+        self._cell_m = cell_m
+        self._range_m = range_m
+        self._seen: set[tuple[int, int]] = set()
+        self._scene_number = 0
+
+    def __call__(self, transition: Transition, /) -> float:
+        """Return the area newly seen, m²."""
+        if transition.step == 0 or transition.scene_number != self._scene_number:
+            self._seen.clear()
+            self._scene_number = transition.scene_number
+        before = len(self._seen)
+        self._seen |= self._swept(transition)
+        return (len(self._seen) - before) * self._cell_m**2
+
+    def _swept(self, transition: Transition) -> set[tuple[int, int]]:
+        laser = transition.observations.get("laser") or transition.observe(["laser"])["laser"]
+        # Beams closer together than cells at the far end say nothing new.
+        every = max(1, math.floor(self._cell_m / self._range_m * len(laser["scans"]) / (2 * math.pi)))
+        ranges_m, angles_rad = laser["scans"][::every].T
+        along_m = np.arange(0.0, self._range_m, self._cell_m / 2)
+        with np.errstate(invalid="ignore"):
+            free = along_m < ranges_m[:, None]  # neither NaN nor -inf is farther than anything
+        scanner = transition.base @ _mount(transition.robot)
+        x, y, _ = scanner.translation_xyz
+        headings = angles_rad[:, None] + scanner.yaw_rad
+        points = np.stack([x + along_m * np.cos(headings), y + along_m * np.sin(headings)], -1)[free]
+        cells: NDArray[np.int64] = np.unique(np.floor(points / self._cell_m).astype(np.int64), axis=0)
+        return {(column, row) for column, row in cells.tolist()}
+
+
+class MapQuality:
+    """By how much the score of the solution's map has grown, measured by an evaluation method (such as `omq`).
+
+    `estimate` returns the solution's result as it stands, a document as it would be saved. The ground truth comes into
+    this process, which only training may do. Raises the evaluator's BenchbotError for what cannot be scored.
+    """
+
+    def __init__(
+        self, evaluator: Evaluator, ground_truths: Sequence[Document], estimate: Callable[[], Document]
+    ) -> None:
+        self._evaluator = evaluator
+        self._ground_truths = ground_truths
+        self._estimate = estimate
+        self._last = 0.0
+
+    def __call__(self, transition: Transition, /) -> float:
+        """Return the growth of the method's headline score since the last step."""
+        scores = self._evaluator.evaluate(self._estimate(), self._ground_truths)
+        score = scores[self._evaluator.headline or next(iter(scores))]
+        grown, self._last = score - self._last, score
+        return grown
+
+
+class WeightedSum:
+    """The weighted sum of other rewards."""
+
+    def __init__(self, terms: Sequence[tuple[float, Reward]]) -> None:
+        self._terms = tuple(terms)
+
+    def __call__(self, transition: Transition, /) -> float:
+        """Return the sum."""
+        return sum(weight * term(transition) for weight, term in self._terms)
+
+
+REWARDS: dict[str, Callable[[], Reward]] = {"collision": Collision, "coverage": Coverage}
+"""Rewards that can be asked for by name."""
+
+RewardChoice = str | Mapping[str, float] | type | Reward | None
+
+
+def make(choice: RewardChoice) -> Reward:
+    """Return the reward that was asked for: a name, names with weights, a class to make one of, or a reward itself."""
+    if choice is None:
+        return WeightedSum(())
+    if isinstance(choice, str):
+        return _named(choice)
+    if isinstance(choice, Mapping):
+        return WeightedSum([(float(weight), _named(name)) for name, weight in choice.items()])
+    made: Reward = choice() if isinstance(choice, type) else choice
+    if not callable(made):
+        raise BenchbotError(
+            f"{choice!r} is not a reward.",
+            "A reward is called with a benchbot.gymnasium.Transition and returns a number.",
+            f"Pass a function, a class, a name ({', '.join(REWARDS)}) or names with weights.",
+        )
+    return made
+
+
+def _named(name: str) -> Reward:
+    if name not in REWARDS:
+        raise BenchbotError(
+            f"'{name}' is not a known reward.",
+            f"Known: {', '.join(REWARDS)}.{did_you_mean(name, list(REWARDS))}",
+            "Use one of these, or pass a function that takes a benchbot.gymnasium.Transition.",
+        )
+    return REWARDS[name]()
+
+
+def _mount(robot: Mapping[str, Any]) -> Pose:
+    """Return the pose of the laser in the robot's base frame; the base itself where none is declared."""
+    place = robot.get("frames", {}).get(robot.get("laser", {}).get("frame"))
+    return Pose() if place is None else Pose.from_xyz_rpy_deg(place["xyz"], place.get("rpy_deg", (0.0, 0.0, 0.0)))

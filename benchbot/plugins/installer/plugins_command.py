@@ -1,0 +1,187 @@
+"""`benchbot plugins`: what is installed, what there is to install, and the lock of a project."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from benchbot.cli import list as lists
+from benchbot.cli.kit import console
+from benchbot.cli.kit.options import QUICK, Json, group
+from benchbot.plugins.installer.prompts import DryRun, ExtraIndexUrl, FindLinks, IndexUrl, InstallerName, NoIndex, Trust
+
+if TYPE_CHECKING:
+    from benchbot.plugins.installer.distributions import Distribution
+
+app = group("List, show and search plug-ins; lock those of a project.")
+
+
+@app.callback()
+def plugins() -> None:
+    """List, show and search plug-ins; lock those of a project."""
+
+
+app.command("list", context_settings=QUICK)(lists.plugins)
+
+
+@app.command("show")
+def show(name: Annotated[str, typer.Argument(metavar="NAME", help="The distribution.")], as_json: Json = False) -> None:
+    """Say what an installed plug-in is, where it came from and what it brings; nothing of it is imported."""
+    from benchbot.core import resources
+    from benchbot.core.errors import BenchbotError, did_you_mean
+    from benchbot.core.plugin_manager import installed
+    from benchbot.plugins.installer.distributions import found_in, normal
+
+    folders = [Path(folder) for folder in _paths()]
+    found = {key: one for key, one in found_in(folders).items() if one.is_plugin}
+    if normal(name) not in found:
+        addon = resources.installed_addons() / name
+        if "/" in name and addon.is_dir():
+            _print_addon(name, as_json)
+            return
+        known = sorted({normal(info.distribution) for info in installed()})
+        raise BenchbotError(
+            f"{name} is not an installed plug-in.",
+            f"Installed: {', '.join(known)}.{did_you_mean(name, known)}",
+            f"Install it: benchbot install {name}",
+        )
+    _print(_described(found[normal(name)]), as_json)
+
+
+def _paths() -> list[str]:
+    import sys
+
+    return list(dict.fromkeys(folder or "." for folder in sys.path))
+
+
+def _described(distribution: "Distribution") -> dict[str, Any]:
+    from benchbot.plugins.installer.code_scan import code_in
+    from benchbot.plugins.installer.staging import describe
+
+    code = code_in(distribution)
+    headers = distribution.metadata.metadata
+    return {
+        "name": distribution.name,
+        "version": distribution.version,
+        "summary": headers["Summary"] or "",
+        "from": describe(distribution.origin),
+        "editable": distribution.is_editable,
+        "brings": "code" if code or distribution.is_editable else "declarations",
+        "code": code,
+        "requires": sorted(set(distribution.requires())),
+        "entry_points": {
+            point.name: point.value for point in distribution.metadata.entry_points if point.group == "benchbot"
+        },
+        "path": str(distribution.info.parent),
+    }
+
+
+def _print_addon(name: str, as_json: bool) -> None:
+    from benchbot.plugins.installer import addons
+    from benchbot.plugins.v2 import addons as v2_addons
+
+    addon = v2_addons.find(v2_addons.installed()[name])
+    code = sorted(path.relative_to(addon.root).as_posix() for path in addon.code.files if path.suffix == ".py")
+    row = {
+        "name": name,
+        "version": "v2",
+        "summary": "add-ons of BenchBot v2",
+        "from": addons.origin_of(name),
+        "brings": "code" if code else "declarations",
+        "code": code,
+        "path": str(addon.root),
+    }
+    _print(row, as_json)
+
+
+def _print(row: dict[str, Any], as_json: bool) -> None:
+    if as_json:
+        console.data_json(row)
+        return
+    for key, value in row.items():
+        text = ", ".join(f"{name} = {target}" for name, target in value.items()) if isinstance(value, dict) else value
+        console.data(f"{key:<13} {', '.join(text) if isinstance(text, list) else text}".rstrip())
+
+
+@app.command("search")
+def search(
+    word: Annotated[str, typer.Argument(metavar="WORD", help="Part of the name.")],
+    index_url: IndexUrl = None,
+    extra_index_url: ExtraIndexUrl = None,
+    as_json: Json = False,
+) -> None:
+    """List what a package index offers whose names begin with benchbot- and hold a word."""
+    from benchbot.plugins.installer import search as searching
+    from benchbot.plugins.installer.indexes import public
+    from benchbot.plugins.installer.prompts import indexes_of
+
+    addresses = indexes_of(index_url, extra_index_url, False, None).addresses
+    console.note(f"Reading the list of names of {', '.join(map(public, addresses))} …")
+    found = searching.search(word, addresses)
+    if as_json:
+        console.data_json([{"name": name} for name in found])
+    elif found:
+        console.data("\n".join(found))
+    console.note(f"{len(found)} found.{'' if found else ' Names that do not begin with benchbot- are not looked at.'}")
+
+
+LockFile = Annotated[Path, typer.Option("--lock", metavar="FILE", help="The lock.")]
+
+
+@app.command("lock")
+def lock(
+    path: LockFile = Path("benchbot.lock"),
+    index_url: IndexUrl = None,
+    extra_index_url: ExtraIndexUrl = None,
+    no_index: NoIndex = False,
+    find_links: FindLinks = None,
+    installer: InstallerName = None,
+) -> None:
+    """Write the installed plug-ins and what they need, with versions and hashes, to a file; prints its path."""
+    from benchbot.plugins.installer import environment, lockfile
+    from benchbot.plugins.installer.change import held
+    from benchbot.plugins.installer.prompts import indexes_of
+
+    indexes = indexes_of(index_url, extra_index_url, no_index, find_links)
+    with held(environment.current(), installer, "benchbot plugins lock", console.note) as site:
+        locked = lockfile.lock(site.installed, site.installer, indexes)
+    lockfile.write(path, locked)
+    console.data(str(path))
+    console.note(f"{len(locked)} distributions locked. Apply it with: benchbot plugins sync")
+
+
+@app.command("sync")
+def sync(
+    path: LockFile = Path("benchbot.lock"),
+    trust: Trust = False,
+    dry_run: DryRun = False,
+    index_url: IndexUrl = None,
+    extra_index_url: ExtraIndexUrl = None,
+    no_index: NoIndex = False,
+    find_links: FindLinks = None,
+    installer: InstallerName = None,
+    as_json: Json = False,
+) -> None:
+    """Make the plug-ins of this environment those of a lock: install, change, uninstall. Prints what has changed."""
+    from benchbot.plugins.installer import lockfile
+    from benchbot.plugins.installer.change import Site, Wish
+    from benchbot.plugins.installer.prompts import indexes_of, perform
+    from benchbot.plugins.installer.syncing import difference
+
+    locked = lockfile.read(path)
+
+    def wish(site: Site) -> Wish:
+        found = difference(locked, site.installed)
+        for note in found.notes:
+            console.note(note)
+        return Wish(
+            found.sources,
+            remove=found.remove,
+            indexes=indexes_of(index_url, extra_index_url, no_index, find_links),
+            require_hashes=True,
+            alone=True,
+            may_build=trust,
+            dry_run=dry_run,
+        )
+
+    perform(f"benchbot plugins sync --lock {path}", wish, installer=installer, trust=trust, as_json=as_json)

@@ -1,0 +1,108 @@
+"""`benchbot record`: recordings of a run that is under way, from another terminal."""
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from benchbot.cli.kit import console
+from benchbot.cli.kit.options import tell_recordings
+from benchbot.core.errors import BenchbotError
+
+if TYPE_CHECKING:
+    from benchbot.wire.run_state import RunState
+
+POLL_S = 0.5
+DEFAULT = "mcap"
+
+
+def record(
+    recorders: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[RECORDER,…]", help="What to record with: see benchbot list recorders. [default: mcap]"
+        ),
+    ] = None,
+    run: Annotated[
+        str | None,
+        typer.Option(
+            "--run", metavar="ID", help="The run: the name of its folder, or its start. [default: the newest]"
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output-location",
+            "-o",
+            metavar="FOLDER",
+            help="Write into FOLDER/RECORDER. [default: a folder of BenchBot's own]",
+        ),
+    ] = None,
+) -> None:
+    """Record a run that is under way, from its next observation on; Ctrl-C or the run's end finishes the recording.
+
+    The run does not notice: it is recorded by a process of its own. The recordings' folders go to stdout.
+    """
+    from dataclasses import replace
+
+    from benchbot.api.client import Client
+    from benchbot.cli.kit.interrupting import interrupting
+    from benchbot.cli.kit.options import recordings
+
+    state = _chosen(run)
+    names = recordings([recorders or DEFAULT])
+    folders = {name: folder if output is None else output / name for name, folder in names.items()}
+    _see_to_recorders(folders)
+    client = Client(replace(state.connection, token=state.operator_token))
+    ours = {str(folder.absolute()) for folder in folders.values()}
+    with interrupting():
+        try:
+            going_on = client.record(folders)
+            console.note(f"Recording {state.task} on {state.robot} in {state.environment}. Ctrl-C finishes it.")
+            while any(entry["folder"] in ours and not entry["ended"] for entry in going_on):
+                time.sleep(POLL_S)
+                going_on = _going_on(client)
+        except KeyboardInterrupt:
+            _finish(client, list(folders.values()))
+    tell_recordings(folders)
+    for folder in folders.values():
+        console.data(str(folder))
+
+
+def _chosen(run: str | None) -> "RunState":
+    from benchbot.wire.run_state import live
+
+    states = live()
+    found = [state for state in states if run is None or Path(state.folder).name.startswith(run)]
+    if not found or (run is not None and len(found) > 1):
+        raise BenchbotError(
+            "No run is there to record." if run is None else f"'{run}' is not one run that is under way.",
+            f"There are: {', '.join(Path(state.folder).name for state in states) or 'none'}.",
+            "Start one: benchbot run --task T --robot R --env E; or record it from its start on, with its --record.",
+        )
+    return found[0]
+
+
+def _see_to_recorders(folders: dict[str, Path]) -> None:
+    """Raise BenchbotError for a recorder that is not there before anybody is asked to record with it."""
+    from benchbot.core.plugin_manager import load
+
+    for name in folders:
+        load().record("recorders", name)
+
+
+def _going_on(client: Any) -> list[dict[str, Any]]:
+    """Return the recordings of the run that go on; none when the run has ended."""
+    try:
+        going_on: list[dict[str, Any]] = client.record()
+    except BenchbotError:
+        return []
+    return going_on
+
+
+def _finish(client: Any, folders: list[Path]) -> None:
+    try:
+        client.record(finish=folders)
+    except BenchbotError as error:
+        console.note(f"The run has ended, too: {error.why}")

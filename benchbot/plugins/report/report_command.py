@@ -1,0 +1,101 @@
+"""`benchbot report`: results as a page for people, tables for papers and programs, test cases for CI."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from benchbot.cli.kit import console
+from benchbot.cli.kit.options import GroundTruths, Method, Missing, Over, RequiredEnvs, RequiredEnvsBatch, RequiredTask
+from benchbot.core.errors import BenchbotError
+
+DEFAULT = Path("report.html")
+
+
+def report(
+    results: Annotated[
+        list[Path], typer.Argument(metavar="RESULT", help="Result files, ZIP archives and folders of them.")
+    ],
+    output: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--output-location",
+            "-o",
+            metavar="PATH",
+            help="Write it here, as the name ends: .html, .csv, .tex, .md, .xml (JUnit); repeatable. "
+            f"[default: {DEFAULT}]",
+        ),
+    ] = None,
+    wanted: Annotated[
+        Literal["html", "csv", "tex", "md", "xml"] | None,
+        typer.Option(
+            "--format",
+            metavar="html|csv|tex|md|xml",
+            help="Write this, whatever the name ends in; to stdout without -o.",
+        ),
+    ] = None,
+    method: Method = None,
+    name: Annotated[
+        str | None,
+        typer.Option("--name", metavar="TEXT", help="What the solution is called. [default: the name of its file]"),
+    ] = None,
+    frames: Annotated[
+        Path | None,
+        typer.Option(
+            "--frames",
+            metavar="FOLDER",
+            help="What submit --record frames=FOLDER wrote, for a single result. [default: 'frames' beside the result]",
+        ),
+    ] = None,
+    ground_truth: GroundTruths = None,
+    required_task: RequiredTask = None,
+    required_envs: RequiredEnvs = None,
+    required_envs_batch: RequiredEnvsBatch = None,
+    missing: Missing = "zero",
+    over: Over = "places",
+) -> None:
+    """Make a report of results, to be read by somebody who was not there; prints the paths of what it wrote.
+
+    The page holds ground truth and needs no other file, no network and no script.
+    """
+    from benchbot.cli.evaluate import required_environments
+    from benchbot.core.declarations.catalog import Catalog
+    from benchbot.core.plugin_manager import load
+    from benchbot.evaluation import intervals
+    from benchbot.evaluation.score import score_files
+    from benchbot.plugins.report import format_of, gather, render, write
+
+    paths = output or ([] if wanted else [DEFAULT])
+    formats = {path: wanted or format_of(path) for path in paths}
+    for path in paths:
+        console.check_output(path)
+    if frames is not None and not any(frames.glob("*.jpg")):
+        raise BenchbotError(
+            f"There are no frames in {frames}.",
+            "It holds no JPEG files.",
+            f"Record them with the result: benchbot submit … --record frames={frames}",
+        )
+    catalog = Catalog(load())
+    evaluation = score_files(
+        results,
+        catalog=catalog,
+        method=method,
+        ground_truth_paths=ground_truth,
+        required_task=required_task,
+        required_envs=required_environments(catalog, required_envs, required_envs_batch),
+        missing=missing,
+        over=intervals.Over(over),
+    )
+    if frames is not None and evaluation.document["coverage"]["expected"] > 1:
+        raise BenchbotError(
+            "The frames are not known to belong to one result.",
+            f"--frames {frames} was given with {evaluation.document['coverage']['expected']} results.",
+            "Keep each result in a folder of its own, with its frames in 'frames' beside it, and leave --frames out.",
+        )
+    material = gather(evaluation, results, catalog=catalog, name=name, frames=frames)
+    texts = {name: render(material, name) for name in dict.fromkeys(formats.values())}
+    for path, form in formats.items():
+        write(path, texts[form])
+        console.data(str(path))
+    if wanted is not None and not paths:
+        console.data(render(material, wanted).rstrip("\n"))

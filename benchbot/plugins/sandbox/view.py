@@ -1,0 +1,143 @@
+"""What of the file system a sandboxed solution sees, at the paths where it is, and what is blotted out in it."""
+
+import os
+import shutil
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchbot.core.errors import BenchbotError
+from benchbot.core.provenance import is_file
+from benchbot.submission.solution import CODE
+
+SYSTEM = ("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/libx32")
+SETTINGS = ("ld.so.cache", "localtime", "timezone", "alternatives", "fonts", "ssl", "ca-certificates", "mime.types")
+LINKS = 40
+
+
+@dataclass(frozen=True)
+class View:
+    """Paths that are shown, read-only, and paths that are hidden within them; all absolute, as the solution sees them.
+
+    `links` are symbolic links and what they name; `searched` are folders in which Python looks for some that are shown.
+    """
+
+    shown: tuple[Path, ...]
+    hidden: tuple[Path, ...]
+    links: tuple[tuple[Path, str], ...]
+    searched: tuple[Path, ...]
+
+
+def view_of(command: Sequence[str], folder: Path, path: str, readable: Iterable[Path], hidden: Sequence[Path]) -> View:
+    """Return what a command sees that runs in `folder`, with programs looked up on `path`.
+
+    That is the system's programs and libraries, the interpreter and its packages, the folder and the files that the
+    command names, and `readable`; nothing that is `hidden` (paths without links). Raises BenchbotError when the folder
+    holds the home folder, or is hidden itself.
+    """
+    folder = folder.absolute()
+    _check_folder(folder, hidden)
+    system = [Path(name) for name in SYSTEM]
+    links = [(path, str(path.readlink())) for path in system if path.is_symlink()]
+    shown = [path for path in system if path.is_dir() and not path.is_symlink()]
+    shown += [path for path in (Path("/etc", name) for name in SETTINGS) if path.exists()]
+    program = shutil.which(command[0], path=path)
+    wanted = [
+        *(_around(Path(sys.executable).resolve())),
+        *(() if program is None else _around((folder / program).absolute())),
+        *(path.absolute() for path in readable),
+        *(named for named in (folder / word for word in command) if named.is_absolute() and is_file(named)),
+        folder,
+    ]
+    linked = [package for prefix in wanted for package in _linked_packages(prefix)]
+    for one in (*wanted, *linked):
+        real = one.resolve()
+        for seen in dict.fromkeys((one, real)):
+            if not any(real.is_relative_to(path) for path in hidden) and not any(
+                seen.is_relative_to(other) for other in shown
+            ):
+                shown.append(seen)
+    searched = dict.fromkeys(package.parent for package in linked)
+    return View(tuple(shown), tuple(_within(shown, hidden)), tuple(links), tuple(searched))
+
+
+def _check_folder(folder: Path, hidden: Sequence[Path]) -> None:
+    real = folder.resolve()
+    if Path.home().resolve().is_relative_to(real):
+        raise BenchbotError(
+            "The sandbox would not keep the solution from what is yours.",
+            f"It may read the folder that it runs in, {folder}, and that holds your home folder.",
+            "Put the solution into a folder of its own and submit it from there.",
+        )
+    for path in hidden:
+        if real.is_relative_to(path):
+            raise BenchbotError(
+                "The solution cannot see itself.",
+                f"Its folder {folder} is in {path}, which is hidden from solutions: there is ground truth in it, "
+                "or it is BenchBot's own.",
+                "Put the solution into a folder of its own and submit it from there.",
+            )
+
+
+def _around(program: Path) -> Iterator[Path]:
+    """Yield what a program needs beside itself: the prefixes that it, and what it is a link to, is installed in."""
+    for _ in range(LINKS):
+        prefix = program.parent.parent
+        if program.parent.name == "bin" and not _is_too_much(prefix):
+            yield prefix
+            base = _base_of(prefix)
+            if base is not None:
+                yield base
+        else:
+            yield program
+        if not program.is_symlink():
+            return
+        program = Path(os.path.normpath(program.parent / program.readlink()))
+
+
+def _base_of(prefix: Path) -> Path | None:
+    """Return the installation that a virtual environment was made from (PEP 405)."""
+    settings = prefix / "pyvenv.cfg"
+    if not settings.is_file():
+        return None
+    for line in settings.read_text("utf-8", "replace").splitlines():
+        key, _, value = line.partition("=")
+        home = Path(value.strip())
+        if key.strip() == "home" and home.is_absolute() and not _is_too_much(home.parent):
+            return home.parent
+    return None
+
+
+def _is_too_much(prefix: Path) -> bool:
+    return Path.home().is_relative_to(prefix) or Path.home().resolve().is_relative_to(prefix.resolve())
+
+
+def _linked_packages(prefix: Path) -> Iterator[Path]:
+    """Yield the packages and modules that are installed in a prefix as mere links to where they are developed."""
+    for settings in prefix.glob("lib/python3*/site-packages/*.pth"):
+        for line in settings.read_text("utf-8", "replace").splitlines():
+            root = Path(line.strip())
+            if root.is_absolute() and root.is_dir():
+                yield from (path.parent for path in root.glob("*/__init__.py"))
+                yield from root.glob("*.py")
+
+
+def _within(shown: Sequence[Path], hidden: Sequence[Path]) -> Iterator[Path]:
+    """Yield where the hidden paths would be seen; the outermost of each."""
+    found = [
+        seen / path.relative_to(real)
+        for seen, real in ((seen, seen.resolve()) for seen in shown)
+        for path in hidden
+        if path.is_relative_to(real) and path.exists()
+    ]
+    for path in sorted(set(found)):
+        if not any(path != other and path.is_relative_to(other) for other in found):
+            yield path
+
+
+def code_needed() -> tuple[Path, ...]:
+    """Return the files and folders of BenchBot that a leader needs."""
+    package = CODE / "benchbot"
+    inner = package / "submission"
+    return package / "__init__.py", inner / "__init__.py", inner / "init"

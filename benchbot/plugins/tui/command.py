@@ -1,0 +1,175 @@
+"""`benchbot tui`: screens in a terminal, in a browser, or the same as plain lines."""
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from benchbot.cli.kit import console
+from benchbot.core.errors import BenchbotError
+
+if TYPE_CHECKING:
+    from benchbot.plugins.tui.alive import Alive
+    from benchbot.wire.run_state import RunState
+
+
+def tui(
+    run: Annotated[
+        str | None, typer.Option("--run", metavar="ID", help="Watch this run: a part of its name that no other has.")
+    ] = None,
+    batch: Annotated[
+        Path | None, typer.Option("--batch", metavar="DIR", help="Watch the batch in this folder.")
+    ] = None,
+    display: Annotated[
+        Literal["auto", "screen", "plain", "json"],
+        typer.Option(
+            "--display",
+            metavar="screen|plain|json",
+            help="Screens, plain lines for screen readers and files, or JSON. [default: screens on a terminal]",
+        ),
+    ] = "auto",
+    images: Annotated[
+        Literal["halfcell", "kitty", "sixel", "none"],
+        typer.Option(
+            "--images",
+            metavar="halfcell|kitty|sixel|none",
+            help="How pictures are drawn; kitty and sixel need a terminal that can.",
+        ),
+    ] = "halfcell",
+    web: Annotated[bool, typer.Option("--web", help="Serve the screens to a browser of this machine.")] = False,
+    port: Annotated[
+        int, typer.Option("--port", metavar="PORT", min=0, max=65535, help="With --web: 0 is any free one.")
+    ] = 0,
+) -> None:
+    """Choose, start, watch, submit, evaluate and browse; ends nothing that it has started or watched.
+
+    It finds the runs and batches of this user by itself, wherever on this machine they were started.
+    """
+    if run is not None and batch is not None:
+        raise BenchbotError("There are two things to watch.", "--run and --batch were given.", "Give one of them.")
+    if batch is not None and not (batch / "plan.json").is_file():
+        raise BenchbotError(
+            f"{batch} is not the folder of a batch.",
+            "It holds no plan.json.",
+            "Name the folder that benchbot batch printed.",
+        )
+    state = None if run is None else _run(run)
+    if web:
+        _web(run, batch, images, port)
+    elif display == "screen" or (display == "auto" and _can_show_screens()):
+        from benchbot.plugins.tui import app
+
+        raise typer.Exit(app.show(run=state, batch=None if batch is None else batch.absolute(), images=images))
+    else:
+        _follow(state, batch, "json" if display == "json" else "plain")
+
+
+def _can_show_screens() -> bool:
+    return sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM", "dumb") != "dumb"
+
+
+def _run(text: str) -> "RunState":
+    from benchbot.plugins.tui.alive import run_named
+    from benchbot.wire import run_state
+
+    runs = tuple(run_state.live())
+    found = run_named(text, runs)
+    if found is None:
+        names = ", ".join(Path(state.folder).name for state in runs)
+        fitting = sum(text in Path(state.folder).name for state in runs)
+        raise BenchbotError(
+            f"{'Several runs are' if fitting else 'No run is'} called '{text}'.",
+            f"Alive are: {names or 'none'}.",
+            "Name one of them, or leave --run out and choose.",
+        )
+    return found
+
+
+def _web(run: str | None, batch: Path | None, images: str, port: int) -> None:
+    from importlib.util import find_spec
+
+    if find_spec("textual_serve") is None:
+        raise BenchbotError(
+            "The screens cannot be served to a browser.",
+            "That needs the package textual-serve, which is not installed.",
+            "Install it: pip install benchbot[web]",
+        )
+    from benchbot.plugins.tui.web import serve
+
+    words = ["tui", "--display=screen", f"--images={images}"]
+    words += [] if run is None else [f"--run={run}"]
+    words += [] if batch is None else [f"--batch={batch.absolute()}"]
+    serve(words, port)
+
+
+def _follow(state: "RunState | None", batch: Path | None, display: Literal["plain", "json"]) -> None:
+    from benchbot.plugins.watching.batch_feed import BatchFeed
+    from benchbot.plugins.watching.plain import follow
+    from benchbot.plugins.watching.run_feed import RunFeed
+
+    if state is None and batch is None:
+        from benchbot.plugins.tui.alive import look
+
+        _print(look(), as_json=display == "json")
+        return
+    feed = RunFeed(state) if state is not None else BatchFeed((batch or Path()).absolute())
+    try:
+        follow(feed, display)
+    finally:
+        feed.close()
+
+
+def _print(now: "Alive", *, as_json: bool) -> None:
+    """Print what is alive, as data."""
+    if as_json:
+        console.data_json(_as_dict(now))
+        return
+    for state in now.runs:
+        console.data(
+            f"run {Path(state.folder).name}: {state.task}, {state.robot}, {state.environment}, seed {state.seed}"
+        )
+    for entry in now.batches:
+        state_of = "alive" if entry.alive else "nobody works on it"
+        console.data(f"batch {entry.folder}: {entry.finished} of {entry.episodes} episodes, {state_of}")
+    for each in now.started:
+        console.data(f"submission {each.title}: {each.said}")
+    if not (now.runs or now.batches or now.started):
+        console.note("No run and no batch of yours is alive on this machine.")
+
+
+def _as_dict(now: "Alive") -> dict[str, Any]:
+    return {
+        "runs": [
+            {
+                "run": Path(state.folder).name,
+                "task": state.task,
+                "robot": state.robot,
+                "environment": state.environment,
+                "seed": state.seed,
+                "pid": state.pid,
+                "started_s": state.started_s,
+            }
+            for state in now.runs
+        ],
+        "batches": [
+            {
+                "folder": str(entry.folder),
+                "alive": entry.alive,
+                "episodes": entry.episodes,
+                "finished": entry.finished,
+            }
+            for entry in now.batches
+        ],
+        "submissions": [
+            {
+                "submission": each.title,
+                "state": each.state,
+                "said": each.said,
+                "result": None if each.job.result is None else str(each.job.result),
+                "command": each.command,
+            }
+            for each in now.started
+        ],
+    }

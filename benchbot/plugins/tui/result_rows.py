@@ -1,0 +1,148 @@
+"""What a list of results shows of each, and what is made of them: scores, explanations, reports."""
+
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from benchbot.core import scores
+from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.errors import BenchbotError
+
+SCORES = "scores.json"
+MOST_OBJECTS = 400
+"""An explanation on a screen shows so many objects; the file has them all."""
+
+
+@dataclass(frozen=True)
+class ResultRow:
+    """One result, or a file among results that is none."""
+
+    source: str
+    """Its path, or `archive:member`."""
+    task: str = ""
+    robot: str = ""
+    about: str = ""
+    """Environment and seed, in words."""
+    failure: str = ""
+    score: str = ""
+    """The headline score, where a scores document beside it tells."""
+    steps: int | None = None
+    problem: str = ""
+    """Why it is no result."""
+
+    @property
+    def path(self) -> Path:
+        """The file that it is in."""
+        path = Path(self.source)
+        return path if path.exists() else Path(self.source.rpartition(":")[0])
+
+
+def rows(paths: Sequence[Path]) -> Iterator[ResultRow]:
+    """Yield what is in files, archives and folders, as it is read. What is no result comes with its reason."""
+    from benchbot.evaluation import inputs
+
+    known = _known_scores(paths)
+    for item in inputs.read(paths):
+        if isinstance(item, inputs.Unreadable):
+            yield ResultRow(item.source, problem=f"{item.error.title} {item.error.why}")
+        elif not isinstance(item, inputs.Other):
+            provenance = item.document.get("provenance") or {}
+            yield ResultRow(
+                source=item.source,
+                task=item.task,
+                robot=str(item.selection.get("robot", "")),
+                about=item.about,
+                failure=item.failure or "",
+                score=known.get(_key(Path(item.source)), ""),
+                steps=provenance.get("steps"),
+            )
+
+
+def scores_path(result: Path) -> Path:
+    """Return where the scores of a result are written: beside it, and apart from those of others there."""
+    if result.is_dir():
+        return result / SCORES
+    return result.with_name(SCORES if result.stem == "result" else f"{result.stem}.{SCORES}")
+
+
+def evaluate(paths: Sequence[Path], catalog: Catalog, method: str | None = None) -> tuple[str, Path]:
+    """Score results and write the document; return its table as people read it, and its path. Raises BenchbotError."""
+    from benchbot.cli.kit import scoring
+    from benchbot.evaluation.score import evaluate_files
+
+    document = evaluate_files(paths, catalog=catalog, method=method)
+    target = scores_path(paths[0])
+    scores.write(target, document)
+    return scoring.table(document), target
+
+
+def explain(path: Path, catalog: Catalog) -> str:
+    """Return why a result has its scores, object by object, in lines. It shows the truth. Raises BenchbotError."""
+    from benchbot.cli.kit import scoring
+    from benchbot.evaluation import explanation
+    from benchbot.evaluation.score import score_files
+
+    evaluation = score_files([path], catalog=catalog)
+    said: list[str] = [scoring.table(evaluation.document)]
+    for entry in explanation.explain(evaluation)["results"]:
+        objects = entry.get("objects")
+        if objects is None:
+            rest = {key: value for key, value in entry.items() if key not in ("source", "environment", "seed")}
+            said += ["", json.dumps(rest, indent=1, ensure_ascii=False)]
+            continue
+        said.append("")
+        said += [_object_line(each) for each in objects[:MOST_OBJECTS]]
+        if len(objects) > MOST_OBJECTS:
+            said.append(f"… and {len(objects) - MOST_OBJECTS} more: benchbot eval {path} --explain why.json")
+    return "\n".join(said)
+
+
+def report(paths: Sequence[Path], catalog: Catalog) -> Path:
+    """Write the report of results beside them; return its path. Raises BenchbotError."""
+    from benchbot.evaluation.score import score_files
+    from benchbot.plugins.report import gather, render, write
+
+    first = paths[0]
+    target = first / "report.html" if first.is_dir() else scores_path(first).with_name(f"{first.stem}-report.html")
+    evaluation = score_files(paths, catalog=catalog)
+    write(target, render(gather(evaluation, paths, catalog=catalog), "html"))
+    return target
+
+
+def headline_of(path: Path) -> str:
+    """Return the headline score in a scores document, empty when it cannot be read."""
+    from benchbot.cli.kit import scoring
+
+    with suppress(BenchbotError):
+        return scoring.headline(scores.read(path))
+    return ""
+
+
+def _object_line(item: dict[str, Any]) -> str:
+    verdict = str(item["verdict"]).replace("_", " ")
+    return f"{verdict:<16}{item['label'] or item['truth_label'] or '-'}\n    {item['why']}"
+
+
+def _known_scores(paths: Sequence[Path]) -> dict[Path, str]:
+    """Return the headline score of each result that a scores document in or beside `paths` tells of."""
+    from benchbot.cli.kit import scoring
+
+    known: dict[Path, str] = {}
+    folders = [path if path.is_dir() else path.parent for path in paths]
+    # Those further down are of fewer results and newer decisions: they come last and win.
+    for found in sorted(file for folder in folders for file in folder.rglob(f"*{SCORES}")):
+        with suppress(BenchbotError):
+            document = scores.read(found)
+            for row in document["rows"]:
+                if row["source"] is not None:
+                    known[_key(Path(row["source"]))] = scoring.headline({**document, "scores": row["scores"]})
+            if len(document["rows"]) == 1:
+                known[_key(found.with_name("result.json"))] = scoring.headline(document)
+    return known
+
+
+def _key(path: Path) -> Path:
+    return path.absolute()

@@ -1,0 +1,233 @@
+"""Looking through results: scores and failures; evaluate them, ask why, make a report."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import VerticalScroll
+from textual.coordinate import Coordinate
+from textual.screen import Screen
+from textual.widgets import DataTable, Footer, Input, Static
+
+from benchbot.core.errors import BenchbotError
+from benchbot.plugins.tui import opening, result_rows
+from benchbot.plugins.tui.result_rows import ResultRow
+
+if TYPE_CHECKING:
+    from benchbot.plugins.tui.app import BenchbotApp
+
+COLUMNS = {"Score": 13, "Failure": 14, "Environment": 26, "Robot": 20, "Steps": 6, "Task": 46, "File": 60}
+"""What is told of each, and how many cells that takes."""
+AT_ONCE = 50
+MOST_ROWS = 5000
+
+
+class TextScreen(Screen[None]):
+    """A long text, to be read."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,q", "app.pop_screen", "Back", key_display="esc")]
+
+    def __init__(self, title: str, text: str) -> None:
+        super().__init__()
+        self._title, self._text = title, text
+
+    def compose(self) -> ComposeResult:
+        """Show it."""
+        yield Static(self._title, classes="bar", markup=False)
+        with VerticalScroll(classes="text"):
+            yield Static(self._text, markup=False)
+        yield Footer()
+
+    def on_mount(self) -> None:
+        """Let the arrows scroll."""
+        self.query_one(VerticalScroll).focus()
+
+
+class ResultsScreen(Screen[None]):
+    """The results in a folder, an archive or a file."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "back", "Back"),
+        Binding("e", "evaluate", "Evaluate", tooltip="Score the result that is marked"),
+        Binding("E", "evaluate_all", "all", tooltip="Score all of them together"),
+        Binding("x", "explain", "Explain", tooltip="Say why it has its score; shows the truth"),
+        Binding("r", "report", "Report", tooltip="Make report.html of the result that is marked"),
+        Binding("R", "report_all", "all", tooltip="Make one report of all"),
+        Binding("o", "folder", "Folder", tooltip="Look into another folder"),
+        Binding("f5", "read", "Read again", show=False),
+    ]
+    app: "BenchbotApp"
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.path = path
+        self.rows: list[ResultRow] = []
+        """What has been read so far."""
+        self._reading = 0
+
+    def compose(self) -> ComposeResult:
+        """Show the table, still empty."""
+        yield Static(f"Results in {self.path}", classes="bar", id="title", markup=False)
+        yield Input(placeholder="a folder, an archive or a result", classes="filter", id="folder")
+        yield DataTable(cursor_type="row", zebra_stripes=True)
+        yield Static(id="status", markup=False)
+        yield Footer()
+
+    def on_mount(self) -> None:
+        """Begin to read."""
+        table = self.query_one(DataTable)
+        for label, width in COLUMNS.items():
+            table.add_column(label, width=width)
+        table.focus()
+        self.action_read()
+
+    @property
+    def marked(self) -> ResultRow | None:
+        """The row that the cursor is on."""
+        row = self.query_one(DataTable).cursor_row
+        return self.rows[row] if 0 <= row < len(self.rows) else None
+
+    def action_read(self) -> None:
+        """Read the results again, in a thread; they appear as they are read."""
+        self._reading += 1
+        self.rows = []
+        self.query_one(DataTable).clear()
+        self.query_one("#title", Static).update(f"Results in {self.path}")
+        self.query_one("#status", Static).update("Reading …")
+        number, path = self._reading, self.path
+
+        def read() -> None:
+            waiting: list[ResultRow] = []
+            for row in result_rows.rows([path]):
+                waiting.append(row)
+                if len(waiting) == AT_ONCE:
+                    self.app.call_later(self._add, number, waiting)
+                    waiting = []
+                if number != self._reading or not self.is_attached or len(self.rows) >= MOST_ROWS:
+                    break
+            self.app.call_later(self._add, number, waiting)
+
+        self.app.in_thread(read, lambda _: self._read_all(number))
+
+    def on_data_table_row_highlighted(self) -> None:
+        """Tell more of what is marked."""
+        self._tell()
+
+    def on_data_table_row_selected(self) -> None:
+        """Explain it."""
+        self.action_explain()
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        """Look elsewhere."""
+        path = Path(event.value.strip() or ".").expanduser().absolute()
+        if not path.exists():
+            self.notify(f"There is no {path}.", severity="error", markup=False)
+            return
+        self.path = path
+        self._ask(on=False)
+        self.action_read()
+
+    def action_folder(self) -> None:
+        """Ask for another folder."""
+        self._ask(on=True)
+
+    def action_back(self) -> None:
+        """Leave the question, or the screen."""
+        if self.query_one("#folder").display:
+            self._ask(on=False)
+        else:
+            self.app.pop_screen()
+
+    def action_evaluate(self) -> None:
+        """Score what is marked."""
+        row = self._usable()
+        if row is not None:
+            self._evaluate([row.path])
+
+    def action_evaluate_all(self) -> None:
+        """Score all."""
+        self._evaluate([self.path])
+
+    def action_explain(self) -> None:
+        """Say why it has its score."""
+        row = self._usable()
+        if row is not None:
+            title = f"{row.about}: why (this shows the truth)"
+            self._status("Asking why …")
+
+            def done(text: str) -> None:
+                self.app.push_screen(TextScreen(title, text))
+
+            self.app.in_thread(lambda: result_rows.explain(row.path, self.app.catalog), done)
+
+    def action_report(self) -> None:
+        """Make a report of what is marked."""
+        row = self._usable()
+        if row is not None:
+            opening.make_report(self.app, [row.path])
+
+    def action_report_all(self) -> None:
+        """Make a report of all."""
+        opening.make_report(self.app, [self.path])
+
+    def _evaluate(self, paths: list[Path]) -> None:
+        self._status("Evaluating …")
+
+        def done(found: tuple[str, Path]) -> None:
+            text, path = found
+            self.app.push_screen(TextScreen("Scores", f"{text}\n\n{path}"))
+            if self.is_attached:
+                self.action_read()
+
+        self.app.in_thread(lambda: result_rows.evaluate(paths, self.app.catalog), done)
+
+    def _usable(self) -> ResultRow | None:
+        row = self.marked
+        if row is None:
+            self.notify("There is no result here.")
+        elif row.problem:
+            self.app.tell(BenchbotError("This is not a result.", row.problem, "Choose another one."))
+        else:
+            return row
+        return None
+
+    def _add(self, number: int, rows: list[ResultRow]) -> None:
+        if number != self._reading or not self.is_attached:
+            return
+        table = self.query_one(DataTable)
+        for row in rows:
+            self.rows.append(row)
+            file = Path(row.source)
+            shown = str(file.relative_to(self.path)) if file.is_relative_to(self.path) else file.name
+            steps = "" if row.steps is None else str(row.steps)
+            failure = "no result" if row.problem else row.failure
+            table.add_row(row.score or "-", failure or "-", row.about, row.robot, steps, row.task, shown)
+
+    def _read_all(self, number: int) -> None:
+        if number == self._reading and self.is_attached:
+            table = self.query_one(DataTable)
+            if self.rows and table.cursor_row < 0:
+                table.cursor_coordinate = Coordinate(0, 0)
+            self._tell()
+
+    def _tell(self) -> None:
+        row = self.marked
+        count = f"{len(self.rows)} results" if len(self.rows) != 1 else "1 result"
+        if row is None:
+            self._status(f"{count}. o looks into another folder.")
+        else:
+            self._status(f"{count}. {row.problem or row.source}")
+
+    def _status(self, text: str) -> None:
+        if self.is_attached:
+            self.query_one("#status", Static).update(text)
+
+    def _ask(self, *, on: bool) -> None:
+        field = self.query_one("#folder", Input)
+        field.display = on
+        if on:
+            field.value = str(self.path)
+            self.set_focus(field)
+        else:
+            self.query_one(DataTable).focus()

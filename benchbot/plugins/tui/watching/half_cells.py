@@ -1,0 +1,94 @@
+"""Pictures as lines of a terminal: two pixels to a cell in true colour, or shades of characters without any colour.
+
+A cell is taken to be twice as high as it is wide, so that pixels are square.
+"""
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.color import Color
+from rich.color_triplet import ColorTriplet
+from rich.segment import Segment
+from rich.style import Style
+from textual.strip import Strip
+
+from benchbot.plugins.tui.watching.colors import SHADES, Pixels
+
+UPPER_HALF = "▀"
+MOST_STYLES = 1 << 16
+_KEPT_BITS = 0b11111100
+"""Colours that differ by less share a style: there are a quarter of a million of them instead of millions."""
+
+Marks = Mapping[tuple[int, int], tuple[str, Style]]
+"""Characters that lie on top of a picture, by (column, line)."""
+
+_styles: dict[int, Style] = {}
+
+
+def fit(width: int, height: int, columns: int, lines: int) -> tuple[int, int]:
+    """Return how many columns and lines show a picture of so many pixels as large as there is room, undistorted."""
+    if min(width, height, columns, lines) < 1:
+        return 0, 0
+    scale = min(columns / width, 2 * lines / height)
+    return max(1, min(columns, round(width * scale))), max(1, min(lines, round(height * scale / 2)))
+
+
+def colored(pixels: Pixels, marks: Marks | None = None) -> list[Strip]:
+    """Return the lines that show uint8 (2 * lines, columns, 3), one strip for two rows of pixels."""
+    kept = (pixels & _KEPT_BITS).astype(np.int64)
+    packed = kept[..., 0] << 16 | kept[..., 1] << 8 | kept[..., 2]
+    strips = [_runs(row, UPPER_HALF) for row in packed[0::2] << 24 | packed[1::2]]
+    return _marked(strips, marks or {}, packed)
+
+
+def shaded(pixels: Pixels, *, dark: bool = True) -> list[Strip]:
+    """Return the same as characters, the lightest pixels as the densest ones; `dark` is the terminal's background.
+
+    What is lightest and what is darkest in the picture gets all the contrast that there is.
+    """
+    grey = pixels.astype(np.float32) @ np.array([0.2126, 0.7152, 0.0722], np.float32)
+    cells = (grey[0::2] + grey[1::2]) / 2
+    low, high = np.percentile(cells, (1, 99)) if cells.size else (0.0, 1.0)
+    shares = (cells - low) / max(high - low, 1.0)
+    ranks = np.clip((shares if dark else 1 - shares) * len(SHADES), 0, len(SHADES) - 1).astype(int)
+    lines = [[SHADES[rank] for rank in row] for row in ranks.tolist()]
+    return plain("".join(line) for line in lines)
+
+
+def plain(lines: Iterable[str]) -> list[Strip]:
+    """Return lines of text as they are."""
+    return [Strip([Segment(line)], len(line)) for line in lines]
+
+
+def _runs(keys: NDArray[np.int64], character: str) -> Strip:
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(keys)) + 1])
+    lengths = np.diff(np.append(starts, len(keys)))
+    segments = [
+        Segment(character * length, _style(key))
+        for key, length in zip(keys[starts].tolist(), lengths.tolist(), strict=True)
+    ]
+    return Strip(segments, len(keys))
+
+
+def _style(key: int) -> Style:
+    style = _styles.get(key)
+    if style is None:
+        if len(_styles) >= MOST_STYLES:
+            _styles.clear()
+        style = _styles[key] = Style(color=_color(key >> 24), bgcolor=_color(key & 0xFFFFFF))
+    return style
+
+
+def _color(packed: int) -> Color:
+    return Color.from_triplet(ColorTriplet(packed >> 16, packed >> 8 & 255, packed & 255))
+
+
+def _marked(strips: list[Strip], marks: Marks, packed: NDArray[np.int64]) -> list[Strip]:
+    for (column, line), (character, style) in marks.items():
+        if not (0 <= line < len(strips) and 0 <= column < packed.shape[1]):
+            continue
+        behind = Style(bgcolor=_color(int(packed[2 * line, column])))
+        before, _, after = strips[line].divide([column, column + 1, packed.shape[1]])
+        strips[line] = Strip.join([before, Strip([Segment(character, behind + style)], 1), after])
+    return strips

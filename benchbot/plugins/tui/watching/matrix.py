@@ -1,0 +1,255 @@
+"""The matrix of a batch's episodes, a coloured letter for each; or a bar for each environment where there is no room.
+
+Only rows that have changed are painted anew: a thousand episodes of which none changes cost nothing.
+"""
+
+from typing import ClassVar
+
+from rich.segment import Segment
+from rich.style import Style
+from textual.geometry import Region, Size, Spacing
+from textual.message import Message
+from textual.scroll_view import ScrollView
+from textual.strip import Strip
+
+from benchbot.plugins.tui.watching import matrix_grid
+from benchbot.plugins.tui.watching.matrix_grid import DONE, PENDING, RUNNING, Grid
+from benchbot.plugins.watching.views import EpisodeCell
+
+LONGEST_NAME = 22
+TICK = 10
+HEAD_LINES = 1
+_FAILURES = ("agent", "collision", "timeout", "platform", "infrastructure")
+
+
+class Matrix(ScrollView):
+    """Shows episodes; a cursor is moved with the arrows, and Enter chooses what it is on."""
+
+    DEFAULT_CSS: ClassVar[str] = """
+    Matrix { height: 1fr; scrollbar-size-vertical: 1; scrollbar-size-horizontal: 1; }
+    Matrix > .cell--pending { color: $foreground 45%; }
+    Matrix > .cell--done { color: $text-success; background: $success-muted; }
+    Matrix > .cell--running { color: #ffffff; background: #2a72cc; text-style: bold; }
+    Matrix > .cell--agent { color: #000000; background: #e5a50a; }
+    Matrix > .cell--collision { color: #ffffff; background: #a347ba; }
+    Matrix > .cell--timeout { color: #ffffff; background: #865e3c; }
+    Matrix > .cell--platform { color: #ffffff; background: #e01b24; }
+    Matrix > .cell--infrastructure { color: #ffffff; background: #8a1020; }
+    Matrix > .cell--other { color: #ffffff; background: #5e5c64; }
+    Matrix > .cell--cursor { color: $background; background: $foreground; text-style: bold; }
+    Matrix > .cell--head { color: $foreground 60%; }
+    """
+    COMPONENT_CLASSES: ClassVar[set[str]] = {
+        f"cell--{name}" for name in (PENDING, RUNNING, DONE, *_FAILURES, "other", "cursor", "head")
+    }
+    can_focus = False
+
+    class Moved(Message):
+        """The cursor is on another episode, or that is in another state."""
+
+    def __init__(self, *, id: str | None = None) -> None:  # noqa: A002 - as Textual names it
+        super().__init__(id=id)
+        self.cells: tuple[EpisodeCell, ...] = ()
+        self.states: list[str] = []
+        self.wishes_counts: bool | None = None
+        """Whether rows are to be bars; None is: where there is no room for letters."""
+        self._grid = Grid((), (), ())
+        self._names: list[str] = []
+        self._row = self._column = 0
+        self._lines: dict[int, Strip] = {}
+
+    @property
+    def shows_counts(self) -> bool:
+        """Whether rows are bars just now."""
+        if self.wishes_counts is not None:
+            return self.wishes_counts
+        return len(self._grid.columns) > self.size.width - self._label_width
+
+    @property
+    def chosen(self) -> EpisodeCell | None:
+        """The episode that the cursor is on."""
+        if not self._grid.columns or self.shows_counts:
+            return None
+        index = self._grid.index(self._row, self._column)
+        return None if index is None else self.cells[index]
+
+    @property
+    def chosen_row(self) -> tuple[str, dict[str, int]] | None:
+        """The environment that the cursor is on, and how many of its episodes are in which state."""
+        if not self._grid.columns:
+            return None
+        return self._grid.environments[self._row], matrix_grid.counts(self._grid, self.states, self._row)
+
+    def show(self, cells: tuple[EpisodeCell, ...]) -> None:
+        """Show the episodes of a batch from now on."""
+        if cells is self.cells:
+            return
+        states = [cell.state for cell in cells]
+        if len(cells) != len(self.cells) or (cells and (cells[0].name, cells[-1].name) != self._ends()):
+            self._grid = Grid.of(cells)
+            self._row = self._column = 0
+            self.cells, self.states = cells, states
+            self._lay_out()
+            self.post_message(self.Moved())
+            return
+        changed = {
+            self._grid.position[i][0]
+            for i, (new, old) in enumerate(zip(states, self.states, strict=True))
+            if new != old
+        }
+        self.cells, self.states = cells, states
+        for row in changed:
+            self._repaint(row)
+        self.post_message(self.Moved())
+
+    def toggle(self) -> None:
+        """Show letters in place of bars, or bars in place of letters."""
+        self.wishes_counts = not self.shows_counts
+        self._lay_out()
+        self.post_message(self.Moved())
+
+    def move(self, rows: int, columns: int) -> None:
+        """Move the cursor."""
+        if not self._grid.columns:
+            return
+        self._go(
+            min(max(self._row + rows, 0), len(self._grid.environments) - 1),
+            min(max(self._column + columns, 0), len(self._grid.columns) - 1),
+        )
+
+    def next_failure(self, step: int) -> bool:
+        """Move the cursor to the next episode that has failed, row by row; say whether there is one."""
+        width = len(self._grid.columns)
+        here = self._row * width + self._column
+        failed = sorted(
+            row * width + column
+            for index, (row, column) in self._grid.position.items()
+            if self.states[index] not in (PENDING, RUNNING, DONE)
+        )
+        if not failed:
+            return False
+        if step > 0:
+            place = next((place for place in failed if place > here), failed[0])
+        else:
+            place = next((place for place in reversed(failed) if place < here), failed[-1])
+        if self.shows_counts:
+            self.wishes_counts = False
+            self._lay_out()
+        self._go(*divmod(place, width))
+        return True
+
+    def on_resize(self) -> None:
+        """Choose between letters and bars anew."""
+        self._lay_out()
+
+    def notify_style_update(self) -> None:
+        """Paint anew in another theme."""
+        self._lines.clear()
+        super().notify_style_update()
+
+    def render_line(self, y: int) -> Strip:
+        """Return one line: the head stays, rows scroll beneath it."""
+        width = self.scrollable_content_region.width
+        base = self.rich_style
+        if not self._grid.columns:
+            return Strip.blank(width, base)
+        scroll_x, scroll_y = self.scroll_offset
+        label = self._label_width
+        row = -1 if y < HEAD_LINES else y - HEAD_LINES + scroll_y
+        if row >= len(self._grid.environments):
+            return Strip.blank(width, base)
+        strip = self._lines.get(row)
+        if strip is None:
+            strip = self._lines[row] = (
+                self._head() if row < 0 else self._bars(row) if self.shows_counts else self._letters(row)
+            )
+        strip = strip.apply_style(base)
+        if scroll_x:
+            strip = Strip.join([strip.crop(0, label), strip.crop(label + scroll_x, strip.cell_length)])
+        return strip.adjust_cell_length(width, base)
+
+    @property
+    def _label_width(self) -> int:
+        longest = max((len(name) for name in self._grid.environments), default=0)
+        return min(longest, LONGEST_NAME) + 1
+
+    def _ends(self) -> tuple[str, str]:
+        return (self.cells[0].name, self.cells[-1].name) if self.cells else ("", "")
+
+    def _lay_out(self) -> None:
+        self._lines.clear()
+        width = 0 if self.shows_counts else self._label_width + len(self._grid.columns)
+        self.virtual_size = Size(width, HEAD_LINES + len(self._grid.environments))
+        self.refresh()
+
+    def _repaint(self, row: int) -> None:
+        self._lines.pop(row, None)
+        self.refresh(Region(0, HEAD_LINES + row - self.scroll_offset.y, self.size.width, 1))
+
+    def _go(self, row: int, column: int) -> None:
+        before = self._row
+        self._row, self._column = row, column
+        for changed in {before, row, -1}:
+            self._repaint(changed)
+        across = 0 if self.shows_counts else self._column
+        self.scroll_to_region(
+            Region(across, HEAD_LINES + row, 1, 1),
+            spacing=Spacing(HEAD_LINES, self._label_width, 0, 0),
+            animate=False, force=True,
+        )  # fmt: skip
+        self.post_message(self.Moved())
+
+    def _head(self) -> Strip:
+        style = self.get_component_rich_style("cell--head")
+        label = " " * self._label_width
+        if self.shows_counts:
+            return Strip([Segment(f"{label}{len(self._grid.columns)} episodes each", style)])
+        line = [" "] * len(self._grid.columns)
+        robot: str | None = None
+        for place, (name, seed, repeat, number) in enumerate(self._grid.columns):
+            text = ""
+            if name != robot:
+                robot, text = name, f"{name} {seed}"
+            elif place % TICK == 0 and not repeat and not number:
+                text = str(seed)
+            before = "".join(line[max(0, place - 1) : place + len(text)])
+            if text and not before.strip() and place + len(text) <= len(line):
+                line[place : place + len(text)] = text
+        return Strip([Segment(label + "".join(line), style)])
+
+    def _label(self, row: int) -> Segment:
+        name = self._grid.environments[row]
+        name = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
+        style = self._style("cursor") if row == self._row and self.shows_counts else Style()
+        return Segment(f"{name:<{self._label_width - 1}} ", style)
+
+    def _letters(self, row: int) -> Strip:
+        cursor = self._column if row == self._row else -1
+        runs: list[tuple[str, str]] = []
+        for column, index in enumerate(self._grid.places[row]):
+            state = "" if index is None else self.states[index]
+            text = matrix_grid.letter(state) if state else " "
+            name = "cursor" if column == cursor else state
+            if runs and runs[-1][1] == name:
+                runs[-1] = (runs[-1][0] + text, name)
+            else:
+                runs.append((text, name))
+        return Strip([self._label(row), *(Segment(text, self._style(name)) for text, name in runs)])
+
+    def _bars(self, row: int) -> Strip:
+        counted = matrix_grid.counts(self._grid, self.states, row)
+        told = "  ".join(f"{matrix_grid.letter(state)} {number}" for state, number in counted.items())
+        width = self.scrollable_content_region.width - self._label_width
+        room = max(8, width - len(told) - 3)
+        widths = matrix_grid.shares(list(counted.values()), room)
+        segments = [
+            Segment(matrix_grid.letter(state) * columns, self._style(state))
+            for state, columns in zip(counted, widths, strict=True)
+        ]
+        return Strip([self._label(row), *segments, Segment(f"  {told}", self.get_component_rich_style("cell--head"))])
+
+    def _style(self, state: str) -> Style:
+        if not state:
+            return Style()
+        known = state in matrix_grid.LETTERS or state == "cursor"
+        return self.get_component_rich_style(f"cell--{state if known else 'other'}")

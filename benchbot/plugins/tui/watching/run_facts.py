@@ -1,0 +1,214 @@
+"""What is known of a run, in words: the parts of its status, short enough for a narrow terminal."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from benchbot.plugins.watching.views import RunView
+
+MIB, GIB = 2**20, 2**30
+
+Row = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Badge:
+    """What a run does just now: a word, and how it is meant (`success`, `warning`, `error`, `accent` or `muted`)."""
+
+    word: str
+    tone: str
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """How much of a limit is used up."""
+
+    name: str
+    used: float
+    limit: float
+    unit: str
+
+    @property
+    def share(self) -> float:
+        """From 0 to 1."""
+        return min(max(self.used / self.limit, 0.0), 1.0) if self.limit > 0 else 1.0
+
+    def __str__(self) -> str:
+        """Return the figures."""
+        unit = f" {self.unit}" if self.unit else ""
+        return f"{_short(self.used)}/{_short(self.limit)}{unit}"
+
+
+def badge(view: RunView, *, by_hand: bool = False) -> Badge:
+    """Return what a run does just now; `by_hand` says that its watcher drives."""
+    progress = view.progress
+    if not view.alive:
+        failure = progress.get("failure")
+        return Badge(f"ENDED: {failure}", "error") if failure else Badge("ENDED", "muted")
+    if progress.get("waiting_for"):
+        return Badge("WAITS FOR YOU", "warning")
+    if view.problem and view.session:
+        return Badge("OUT OF TOUCH", "error")
+    if progress.get("ends_run"):
+        return Badge("STOPPED FOR SAFETY", "error")
+    if by_hand:
+        return Badge("DRIVEN BY HAND", "accent")
+    if view.paused:
+        return Badge("PAUSED" if view.held else "PAUSES AT THE NEXT STEP", "warning")
+    if not view.session:
+        return Badge("CONNECTING", "muted")
+    if progress.get("failure"):
+        return Badge(f"FAILED: {progress['failure']}", "error")
+    if not view.session.get("started", True) and not progress.get("frames"):
+        return Badge("NO SOLUTION YET", "muted")
+    return Badge("RUNNING", "success")
+
+
+def title(view: RunView) -> str:
+    """Return what is run."""
+    state = view.state
+    return f"{state.environment} · {state.robot} · seed {state.seed} · {state.task}"
+
+
+def where(view: RunView) -> list[Row]:
+    """Return where the run stands."""
+    progress = view.progress
+    if not progress:
+        return [("State", "nothing is known yet")]
+    state = str(progress["state"])
+    if progress.get("failure"):
+        state += f" ({progress['failure']})"
+    scene = f"scene {progress['scene_number'] + 1}/{view.session.get('scene_count', 1)}"
+    rows = [("State", state), ("Step", f"{progress['steps']}, {scene}")]
+    if progress.get("trajectory_length") and progress.get("trajectory_index"):
+        rows.append(("Pose", f"{progress['trajectory_index']} of {progress['trajectory_length']}"))
+    pose = progress.get("pose_xyyaw")
+    if pose is not None:
+        rows += [("At", f"{pose[0]:.2f}, {pose[1]:.2f} m"), ("Heading", f"{math.degrees(pose[2]):.0f}°")]
+    if view.driven_by_hand:
+        rows.append(("By hand", f"{view.driven_by_hand} steps"))
+    return rows
+
+
+def last_step(last: Mapping[str, Any] | None) -> list[Row]:
+    """Return the newest action, and what came of it."""
+    if not last:
+        return [("Action", "none yet")]
+    arguments = ", ".join(f"{name}={_argument(value)}" for name, value in dict(last.get("arguments") or {}).items())
+    action = f"{last.get('action')}({arguments})" + (" by hand" if last.get("by_hand") else "")
+    rows = [("Action", action)]
+    if last.get("result") is None and last.get("outcome") is None:
+        rows.append(("Outcome", "under way"))
+    if last.get("result") is not None:
+        rows.append(("Result", str(last["result"])))
+    if last.get("outcome") is not None:
+        rows.append(("Outcome", str(last["outcome"])))
+    return rows
+
+
+def time_and_use(view: RunView) -> list[Row]:
+    """Return times, rates, and what the run's processes use."""
+    progress = view.progress
+    rows: list[Row] = []
+    if progress:
+        rows += [
+            ("Simulated", duration(progress["simulated_time_s"])),
+            ("Wall", duration(progress["wall_time_s"])),
+            ("Ratio", f"{view.real_time_factor:.2f}×"),
+            ("Frames", f"{progress['frames']}, {view.frames_per_s:.1f}/s"),
+        ]
+    usage = view.usage
+    if usage is not None:
+        rows += [("CPU", f"{usage.cpu_percent:.0f} %"), ("Memory", memory(usage.memory_bytes))]
+        if usage.gpu_percent is not None or usage.gpu_memory_bytes is not None:
+            share = "" if usage.gpu_percent is None else f"{usage.gpu_percent:.0f} %"
+            held = "" if usage.gpu_memory_bytes is None else memory(usage.gpu_memory_bytes)
+            rows.append(("GPU", ", ".join(filter(None, [share, held]))))
+    return rows or [("Time", "not known yet")]
+
+
+def gauges(view: RunView) -> list[Gauge]:
+    """Return how much of each limit is used up, and how much of the trajectory is driven."""
+    progress = view.progress
+    if not progress:
+        return []
+    limits = dict(view.session.get("selection", {}).get("limits") or {})
+    found = [
+        Gauge(name, float(progress[key]), float(limits[limit]), unit)
+        for name, key, limit, unit in (
+            ("Steps", "steps", "steps", ""),
+            ("Simulated", "simulated_time_s", "simulated_time_s", "s"),
+            ("Wall", "wall_time_s", "wall_time_s", "s"),
+        )
+        if limits.get(limit)
+    ]
+    if progress.get("trajectory_length"):
+        found.append(Gauge("Poses", progress["trajectory_index"], progress["trajectory_length"], ""))
+    return found
+
+
+def compact(view: RunView) -> list[str]:
+    """Return the same in few lines."""
+    told = dict(where(view))
+    progress = view.progress
+    if not progress:
+        return [told["State"]]
+    parts = [told["State"], f"step {told['Step']}"]
+    parts += [f"pose {told['Pose'].replace(' of ', '/')}"] if "Pose" in told else []
+    parts += [f"at {told['At']} {told['Heading']}"] if "At" in told else []
+    parts += [f"{told['By hand']} by hand"] if "By hand" in told else []
+    newest = dict(last_step(view.last))
+    came = ", ".join(newest[key] for key in ("Outcome", "Result") if key in newest)
+    last = newest["Action"] + (f" → {came}" if came else "")
+    used = dict(time_and_use(view))
+    machine = " · ".join(f"{name} {used[name]}" for name in ("CPU", "Memory", "GPU") if name in used)
+    times = f"{used['Simulated']} in {used['Wall']} ({view.real_time_factor:.2f}×) · {view.frames_per_s:.1f} frames/s"
+    return [" · ".join(parts), f"Last: {last}", " · ".join(filter(None, [times, machine]))]
+
+
+def problem(view: RunView) -> str:
+    """Return what its watcher should know before anything else; nothing while all is well."""
+    if not view.alive:
+        parts = ["The run has ended."] if view.progress.get("failure_why") or view.result is not None else []
+        if view.progress.get("failure_why"):
+            parts.append(str(view.progress["failure_why"]))
+        if view.result is not None:
+            parts.append(f"Its result is in {view.result}.")
+        return " ".join(parts) or view.problem or "The run has ended."
+    if view.problem:
+        return f"{view.problem} What is shown may be old." if view.session else view.problem
+    return str(view.progress.get("failure_why") or "")
+
+
+def is_bad(view: RunView) -> bool:
+    """Say whether that is bad news: the end of a run is none, nor that it has not answered yet."""
+    return bool(view.progress.get("failure")) or (view.alive and bool(view.problem) and bool(view.session))
+
+
+def follows_trajectory(view: RunView | None) -> bool:
+    """Say whether there is a next pose to drive to."""
+    progress = {} if view is None else view.progress
+    return bool(progress.get("trajectory_length")) and progress["trajectory_index"] < progress["trajectory_length"]
+
+
+def duration(seconds: float) -> str:
+    """Return a time: `12.3 s`, `4:05 min`, `2:01:09 h`."""
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(int(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02} h" if hours else f"{minutes}:{rest:02} min"
+
+
+def memory(size_bytes: float) -> str:
+    """Return an amount of memory."""
+    return f"{size_bytes / GIB:.1f} GiB" if size_bytes >= GIB else f"{size_bytes / MIB:.0f} MiB"
+
+
+def _short(value: float) -> str:
+    return f"{value:.0f}" if value >= 10 or value == int(value) else f"{value:.1f}"
+
+
+def _argument(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, int | float) and not isinstance(value, bool) else str(value)

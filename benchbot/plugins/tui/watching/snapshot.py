@@ -1,0 +1,43 @@
+"""Pictures of a moment, as PNG files: what the robot saw, channel by channel, and the map."""
+
+import re
+import time
+from pathlib import Path
+
+from PIL import Image
+
+from benchbot.core.errors import BenchbotError
+from benchbot.plugins.tui.watching import camera
+from benchbot.plugins.tui.watching.colors import Pixels
+from benchbot.plugins.tui.watching.map_painting import paint
+from benchbot.plugins.tui.watching.map_window import MapContent, Window
+from benchbot.plugins.watching.views import RunView
+
+MAP_PX = (960, 720)
+DEFAULT_FOLDER = Path("benchbot-snapshots")
+
+
+def take(view: RunView, content: MapContent, folder: Path) -> list[Path]:
+    """Write what a view shows into a folder, which is made; return the files. Raises BenchbotError."""
+    pictures: dict[str, Pixels] = {}
+    if view.look is not None:
+        for channel in camera.CHANNELS:
+            seen = camera.picture(view.look, channel)
+            if seen is not None:
+                pictures[channel.title] = seen.pixels
+    pictures["map"] = paint(content, Window.of(content, *MAP_PX), dark=False, finer=2)
+    step = view.progress.get("steps", 0)
+    stem = f"{view.state.environment}-step{step}-{time.strftime('%Y%m%d-%H%M%S')}"
+    stem = re.sub(r"[^\w.-]", "-", stem)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        paths = [folder / f"{stem}-{name}.png" for name in pictures]
+        for path, pixels in zip(paths, pictures.values(), strict=True):
+            Image.fromarray(pixels).save(path)
+    except OSError as error:
+        raise BenchbotError(
+            "The snapshot cannot be written.",
+            f"{error.filename or folder}: {error.strerror or error}.",
+            "Free some disk space, or start benchbot tui in a folder that you may write to.",
+        ) from error
+    return [path.absolute() for path in paths]

@@ -1,0 +1,1 @@
+"""BenchBot v2: its add-on folders, commands, and the routes of its client."""

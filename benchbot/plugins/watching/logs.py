@@ -1,0 +1,101 @@
+"""The newest lines of log files that others write, read as they grow, without what could play tricks on a terminal."""
+
+import re
+import time
+import unicodedata
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+from benchbot.plugins.watching.views import LogLine
+
+KEPT_LINES = 1000
+MOST_AT_ONCE_BYTES = 64 * 1024
+LONGEST_LINE = 1000
+# As `benchbot.supervisor.backend` has its log written.
+_SUPERVISOR = re.compile(r"(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d),(\d{3}) ([A-Z]+) \S+: (.*)")
+_LEVEL = re.compile(r"\b(DEBUG|INFO|WARN|WARNING|ERROR|CRITICAL|FATAL)\b", re.IGNORECASE)
+_LEVELS = {"warn": "warning", "critical": "error", "fatal": "error"}
+# ECMA-48: control sequences, and operating system commands up to their end.
+_ESCAPES = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(?:\x07|\x1b\\)?|[@-_])")
+
+
+class Logs:
+    """Several log files as one ring of lines, at most so many; not thread-safe."""
+
+    def __init__(self, files: Mapping[str, Path], kept: int = KEPT_LINES) -> None:
+        self._tails = {source: _Tail(path) for source, path in files.items()}
+        self._lines: deque[LogLine] = deque(maxlen=kept)
+        self.dropped = 0
+        """How many lines were read and are no longer kept."""
+
+    def read(self) -> bool:
+        """Read what is new, no more than a bit of it; say whether there was something."""
+        found = False
+        for source, tail in self._tails.items():
+            for text in tail.read():
+                found = True
+                self.dropped += len(self._lines) == self._lines.maxlen
+                self._lines.append(line_of(source, text))
+        return found
+
+    @property
+    def lines(self) -> tuple[LogLine, ...]:
+        """The newest lines, oldest first."""
+        return tuple(self._lines)
+
+
+def line_of(source: str, text: str) -> LogLine:
+    """Return a line of a log: its time and level as it says, else now and what it looks like."""
+    told = _SUPERVISOR.match(text) if source == "supervisor" else None
+    if told is not None:
+        written_s = time.mktime(time.strptime(told[1], "%Y-%m-%d %H:%M:%S")) + int(told[2]) / 1000
+        return LogLine(written_s, source, _level(told[3]), harmless(told[4]))
+    named = _LEVEL.search(text[:80])
+    return LogLine(time.time(), source, _level(named[1]) if named else "info", harmless(text))
+
+
+def harmless(text: str) -> str:
+    """Return a line without control characters, and not longer than anybody reads."""
+    text = _ESCAPES.sub("", text[: 4 * LONGEST_LINE]).expandtabs(4)
+    shown = "".join(letter for letter in text if unicodedata.category(letter) not in ("Cc", "Cf", "Cs", "Zl", "Zp"))
+    return shown if len(shown) <= LONGEST_LINE else f"{shown[: LONGEST_LINE - 1]}…"
+
+
+def _level(name: str) -> str:
+    name = name.lower()
+    return _LEVELS.get(name, name)
+
+
+class _Tail:
+    """What is added to a text file from look to look; of a lot at once only the end."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._offset = 0
+        self._rest = b""
+
+    def read(self) -> Iterable[str]:
+        try:
+            with self._path.open("rb") as file:
+                end = file.seek(0, 2)
+                if end == self._offset:
+                    return
+                if end < self._offset or end - self._offset > MOST_AT_ONCE_BYTES:
+                    self._offset, self._rest = max(0, end - MOST_AT_ONCE_BYTES), b""
+                file.seek(self._offset)
+                content = self._rest + file.read(MOST_AT_ONCE_BYTES)
+                self._offset = file.tell()
+        except OSError:
+            return
+        yield from self._whole_lines(content)
+
+    def _whole_lines(self, content: bytes) -> Iterator[str]:
+        *lines, self._rest = content.split(b"\n")
+        if len(self._rest) > MOST_AT_ONCE_BYTES:
+            self._rest = b""
+        for line in lines:
+            # What a progress bar rewrites in place is one line, as it was left.
+            text = line.rstrip(b"\r").rpartition(b"\r")[2].decode("utf-8", "replace")
+            if text.strip():
+                yield text

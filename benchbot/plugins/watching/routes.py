@@ -1,0 +1,159 @@
+"""The routes of those who look on at a run, with the host's own token: `/api/v1/watch…` (docs/wire.md).
+
+A solution must not use them: they tell the true pose, hold its steps, and drive.
+"""
+
+import asyncio
+import math
+import os
+import time
+from collections.abc import Awaitable, Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import Any
+
+import msgspec
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from benchbot.plugins.watching import usage
+from benchbot.supervisor.description import progress_document
+from benchbot.supervisor.http import bodies
+from benchbot.supervisor.observation_tap import Order
+from benchbot.supervisor.refused import RefusedError
+from benchbot.supervisor.run import Run
+
+DEFAULT_WIDTH, MOST_WIDE = 320, 4096
+MOST_POINTS = 500
+USAGE_PERIOD_S = 1.0
+_PLACE_DIGITS = 3
+
+Check = Callable[[Request], None]
+
+
+class GateRequest(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of an order to the gate: close or open it, or let so many steps through and hold the next."""
+
+    paused: bool | None = None
+    steps: int | None = None
+
+
+class DriveRequest(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of an action by hand."""
+
+    action: str
+    arguments: dict[str, Any] = {}
+
+
+class Desk:
+    """Answers those who look on at one run."""
+
+    def __init__(self, run: Run, check: Check) -> None:
+        self._run = run
+        self._check = check
+        # Not among the threads of the requests: those may all be waiting at the gate.
+        self._driver = ThreadPoolExecutor(1, "benchbot-driving")
+        self._used: tuple[float, usage.Use | None] = (-math.inf, None)
+
+    def routes(self) -> list[Route]:
+        """Return the routes."""
+        return [
+            self._route("", self.watch, "GET"),
+            self._route("/look", self.look, "GET"),
+            self._route("/gate", self.gate, "POST"),
+            self._route("/drive", self.drive, "POST"),
+        ]
+
+    async def watch(self, request: Request) -> Response:
+        """Answer where the run stands; `session=1` adds what is run, `after=N` what is seen; `path=0` omits its way."""
+        run = self._run
+        gate = run.gate.state
+        looked_s, use = self._usage()
+        told: dict[str, Any] = {
+            "progress": progress_document(run.progress, with_pose=True),
+            "gate": {"paused": gate.paused, "steps_left": gate.steps_left, "held": gate.held},
+            "driven_by_hand": run.session.driven_by_hand,
+            "last": run.last_action,
+            "usage": None if use is None else {"at_s": looked_s, "cpu_s": use.cpu_s, "memory_bytes": use.memory_bytes},
+            "result": str(run.result_path) if run.result_path.exists() else None,
+        }
+        if request.query_params.get("path") != "0":
+            told["path"] = _path(run)
+        if request.query_params.get("session") == "1":
+            told["session"] = run.describe()
+        if "after" in request.query_params:
+            told["look"] = self._look(request)
+        return bodies.respond(request, told)
+
+    async def look(self, request: Request) -> Response:
+        """Answer the newest observation, or 204 when there is none that is newer."""
+        bodies.require_msgpack(request)
+        seen = self._look(request)
+        return Response(status_code=204) if seen is None else bodies.respond(request, seen)
+
+    async def gate(self, request: Request) -> Response:
+        """Hold the solution's next step, let it go on, or let some steps through."""
+        body = await bodies.read(request, GateRequest)
+        gate = self._run.gate
+        if (body.paused is None) == (body.steps is None) or (body.steps is not None and body.steps < 1):
+            raise RefusedError(
+                400,
+                "That is no order to the gate.",
+                "It is either told to pause or not, or how many steps it lets through: at least one.",
+                'Send {"paused": true}, {"paused": false} or {"steps": 1}.',
+            )
+        if body.steps is not None:
+            gate.let_through(body.steps)
+        else:
+            (gate.close if body.paused else gate.open)()
+        self._run.note_pause()
+        now = gate.state
+        return bodies.respond(request, {"paused": now.paused, "steps_left": now.steps_left, "held": now.held})
+
+    async def drive(self, request: Request) -> Response:
+        """Take an action by hand, to its end."""
+        body = await bodies.read(request, DriveRequest)
+        call = partial(self._run.drive, body.action, body.arguments)
+        return bodies.respond(request, await asyncio.get_running_loop().run_in_executor(self._driver, call))
+
+    def _route(self, path: str, endpoint: Callable[[Request], Awaitable[Response]], method: str) -> Route:
+        async def checked(request: Request) -> Response:
+            self._check(request)
+            return await endpoint(request)
+
+        return Route(f"/api/v1/watch{path}", checked, methods=[method])
+
+    def _look(self, request: Request) -> dict[str, Any] | None:
+        asked = request.query_params
+        channels = tuple(sorted({name for name in asked.get("channels", "").split(",") if name}))
+        if not channels:
+            channels = self._run.selection.observations
+        order = Order(channels, _number(asked.get("width"), DEFAULT_WIDTH, 1, MOST_WIDE))
+        sight = self._run.onlooker.look(order, _number(asked.get("after"), 0, 0, 2**63))
+        if sight is None:
+            return None
+        return {"number": sight.number, "stride": sight.stride, "observations": sight.observations}
+
+    def _usage(self) -> tuple[float, usage.Use | None]:
+        if time.monotonic() - self._used[0] > USAGE_PERIOD_S:
+            self._used = time.monotonic(), usage.of([os.getpid()])
+        return self._used
+
+
+def _path(run: Run) -> list[tuple[float, float]]:
+    """Return where the robot has been in this scene: at most so many points, every n-th and the last."""
+    tracks = run.session.tracks
+    rows = tracks[-1].rows if tracks else []
+    stride = -(-len(rows) // MOST_POINTS) or 1
+    places = [place for _, place in [*rows[::stride], *rows[-1:]]]
+    return [(round(place.x_m, _PLACE_DIGITS), round(place.y_m, _PLACE_DIGITS)) for place in places]
+
+
+def _number(text: str | None, default: int, least: int, most: int) -> int:
+    """Return a number of a query, within bounds; raises RefusedError (400) for what is none."""
+    if text is None:
+        return default
+    if not (text.isascii() and text.isdecimal() and len(text) < 20):
+        raise RefusedError(400, f"'{text[:40]}' is not a number.", "The query asks for one.", "See docs/wire.md.")
+    return min(max(int(text), least), most)

@@ -1,0 +1,66 @@
+"""What the kernel is told about a solution before it starts: who it is, what it may use, what it may ask for."""
+
+import base64
+import ctypes
+import os
+import resource
+from typing import Any
+
+from benchbot.submission.init import landlock
+
+PR_SET_DUMPABLE = 4
+PR_SET_SECCOMP = 22
+PR_SET_NO_NEW_PRIVS = 38
+SECCOMP_MODE_FILTER = 2
+FILTER_STEP_BYTES = 8
+
+
+class _Program(ctypes.Structure):
+    """`struct sock_fprog` (linux/filter.h)."""
+
+    _fields_ = (("length", ctypes.c_ushort), ("filter", ctypes.c_char_p))
+
+
+def of_leader(wanted: dict[str, Any] | None) -> None:
+    """Give up root for good, where a `user` is named, and hide from the solution's debuggers.
+
+    Raises OSError when the kernel refuses.
+    """
+    if wanted is None:
+        return
+    user = wanted["user"]
+    if user is not None:
+        os.setgroups([])
+        os.setresgid(user, user, user)
+        os.setresuid(user, user, user)
+    _prctl(PR_SET_DUMPABLE, 0)
+
+
+def of_solution(wanted: dict[str, Any] | None) -> None:
+    """Set `limits` (by the names of `resource`), forbid new privileges, restrict it to `files`, load the call `filter`.
+
+    Called in the solution's process. Raises OSError when the kernel refuses: then it must not be started.
+    """
+    if wanted is None:
+        return
+    for name, limit in wanted["limits"].items():
+        number = getattr(resource, name)
+        _, hard = resource.getrlimit(number)
+        most = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
+        # A second more than it may have is for dying of SIGXCPU, which tells why, instead of SIGKILL.
+        resource.setrlimit(number, (most, most + 1 if name == "RLIMIT_CPU" and hard != most else most))
+    os.umask(0o077)
+    _prctl(PR_SET_NO_NEW_PRIVS, 1)
+    if wanted["files"] is not None:
+        landlock.restrict(wanted["files"])
+    program = base64.b64decode(wanted["filter"])
+    loaded = _Program(len(program) // FILTER_STEP_BYTES, program)
+    _prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, ctypes.addressof(loaded))
+
+
+def _prctl(option: int, first: int, second: int = 0) -> None:
+    libc = ctypes.CDLL(None, use_errno=True)
+    words = (ctypes.c_ulong(word) for word in (first, second, 0, 0))
+    if libc.prctl(option, *words) != 0:
+        number = ctypes.get_errno()
+        raise OSError(number, os.strerror(number))

@@ -1,0 +1,147 @@
+"""Bodies of requests and responses: MessagePack or JSON, as the headers ask, within a cap."""
+
+from typing import Any, TypeVar
+
+import msgspec
+from starlette.requests import Request
+from starlette.responses import Response
+
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.supervisor.refused import RefusedError, status_of
+from benchbot.wire import encoding
+
+MSGPACK = "application/msgpack"
+JSON = "application/json"
+
+T = TypeVar("T")
+
+
+async def read(request: Request, kind: type[T], max_bytes: int = encoding.MAX_BODY_BYTES) -> T:
+    """Return a request's body as `kind`, an empty body as an empty mapping.
+
+    Raises RefusedError 413 for a body over the cap, 415 for another content type, 400 for a body that does not fit.
+    """
+    body = await _limited(request, max_bytes)
+    return decoded(body, content_type(request), kind, request.url.path)
+
+
+def decoded(body: bytes | bytearray, kind_of_body: str, kind: type[T], path: str) -> T:
+    """Return the whole body of a request to `path` as `kind`, an empty one as an empty mapping.
+
+    Raises RefusedError 415 for another content type, 400 for a body that does not fit, as does BenchbotError.
+    """
+    if not body:
+        value: Any = {}
+    elif kind_of_body == MSGPACK:
+        value = encoding.decode(body)
+    elif kind_of_body == JSON:
+        value = _decode_json(bytes(body))
+    else:
+        raise RefusedError(
+            415,
+            f"Bodies of type '{kind_of_body or 'unknown'}' are not understood.",
+            f"The supervisor reads {MSGPACK} and {JSON}.",
+            f"Send one of these, with its Content-Type header, for example: Content-Type: {JSON}",
+        )
+    try:
+        return msgspec.convert(value, kind)
+    except msgspec.ValidationError as error:
+        raise RefusedError(400, f"The request to {path} is not right.", f"{error}.", "See docs/wire.md.") from error
+
+
+def content_type(request: Request) -> str:
+    """Return the media type of a request's body, in lower case and without parameters; empty when none is named."""
+    return media_type(request.headers.get("content-type", ""))
+
+
+def media_type(header: str) -> str:
+    """Return the media type in a Content-Type header, in lower case and without parameters."""
+    return header.partition(";")[0].strip().lower()
+
+
+def require_msgpack(request: Request) -> None:
+    """Raise RefusedError 406 when the client does not accept what carries arrays, before anything has happened."""
+    if not _accepts(request, MSGPACK):
+        raise _not_json(request)
+
+
+def accepted(accept: str, media_type: str) -> bool:
+    """Say whether the Accept header of a request names a media type, or a range that it is in."""
+    named = {part.partition(";")[0].strip().lower() for part in accept.split(",")}
+    return not named.isdisjoint({media_type, "application/*", "*/*"})
+
+
+def respond(request: Request, value: Any) -> Response:
+    """Return a response as the client accepts it: MessagePack unless only JSON is acceptable."""
+    if _accepts(request, MSGPACK):
+        return encoded(encoding.encode(value))
+    try:
+        return Response(msgspec.json.encode(value), media_type=JSON)
+    except TypeError as error:
+        raise _not_json(request) from error
+
+
+def encoded(body: bytes) -> Response:
+    """Return the response with a body that is MessagePack already."""
+    return Response(body, media_type=MSGPACK)
+
+
+def respond_error(error: BenchbotError) -> Response:
+    """Return the response that tells an error; always JSON, so that any tool can show it."""
+    headers = {"WWW-Authenticate": "Bearer"} if status_of(error) == 401 else None
+    return Response(msgspec.json.encode(error.as_dict()), status_of(error), headers, JSON)
+
+
+def respond_mistake() -> Response:
+    """Return the response that tells of a mistake of the supervisor's own, after which it hangs up."""
+    error = BenchbotError(
+        "The supervisor made a mistake.",
+        "It could not carry out the request; its log says why.",
+        "Report it, with the log in the run's folder.",
+        exit_code=ExitCode.INTERNAL,
+        failure=FailureClass.INFRASTRUCTURE,
+    )
+    response = respond_error(error)
+    # A client that is told so does not send its next request into the void.
+    response.headers["Connection"] = "close"
+    return response
+
+
+def _not_json(request: Request) -> RefusedError:
+    return RefusedError(
+        406,
+        "The answer holds arrays, which are sent as MessagePack only.",
+        f"The request's Accept header is '{request.headers['accept']}'.",
+        f"Send: Accept: {MSGPACK}",
+    )
+
+
+def _accepts(request: Request, media_type: str) -> bool:
+    return accepted(request.headers.get("accept", "*/*"), media_type)
+
+
+async def _limited(request: Request, max_bytes: int) -> bytearray:
+    too_large = RefusedError(
+        413,
+        "The request's body is too large.",
+        f"The supervisor reads at most {max_bytes} bytes here.",
+        "Send less: a result of this size is most likely not what the task asks for.",
+    )
+    declared = request.headers.get("content-length", "0")
+    if declared.isdigit() and int(declared) > max_bytes:
+        raise too_large
+    body = bytearray()
+    async for chunk in request.stream():
+        body += chunk
+        if len(body) > max_bytes:
+            raise too_large
+    return body
+
+
+def _decode_json(body: bytes) -> Any:
+    try:
+        return msgspec.json.decode(body)
+    except (msgspec.DecodeError, RecursionError) as error:
+        raise RefusedError(
+            400, "The request's body is not JSON.", f"{error}.", "Mend it, or send another Content-Type."
+        ) from error

@@ -1,0 +1,207 @@
+"""Listening: sockets on loopback or in the file system, and uvicorn in a thread behind them."""
+
+import asyncio
+import errno
+import ipaddress
+import os
+import select
+import socket
+import stat
+import threading
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Protocol, Self
+
+import uvicorn
+from starlette.types import Receive, Scope, Send
+
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.unix_sockets import somebody_listens
+from benchbot.supervisor.http.express import Express
+from benchbot.supervisor.http.lane import KEEP_ALIVE_S, Lane, protocol
+
+SHUTDOWN_S = 3
+SEND_BUFFER_BYTES = 4 * 2**20
+# A client on another machine is gone when the network is: after so many probes, one a second, without an answer.
+PROBES = 3
+
+
+def bind_tcp(host: str, port: int, *, allow_remote: bool = False) -> socket.socket:
+    """Return a bound TCP socket; port 0 is any free port.
+
+    Raises BenchbotError when the address is not on loopback (unless `allow_remote`), not of this machine, or taken.
+    """
+    if not allow_remote and not _is_loopback(host):
+        raise BenchbotError(
+            f"'{host}' can be reached from other machines.",
+            "Everybody on the network could then talk to the supervisor, protected by a token alone.",
+            "Leave --host away to listen on 127.0.0.1 only.",
+        )
+    try:
+        address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
+        # Named, so that asyncio knows it for TCP and sends what is small at once (TCP_NODELAY).
+        listener = socket.socket(address[0], socket.SOCK_STREAM, socket.IPPROTO_TCP)
+    except OSError as error:
+        raise _cannot_listen(f"{host}:{port}", error) from error
+    try:
+        # Without it, a port stays taken for a minute after a run has ended (TIME_WAIT).
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        _probe(listener)
+        listener.bind(address[4])
+        listener.listen()
+    except OSError as error:
+        listener.close()
+        raise _cannot_listen(f"{host}:{port}", error) from error
+    return listener
+
+
+def bind_unix(path: Path) -> socket.socket:
+    """Return a socket bound to `path` (0600); a missing folder is made (0700), a dead supervisor's socket replaced.
+
+    Raises BenchbotError when something else is there, or somebody still listens.
+    """
+    listener = _RoomyListener(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        _remove_dead(path)
+        mask = os.umask(0o177)
+        try:
+            listener.bind(str(path))
+        finally:
+            os.umask(mask)
+        listener.listen()
+    except OSError as error:
+        listener.close()
+        raise _cannot_listen(str(path), error) from error
+    return listener
+
+
+def url_of(listener: socket.socket) -> str:
+    """Return the base URL of a bound TCP socket."""
+    host, port = listener.getsockname()[:2]
+    return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
+
+
+class Served(Protocol):
+    """What is served: an ASGI application, some of whose requests can be answered in the express lane."""
+
+    def express(self, data: bytes, /) -> Express | None:
+        """Return the request that the bytes of a connection are, or None when it is for the application."""
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send, /) -> None:
+        """Answer a request (https://asgi.readthedocs.io)."""
+
+
+class Server:
+    """An application served in a background thread for as long as the context lasts."""
+
+    def __init__(self, app: Served, listeners: list[socket.socket]) -> None:
+        self._listeners = listeners
+        # Without epoll(7), which is Linux's, nobody would notice who hangs up on a thread: all goes the ordinary way.
+        self._lane = Lane(app.express) if hasattr(select, "epoll") else None
+        self._ready = threading.Event()
+        self._uvicorn = _Uvicorn(
+            uvicorn.Config(
+                app,
+                loop="asyncio",
+                http="h11" if self._lane is None else protocol(self._lane),
+                ws="none",
+                lifespan="off",
+                log_config=None,
+                access_log=False,
+                server_header=False,
+                proxy_headers=False,
+                timeout_keep_alive=KEEP_ALIVE_S,
+                timeout_graceful_shutdown=SHUTDOWN_S,
+            ),
+            self._ready,
+        )
+        self._thread = threading.Thread(target=self._serve, name="benchbot-server", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        self._ready.wait()
+        self.check()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._uvicorn.should_exit = True
+        self._thread.join(2 * SHUTDOWN_S)
+        if self._lane is not None:
+            self._lane.close()
+
+    def check(self) -> None:
+        """Raise BenchbotError when the server has ended by itself."""
+        if not self._thread.is_alive():
+            raise BenchbotError(
+                "The supervisor's server ended.",
+                "Its thread stopped by itself.",
+                "Report it, with what was printed before.",
+                exit_code=ExitCode.INTERNAL,
+                failure=FailureClass.INFRASTRUCTURE,
+            )
+
+    def _serve(self) -> None:
+        try:
+            asyncio.run(self._uvicorn.serve(self._listeners))
+        finally:
+            self._ready.set()
+
+
+class _Uvicorn(uvicorn.Server):
+    """uvicorn that says when it listens."""
+
+    def __init__(self, config: uvicorn.Config, ready: threading.Event) -> None:
+        super().__init__(config)
+        self._ready = ready
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        self._ready.set()
+
+
+class _RoomyListener(socket.socket):
+    """A listener whose connections hold a whole observation; Linux lets the buffers of TCP grow, but not of others."""
+
+    def accept(self) -> tuple[socket.socket, Any]:
+        connection, address = super().accept()
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER_BYTES)
+        return connection, address
+
+
+def _probe(listener: socket.socket) -> None:
+    """Have the kernel notice when the other end of a connection vanishes without a word (tcp(7))."""
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 1)
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPINTVL, 1)
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPCNT, PROBES)
+
+
+def _is_loopback(host: str) -> bool:
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def _remove_dead(path: Path) -> None:
+    try:
+        mode = path.lstat().st_mode
+    except FileNotFoundError:
+        return
+    if not stat.S_ISSOCK(mode):
+        raise FileExistsError(errno.EEXIST, "Something that is not a socket is there")
+    if somebody_listens(path):
+        raise OSError(errno.EADDRINUSE, "Another supervisor listens there")
+    path.unlink()
+
+
+def _cannot_listen(where: str, error: OSError) -> BenchbotError:
+    fix = "Choose another address with --port or --unix-socket."
+    if error.errno == errno.EADDRINUSE:
+        fix = "Stop the run that uses it (benchbot stop), or take any free port: --port 0"
+    return BenchbotError(f"Cannot listen on {where}.", f"{error.strerror or error}.", fix)

@@ -1,0 +1,260 @@
+"""The platform behind a process boundary: a host whose crash, hang or death is survived and told in words."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from types import NoneType
+from typing import Any, TypeVar
+
+import msgspec
+
+from benchbot.core import plugin_manager, resources
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.geometry import Pose
+from benchbot.core.host import Status
+from benchbot.core.motion import Outcome
+from benchbot.core.selection import Selection
+from benchbot.process import how_it_ended, last_words
+from benchbot.supervisor.operator import Operator
+from benchbot.supervisor.platform import borrowed, messages
+from benchbot.wire import arena
+
+CLOSE_TIMEOUT_S = 3.0
+
+T = TypeVar("T")
+
+_NOTHING = messages.decoder(NoneType)
+_STATUS = messages.decoder(Status)
+_OUTCOME = messages.decoder(tuple[Outcome, Status])
+
+
+@dataclass(frozen=True)
+class Timeouts:
+    """How long the platform may take, in seconds of wall time, before it counts as hung.
+
+    Loading a scene is long, and so is the first look at it: a simulator may compile its kernels and work out the light.
+    """
+
+    load_s: float = 600.0
+    call_s: float = 120.0
+
+
+class ChildHost:
+    """A `Host` whose platform lives in a child process. One caller at a time; `halt` and `close` from any thread.
+
+    Every method raises BenchbotError with failure `platform` when the child dies or hangs; it is then gone for good.
+    With a real robot that ends the run: it was stopped in the middle of something, and is not moved again.
+    While the platform asks the `operator` for something, it does not count as hung; without one it cannot ask.
+    A host that `lends` observes without a copy: its arrays are read-only views of the arena, good until the next one.
+    """
+
+    def __init__(
+        self,
+        selection: Selection,
+        log: Path,
+        *,
+        options: Mapping[str, Any] | None = None,
+        timeouts: Timeouts | None = None,
+        operator: Operator | None = None,
+        lends: bool = False,
+    ) -> None:
+        self._log = log
+        self._timeouts = timeouts or Timeouts()
+        self._operator = operator
+        self._real = selection.robot.data["type"] in plugin_manager.load().pool("robot_drivers")
+        self._busy = threading.Lock()
+        self._sending = threading.Lock()
+        self._socket, theirs = socket.socketpair()
+        self._arena_handle = arena.create()
+        lifeline, self._lifeline = os.pipe()
+        handles = (theirs.fileno(), self._arena_handle, lifeline)
+        with theirs, os.fdopen(lifeline), log.open("ab") as log_file:
+            self._log_start = log_file.tell()
+            self._process = subprocess.Popen(
+                [
+                    sys.executable,
+                    "-P",  # the solution's folder must not shadow modules
+                    "-m",
+                    "benchbot.supervisor.platform.process",
+                    *map(str, handles),
+                ],
+                stdin=subprocess.DEVNULL,
+                stdout=log_file,
+                stderr=log_file,
+                pass_fds=handles,
+                start_new_session=True,
+            )
+        self.arena = arena.ArenaReader(self._arena_handle)
+        self._observations: messages.Decoder[dict[str, Any]] = (
+            borrowed.Reader(self.arena) if lends else messages.decoder(dict[str, Any], self.arena.read)
+        )
+        self._start: messages.Start | None = _start_message(selection, options or {}, can_ask=operator is not None)
+        self._looked = False
+
+    @property
+    def pid(self) -> int:
+        """The child's process number."""
+        return self._process.pid
+
+    def renew(self, selection: Selection, operator: Operator | None) -> None:
+        """Go on with the next run, of the same robot and task; what the platform has loaded stays loaded.
+
+        Call it when nothing is under way.
+        """
+        if self._process.poll() is not None:
+            raise self._died()
+        self._operator = operator
+        scenes = _scene_messages(selection)
+        if self._start is not None:
+            self._start = msgspec.structs.replace(self._start, scenes=scenes)
+        else:
+            # Also when they are the same: only an answer tells that the child is not just dying.
+            self._call(messages.Scenes(scenes), _NOTHING, self._timeouts.call_s)
+
+    def load(self, scene_index: int, seed: int) -> Status:
+        """Put the robot into the clean start state of a scene of the selection."""
+        # Not in the constructor: `close` can interrupt it only when there is a host to close.
+        if self._start is not None:
+            self._call(self._start, _NOTHING, self._timeouts.load_s)
+            self._start = None
+        self._looked = False
+        return self._call(messages.Load(scene_index, seed), _STATUS, self._timeouts.load_s)
+
+    def act(self, action: str, arguments: Mapping[str, Any], goal: Pose | None) -> tuple[Outcome, Status]:
+        """Execute one action to its end."""
+        request = messages.Act(action, dict(arguments), goal)
+        return self._call(request, _OUTCOME, self._timeouts.call_s)
+
+    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+        """Return the asked channels, all of one instant."""
+        timeout_s = self._timeouts.call_s if self._looked else self._timeouts.load_s
+        observations = self._call(messages.Observe(list(channels)), self._observations, timeout_s)
+        self._looked = True
+        return observations
+
+    def halt(self, why: str) -> None:
+        """Stop a real robot in the middle of an action, for good. Does nothing when the child is gone."""
+        self._interject(messages.Halt(why))
+
+    def close(self) -> None:
+        """End the child: politely when it is idle, at once when it is busy. Safe to call twice."""
+        if self._process.returncode is None:
+            if self._busy.acquire(blocking=False):
+                try:
+                    self._send(messages.Close())
+                    messages.receive(self._socket, CLOSE_TIMEOUT_S)
+                    self._process.wait(CLOSE_TIMEOUT_S)
+                except (OSError, EOFError, subprocess.TimeoutExpired):
+                    pass
+                finally:
+                    self._busy.release()
+            self._kill()
+        # A call that is still under way reads the end of the stream first, and lets go of both.
+        with self._busy, self._sending:
+            self._socket.close()
+            if self._arena_handle >= 0:
+                os.close(self._lifeline)
+                os.close(self._arena_handle)
+                self._arena_handle = -1
+
+    def _call(self, request: messages.Request, decoder: messages.Decoder[T], timeout_s: float) -> T:
+        with self._busy:
+            try:
+                self._send(request)
+                return messages.value_of(self._reply(timeout_s), decoder)
+            except TimeoutError as error:
+                self._kill()
+                raise self._hung(request, timeout_s) from error
+            except (EOFError, OSError) as error:
+                raise self._died() from error
+            except (msgspec.MsgspecError, ValueError) as error:
+                self._kill()
+                raise self._garbled(error) from error
+
+    def _reply(self, timeout_s: float) -> messages.Reply:
+        """Return the child's reply. What the operator is asked meanwhile takes as long as it takes."""
+        patience_s: float | None = timeout_s
+        try:
+            while True:
+                message = messages.decode_message(messages.receive(self._socket, patience_s))
+                if isinstance(message, messages.Reply):
+                    return message
+                asks = isinstance(message, messages.Question)
+                patience_s = None if asks else timeout_s
+                if self._operator is not None and isinstance(message, messages.Question):
+                    self._operator.ask(message.text, lambda: self._interject(messages.Answered()))
+        finally:
+            if self._operator is not None:
+                self._operator.withdraw()
+
+    def _send(self, message: messages.Request | messages.Aside) -> None:
+        with self._sending:
+            messages.send(self._socket, messages.encode_request(message))
+
+    def _interject(self, aside: messages.Aside) -> None:
+        """Send something in the middle of a call; a child that is gone need not hear it, a deaf one is ended."""
+        try:
+            self._send(aside)
+        except TimeoutError:
+            self._kill()
+        except OSError:
+            pass
+
+    def _kill(self) -> None:
+        """End the child and its process group, and reap it."""
+        if self._process.poll() is None:
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.wait()
+
+    def _died(self) -> BenchbotError:
+        try:
+            code = self._process.wait(CLOSE_TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            self._kill()
+            code = self._process.returncode
+        return self._error("died", f"Its process {how_it_ended(code)}.")
+
+    def _hung(self, request: messages.Request, timeout_s: float) -> BenchbotError:
+        name = type(request).__name__.lower()
+        return self._error("hangs", f"It did not answer to '{name}' for {timeout_s:g} s, and was ended.")
+
+    def _garbled(self, error: Exception) -> BenchbotError:
+        return self._error("sent something unreadable", f"{error}. It was ended.")
+
+    def _error(self, what: str, why: str) -> BenchbotError:
+        # Lines of an earlier child in the same log are not this one's last words.
+        with self._log.open("rb") as log:
+            said = last_words(log, self._log_start)
+        who = "The robot's driver" if self._real else "The simulator"
+        again = "The next run starts it anew, when the robot is safe." if self._real else "reset() starts it anew."
+        return BenchbotError(
+            f"{who} {what}.",
+            f"{why} {said}",
+            f"{again} Its log: {self._log}",
+            exit_code=ExitCode.INTERNAL,
+            failure=FailureClass.PLATFORM,
+            ends_run=self._real,
+        )
+
+
+def _start_message(selection: Selection, options: Mapping[str, Any], *, can_ask: bool) -> messages.Start:
+    return messages.Start(
+        robot=selection.robot.data,
+        scenes=_scene_messages(selection),
+        localisation=selection.localisation,
+        cache_dir=str(resources.cache_dir()),
+        options=dict(options),
+        can_ask=can_ask,
+    )
+
+
+def _scene_messages(selection: Selection) -> list[messages.SceneMessage]:
+    return [messages.SceneMessage(scene.data, str(scene.path.parent.absolute())) for scene in selection.environments]

@@ -1,0 +1,260 @@
+"""What the supervisor and the platform's process say to each other: typed messages over a socket pair.
+
+A message is its length (4 bytes, little-endian) and MessagePack. Arrays travel in the arena; the message then holds
+extension type 2, as on the wire: MessagePack `[dtype.str, [size, …], offset]`.
+"""
+
+import socket
+import struct
+import time
+from typing import Any, Protocol, TypeVar
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.geometry import Pose
+from benchbot.core.platform import Localisation
+from benchbot.wire.arena import ArenaWriter
+from benchbot.wire.encoding import PLACE_CODE, Fetch
+
+MAX_MESSAGE_BYTES = 64 * 2**20
+
+T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
+
+
+class SceneMessage(msgspec.Struct, frozen=True):
+    """An environment's declaration and the folder that it was read from."""
+
+    environment: dict[str, Any]
+    folder: str
+
+
+class Start(msgspec.Struct, tag="start", frozen=True):
+    """The first request: create the platform. Everything that the child needs to know of the selection."""
+
+    robot: dict[str, Any]
+    scenes: list[SceneMessage]
+    localisation: Localisation
+    cache_dir: str
+    options: dict[str, Any]
+    can_ask: bool
+
+
+class Load(msgspec.Struct, tag="load", frozen=True):
+    """`Host.load`."""
+
+    scene_index: int
+    seed: int
+
+
+class Act(msgspec.Struct, tag="act", frozen=True):
+    """`Host.act`."""
+
+    action: str
+    arguments: dict[str, Any]
+    goal: Pose | None
+
+
+class Observe(msgspec.Struct, tag="observe", frozen=True):
+    """`Host.observe`."""
+
+    channels: list[str]
+
+
+class Scenes(msgspec.Struct, tag="scenes", frozen=True):
+    """`InProcessHost.change_scenes`: the next run is in other scenes, or starts elsewhere in them."""
+
+    scenes: list[SceneMessage]
+
+
+class Close(msgspec.Struct, tag="close", frozen=True):
+    """`Host.close`, and the end of the process."""
+
+
+Request = Start | Load | Act | Observe | Scenes | Close
+
+
+class Halt(msgspec.Struct, tag="halt", frozen=True):
+    """`Host.halt`: needs no reply, and does not wait for the request under way."""
+
+    why: str
+
+
+class Answered(msgspec.Struct, tag="answered", frozen=True):
+    """The operator has done what the last `Question` asks."""
+
+
+Aside = Halt | Answered
+"""What is said to the child in the middle of a request."""
+
+
+class Done(msgspec.Struct, tag="done", frozen=True):
+    """The reply to a request that succeeded."""
+
+    value: msgspec.Raw
+
+
+class Failed(msgspec.Struct, tag="failed", frozen=True):
+    """The reply to a request that raised: a BenchbotError in transit."""
+
+    title: str
+    why: str
+    fix: str
+    exit_code: int
+    failure: FailureClass | None
+    ends_run: bool = False
+
+    @classmethod
+    def of(cls, error: BenchbotError) -> "Failed":
+        """Return the message that carries an error."""
+        return cls(error.title, error.why, error.fix, int(error.exit_code), error.failure, error.ends_run)
+
+    def error(self) -> BenchbotError:
+        """Return the error that the message carries."""
+        return BenchbotError(
+            self.title,
+            self.why,
+            self.fix,
+            exit_code=ExitCode(self.exit_code),
+            failure=self.failure,
+            ends_run=self.ends_run,
+        )
+
+
+class Question(msgspec.Struct, tag="question", frozen=True):
+    """What the operator is asked to do; the reply to the request under way comes some time after the answer."""
+
+    text: str
+
+
+class Resumed(msgspec.Struct, tag="resumed", frozen=True):
+    """The answer to the question has arrived: the request under way goes on."""
+
+
+Reply = Done | Failed
+
+_request_decoder: msgspec.msgpack.Decoder[Request | Aside] = msgspec.msgpack.Decoder(Request | Aside)
+_message_decoder: msgspec.msgpack.Decoder[Reply | Question | Resumed] = msgspec.msgpack.Decoder(
+    Reply | Question | Resumed
+)
+_place_decoder = msgspec.msgpack.Decoder(tuple[str, list[int], int])
+
+
+def encode_request(request: Request | Aside) -> bytes:
+    """Return the bytes of a request, or of an aside."""
+    return msgspec.msgpack.encode(request, enc_hook=_scalar)
+
+
+def decode_request(data: bytes | bytearray) -> Request | Aside:
+    """Return the request or aside in the bytes; raises msgspec.DecodeError for anything else."""
+    return _request_decoder.decode(data)
+
+
+def encode_question(question: Question | Resumed) -> bytes:
+    """Return the bytes of a question, or of its end."""
+    return msgspec.msgpack.encode(question)
+
+
+def encode_reply(reply: Any, arena: ArenaWriter | None = None) -> bytes:
+    """Return the bytes of a reply: `Failed`, or any value, whose arrays go to the arena (without one, it has none)."""
+    if isinstance(reply, Failed):
+        return msgspec.msgpack.encode(reply)
+    arrays: list[NDArray[Any]] = []
+    _collect_arrays(reply, arrays)
+    offsets = iter(arena.write(arrays) if arena else ())
+
+    def place(value: Any) -> Any:
+        if arena and isinstance(value, np.ndarray):
+            where = (value.dtype.str, value.shape, next(offsets))
+            return msgspec.msgpack.Ext(PLACE_CODE, msgspec.msgpack.encode(where))
+        return _scalar(value)
+
+    return msgspec.msgpack.encode(Done(msgspec.Raw(msgspec.msgpack.encode(reply, enc_hook=place))))
+
+
+def decode_reply(data: bytes | bytearray, kind: type[T]) -> T:
+    """Return the value of the reply in the bytes, which has no arrays, or raise the BenchbotError in it."""
+    return value_of(msgspec.msgpack.decode(data, type=Reply), decoder(kind))
+
+
+def decode_message(data: bytes | bytearray) -> Reply | Question | Resumed:
+    """Return the reply in the bytes, or what may come before it; raises msgspec.DecodeError for anything else."""
+    return _message_decoder.decode(data)
+
+
+def decoder(kind: type[T], fetch: Fetch | None = None) -> "msgspec.msgpack.Decoder[T]":
+    """Return what decodes the values of replies as `kind`; their arrays are fetched from the arena."""
+
+    def array(code: int, where: memoryview) -> NDArray[Any]:
+        if fetch is None or code != PLACE_CODE:
+            raise ValueError(f"extension type {code} is not known")
+        return fetch(*_place_decoder.decode(where))
+
+    return msgspec.msgpack.Decoder(kind, ext_hook=array)
+
+
+class Decoder(Protocol[T_co]):
+    """What makes a value of its encoding."""
+
+    def decode(self, message: msgspec.Raw, /) -> T_co:
+        """Return the value; raises ValueError or msgspec.MsgspecError when it is none."""
+
+
+def value_of(reply: Reply, decoder: Decoder[T]) -> T:
+    """Return the value of a reply, or raise the BenchbotError in it."""
+    if isinstance(reply, Failed):
+        raise reply.error()
+    return decoder.decode(reply.value)
+
+
+def _collect_arrays(value: Any, arrays: list[NDArray[Any]]) -> None:
+    """Append the arrays of nested dicts, lists and tuples in the order in which they are encoded."""
+    if isinstance(value, np.ndarray):
+        arrays.append(value)
+    elif isinstance(value, dict):
+        for item in value.values():
+            _collect_arrays(item, arrays)
+    elif isinstance(value, list | tuple):
+        for item in value:
+            _collect_arrays(item, arrays)
+
+
+def _scalar(value: Any) -> Any:
+    if isinstance(value, np.generic):
+        return value.item()
+    raise TypeError(f"values of type {type(value).__name__} cannot leave the platform's process")
+
+
+def send(connection: socket.socket, data: bytes) -> None:
+    """Send one message; raises OSError when the other end is gone."""
+    connection.sendall(struct.pack("<I", len(data)) + data)
+
+
+def receive(connection: socket.socket, timeout_s: float | None = None) -> bytearray:
+    """Return the next message.
+
+    Raises EOFError when the other end is gone, TimeoutError when no whole message came in time.
+    """
+    deadline_s = None if timeout_s is None else time.monotonic() + timeout_s
+    (size,) = struct.unpack("<I", _receive_exactly(connection, 4, deadline_s))
+    if size > MAX_MESSAGE_BYTES:
+        raise EOFError(f"a message of {size} bytes is larger than {MAX_MESSAGE_BYTES}")
+    return _receive_exactly(connection, size, deadline_s)
+
+
+def _receive_exactly(connection: socket.socket, size: int, deadline_s: float | None) -> bytearray:
+    data = bytearray(size)
+    view = memoryview(data)
+    while view:
+        connection.settimeout(None if deadline_s is None else max(deadline_s - time.monotonic(), 1e-3))
+        try:
+            count = connection.recv_into(view)
+        except ConnectionError as error:
+            raise EOFError(str(error)) from error
+        if count == 0:
+            raise EOFError("the other end is gone")
+        view = view[count:]
+    return data

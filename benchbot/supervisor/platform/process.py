@@ -1,0 +1,154 @@
+"""The platform's process: creates a simulator or a robot driver and serves a supervisor, until that one is gone.
+
+Started as `python -m benchbot.supervisor.platform.process SOCKET_FD ARENA_FD LIFELINE_FD` by `platform_host`.
+
+It never outlives the supervisor. When that is gone, an idle platform is closed in order; one that is busy ends at once:
+the kernel sends SIGIO when the lifeline (a pipe whose other end only the supervisor holds) breaks. No thread of this
+process could do that: a simulator may hold Python's lock for as long as it compiles or renders.
+"""
+
+import faulthandler
+import fcntl
+import os
+import queue
+import signal
+import socket
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from benchbot.core import plugin_manager
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.host import InProcessHost
+from benchbot.core.motion import MotionConfig
+from benchbot.core.platform import PlatformSpec, Scene
+from benchbot.supervisor.platform import messages
+from benchbot.supervisor.platform.control_messages import Asides
+from benchbot.wire.arena import ArenaWriter
+
+GRACE_S = 0.5
+
+
+def main() -> None:
+    """Serve requests until `Close` or the end of the supervisor."""
+    faulthandler.enable()
+    # Ctrl-C reaches this process through the supervisor only.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    connection = socket.socket(fileno=int(sys.argv[1]))
+    arena = ArenaWriter(int(sys.argv[2]))
+    _watch(int(sys.argv[3]))
+    sending = threading.Lock()
+
+    def send(data: bytes) -> None:
+        with sending:
+            messages.send(connection, data)
+
+    asides = Asides(send)
+    requests: queue.SimpleQueue[messages.Request | None] = queue.SimpleQueue()
+    threading.Thread(target=_read, args=(connection, requests, asides), daemon=True).start()
+    _serve(send, requests, asides, arena)
+
+
+def _watch(lifeline: int) -> None:
+    signal.signal(signal.SIGIO, signal.SIG_IGN)
+    fcntl.fcntl(lifeline, fcntl.F_SETOWN, os.getpid())
+    fcntl.fcntl(lifeline, fcntl.F_SETFL, fcntl.fcntl(lifeline, fcntl.F_GETFL) | os.O_ASYNC)
+
+
+def _read(connection: socket.socket, requests: "queue.SimpleQueue[messages.Request | None]", asides: Asides) -> None:
+    try:
+        while True:
+            message = messages.decode_request(messages.receive(connection))
+            if isinstance(message, messages.Aside):
+                asides.hear(message)
+            else:
+                requests.put(message)
+    except EOFError:
+        requests.put(None)
+    # The supervisor is gone: closing is given its time, no more.
+    time.sleep(GRACE_S)
+    os._exit(ExitCode.INTERRUPTED)
+
+
+def _serve(
+    send: Callable[[bytes], None],
+    requests: "queue.SimpleQueue[messages.Request | None]",
+    asides: Asides,
+    arena: ArenaWriter,
+) -> None:
+    host: InProcessHost | None = None
+    real = False
+    while (request := requests.get()) is not None:
+        signal.signal(signal.SIGIO, signal.SIG_DFL)
+        try:
+            if isinstance(request, messages.Start):
+                real = request.robot["type"] in plugin_manager.load().pool("robot_drivers")
+                host = _create(request, asides.ask if request.can_ask else None)
+                asides.attach(host)
+                reply: Any = None
+            else:
+                reply = _answer(host, request)
+            data = messages.encode_reply(reply, arena)
+        except BenchbotError as error:
+            data = messages.encode_reply(messages.Failed.of(error), arena)
+        # A plug-in may fail in any way at all: the supervisor must hear of it, in words.
+        except Exception as error:  # noqa: BLE001
+            traceback.print_exc()
+            data = messages.encode_reply(messages.Failed.of(_failure(error, real=real)), arena)
+        signal.signal(signal.SIGIO, signal.SIG_IGN)
+        send(data)
+        if isinstance(request, messages.Close):
+            return
+    if host is not None:
+        host.close()
+
+
+def _create(request: messages.Start, ask: Callable[[str], None] | None) -> InProcessHost:
+    loaded = plugin_manager.load()
+    kind = request.robot["type"]
+    records = "simulators" if kind in loaded.pool("simulators") else "robot_drivers"
+    spec = PlatformSpec(request.robot, request.localisation, Path(request.cache_dir), request.options, ask)
+    platform = loaded.record(records, kind).create(spec)
+    return InProcessHost(
+        platform, _scenes(request.scenes), MotionConfig.from_robot(request.robot, request.localisation)
+    )
+
+
+def _scenes(told: list[messages.SceneMessage]) -> list[Scene]:
+    return [Scene(scene.environment, Path(scene.folder)) for scene in told]
+
+
+def _answer(host: InProcessHost | None, request: messages.Request) -> Any:
+    if host is None:
+        return None  # closed before it was started
+    if isinstance(request, messages.Load):
+        return host.load(request.scene_index, request.seed)
+    if isinstance(request, messages.Act):
+        return host.act(request.action, request.arguments, request.goal)
+    if isinstance(request, messages.Observe):
+        return host.observe(request.channels)
+    if isinstance(request, messages.Scenes):
+        return host.change_scenes(_scenes(request.scenes))
+    return host.close()
+
+
+def _failure(error: Exception, *, real: bool) -> BenchbotError:
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    fix = "reset() starts it anew. If it happens again, report it to the author of the simulator with the run's log."
+    return BenchbotError(
+        "The robot's driver failed." if real else "The simulator failed.",
+        f"{type(error).__name__}: {error} (in {last.name}, {Path(last.filename).name}:{last.lineno})",
+        "Report it to the author of the driver with the run's log. The next run starts it anew." if real else fix,
+        exit_code=ExitCode.INTERNAL,
+        failure=FailureClass.PLATFORM,
+        # A driver that does not know what happened does not move a robot again.
+        ends_run=real,
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""The recordings of a run: a child process that writes them."""

@@ -1,0 +1,72 @@
+import pytest
+
+from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.errors import BenchbotError
+from benchbot.core.plugin_manager import Plugins, installed
+from tests.plugin_factory import DECLARES, PluginFactory
+
+ROOM = "name: room\nvariant: {variant}\ntype: sim_none\nstart_pose: [1, 0, 0, 0, 0, 0, 0]\n"
+TASK = "name: {name}\nactions: [move_next]\nobservations: [poses]\n"
+
+
+def catalog(*distributions: str) -> Catalog:
+    return Catalog(Plugins([info for info in installed() if info.distribution in distributions]))
+
+
+@pytest.fixture
+def rooms(plugin_factory: PluginFactory) -> Catalog:
+    files = {f"environments/{variant}.yaml": ROOM.format(variant=variant) for variant in (1, 2)}
+    plugin_factory.make("acme-rooms", DECLARES.format(kind="environments"), files)
+    return catalog("acme-rooms")
+
+
+def test_environments_are_known_by_name_and_variant(rooms: Catalog) -> None:
+    assert rooms.names("environments") == ["room:1", "room:2"]
+    assert [scene.name for scene in rooms.environments("room:2:1")] == ["room:2", "room:1"]
+    assert rooms.get("environments", "room:1").path.name == "1.yaml"
+
+
+@pytest.mark.parametrize("text", ["room", "room:", ":1", "room::2", ""])
+def test_an_environment_needs_a_variant(rooms: Catalog, text: str) -> None:
+    with pytest.raises(BenchbotError, match="does not name an environment"):
+        rooms.environments(text)
+
+
+def test_an_unknown_name_is_answered_with_the_nearest(rooms: Catalog) -> None:
+    with pytest.raises(BenchbotError, match="'rom:1' is not a known environment") as caught:
+        rooms.environments("rom:1")
+    assert "Did you mean 'room:1'?" in caught.value.why
+
+
+def test_a_name_declared_twice_names_both_distributions(plugin_factory: PluginFactory) -> None:
+    for name in ("acme-one", "acme-two"):
+        plugin_factory.make(name, DECLARES.format(kind="tasks"), {"tasks/t.yaml": TASK.format(name="same")})
+    with pytest.raises(BenchbotError, match="Two tasks are called 'same'") as caught:
+        catalog("acme-one", "acme-two").names("tasks")
+    assert "'acme-one' and 'acme-two'" in caught.value.why
+
+
+def test_an_unreadable_declaration_is_reported_and_harms_no_other(plugin_factory: PluginFactory) -> None:
+    files = {"tasks/bad.yaml": "name: [", "tasks/nameless.yaml": "a: 1", "tasks/good.yaml": TASK.format(name="good")}
+    plugin_factory.make("acme-tasks", DECLARES.format(kind="tasks"), files)
+    tasks = catalog("acme-tasks")
+    assert tasks.names("tasks") == ["good"]
+    assert sorted(error.title.rpartition("/")[2] for error in tasks.broken) == [
+        "bad.yaml:2: not valid YAML.",
+        "nameless.yaml has no name.",
+    ]
+
+
+def test_a_declaration_is_validated_when_it_is_taken(plugin_factory: PluginFactory) -> None:
+    plugin_factory.make("acme-tasks", DECLARES.format(kind="tasks"), {"tasks/t.yaml": "name: t\nactons: []\n"})
+    tasks = catalog("acme-tasks")
+    assert tasks.names("tasks") == ["t"]
+    with pytest.raises(BenchbotError, match=r"t\.yaml is not a valid task") as caught:
+        tasks.get("tasks", "t")
+    assert "Did you mean 'actions'?" in caught.value.why
+
+
+def test_ground_truths_are_files_apart(plugin_factory: PluginFactory) -> None:
+    files = {"ground_truths/room_1.json": "{}", "ground_truths/note.txt": ""}
+    plugin_factory.make("acme-truths", DECLARES.format(kind="ground_truths"), files)
+    assert [path.name for path in catalog("acme-truths").ground_truth_files] == ["room_1.json"]

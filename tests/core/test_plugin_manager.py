@@ -1,0 +1,103 @@
+import os
+import subprocess
+import sys
+
+import pytest
+
+from benchbot.core.errors import BenchbotError
+from benchbot.core.plugin_manager import Plugins, installed
+from tests.plugin_factory import DECLARES, PluginFactory
+
+SIMULATOR = """\
+from benchbot import hookimpl
+from benchbot.core.hookspecs import Simulator
+
+@hookimpl
+def benchbot_simulators():
+    yield Simulator("sim_{name}", create=None)
+"""
+
+
+def load(*distributions: str) -> Plugins:
+    return Plugins([info for info in installed() if info.distribution in distributions])
+
+
+def test_listing_reads_metadata_and_imports_nothing(plugin_factory: PluginFactory) -> None:
+    plugin_factory.make("acme-bot", "raise RuntimeError('imported')")
+    (info,) = (info for info in installed() if info.distribution == "acme-bot")
+    assert (info.name, info.module, info.version) == ("acme_bot", "acme_bot", "1.2")
+    assert "acme_bot" not in sys.modules
+
+
+def test_records_are_found_by_name(plugin_factory: PluginFactory) -> None:
+    plugin_factory.make("acme-one", SIMULATOR.format(name="one"))
+    plugin_factory.make("acme-two", SIMULATOR.format(name="two"))
+    plugins = load("acme-one", "acme-two")
+    assert {name: provided.distribution for name, provided in plugins.pool("simulators").items()} == {
+        "sim_one": "acme-one",
+        "sim_two": "acme-two",
+    }
+    with pytest.raises(BenchbotError, match="'sim_onn' is not an installed simulator") as caught:
+        plugins.record("simulators", "sim_onn")
+    assert "Did you mean 'sim_one'?" in caught.value.why
+
+
+def test_a_clash_of_names_names_both_distributions(plugin_factory: PluginFactory) -> None:
+    plugin_factory.make("acme-one", SIMULATOR.format(name="same"))
+    plugin_factory.make("acme-two", SIMULATOR.format(name="same"))
+    with pytest.raises(BenchbotError, match="Two simulators are called 'sim_same'") as caught:
+        load("acme-one", "acme-two").pool("simulators")
+    assert "'acme-one'" in caught.value.why
+    assert "'acme-two'" in caught.value.why
+
+
+@pytest.mark.parametrize(
+    ("code", "cause"),
+    [
+        ("import no_such_module", "ModuleNotFoundError"),
+        ("def broken(:", "SyntaxError"),
+        ("raise SystemExit(1)", "SystemExit"),
+        ("from benchbot import hookimpl\n@hookimpl\ndef benchbot_taks(): return []", "unknown hook 'benchbot_taks'"),
+        ("from benchbot import hookimpl\n@hookimpl\ndef benchbot_tasks(nonsense): return []", "nonsense"),
+    ],
+)
+def test_a_broken_plugin_is_reported_and_harms_no_other(plugin_factory: PluginFactory, code: str, cause: str) -> None:
+    plugin_factory.make("acme-broken", code)
+    plugin_factory.make("acme-fine", SIMULATOR.format(name="fine"))
+    plugins = load("acme-broken", "acme-fine")
+    (broken,) = plugins.broken
+    assert broken.info.distribution == "acme-broken"
+    assert cause in broken.cause
+    assert list(plugins.pool("simulators")) == ["sim_fine"]
+    assert "acme-broken" in plugins.broken_hint()
+
+
+def test_a_hook_that_raises_harms_no_other(plugin_factory: PluginFactory) -> None:
+    code = "from benchbot import hookimpl\n@hookimpl\ndef benchbot_simulators(): raise ValueError('not today')"
+    plugin_factory.make("acme-broken", code)
+    plugin_factory.make("acme-fine", SIMULATOR.format(name="fine"))
+    plugins = load("acme-broken", "acme-fine")
+    assert list(plugins.pool("simulators")) == ["sim_fine"]
+    assert [item.cause for item in plugins.broken] == ["ValueError: not today"]
+
+
+def test_a_record_of_the_wrong_type_is_refused(plugin_factory: PluginFactory) -> None:
+    plugin_factory.make("acme-odd", "from benchbot import hookimpl\n@hookimpl\ndef benchbot_simulators(): yield 'sim'")
+    with pytest.raises(BenchbotError, match="'acme-odd' yields something that is not a Simulator"):
+        load("acme-odd").pool("simulators")
+
+
+def test_the_environment_variable_restricts_plugins(plugin_factory: PluginFactory) -> None:
+    plugin_factory.make("acme-one", "")
+    plugin_factory.make("acme-two", "")
+    code = "from benchbot.core.plugin_manager import installed; print(*(info.distribution for info in installed()))"
+    environment = {**os.environ, "PYTHONPATH": str(plugin_factory.folder), "BENCHBOT_PLUGINS": "acme-two"}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["acme-two", "benchbot"]
+
+
+def test_declarations_come_with_their_distribution(plugin_factory: PluginFactory) -> None:
+    plugin_factory.make("acme-tasks", DECLARES.format(kind="tasks"), {"tasks/a.yaml": "name: a"})
+    (source,) = load("acme-tasks").sources("tasks")
+    assert source.distribution == "acme-tasks"
+    assert str(source.value).endswith("tasks")

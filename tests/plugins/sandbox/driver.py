@@ -1,0 +1,70 @@
+"""Runs solutions in sandboxes, as a process of its own: whoever tests may run it as another user.
+
+Reads a JSON list of `{"code", "limits", "bubblewrap"}` from stdin and writes one of how each has ended to stdout.
+"""
+
+import json
+import os
+import socket
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from benchbot.core.errors import BenchbotError
+from benchbot.plugins.sandbox import mode
+from benchbot.plugins.sandbox.mode import Sandbox
+from benchbot.submission.episode import Order
+from benchbot.submission.modes import RESULT, ProcessLimits, private_socket
+from benchbot.wire.run_state import Connection
+
+WAIT_S = 60.0
+
+
+def run(case: Mapping[str, Any], folder: Path, path: Path) -> dict[str, Any]:
+    """Run one solution, with a socket that listens and never answers; return how it ended."""
+    if not case.get("bubblewrap", True):
+        os.environ["PATH"] = ""
+        mode.bubblewrap_problem.cache_clear()
+    work, exchange = folder / "work", folder / "exchange"
+    work.mkdir(parents=True)
+    exchange.mkdir(mode=0o700)
+    (work / "solution.py").write_text(case["code"])
+    output = bytearray()
+    limits = ProcessLimits(**case.get("limits", {}))
+    ended: dict[str, Any] = {"status": None, "explained": None}
+    sandbox = Sandbox(tuple(Path(name) for name in case.get("readable", ())))
+    order = Order([sys.executable, "solution.py"], work, limits=limits, mode=sandbox)
+    try:
+        with sandbox.start(
+            order, Connection("http://127.0.0.1:1", str(path), "token"), exchange, output.extend
+        ) as held:
+            ended["status"] = held.wait(WAIT_S)
+            explained = held.explain(ended["status"]) if ended["status"] is not None else None
+            ended["explained"] = None if explained is None else f"{explained.title} {explained.why} {explained.fix}"
+    except BenchbotError as error:
+        ended["explained"] = str(error)
+    result = exchange / RESULT
+    return {
+        **ended,
+        "mode": sandbox.name,
+        "output": output.decode("utf-8", "replace"),
+        "result": result.read_text()[:100_000] if result.exists() else None,
+        "groups": [str(path) for path in Path("/sys/fs/cgroup").glob(f"**/benchbot-{os.getpid()}-*")],
+    }
+
+
+def main() -> None:
+    """Run what stdin holds."""
+    cases = json.load(sys.stdin)
+    with tempfile.TemporaryDirectory() as name, private_socket() as path, socket.socket(socket.AF_UNIX) as listening:
+        listening.bind(str(path))
+        path.chmod(0o600)
+        listening.listen()
+        ended = [run(case, Path(name) / str(number), path) for number, case in enumerate(cases)]
+    json.dump(ended, sys.stdout)
+
+
+if __name__ == "__main__":
+    main()

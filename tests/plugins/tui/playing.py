@@ -1,0 +1,65 @@
+"""Playing with the app as a person does: by keys, looking at the screen until something is there."""
+
+import asyncio
+import time
+from collections.abc import Awaitable, Callable
+
+from textual.pilot import Pilot
+
+from benchbot.plugins.tui.app import BenchbotApp
+from tests.plugins.tui import golden
+
+PATIENCE_S = 120.0
+SIZES = ((80, 24), (120, 40), (200, 60))
+
+Scenario = Callable[[BenchbotApp, Pilot[None]], Awaitable[None]]
+
+
+def play(app: BenchbotApp, scenario: Scenario, size: tuple[int, int] = SIZES[0]) -> None:
+    """Run the app without a terminal, and the scenario in it."""
+
+    async def played() -> None:
+        app.animation_level = "none"
+        async with app.run_test(size=size, notifications=True) as pilot:
+            await scenario(app, pilot)
+
+    asyncio.run(played())
+
+
+async def until(pilot: Pilot[None], condition: Callable[[], bool], what: str = "") -> None:
+    """Wait until something is so."""
+    deadline_s = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < deadline_s, f"{what or 'It'} never came:\n{shown(pilot)}"
+        await pilot.pause(0.02)
+
+
+async def sees(pilot: Pilot[None], *texts: str) -> None:
+    """Wait until the screen shows all of these."""
+    for text in texts:
+        await until(pilot, lambda text=text: text in shown(pilot), repr(text))  # type: ignore[misc]
+
+
+def shown(pilot: Pilot[None]) -> str:
+    """What the screen shows, as text."""
+    return "\n".join(golden.lines(golden.picture(pilot.app)))
+
+
+async def matches(app: BenchbotApp, pilot: Pilot[None], name: str, *sizes: tuple[int, int]) -> None:
+    """Compare the screen with what is kept, at each size."""
+    before = (app.size.width, app.size.height)
+    for width, height in sizes or (before,):
+        await pilot.resize_terminal(width, height)
+        await settled(pilot)
+        golden.matches(app, name)
+    await pilot.resize_terminal(*before)
+
+
+async def settled(pilot: Pilot[None]) -> None:
+    """Wait until the screen has stayed the same for a while."""
+    last, same = "", 0
+    while same < 3:
+        await pilot.pause(0.03)
+        now = golden.picture(pilot.app)
+        same = same + 1 if now == last else 0
+        last = now

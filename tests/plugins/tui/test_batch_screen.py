@@ -1,0 +1,147 @@
+"""How the screen that watches a batch looks, and what its keys do."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from textual.pilot import Pilot
+
+from benchbot.plugins.batch.folder import Folder
+from benchbot.plugins.tui.alive import Alive
+from benchbot.plugins.tui.app import BenchbotApp
+from benchbot.plugins.tui.batch_screen import BatchScreen
+from benchbot.plugins.watching.views import BatchView, EpisodeCell
+from tests.plugins.tui.playing import SIZES, Scenario, matches, play, sees, settled, shown, until
+from tests.plugins.tui.watched import StillBatch, batch_view
+
+
+def watch(screen: BatchScreen, scenario: Scenario, size: tuple[int, int] = SIZES[0]) -> None:
+    async def watched(app: BenchbotApp, pilot: Pilot[None]) -> None:
+        app.push_screen(screen)
+        await scenario(app, pilot)
+
+    play(BenchbotApp(look=Alive), watched, size)
+
+
+def test_a_batch_looks_well_in_every_size_and_its_episodes_are_found_by_keys(home: Path) -> None:
+    view = replace(batch_view(8, 100), folder=home / "lights")
+    feed = StillBatch(batch_view(8, 100))
+    watched: list[EpisodeCell] = []
+    screen = BatchScreen(feed, open_run=watched.append, go_on=lambda folder: None)
+
+    async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
+        await sees(pilot, "room:8")
+        await matches(app, pilot, "batch", *SIZES)
+
+        # The cursor walks; the line below says on what it is.
+        await pilot.press("m", "right", "right", "right", "down")
+        await sees(pilot, "room:2 · carter · seed 3")
+        await pilot.press("f", "f", "F")
+        chosen = screen._matrix.chosen
+        assert chosen is not None
+        assert chosen.state == "collision"
+        await sees(pilot, f"collision on {chosen.worker}")
+        await matches(app, pilot, "batch-letters", (80, 24))
+
+        # The log of what failed, with nothing in it that would command this terminal.
+        feed.view = view
+        attempt = Folder(view.folder).episode(chosen.name) / "attempt-1"
+        attempt.mkdir(parents=True)
+        (attempt / "log.txt").write_text("Traceback\n\x1b[2JKeyError: 'chair'\n")
+        await pilot.press("enter")
+        await sees(pilot, "KeyError: 'chair'", "attempt-1", chosen.name)
+        await pilot.press("escape")
+        await until(pilot, lambda: app.screen is screen)
+
+        # A live run of an episode is opened; of the others there is none.
+        await pilot.press("w")
+        assert watched == []
+        await pilot.press("end", "home", "pagedown", "up", "up", "up", *["right"] * 50)
+        running = next(cell for cell in view.cells if cell.state == "running")
+        place = screen._matrix._grid.position[view.cells.index(running)]
+        screen._matrix._go(*place)
+        await sees(pilot, f"running on {running.worker} for 12 s")
+        await pilot.press("w")
+        assert watched == [running]
+
+        for size in ((20, 5), (1, 1), (40, 10)):
+            await pilot.resize_terminal(*size)
+            await settled(pilot)
+        assert "RUNNING" in shown(pilot)
+
+    watch(screen, scenario)
+
+
+def test_what_failed_is_tried_again_and_workers_are_ended_only_when_one_means_it(home: Path) -> None:
+    feed = StillBatch(batch_view(3, 10))
+    going_on: list[Path] = []
+    screen = BatchScreen(feed, go_on=going_on.append)
+
+    async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
+        await sees(pilot, "room:3")
+        await pilot.press("r")
+        await sees(pilot, "all that failed")
+        await matches(app, pilot, "batch-retry")
+        await pilot.press("1")
+        await until(pilot, lambda: feed.retried == [("agent",)])
+        await pilot.press("r", "a")
+        await until(pilot, lambda: len(feed.retried) == 2)
+        assert set(feed.retried[1]) == set(feed.view.status.failures if feed.view.status else ())
+        await pilot.press("r", "escape", "g")  # while it runs, there is nothing to go on with
+        await pilot.press("x")
+        await sees(pilot, "End all workers of this batch?")
+        await pilot.press("escape", "x", "x")
+        await sees(pilot, "NOBODY WORKS")
+        await pilot.press("g")
+        assert going_on == [feed.view.folder]
+
+        feed.view = replace(feed.view, problem="Its folder is gone.")
+        await sees(pilot, "OUT OF TOUCH", "Its folder is gone.")
+        feed.view = batch_view(3, 10, finished=1.0)
+        await sees(pilot, "COMPLETE")
+        await pilot.press("escape")
+        await until(pilot, lambda: app.screen is not screen)
+
+    watch(screen, scenario)
+
+
+def test_a_thousand_episodes_are_painted_only_where_they_change(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NO_COLOR", "1")
+    feed = StillBatch(batch_view(10, 100))
+    screen = BatchScreen(feed)
+
+    async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
+        await sees(pilot, "100 episodes each")
+        await matches(app, pilot, "batch-no-color", (80, 24))
+        await pilot.press("m")
+        await settled(pilot)
+        matrix = screen._matrix
+        painted: list[int] = []
+        letters = matrix._letters
+        monkeypatch.setattr(matrix, "_letters", lambda row: painted.append(row) or letters(row))  # type: ignore[func-returns-value]
+        assert feed.view.status is not None
+        # Every cell stays as it is; what else there is to say is painted.
+        feed.view = replace(feed.view, status=replace(feed.view.status, left_s=99.0), cells=(*feed.view.cells,))
+        await sees(pilot, "99 s left")
+        assert painted == []
+        cells = list(feed.view.cells)
+        cells[250] = replace(cells[250], state="timeout")
+        feed.view = replace(feed.view, cells=tuple(cells))
+        await until(pilot, lambda: bool(painted))
+        assert set(painted) == {2}
+
+    watch(screen, scenario)
+
+
+def test_before_a_batch_has_been_read_its_screen_says_so(home: Path) -> None:
+    nothing = BatchView(home / "lights", alive=False, problem="Nothing is known yet.", status=None)
+    feed = StillBatch(nothing)
+
+    async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
+        await sees(pilot, "READING", "Nothing is known yet.")
+        await pilot.press("enter", "down", "f", "r", "x", "g", "m", "w")
+        feed.view = batch_view(2, 5)
+        await sees(pilot, "room:2")
+        assert "Nothing is known yet." not in shown(pilot)
+
+    watch(BatchScreen(feed), scenario)

@@ -1,0 +1,59 @@
+import subprocess
+import sys
+
+import pytest
+
+from benchbot import __version__
+from tests.command_line import CommandLine
+
+
+def old(cli: CommandLine, function: str, *words: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        [sys.executable, "-c", f"from benchbot.plugins.v2 import command; command.{function}()", *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=cli.folder,
+        env=cli.variables,
+    )
+
+
+@pytest.mark.parametrize(
+    ("function", "words", "text"),
+    [
+        ("run", ["--list-tasks"], "sample:passive"),
+        ("run", ["--show-task", "sample:passive"], "actions: [move_next]"),
+        ("submit", ["--list-examples"], "hello_passive"),
+        ("evaluate", ["--list-methods"], "omq"),
+        ("evaluate", ["--version"], __version__),
+        ("run", ["-v"], __version__),
+        ("install", ["--list-addons"], "benchbot-sample"),
+        ("install", ["--no-update", "--list-simulators"], "sim_sample"),
+    ],
+)
+def test_the_commands_of_v2_work(function: str, words: list[str], text: str, cli: CommandLine) -> None:
+    done = old(cli, function, *words)
+
+    assert done.returncode == 0, done.stderr
+    assert text in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [
+        (["-a", "./no-such,./thing"], "Error: './no-such' is nothing that can be installed."),
+        (["--remove-addons=no-such,thing"], "Error: no-such cannot be uninstalled."),
+    ],
+)
+def test_what_benchbot_install_names_is_taken_apart(words: list[str], error: str, cli: CommandLine) -> None:
+    done = old(cli, "install", *words)
+
+    assert done.returncode == 2
+    assert error in done.stderr
+
+
+def test_killing_the_controller_is_stopping_the_run(cli: CommandLine) -> None:
+    done = old(cli, "run", "--kill-controller")
+
+    assert done.returncode == 2
+    assert "No BenchBot run is there" in done.stderr

@@ -1,0 +1,59 @@
+"""A batch that somebody watches, whose episodes fail and are computed once more."""
+
+import pytest
+
+from benchbot.plugins.watching import found, plain
+from benchbot.plugins.watching.batch_feed import BatchFeed
+from tests.cli.solutions import PASSIVE
+from tests.plugins.batch.conftest import Batches, batches, sources  # noqa: F401 - fixtures
+from tests.supervisor.harness import eventually
+
+PATIENCE_S = 240.0
+FRAIL = """\
+import pathlib, time
+while not pathlib.Path("open").exists():
+    time.sleep(0.05)
+assert not pathlib.Path("broken").exists()
+"""
+
+
+def test_a_batch_is_found_watched_and_tried_again(
+    batches: Batches,  # noqa: F811
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    for name in ("BENCHBOT_STATE_DIR", "BENCHBOT_CACHE_DIR", "BENCHBOT_PLUGINS", "PYTHONPATH"):
+        monkeypatch.setenv(name, batches.cli.variables[name])
+    here, folder = batches.cli.folder, batches.path("night")
+    (here / "broken").touch()
+    batches.cli.script("passive.py", FRAIL + PASSIVE)
+    driver = batches.cli.start(*batches.words("night", "--jobs", "1", seeds="0..1", envs="arena:1"))
+    assert eventually(lambda: [entry.alive for entry in found.batches()] == [True], PATIENCE_S)
+    feed = BatchFeed(folder)
+    assert eventually(lambda: sorted(cell.state for cell in feed.view.cells) == ["pending", "running"], PATIENCE_S)
+    view = feed.view
+    (running,) = [cell for cell in view.cells if cell.state == "running"]
+    assert [(row.name, row.episode) for row in view.workers] == [(running.worker, running.name)]
+    assert view.alive
+    assert [(cell.robot, cell.environment, cell.seed) for cell in view.cells] == [
+        ("sample_robot", "arena:1", 0),
+        ("sample_robot", "arena:1", 1),
+    ]
+
+    # The solution is broken, and every episode fails.
+    (here / "open").touch()
+    driver.communicate(timeout=PATIENCE_S)
+    assert driver.returncode == 1
+    assert eventually(lambda: [cell.state for cell in feed.view.cells] == ["agent", "agent"], PATIENCE_S)
+    assert all(cell.log is not None and "AssertionError" in cell.log.read_text() for cell in feed.view.cells)
+    (entry,) = found.batches()
+    assert (entry.folder, entry.alive, entry.episodes, entry.finished) == (folder, False, 2, 2)
+
+    # It is mended, and whoever watches has the episodes computed once more.
+    (here / "broken").unlink()
+    assert feed.retry(["agent"]) == 2
+    assert eventually(lambda: [cell.state for cell in feed.view.cells] == ["done", "done"], PATIENCE_S)
+    plain.follow(feed, "plain")
+    assert "2 of 2 episodes are finished, all of them well." in capfd.readouterr().err
+    feed.close()
+    assert eventually(lambda: not found.batches()[0].alive, PATIENCE_S)

@@ -1,0 +1,52 @@
+"""Log files that grow, burst, shrink, and try to play tricks on a terminal."""
+
+import unicodedata
+from pathlib import Path
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from benchbot.plugins.watching.logs import LONGEST_LINE, Logs, harmless, line_of
+
+
+def test_lines_are_read_as_they_come_and_the_oldest_are_dropped(tmp_path: Path) -> None:
+    supervisor, platform = tmp_path / "supervisor.log", tmp_path / "platform.log"
+    logs = Logs({"supervisor": supervisor, "platform": platform}, kept=3)
+    assert not logs.read()
+    supervisor.write_text("2026-01-02 03:04:05,250 WARNING benchbot.supervisor: careful\n2026-01-02 half a li")
+    platform.write_text("compiling\nCritical: the floor is gone\n")
+    assert logs.read()
+    told = [(line.source, line.level, line.text) for line in logs.lines]
+    assert told == [
+        ("supervisor", "warning", "careful"),
+        ("platform", "info", "compiling"),
+        ("platform", "error", "Critical: the floor is gone"),
+    ]
+    assert logs.lines[0].time_s % 1 == 0.25
+    with supervisor.open("a") as file:
+        file.write("ne\n")
+    assert logs.read()
+    assert not logs.read()
+    assert (logs.lines[-1].text, len(logs.lines), logs.dropped) == ("2026-01-02 half a line", 3, 1)
+    # Somebody has begun the file anew.
+    platform.write_text("0%\r50%\r100%\n")
+    assert logs.read()
+    assert logs.lines[-1].text == "100%"
+
+
+def test_of_a_burst_only_the_end_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "log"
+    path.write_text("".join(f"line {number}\n" for number in range(200_000)))
+    logs = Logs({"solution": path})
+    assert logs.read()
+    assert logs.lines[-1].text == "line 199999"
+    assert len(logs.lines) == 1000
+
+
+@given(st.text() | st.binary().map(lambda data: data.decode("utf-8", "replace")))
+def test_no_line_can_do_anything_to_a_terminal(text: str) -> None:
+    for shown in (harmless(text), harmless(f"\x1b[31m{text}"), line_of("solution", text).text):
+        assert not any(unicodedata.category(letter) in ("Cc", "Cf", "Cs") for letter in shown)
+        assert len(shown) <= LONGEST_LINE
+    plain = "".join(letter for letter in text if letter.isalnum())[:100]
+    assert harmless(f"\x1b[1;31m{plain}\x1b[0m\x1b]0;title\x07") == plain

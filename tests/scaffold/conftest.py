@@ -1,8 +1,0 @@
-import pytest
-
-from tests.scaffold.projects import Projects, make
-
-
-@pytest.fixture(scope="session")
-def projects(tmp_path_factory: pytest.TempPathFactory) -> Projects:
-    return make(tmp_path_factory.mktemp("scaffold"))

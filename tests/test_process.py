@@ -1,0 +1,30 @@
+from pathlib import Path
+
+import pytest
+
+from benchbot.process import how_it_ended, last_words
+
+
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [
+        (0, "ended with exit code 0"),
+        (3, "ended with exit code 3"),
+        (-6, "was ended by SIGABRT"),
+        (-9, "was ended by SIGKILL (somebody killed it, or the machine ran out of memory)"),
+        (-50, "was ended by signal 50"),
+    ],
+)
+def test_the_end_of_a_child_is_told_in_words(code: int, told: str) -> None:
+    assert how_it_ended(code) == told
+
+
+def test_the_last_lines_are_quoted(tmp_path: Path) -> None:
+    path = tmp_path / "log"
+    path.write_bytes(b"earlier\n" + b"".join(b"line %d\n" % number for number in range(100)) + b"\xff the end\n")
+    with path.open("rb") as log:
+        lines = last_words(log).splitlines()
+        assert last_words(log, path.stat().st_size) == "It left no last words."
+    assert lines[0] == "Its last words:"
+    assert lines[-1].endswith(" the end")
+    assert len(lines) == 16

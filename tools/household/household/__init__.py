@@ -1,0 +1,37 @@
+"""The list of all items of the pack that we make ourselves, by room."""
+
+from tools.household.household import (
+    bathroom,
+    bedroom,
+    decor,
+    electronics,
+    food,
+    kitchen,
+    lamps,
+    living,
+    office,
+    openings,
+    people,
+    storage,
+    tableware,
+)
+from tools.household.item import Item
+
+
+def items() -> tuple[Item, ...]:
+    """Every item, in a fixed order."""
+    return (
+        *living.ITEMS,
+        *bedroom.ITEMS,
+        *storage.ITEMS,
+        *kitchen.ITEMS,
+        *bathroom.ITEMS,
+        *lamps.ITEMS,
+        *electronics.ITEMS,
+        *food.ITEMS,
+        *tableware.ITEMS,
+        *decor.ITEMS,
+        *office.ITEMS,
+        *openings.ITEMS,
+        *people.ITEMS,
+    )

@@ -1,0 +1,107 @@
+"""Procedural textures, seeded and at real scale.
+
+Every function returns a `Texture` that states the metres it covers. Those of wood, fabric and surfaces repeat
+without a seam; prints and pictures cover their object once.
+"""
+
+from tools.household.textures.fabric import (
+    boucle,
+    curtain,
+    knit_throw,
+    linen,
+    linen_normal,
+    rug,
+    rug_normal,
+    striped_linen,
+)
+from tools.household.textures.noise import Color, hex_color, linear_color
+from tools.household.textures.organic import (
+    apple_skin,
+    banana_skin,
+    bark,
+    citrus_slice,
+    crumb,
+    green_apple_skin,
+    hair,
+    leaf,
+    orange_peel,
+    orange_peel_normal,
+    strap_leaf,
+)
+from tools.household.textures.pictures import abstract, botanical, landscape
+from tools.household.textures.prints import (
+    PALETTES,
+    Palette,
+    book_jacket,
+    bottle_label,
+    clock_dial,
+    magazine_cover,
+    pages,
+    paper,
+)
+from tools.household.textures.surfaces import (
+    brushed_metal,
+    brushed_metal_roughness,
+    ceramic,
+    plaster,
+    plaster_normal,
+    quartz_worktop,
+    reactive_glaze,
+    soil,
+    stoneware,
+    terracotta,
+    tiles,
+    tiles_normal,
+)
+from tools.household.textures.wood import oak_planks, oak_planks_normal, wood
+
+__all__ = [
+    "PALETTES",
+    "Color",
+    "Palette",
+    "abstract",
+    "apple_skin",
+    "banana_skin",
+    "bark",
+    "book_jacket",
+    "botanical",
+    "bottle_label",
+    "boucle",
+    "brushed_metal",
+    "brushed_metal_roughness",
+    "ceramic",
+    "citrus_slice",
+    "clock_dial",
+    "crumb",
+    "curtain",
+    "green_apple_skin",
+    "hair",
+    "hex_color",
+    "knit_throw",
+    "landscape",
+    "leaf",
+    "linear_color",
+    "linen",
+    "linen_normal",
+    "magazine_cover",
+    "oak_planks",
+    "oak_planks_normal",
+    "orange_peel",
+    "orange_peel_normal",
+    "pages",
+    "paper",
+    "plaster",
+    "plaster_normal",
+    "quartz_worktop",
+    "reactive_glaze",
+    "rug",
+    "rug_normal",
+    "soil",
+    "stoneware",
+    "strap_leaf",
+    "striped_linen",
+    "terracotta",
+    "tiles",
+    "tiles_normal",
+    "wood",
+]
