@@ -1,18 +1,17 @@
 """BenchBot: is my robotics algorithm any good?"""
 
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from benchbot.core.hookspecs import hookimpl
+from typing import Any
 
 __version__ = "0.1.0"
-__all__ = ["__version__", "hookimpl"]
+__all__ = ["__version__"]
 
 
 def __getattr__(name: str) -> Any:
-    # Plug-ins write `from benchbot import hookimpl`; everybody else's `import benchbot` stays free of pluggy.
+    # Where plug-ins of BenchBot 0.1 took it from.
     if name == "hookimpl":
-        from benchbot.core.hookspecs import hookimpl
+        import importlib
+        import warnings
 
-        return hookimpl
+        warnings.warn("Import hookimpl from benchbot.plugin.", DeprecationWarning, stacklevel=2)
+        return importlib.import_module("benchbot.plugin").hookimpl
     raise AttributeError(f"module 'benchbot' has no attribute '{name}'")

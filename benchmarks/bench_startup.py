@@ -31,7 +31,7 @@ COMMANDS: dict[str, list[str]] = {
 NUMBERS_OF_PLUGINS = (10, 100)
 HOOKS = """\
 from pathlib import Path
-from benchbot import hookimpl
+from benchbot.plugin import hookimpl
 
 @hookimpl
 def benchbot_tasks():

@@ -31,12 +31,13 @@ import numpy as np
 from benchbot.api.client import Client
 from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.geometry import Pose
-from benchbot.core.hookspecs import Simulator, hookimpl
 from benchbot.core.host import InProcessHost
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import PlatformSpec, Scene
+from benchbot.core.records import Simulator
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
+from benchbot.plugin import hookimpl
 from benchbot.supervisor.backend import serve
 from benchbot.supervisor.platform.host import ChildHost
 from benchbot.wire.run_state import Connection, RunState

@@ -16,7 +16,7 @@ CLASSES = ["chair", "table", "background"]
 
 FLATS = """\
 from pathlib import Path
-from benchbot import hookimpl
+from benchbot.plugin import hookimpl
 
 @hookimpl
 def benchbot_environments():

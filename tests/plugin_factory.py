@@ -46,7 +46,7 @@ def plugin_factory(tmp_path: Path) -> Iterator[PluginFactory]:
 
 DECLARES = """\
 from importlib.resources import files
-from benchbot import hookimpl
+from benchbot.plugin import hookimpl
 
 @hookimpl
 def benchbot_{kind}():

@@ -3,7 +3,7 @@
 import gc
 import pkgutil
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, NoReturn
 
@@ -13,80 +13,30 @@ from typer.core import TyperCommand, TyperGroup
 from benchbot import __version__
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import QUICK
+from benchbot.core import entry_points
 from benchbot.core.errors import BenchbotError, ExitCode
-from benchbot.plugins.v2 import addon_options
+from benchbot.core.records import Command
 
-COMMANDS: dict[str, tuple[str, str]] = {
-    "run": ("benchbot.cli.run:run", "Start a robot in an environment, ready for a solution."),
-    "submit": ("benchbot.cli.submit:submit", "Run a solution, against a running robot or with one of its own."),
-    "batch": (
-        "benchbot.plugins.batch.command:app",
-        "Compute many episodes: robots, environments, seeds, settings; resumable.",
+EVERYDAY = (
+    Command("run", "benchbot.cli.run:run", "Start a robot in an environment, ready for a solution.", True),
+    Command(
+        "submit", "benchbot.cli.submit:submit", "Run a solution, against a running robot or with one of its own.", True
     ),
-    "eval": ("benchbot.cli.evaluate:evaluate", "Score result files."),
-    "report": ("benchbot.plugins.report.report_command:report", "Make a page, tables or test cases of results."),
-    "compare": (
-        "benchbot.plugins.report.compare_command:compare",
-        "Say whether one set of results scores higher than another.",
+    Command("eval", "benchbot.cli.evaluate:evaluate", "Score result files.", True),
+    Command(
+        "list", "benchbot.cli.list:app", "List tasks, robots, environments and everything else that is installed.", True
     ),
-    "bundle": (
-        "benchbot.plugins.bundles.bundle_command:bundle",
-        "Make one file of results and their solution, for others to repeat.",
-    ),
-    "reproduce": (
-        "benchbot.plugins.bundles.reproduce_command:reproduce",
-        "Run a bundle's solution again: does the same come of it?",
-    ),
-    "verify": (
-        "benchbot.plugins.bundles.verify_command:verify",
-        "Replay results in the simulator: is it what they say?",
-    ),
-    "record": ("benchbot.plugins.recorders.command:record", "Record a run that is under way, from another terminal."),
-    "draw": (
-        "benchbot.plugins.drawing.draw_command:draw",
-        "Draw frames, map or way of results, as figures for a paper.",
-    ),
-    "tui": ("benchbot.plugins.tui.command:tui", "Choose, start, watch, submit and browse on screens, in any terminal."),
-    "picture": ("benchbot.plugins.drawing.picture_command:picture", "Draw a result beside the truth, with its score."),
-    "list": ("benchbot.cli.list:app", "List tasks, robots, environments and everything else that is installed."),
-    "show": ("benchbot.cli.show:app", "Print one declaration and where it is."),
-    "check": (
-        "benchbot.plugins.authoring.check_command:check",
-        "Say what is wrong with declarations and documents, line by line.",
-    ),
-    "doctor": ("benchbot.plugins.doctor.command:doctor", "Find what is broken on this machine, and how to mend it."),
-    "stop": ("benchbot.cli.stop:stop", "End a run at once: the emergency stop of a real robot."),
-    "ready": ("benchbot.plugins.watching.ready_command:ready", "Say that you have done what a real robot asked you."),
-    "schema": (
-        "benchbot.plugins.authoring.schema_command:schema",
-        "Print the JSON Schema of a declaration or document.",
-    ),
-    "install": (
-        "benchbot.plugins.installer.install_command:install",
-        "Install plug-ins, and undo it when they do not work.",
-    ),
-    "uninstall": ("benchbot.plugins.installer.uninstall_command:uninstall", "Uninstall plug-ins."),
-    "upgrade": ("benchbot.plugins.installer.upgrade_command:upgrade", "Upgrade plug-ins to their newest versions."),
-    "plugins": (
-        "benchbot.plugins.installer.plugins_command:app",
-        "List, show and search plug-ins; lock those of a project.",
-    ),
-    "new": (
-        "benchbot.plugins.authoring.new_command:new",
-        "Make a plug-in of your own: a complete project, tested and ready to publish.",
-    ),
-}
-"""Sub-commands: name to (`module:attribute`, help line)."""
+    Command("show", "benchbot.cli.show:app", "Print one declaration and where it is.", True),
+    Command("stop", "benchbot.cli.stop:stop", "End a run at once: the emergency stop of a real robot."),
+)
+"""The commands of the core; all others come from plug-ins."""
 
 EPILOGUE = """\
-Plug-ins may add commands: benchbot list commands.
+Other plug-ins may add commands: benchbot list commands.
 
 \b
-Add-ons of BenchBot v2, for run, submit, batch, eval, report, compare, picture, list, show, check, doctor, bundle,
-reproduce and verify:
-  --addons FOLDER  use those in this folder, too; repeatable
-  --trust-addons   let their Python code run, until it changes
-
+For commands that use declarations:
+{source_options}
 \b
 Exit codes:
   0    ok
@@ -99,15 +49,15 @@ Exit codes:
 
 
 class Stub(TyperCommand):
-    """A command of which only name and help line are known until it is called."""
+    """A command of which only the record is known until it is called."""
 
-    def __init__(self, name: str, target: str, help_line: str) -> None:
-        super().__init__(name, help=help_line, short_help=help_line, rich_markup_mode=None)
-        self.target = target
+    def __init__(self, record: Command) -> None:
+        super().__init__(record.name, help=record.help, short_help=record.help, rich_markup_mode=None)
+        self.record = record
 
     def load(self) -> Any:
         """Import and return the command itself: a typer app, or a function that becomes one."""
-        found = pkgutil.resolve_name(self.target)
+        found = pkgutil.resolve_name(self.record.target)
         if isinstance(found, typer.Typer):
             app = found
         else:
@@ -119,29 +69,62 @@ class Stub(TyperCommand):
 
 
 class LazyGroup(TyperGroup):
-    """A group of stubs. Commands of plug-ins join it when a name is called that BenchBot itself does not have."""
+    """A group of stubs. The commands of plug-ins join it when they are listed or called."""
 
     def __init__(self, **attributes: Any) -> None:
         super().__init__(**attributes)
-        for name, (target, help_line) in COMMANDS.items():
-            self.add_command(Stub(name, target, help_line))
+        for record in EVERYDAY:
+            self.add_command(Stub(record))
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names of the everyday commands, then those of the other commands that ship in the box."""
+        self._add(entry_points.shipped("commands"))
+        everyday = [record.name for record in EVERYDAY]
+        return [*everyday, *sorted(self.commands.keys() - set(everyday))]
+
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        """Write the epilogue, with the options of declaration sources."""
+        options = "".join(source.help for source in entry_points.shipped("declaration_sources"))
+        self.epilog = EPILOGUE.format(source_options=options)
+        super().format_epilog(ctx, formatter)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
         """Return the called command's name, the command itself and its arguments."""
         if args[0] not in self.commands:
-            self._add_commands_of_plugins()
+            self._add(entry_points.shipped("commands"))
+        if args[0] not in self.commands:
+            self._add_all()
         name, command, rest = super().resolve_command(ctx, args)
-        if name in addon_options.COMMANDS and not ctx.resilient_parsing:
-            rest = addon_options.take(rest)
-        return name, command.load() if isinstance(command, Stub) else command, rest
+        if not isinstance(command, Stub):
+            return name, command, rest
+        if command.record.takes_sources and not ctx.resilient_parsing:
+            rest = _without_source_options(rest)
+        return name, command.load(), rest
 
-    def _add_commands_of_plugins(self) -> None:
+    def _add(self, records: Iterable[Command]) -> None:
+        for record in records:
+            if record.name not in self.commands:
+                self.add_command(Stub(record))
+
+    def _add_all(self) -> None:
         from benchbot.core import plugin_manager
 
         for name, provided in plugin_manager.load().pool("commands").items():
-            if name in COMMANDS:
-                raise plugin_manager.conflict("commands", name, "benchbot", provided.distribution)
-            self.add_command(Stub(name, provided.value.target, provided.value.help))
+            if name in [record.name for record in EVERYDAY]:
+                raise plugin_manager.conflict("commands", name, plugin_manager.Provided(None, "benchbot"), provided)
+            self._add([provided.value])
+
+
+def _without_source_options(words: list[str]) -> list[str]:
+    """Return the words of a command without the options of declaration sources, which have been acted on."""
+    from benchbot.core import plugin_manager
+
+    rest = words
+    for provided in plugin_manager.load().pool("declaration_sources").values():
+        rest = provided.value.take_options(rest)
+    if rest != words:
+        plugin_manager.load.cache_clear()
+    return rest
 
 
 @dataclass
@@ -156,7 +139,6 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
     context_settings=QUICK,
-    epilog=EPILOGUE,
 )
 
 

@@ -150,6 +150,16 @@ def recorders(as_json: Json = False) -> None:
     _print(rows, ["name", "description", "distribution"], as_json)
 
 
+@app.command("modes", context_settings=QUICK)
+def modes(as_json: Json = False) -> None:
+    """List the ways to hold a solution while it runs."""
+    rows = [
+        {"name": name, "description": provided.value.description or None, "distribution": provided.distribution}
+        for name, provided in sorted(_loaded().pool("submission_modes").items())
+    ]
+    _print(rows, ["name", "description", "distribution"], as_json)
+
+
 @app.command("commands", context_settings=QUICK)
 def commands(as_json: Json = False) -> None:
     """List the commands that plug-ins add to benchbot."""
@@ -162,17 +172,13 @@ def commands(as_json: Json = False) -> None:
 
 @app.command("plugins", context_settings=QUICK)
 def plugins(as_json: Json = False) -> None:
-    """List the installed plug-ins, and add-ons of BenchBot v2; nothing of them is imported."""
+    """List the installed plug-ins, and add-ons of BenchBot v2."""
     from benchbot.core.plugin_manager import installed
-    from benchbot.core.resources import installed_addons
 
     rows = [
         {"name": info.name, "module": info.module, "distribution": info.distribution, "version": info.version}
         for info in installed()
     ]
-    if installed_addons().is_dir():
-        from benchbot.plugins.v2.addons import installed as installed_v2
-
-        for name, path in installed_v2().items():
-            rows.append({"name": name, "module": str(path), "distribution": name, "version": "v2"})
+    for source in _loaded().pool("declaration_sources").values():
+        rows += source.value.installed()
     _print(rows, ["name", "distribution", "version", "module"], as_json)

@@ -1,6 +1,6 @@
 """`benchbot submit`: a solution, run against a back end, its result checked, kept and scored."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -9,27 +9,45 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from benchbot.cli.kit import console, requirement
+from benchbot.cli.kit.holding import (
+    CONTAINER,
+    NATIVE,
+    SANDBOX,
+    Containerised,
+    Cpus,
+    CpuTime,
+    ExampleContainerised,
+    FileSize,
+    Gpus,
+    Memory,
+    Processes,
+    Readable,
+    SandboxCommand,
+    Sandboxed,
+    WeakLimits,
+    check_options,
+    container_options,
+    held,
+    process_limits,
+)
 from benchbot.cli.kit.interrupting import interruptible
-from benchbot.cli.kit.limits import CpuTime, FileSize, Memory, Processes, process_limits
-from benchbot.cli.kit.options import Display, Json, Record, Requirements, Settings, recordings, tell_recordings
+from benchbot.cli.kit.options import (
+    Display,
+    Json,
+    Record,
+    Requirements,
+    Settings,
+    key_values,
+    recordings,
+    tell_recordings,
+)
 from benchbot.cli.legacy_options import listing, showing
 from benchbot.cli.run import EpisodeNumber, MaxSimulatedTime, MaxSteps, MaxWallTime
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.bundles.solution_archive import Submission, pack
-from benchbot.plugins.containers.options import (
-    Containerised,
-    Cpus,
-    ExampleContainerised,
-    Gpus,
-    WeakLimits,
-    check_options,
-    context_of,
-    in_container,
-)
-from benchbot.plugins.sandbox.options import Readable, SandboxCommand, Sandboxed, mode_of
 
 if TYPE_CHECKING:
     from benchbot.core.declarations.catalog import Catalog
+    from benchbot.core.plugin_manager import Plugins
     from benchbot.core.selection import Limits
     from benchbot.submission.episode import Episode
     from benchbot.submission.modes import Mode
@@ -51,10 +69,26 @@ def submit(
     readable: Readable = None,
     containerised: Containerised = None,
     example_containerised: ExampleContainerised = False,
-    submission: Submission = None,
+    submission: Annotated[
+        Path | None,
+        typer.Option(
+            "--submission",
+            "-s",
+            metavar="FOLDER",
+            help="Run nothing: pack this folder as v2 did, into submission.tgz beside it, or what --args names.",
+        ),
+    ] = None,
     cpus: Cpus = None,
     gpus: Gpus = 0,
     weak_limits: WeakLimits = False,
+    mode_name: Annotated[
+        str | None,
+        typer.Option("--mode", metavar="MODE", help="Hold it in a mode that a plug-in brings: benchbot list modes."),
+    ] = None,
+    mode_options: Annotated[
+        list[str] | None,
+        typer.Option("--mode-option", metavar="KEY=VALUE", help="What that mode is told beside; repeatable."),
+    ] = None,
     memory: Memory = None,
     processes: Processes = None,
     cpu_time: CpuTime = None,
@@ -117,11 +151,13 @@ def submit(
     from benchbot.core.selection import Limits
     from benchbot.submission import episode
     from benchbot.submission.command import order_of, split_words
+    from benchbot.submission.episode import Order
+    from benchbot.submission.modes import holder_of
 
     if submission is not None:
         others = {"--native": native, "--sandbox": sandbox, "--example": example, "--containerised": containerised}
         others |= {"--evaluate-with": evaluate_with, "--results-location": results_location, "--task": task}
-        pack(submission, args, others)
+        _pack(load(), submission, args, others)
         return
     requirements = requirement.parse(require)
     catalog = Catalog(load())
@@ -137,12 +173,19 @@ def submit(
         console.check_output(path)
     more_words = [*(words or ()), *split_words("--args", args)]
     bounds = process_limits(memory, processes, cpu_time, file_size)
-    context = context_of(catalog, containerised, example, (native, sandbox), example_containerised)
-    check_options(context, readable, cpus, gpus, weak_limits)
-    if context is None:
+    contained = container_options(catalog, containerised, example, (native, sandbox), example_containerised)
+    mode, asked = mode_name or NATIVE, key_values("--mode-option", mode_options)
+    if contained is not None:
+        mode, asked = CONTAINER, {**contained, "weak_limits": weak_limits, "processors": cpus, "gpus": gpus}
+    elif sandboxed or sandbox is not None:
+        mode, asked = SANDBOX, {"readable": readable or ()}
+    check_options(mode, readable, bounds, cpus, gpus, weak_limits)
+    options = {} if mode == NATIVE else holder_of(catalog.plugins, mode).resolved(asked)
+    if contained is None:
         order = order_of(catalog, native, example, more_words, timeout, sandbox)
-        mode = mode_of(sandboxed=sandboxed or sandbox is not None, readable=readable, limits=bounds)
-        order = replace(order, mode=mode, limits=bounds)
+    else:
+        order = Order(more_words, Path.cwd(), timeout_s=timeout)
+    order = replace(order, limits=bounds)
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     chosen = _chosen(task, robot, environment)
     recorded = recordings(record, results_location)
@@ -159,10 +202,7 @@ def submit(
         summary = _selected(catalog, chosen, episode_number, changed, seed or 0, limits, evaluate_with)
     with ExitStack() as stack:
         stack.enter_context(interruptible("the solution and its back end have been ended."))
-        if context is not None:
-            order = stack.enter_context(
-                in_container(context, more_words, timeout, bounds, cpus=cpus, gpus=gpus, weak_limits=weak_limits)
-            )
+        order = stack.enter_context(held(catalog, order, mode, options))
         if chosen is not None:
             console.note(summary)
         connection, died = _back_end(
@@ -180,6 +220,20 @@ def submit(
         _score(catalog, ended, kept, evaluate_with, output, requirements, as_json)
     if ended.problem is not None:
         raise ended.problem
+
+
+def _pack(plugins: "Plugins", folder: Path, target: str | None, others: Mapping[str, object]) -> None:
+    """Pack a solution's folder, by the command `pack`; `others` are options that go together with running one."""
+    import pkgutil
+
+    given = [name for name, value in others.items() if value]
+    if given:
+        raise BenchbotError(
+            f"--submission and {given[0]} exclude each other.",
+            "With --submission nothing is run: there is no result.",
+            "Give one of them. Results and their solution in one file: benchbot bundle",
+        )
+    pkgutil.resolve_name(plugins.record("commands", "pack").target)(folder, None if target is None else Path(target))
 
 
 def _kept(ended: "Episode", location: Path | None) -> Path | None:

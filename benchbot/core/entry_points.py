@@ -8,7 +8,8 @@ Format: https://packaging.python.org/en/latest/specifications/entry-points/
 import os
 import sys
 from collections.abc import Iterator
-from typing import NamedTuple
+from importlib import import_module
+from typing import Any, NamedTuple
 
 _METADATA = {".dist-info": "METADATA", ".egg-info": "PKG-INFO"}
 
@@ -22,16 +23,35 @@ class EntryPoint(NamedTuple):
     version: str
 
 
-def find(group: str) -> Iterator[EntryPoint]:
-    """Yield the entry points of a group, in the order of `sys.path`. Distributions inside ZIP files are not seen."""
+def find(group: str, prefix: str = "") -> Iterator[EntryPoint]:
+    """Yield the entry points of a group, in the order of `sys.path`. Distributions inside ZIP files are not seen.
+
+    With `prefix`, only distributions are read whose metadata is in a folder of a name that begins with it.
+    """
     for folder in dict.fromkeys(sys.path):
         try:
             with os.scandir(folder or ".") as entries:
-                found = sorted(entry.path for entry in entries if entry.name.endswith(tuple(_METADATA)))
+                found = sorted(
+                    entry.path
+                    for entry in entries
+                    if entry.name.startswith(prefix) and entry.name.endswith(tuple(_METADATA))
+                )
         except OSError:
             continue
         for path in found:
             yield from _of(path, group)
+
+
+def shipped(kind: str) -> Iterator[Any]:
+    """Yield the records of a kind (`commands`, …) that BenchBot's own plug-ins yield.
+
+    They are asked without pluggy, and those of others are not imported: `benchbot --help` has no time for either.
+    """
+    found = {
+        point.name: point for point in reversed([*find("benchbot", "benchbot-")]) if point.distribution == "benchbot"
+    }
+    for _, point in sorted(found.items()):
+        yield from getattr(import_module(point.value), f"benchbot_{kind}", tuple)()
 
 
 def _of(path: str, group: str) -> Iterator[EntryPoint]:

@@ -39,7 +39,7 @@ class Episode:
     def placed(self, scene: Declaration) -> Declaration:
         """Return the scene with the episode's start pose instead of its own."""
         data = {**scene.data, "start_pose": list(self.data["start_pose"])}
-        return Declaration(scene.kind, scene.name, scene.path, scene.distribution, data, scene.addon)
+        return Declaration(scene.kind, scene.name, scene.path, scene.distribution, data, scene.folder)
 
     def provenance(self) -> dict[str, Any]:
         """Return what says which episode it is: the list's name and content hash, number and id."""

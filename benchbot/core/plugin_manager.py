@@ -4,16 +4,14 @@ import os
 import pkgutil
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
-from typing import TYPE_CHECKING, Any
+from functools import cache, cached_property
+from typing import Any, Protocol
 
 import pluggy
 
-from benchbot.core import entry_points, hookspecs, resources
+from benchbot.core import entry_points, hookspecs
 from benchbot.core.errors import BenchbotError, did_you_mean
-
-if TYPE_CHECKING:
-    from benchbot.plugins.v2.addons import Addon
+from benchbot.core.records import API_VERSION, KINDS, DeclarationFolder
 
 GROUP = "benchbot"
 
@@ -38,11 +36,23 @@ class BrokenPlugin:
 
 @dataclass(frozen=True)
 class Provided:
-    """A record or a declaration's source, with the distribution (or the folder of v2's add-ons) that it came from."""
+    """A record or a declaration's source, with the distribution, or the folder of no distribution, it came from."""
 
     value: Any
     distribution: str
-    addon: "Addon | None" = None
+    folder: DeclarationFolder | None = None
+
+
+class Origin(Protocol):
+    """Anything that says which distribution, or which folder of no distribution, it came from."""
+
+    @property
+    def distribution(self) -> str:
+        """The distribution's name, or the folder's path."""
+
+    @property
+    def folder(self) -> DeclarationFolder | None:
+        """The folder; None for a distribution."""
 
 
 def installed(group: str = GROUP) -> list[PluginInfo]:
@@ -64,11 +74,10 @@ def installed(group: str = GROUP) -> list[PluginInfo]:
 class Plugins:
     """The loaded plug-ins: their records by pool and name, and the sources of their declarations."""
 
-    def __init__(self, infos: Sequence[PluginInfo], addons: "Sequence[Addon]" = ()) -> None:
+    def __init__(self, infos: Sequence[PluginInfo]) -> None:
         self.broken: list[BrokenPlugin] = []
-        self._addons = addons
         self._infos: dict[str, PluginInfo] = {}
-        self._manager = pluggy.PluginManager(hookspecs.PROJECT)
+        self._manager = pluggy.PluginManager(GROUP)
         self._manager.add_hookspecs(hookspecs)
         for info in infos:
             self._register(info)
@@ -77,6 +86,7 @@ class Plugins:
         name = f"{info.distribution}:{info.name}"
         try:
             plugin = pkgutil.resolve_name(info.module)
+            _check_api(plugin)
             self._manager.register(plugin, name)
             self._manager.check_pending()
         # A third party's import may fail in any way at all; it is reported and must not take the others down.
@@ -87,19 +97,26 @@ class Plugins:
         else:
             self._infos[name] = info
 
+    @cached_property
+    def folders(self) -> tuple[DeclarationFolder, ...]:
+        """The folders of declarations in use that no distribution has brought."""
+        return tuple(
+            folder for source in self.pool("declaration_sources").values() for folder in source.value.folders()
+        )
+
     def sources(self, kind: str) -> list[Provided]:
-        """Return the files and folders that plug-ins and v2's add-ons declare for a kind (`tasks`, `robots`, …)."""
-        folders = ((addon, folder) for addon in self._addons for folder in addon.sources(kind))
-        return [*self._call(kind), *(Provided(folder, str(addon.root), addon) for addon, folder in folders)]
+        """Return the files and folders that plug-ins, and folders of no distribution, declare for a kind (`tasks`)."""
+        paths = ((folder, path) for folder in self.folders for path in folder.sources(kind))
+        return [*self._call(kind), *(Provided(path, str(folder.root), folder) for folder, path in paths)]
 
     def pool(self, kind: str) -> dict[str, Provided]:
         """Return the records of a kind (`simulators`, `evaluators`, …) by name.
 
         Raises BenchbotError when two distributions provide the same name; it names both.
         """
-        record_type: Any = hookspecs.KINDS[kind]
+        record_type: Any = KINDS[kind]
         pool: dict[str, Provided] = {}
-        for provided in [*self._call(kind), *self._records_of_addons(kind)]:
+        for provided in [*self._call(kind), *(self._evaluators_of_folders() if kind == "evaluators" else ())]:
             record: Any = provided.value
             if not isinstance(record, record_type):
                 raise BenchbotError(
@@ -109,7 +126,7 @@ class Plugins:
                     f"benchbot uninstall {provided.distribution}",
                 )
             if record.name in pool:
-                raise conflict(kind, record.name, pool[record.name].distribution, provided.distribution)
+                raise conflict(kind, record.name, pool[record.name], provided)
             pool[record.name] = provided
         return pool
 
@@ -118,8 +135,10 @@ class Plugins:
         pool = self.pool(kind)
         if name not in pool:
             raise self.unknown(kind, name)
-        _require_trust(pool[name].addon)
-        return pool[name].value
+        provided = pool[name]
+        if provided.folder is not None:
+            provided.folder.require_trust()
+        return provided.value
 
     def unknown(self, kind: str, name: str) -> BenchbotError:
         """Return the error for a name that a pool does not hold; it lists what is installed."""
@@ -150,58 +169,63 @@ class Plugins:
             else:
                 yield from (Provided(value, info.distribution) for value in values)
 
-    def _records_of_addons(self, kind: str) -> Iterator[Provided]:
-        if kind != "evaluators" or not self._addons:
-            return
-        from benchbot.plugins.v2 import methods
-
-        for addon in self._addons:
-            for found in methods.evaluators(addon):
+    def _evaluators_of_folders(self) -> Iterator[Provided]:
+        for folder in self.folders:
+            for found in folder.evaluators():
                 if isinstance(found, BenchbotError):
-                    self._note(
-                        BrokenPlugin(PluginInfo(addon.name, "", str(addon.root), ""), f"{found.title} {found.why}")
-                    )
+                    info = PluginInfo(folder.name, "", str(folder.root), "")
+                    self._note(BrokenPlugin(info, f"{found.title} {found.why}"))
                 else:
-                    yield Provided(found, str(addon.root), addon)
+                    yield Provided(found, str(folder.root), folder)
 
     def _report(self, info: PluginInfo, error: BaseException) -> None:
-        self._note(BrokenPlugin(info, f"{type(error).__name__}: {error}"))
+        self._note(BrokenPlugin(info, _cause(error)))
 
     def _note(self, broken: BrokenPlugin) -> None:
         if broken not in self.broken:
             self.broken.append(broken)
 
 
-def conflict(kind: str, name: str, first: str, second: str) -> BenchbotError:
+def _cause(error: BaseException) -> str:
+    """Return why a plug-in cannot be used, in a sentence; of an import that is not public, what to import instead."""
+    if isinstance(error, BenchbotError):
+        return f"{error.title}: {error.fix}"
+    text = f"{type(error).__name__}: {error}"
+    if isinstance(error, ImportError) and (error.name or "").startswith("benchbot."):
+        text += ". Plug-ins import from benchbot.plugin, and no other module of BenchBot's inside"
+    return text
+
+
+def _check_api(plugin: Any) -> None:
+    """Raise BenchbotError for a plug-in that says it was made for another major version of `benchbot.plugin`."""
+    major, _ = API_VERSION
+    made_for = getattr(plugin, "BENCHBOT_API", major)
+    if made_for != major:
+        newer = "upgrade BenchBot" if isinstance(made_for, int) and made_for > major else "upgrade the plug-in"
+        raise BenchbotError(
+            f"It was made for version {made_for} of benchbot.plugin, and this BenchBot has version {major}",
+            "What it imports may be gone, or mean something else.",
+            f"{newer[0].upper()}{newer[1:]}, or install a version of the plug-in that was made for this BenchBot.",
+        )
+
+
+def conflict(kind: str, name: str, first: Origin, second: Origin) -> BenchbotError:
     """Return the error for one name provided twice."""
-    if first == second:
-        why = f"'{first}' provides it twice."
-        fix = f"Report this to the author of '{first}'."
+    if first.distribution == second.distribution:
+        why = f"'{first.distribution}' provides it twice."
+        fix = f"Report this to the author of '{first.distribution}'."
     else:
-        why = f"Both '{first}' and '{second}' provide it, and BenchBot never picks one silently."
+        both = f"Both '{first.distribution}' and '{second.distribution}' provide it"
+        why = f"{both}, and BenchBot never picks one silently."
         fix = f"Keep one of them: {_removal(second)}   or: {_removal(first)}"
     return BenchbotError(f"Two {kind.replace('_', ' ')} are called '{name}'.", why, fix)
 
 
-def _removal(origin: str) -> str:
-    addons = f"{resources.installed_addons()}{os.sep}"
-    if origin.startswith(addons):
-        return f"benchbot uninstall {origin.removeprefix(addons)}"
-    return f"leave out --addons {origin}" if os.sep in origin else f"benchbot uninstall {origin}"
-
-
-def _require_trust(addon: "Addon | None") -> None:
-    if addon is not None:
-        from benchbot.plugins.v2 import trust
-
-        trust.require(addon)
+def _removal(origin: Origin) -> str:
+    return f"benchbot uninstall {origin.distribution}" if origin.folder is None else origin.folder.removal()
 
 
 @cache
 def load() -> Plugins:
-    """Load all installed plug-ins and add-ons of v2, those that `BENCHBOT_ADDONS` names included, once per process."""
-    if "BENCHBOT_ADDONS" not in os.environ and not resources.installed_addons().is_dir():
-        return Plugins(installed())
-    from benchbot.plugins.v2 import addons
-
-    return Plugins(installed(), addons.from_environment())
+    """Load all installed plug-ins, once per process."""
+    return Plugins(installed())

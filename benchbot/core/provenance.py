@@ -1,5 +1,6 @@
 """Provenance: what a result came from, exactly, so that anybody can tell whether two results are comparable."""
 
+import os
 import platform as python_platform
 import re
 import subprocess
@@ -14,9 +15,9 @@ from typing import Any
 import benchbot
 from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import Declaration
+from benchbot.core.records import DeclarationFolder
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
-from benchbot.plugins.v2.addons import Addon
 
 
 def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, Any]:
@@ -66,7 +67,7 @@ def software(selection: Selection) -> dict[str, Any]:
                 name: {"version": version(name), "sha256": distribution_hash(name)}
                 for name in sorted(distributions_used(selection))
             },
-            **{addon.name: {"version": "v2", "sha256": addon.content_hash()} for addon in addons_used(selection)},
+            **{one.name: {"version": "v2", "sha256": one.content_hash()} for one in folders_used(selection)},
         },
         **_asset_packs(selection),
     }
@@ -93,7 +94,7 @@ def distributions_used(selection: Selection) -> set[str]:
     kind = selection.robot.data["type"]
     # The pretended robot of the conformance kit runs on nothing.
     runs_on = [pool[kind].distribution for pool in map(loaded.pool, ("simulators", "robot_drivers")) if kind in pool]
-    declared = (declaration for declaration in _declared(selection) if declaration.addon is None)
+    declared = (declaration for declaration in _declared(selection) if declaration.folder is None)
     packs = (loaded.pool("asset_packs")[name].distribution for name in _assets_named(selection))
     return _with_required({"benchbot", *runs_on, *(declaration.distribution for declaration in declared), *packs})
 
@@ -127,9 +128,9 @@ def _asset_packs(selection: Selection) -> dict[str, Any]:
     return {"assets": packs} if packs else {}
 
 
-def addons_used(selection: Selection) -> list[Addon]:
-    """Return the add-ons of v2 that a run's declarations come from."""
-    found = (declaration.addon for declaration in _declared(selection) if declaration.addon is not None)
+def folders_used(selection: Selection) -> list[DeclarationFolder]:
+    """Return the folders, of no distribution, that a run's declarations come from."""
+    found = (declaration.folder for declaration in _declared(selection) if declaration.folder is not None)
     return list(dict.fromkeys(found))
 
 
@@ -148,7 +149,7 @@ def distribution_hash(distribution: str) -> str:
         spec = find_spec(package)
         for folder in (spec.submodule_search_locations if spec else None) or ():
             root = Path(folder)
-            for file in sorted(path for path in root.rglob("*") if path.is_file()):
+            for file in sorted(Path(top, name) for top, _, names in os.walk(root, followlinks=True) for name in names):
                 if "__pycache__" not in file.parts:
                     digest.update(f"{package}/{file.relative_to(root).as_posix()}\0".encode())
                     digest.update(file.read_bytes())

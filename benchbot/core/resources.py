@@ -1,7 +1,6 @@
 """Where things are on this machine: the user's cache, state and data folders, and files that plug-ins declare."""
 
 import os
-import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,11 +26,6 @@ def state_dir() -> Path:
 def data_dir() -> Path:
     """Return the folder of what the user has installed, such as asset packs: `$BENCHBOT_DATA_DIR` or the platform's."""
     return _user_folder("BENCHBOT_DATA_DIR", "user_data_path")
-
-
-def installed_addons() -> Path:
-    """Return the folder of v2's add-ons that `benchbot install` has put into this environment; it may not be there."""
-    return Path(sys.prefix, "share", "benchbot", "addons")
 
 
 def _user_folder(variable: str, name: str) -> Path:

@@ -7,7 +7,7 @@ from itertools import combinations
 from typing import Any
 
 from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.core.hookspecs import Combine, Evaluator
+from benchbot.core.records import Combine, Evaluator
 from benchbot.evaluation import intervals, permutation, student_t
 from benchbot.evaluation.intervals import Over
 from benchbot.evaluation.pairing import Pair, label, pair, settings

@@ -6,7 +6,7 @@ from typing import Any
 from benchbot.core import results
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
-from benchbot.core.hookspecs import Evaluator, Explain
+from benchbot.core.records import Evaluator, Explain
 from benchbot.evaluation.score import Evaluation
 
 VERSION = 1

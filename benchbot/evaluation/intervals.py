@@ -17,12 +17,12 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from benchbot.core import overrides
-from benchbot.core.hookspecs import Score
+from benchbot.core.records import Score
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from benchbot.core.hookspecs import Combine
+    from benchbot.core.records import Combine
 
 LEVEL = 0.95
 DRAWS = 9_999

@@ -4,8 +4,8 @@ from typing import Any
 
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.core.hookspecs import Evaluator
 from benchbot.core.plugin_manager import Plugins
+from benchbot.core.records import Evaluator
 
 
 def for_task(catalog: Catalog, name: str | None, task_details: dict[str, Any]) -> Evaluator:

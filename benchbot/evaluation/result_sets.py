@@ -11,7 +11,7 @@ from typing import Any, Unpack
 from benchbot.core import scores
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.core.hookspecs import Evaluator
+from benchbot.core.records import Evaluator
 from benchbot.evaluation.inputs import SIZE_LIMIT_BYTES
 from benchbot.evaluation.score import Options, evaluate_files
 

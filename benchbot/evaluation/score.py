@@ -9,7 +9,7 @@ from typing import Any, Required, TypedDict, Unpack
 from benchbot.core import plugin_manager, scores
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.core.hookspecs import Evaluator
+from benchbot.core.records import Evaluator
 from benchbot.evaluation import intervals, methods
 from benchbot.evaluation.collect import collect, has_valid_results
 from benchbot.evaluation.coverage import Coverage, Missing

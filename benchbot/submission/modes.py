@@ -1,14 +1,16 @@
 """The ways to run a solution: natively, in a sandbox, in a container; and what all of them promise."""
 
 import os
+import pkgutil
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from benchbot.core.errors import BenchbotError
+from benchbot.core.plugin_manager import Plugins
 from benchbot.wire.run_state import Connection
 
 if TYPE_CHECKING:
@@ -65,6 +67,9 @@ class Mode(Protocol):
     def needs_socket(self) -> bool:
         """Whether its solutions reach the supervisor by a unix socket only."""
 
+    def describe(self) -> str:
+        """Return how it holds the solution, as a part of a sentence: `in a container (podman)`."""
+
     def check(self) -> None:
         """Raise BenchbotError when this machine cannot do it; called before anything is started."""
 
@@ -77,6 +82,30 @@ class Mode(Protocol):
         there, which BENCHBOT_RESULT names as the solution sees it. `output` takes what it prints, chunk by chunk, in a
         thread of its own. Entering raises BenchbotError when the solution cannot be started.
         """
+
+
+class Holder(Protocol):
+    """What stands behind a submission mode, often a module: how its solutions are prepared.
+
+    `options` are the mode's own, as plain data that a plan or a bundle can keep.
+    """
+
+    def resolved(self, options: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the options complete and checked; raise BenchbotError for what cannot be."""
+
+    def prepared(
+        self, order: "Order", options: Mapping[str, Any], tell: Callable[[str], object]
+    ) -> AbstractContextManager["Order"]:
+        """Yield the order as it is run in the mode, after proving that this machine can; `tell` hears of progress."""
+
+    def files(self, options: Mapping[str, Any]) -> Mapping[str, str] | None:
+        """Return the hashes of what the solution is made of; None where its command names the files."""
+
+
+def holder_of(plugins: Plugins, mode: str) -> Holder:
+    """Return what stands behind a submission mode; raises BenchbotError for one that is not installed."""
+    holder: Holder = pkgutil.resolve_name(plugins.record("submission_modes", mode).target)
+    return holder
 
 
 def unix_socket_of(mode: Mode, connection: Connection) -> Path:

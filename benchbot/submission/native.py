@@ -22,8 +22,12 @@ class Native:
     name = "native"
     needs_socket = False
 
+    def describe(self) -> str:
+        """Return how the solution is held."""
+        return "with all rights of its user"
+
     def check(self) -> None:
-        """It is always possible."""
+        """Do nothing: it is always possible."""
 
     def start(
         self, order: "Order", connection: Connection, exchange: Path, output: Callable[[bytes], object]

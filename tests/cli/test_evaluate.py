@@ -85,7 +85,7 @@ def test_what_cannot_be_scored_is_told_and_nothing_is_written(words: list[str], 
 
 def test_a_batch_names_the_required_environments(result_folder: CommandLine, make_plugin: Callable[..., Path]) -> None:
     code = (
-        "from importlib.resources import files\nfrom benchbot import hookimpl\n\n@hookimpl\n"
+        "from importlib.resources import files\nfrom benchbot.plugin import hookimpl\n\n@hookimpl\n"
         "def benchbot_batches():\n    yield files(__name__) / 'batches'\n"
     )
     make_plugin("batches", code, {"batches/all.yaml": "name: all\nenvironments: ['arena:1', 'arena:2']\n"})

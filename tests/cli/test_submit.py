@@ -121,7 +121,7 @@ def with_ground_truth(cli: CommandLine, make_plugin: Callable[..., Path]) -> Com
         "ground_truth": {"objects": [bottle], "class_list": ["bottle", "background"], "synonyms": {}},
     }
     code = (
-        "from importlib.resources import files\nfrom benchbot import hookimpl\n\n@hookimpl\n"
+        "from importlib.resources import files\nfrom benchbot.plugin import hookimpl\n\n@hookimpl\n"
         "def benchbot_ground_truths():\n    yield files(__name__) / 'truths'\n"
     )
     make_plugin("truths", code, {"truths/arena_1.json": json.dumps(ground_truth)})

@@ -8,8 +8,8 @@ from tests.plugin_factory import PluginFactory
 
 CODE = """\
 from importlib.resources import files
-from benchbot import hookimpl
-from benchbot.core.hookspecs import Evaluator, Simulator
+from benchbot.plugin import hookimpl
+from benchbot.plugin import Evaluator, Simulator
 
 HERE = files(__name__)
 

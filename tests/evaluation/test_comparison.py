@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from benchbot.core import plugin_manager
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
-from benchbot.core.hookspecs import Evaluator, Score
+from benchbot.core.records import Evaluator, Score
 from benchbot.evaluation import permutation, student_t
 from benchbot.evaluation.comparison import compare
 from benchbot.evaluation.intervals import Over

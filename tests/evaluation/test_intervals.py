@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from benchbot.core import plugin_manager
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog
-from benchbot.core.hookspecs import Evaluator, Score
+from benchbot.core.records import Evaluator, Score
 from benchbot.evaluation import evaluate_files, intervals
 from benchbot.evaluation.intervals import Over, of_rows
 from tests.made_results import Make, Save, chair, ground_truth

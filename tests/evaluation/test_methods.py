@@ -17,8 +17,8 @@ from tests.plugin_factory import PluginFactory
 
 COUNT = """\
 from pathlib import Path
-from benchbot import hookimpl
-from benchbot.core.hookspecs import Evaluator
+from benchbot.plugin import hookimpl
+from benchbot.plugin import Evaluator
 
 @hookimpl
 def benchbot_evaluators():

@@ -1,6 +1,7 @@
 """Options that several commands share, and how a command is made so that it starts fast."""
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -105,6 +106,21 @@ def recordings(wanted: list[str] | None, result: Path | None = None) -> dict[str
                 "Write it like this: --record mcap,video, or --record mcap=FOLDER. There are: benchbot list recorders",
             )
         found |= named
+    return found
+
+
+def key_values(option: str, texts: Sequence[str] | None) -> dict[str, Any]:
+    """Return `KEY=VALUE` texts as a mapping; raises BenchbotError for one that is none."""
+    found: dict[str, Any] = {}
+    for text in texts or ():
+        key, separator, value = text.partition("=")
+        if not separator or not key:
+            raise BenchbotError(
+                f"{option} {text} sets nothing.",
+                "An option is a name, an equals sign and a value.",
+                f"Write it like this: {option} name=value",
+            )
+        found[key] = value
     return found
 
 

@@ -4,15 +4,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.plugin_manager import Plugins, Provided, conflict
+from benchbot.core.records import DeclarationFolder
 from benchbot.core.resources import YAML_SUFFIXES, declaration_files
-
-if TYPE_CHECKING:
-    from benchbot.plugins.v2.addons import Addon
 
 KINDS: dict[str, str] = {
     "tasks": "task",
@@ -33,14 +31,14 @@ _NAMING_KEYS = {"environments": ("name", "variant"), "episodes": ("task", "envir
 
 @dataclass(frozen=True)
 class Declaration:
-    """One declared thing: its data as written, the file and the distribution (or v2's add-ons) it came from."""
+    """One declared thing: its data as written, its file, and the distribution or the folder that it came from."""
 
     kind: str
     name: str
     path: Path
     distribution: str
     data: dict[str, Any] = field(hash=False)
-    addon: "Addon | None" = None
+    folder: DeclarationFolder | None = None
 
 
 class Catalog:
@@ -72,12 +70,10 @@ class Catalog:
             raise self.unknown(kind, name)
         declaration = pool[name]
         schema.check(declaration.data, KINDS[kind], declaration.path)
-        if declaration.addon is not None and declaration.data.get("functions"):
-            from benchbot.plugins.v2 import trust
-
-            trust.require(declaration.addon)
+        if declaration.folder is not None and declaration.data.get("functions"):
+            declaration.folder.require_trust()
             # Now, not at the end of an episode, is the time to find a function that is not there.
-            declaration.addon.code.functions(declaration.path, declaration.data["functions"])
+            declaration.folder.functions(declaration.path, declaration.data["functions"])
         return declaration
 
     def unknown(self, kind: str, name: str) -> BenchbotError:
@@ -114,8 +110,7 @@ class Catalog:
         pool: dict[str, Declaration] = {}
         for declaration in self._declarations(kind, self.plugins.sources(kind)):
             if declaration.name in pool:
-                first = pool[declaration.name]
-                raise conflict(kind, declaration.name, first.distribution, declaration.distribution)
+                raise conflict(kind, declaration.name, pool[declaration.name], declaration)
             pool[declaration.name] = declaration
         return pool
 
@@ -128,7 +123,7 @@ class Catalog:
                 except BenchbotError as error:
                     self.broken.append(error)
                 else:
-                    yield Declaration(kind, name, path, source.distribution, data, source.addon)
+                    yield Declaration(kind, name, path, source.distribution, data, source.folder)
 
 
 def name_of(kind: str, data: dict[str, Any], path: Path) -> str:

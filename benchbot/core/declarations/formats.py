@@ -2,19 +2,21 @@
 
 import pkgutil
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
-from benchbot.core.declarations.catalog import Declaration
+from benchbot.core import plugin_manager
+from benchbot.core.declarations.catalog import Catalog, Declaration
 from benchbot.core.errors import BenchbotError, ExitCode
 
 
 def functions(declaration: Declaration) -> dict[str, Callable[..., Any]]:
-    """Return a format's functions by name (`create`, `validate`, …), imported from the plug-in or v2's add-on.
+    """Return a format's functions by name (`create`, `validate`, …), imported from where it is declared.
 
     Raises BenchbotError naming the declaration when one cannot be imported.
     """
-    if declaration.addon is not None:
-        return declaration.addon.code.functions(declaration.path, declaration.data["functions"])
+    if declaration.folder is not None:
+        return declaration.folder.functions(declaration.path, declaration.data["functions"])
     resolved = {}
     for name, target in declaration.data["functions"].items():
         try:
@@ -65,3 +67,13 @@ def validate(declaration: Declaration, instance: Any) -> None:
     """Check an instance with the format's own `validate`; a format without one accepts everything."""
     if "validate" in declaration.data["functions"]:
         call(declaration, "validate", [instance], {})
+
+
+@cache
+def _installed() -> Catalog:
+    return Catalog(plugin_manager.load())
+
+
+def check_format(name: str, instance: Any) -> None:
+    """Check an instance with the installed format of a name; raises BenchbotError for one that it refuses."""
+    validate(_installed().get("formats", name), instance)

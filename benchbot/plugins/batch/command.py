@@ -9,15 +9,21 @@ import typer
 from typer.core import TyperGroup
 
 from benchbot.cli.kit import console, requirement
-from benchbot.cli.kit.limits import CpuTime, FileSize, Memory, Processes
+from benchbot.cli.kit.holding import (
+    Containerised,
+    CpuTime,
+    FileSize,
+    Memory,
+    Processes,
+    Readable,
+    SandboxCommand,
+)
 from benchbot.cli.kit.options import QUICK, Display, Json, Requirements
 from benchbot.cli.legacy_options import listing, showing
 from benchbot.cli.run import MaxSimulatedTime, MaxSteps, MaxWallTime
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.plugins.batch import following, solution_options
 from benchbot.plugins.batch.following import Detach, Jobs
-from benchbot.plugins.containers.options import Containerised
-from benchbot.plugins.sandbox.options import Readable, SandboxCommand
 
 if TYPE_CHECKING:
     from benchbot.core.declarations.catalog import Catalog
@@ -294,7 +300,7 @@ def _options(texts: Sequence[str] | None) -> dict[str, str] | None:
 
 def _crew(wanted: dict[str, Any], episodes: int) -> "Crew":
     """Return the crew that was asked for: locally, no more workers than there is room for."""
-    from benchbot.core.hookspecs import Resources
+    from benchbot.core.records import Resources
     from benchbot.plugins.batch import capacity
     from benchbot.plugins.batch.worker_pool import Crew
 

@@ -7,7 +7,7 @@ from contextlib import suppress
 
 from benchbot.core import plugin_manager, results
 from benchbot.core.errors import BenchbotError, ExitCode
-from benchbot.core.hookspecs import Executor, Workers
+from benchbot.core.records import Executor, Workers
 from benchbot.plugins.batch import plan as plans
 from benchbot.plugins.batch import work
 from benchbot.plugins.batch.claims import Claim

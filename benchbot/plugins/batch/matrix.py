@@ -30,7 +30,7 @@ def make(request: Request, catalog: Catalog, folder: Path) -> Plan:
     for name in request.record:
         catalog.plugins.record("recorders", name)
     hold = request.hold
-    found = solutions.files(command, ran_in, hold).hashes
+    found = solutions.files(command, ran_in, hold, catalog).hashes
     solution = PlannedSolution(request.native, request.example, tuple(request.words), str(folder), found, hold)
     selections = _selections(request, catalog)
     shared = {
@@ -57,7 +57,7 @@ def files_of(plan: Plan, catalog: Catalog) -> SourceFiles:
     """Return the files of a plan's solution as they are now, and where there were too many."""
     solution = plan.solution
     request = Request(plan.task, (), (), solution.native, solution.example, solution.hold, solution.words)
-    return solutions.files(*_command(request, catalog, Path(solution.folder)), solution.hold)
+    return solutions.files(*_command(request, catalog, Path(solution.folder)), solution.hold, catalog)
 
 
 def _command(request: Request, catalog: Catalog, folder: Path) -> tuple[list[str], Path]:

@@ -8,6 +8,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, Self
 
+from benchbot.cli.kit.holding import CONTAINER, NATIVE, SANDBOX
 from benchbot.core import results
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
@@ -51,6 +52,13 @@ class Hold:
         """Return what was written into a plan."""
         limits = ProcessLimits(**document["limits"])
         return cls(**{**document, "readable": tuple(document["readable"]), "limits": limits})
+
+    def in_mode(self, gpus: int = 0) -> tuple[str, dict[str, Any]]:
+        """Return the submission mode, and its options; `gpus` are given to a container."""
+        if self.context is not None:
+            options = {"context": self.context, "dockerfile": self.dockerfile}
+            return CONTAINER, {**options, "weak_limits": self.weak_limits, "gpus": gpus}
+        return (SANDBOX, {"readable": self.readable}) if self.sandboxed else (NATIVE, {})
 
     def determines(self) -> dict[str, Any]:
         """Return what of it may change a result; nothing for a native solution."""

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Self
 
 from benchbot.core import results
-from benchbot.core.hookspecs import Resources, WorkOrder
+from benchbot.core.records import Resources, WorkOrder
 from benchbot.plugins.batch.folder import Folder
 
 

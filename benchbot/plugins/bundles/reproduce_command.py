@@ -8,13 +8,21 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from benchbot.cli.kit import console
+from benchbot.cli.kit.holding import (
+    Cpus,
+    CpuTime,
+    FileSize,
+    Gpus,
+    Memory,
+    Processes,
+    Readable,
+    WeakLimits,
+    process_limits,
+)
 from benchbot.cli.kit.interrupting import interruptible
-from benchbot.cli.kit.limits import CpuTime, FileSize, Memory, Processes, process_limits
 from benchbot.cli.kit.options import GroundTruths, Json
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.plugins.bundles.untrusted_solution import Choice, unpacked
-from benchbot.plugins.containers.options import Cpus, Gpus, WeakLimits
-from benchbot.plugins.sandbox.options import Readable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -94,7 +102,7 @@ def reproduce(
         with ExitStack() as stack:
             stack.enter_context(interruptible("the solution and its back end have been ended."))
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="benchbot-")))
-            order = stack.enter_context(unpacked(opened, folder / "solution", choice))
+            order = stack.enter_context(unpacked(catalog, opened, folder / "solution", choice))
             found = _run(opened, chosen, order, results_location or folder / "results")
             found, scoring = reproducing.score(opened, found, catalog, ground_truth, tolerance)
     _tell(found, scoring, [str(difference) for difference in software], as_json=as_json)

@@ -1,6 +1,5 @@
-"""`benchbot submit --submission FOLDER`: nothing is run, a solution is packed for others, as in BenchBot v2."""
+"""`benchbot pack`, and `benchbot submit --submission`: a solution's folder as an archive, as in BenchBot v2."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -9,37 +8,25 @@ import typer
 from benchbot.cli.kit import console
 from benchbot.core.errors import BenchbotError
 
-Submission = Annotated[
-    Path | None,
-    typer.Option(
-        "--submission",
-        "-s",
-        metavar="FOLDER",
-        help="Run nothing: pack this folder as v2 did, into submission.tgz beside it, or what --args names.",
-    ),
-]
 
+def pack(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="The solution's folder, with its Dockerfile.")],
+    target: Annotated[
+        Path | None,
+        typer.Argument(metavar="[ARCHIVE]", help="The file to write. [default: submission.tgz beside the folder]"),
+    ] = None,
+) -> None:
+    """Pack a solution's folder for others to build and run, as BenchBot v2 does; the archive's path goes to stdout.
 
-def pack(folder: Path, target: str | None, others: Mapping[str, object]) -> None:
-    """Write a solution's folder as an archive; its path goes to stdout.
-
-    `others` are options, by name, that go together with running a solution. Raises BenchbotError when one is given,
-    when there is no such folder, and for what must not be given away.
+    What git ignores stays out; secrets and ground truth are refused.
     """
     from benchbot.plugins.bundles import sources, tarball
 
-    given = [name for name, value in others.items() if value]
-    if given:
-        raise BenchbotError(
-            f"--submission and {given[0]} exclude each other.",
-            "With --submission nothing is run: there is no result.",
-            "Give one of them. Results and their solution in one file: benchbot bundle",
-        )
     if not folder.is_dir():
         raise BenchbotError(
-            f"There is no folder {folder}.", "It was named with --submission.", "Name the folder of your Dockerfile."
+            f"There is no folder {folder}.", "Its files were to be packed.", "Name the folder of your Dockerfile."
         )
-    path = Path(target) if target else folder.resolve().parent / tarball.NAME
+    path = target or folder.resolve().parent / tarball.NAME
     console.check_output(path)
     source = sources.collect(folder)
     tarball.write(source, path)

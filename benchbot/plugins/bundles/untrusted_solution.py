@@ -4,20 +4,19 @@ import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from benchbot.cli.kit import console
+from benchbot.cli.kit.holding import CONTAINER, NATIVE, SANDBOX, check_options, held
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.containers.options import check_options, in_container
-from benchbot.plugins.sandbox.options import mode_of
 
 if TYPE_CHECKING:
+    from benchbot.core.declarations.catalog import Catalog
     from benchbot.plugins.bundles.reading import Bundle
-    from benchbot.plugins.containers.context import Context
     from benchbot.submission.episode import Order
     from benchbot.submission.modes import ProcessLimits
 
@@ -37,51 +36,45 @@ class Choice:
 
 
 @contextmanager
-def unpacked(bundle: "Bundle", folder: Path, choice: Choice) -> Iterator["Order"]:
+def unpacked(catalog: "Catalog", bundle: "Bundle", folder: Path, choice: Choice) -> Iterator["Order"]:
     """Unpack the solution into a new folder, and yield how it is run there.
 
     Raises BenchbotError when it cannot be held as it is to be, and natively without consent.
     """
+    from benchbot.submission.episode import Order
+    from benchbot.submission.modes import holder_of
+    from benchbot.submission.solution import python_first
+
     solution = bundle.manifest["solution"]
     timeout_s = choice.timeout_s if choice.timeout_s is not None else solution["timeout_s"]
     if choice.native and not choice.trust:
         _ask(bundle)
     folder.mkdir()
     bundle.extract_solution(folder)
-    context = _context(bundle, folder, choice)
-    check_options(context, choice.readable, choice.cpus, choice.gpus, choice.weak_limits)
-    if context is not None:
-        with in_container(
-            context,
-            solution["command"],
-            timeout_s,
-            choice.limits,
-            cpus=choice.cpus,
-            gpus=choice.gpus,
-            weak_limits=choice.weak_limits,
-        ) as order:
-            yield order
-        return
-    from benchbot.submission.episode import Order
-    from benchbot.submission.solution import python_first
-
-    mode = mode_of(sandboxed=not choice.native, readable=choice.readable, limits=choice.limits)
-    yield Order(solution["command"], folder, python_first(), timeout_s, mode, choice.limits)
+    mode = _mode(solution["mode"], native=choice.native)
+    check_options(mode, choice.readable, choice.limits, choice.cpus, choice.gpus, choice.weak_limits)
+    order = Order(solution["command"], folder, timeout_s=timeout_s, limits=choice.limits)
+    asked: dict[str, Any] = {}
+    if mode == CONTAINER:
+        asked = {"folder": str(folder), "weak_limits": choice.weak_limits}
+        asked |= {"processors": choice.cpus, "gpus": choice.gpus}
+    else:
+        asked = {"readable": choice.readable or ()}
+        order = replace(order, variables=python_first())
+    options = {} if mode == NATIVE else holder_of(catalog.plugins, mode).resolved(asked)
+    with held(catalog, order, mode, options) as prepared:
+        yield prepared
 
 
-def _context(bundle: "Bundle", folder: Path, choice: Choice) -> "Context | None":
-    """Return what to build an image from; None where the solution did not run in a container."""
-    from benchbot.plugins.bundles.command import CONTAINER
-    from benchbot.plugins.containers import context
-
-    ran_in_one = bundle.manifest["solution"]["mode"] == CONTAINER
-    if choice.native and ran_in_one:
+def _mode(ran_in: str, *, native: bool) -> str:
+    """Return the submission mode: a container where the solution ran in one for its results, else a sandbox."""
+    if native and ran_in == CONTAINER:
         raise BenchbotError(
             "It is not clear how to run the solution.",
             "It runs in a container, and --native was given.",
             "Leave --native out; or write the source to a folder with --unpack, and submit that.",
         )
-    return context.find(folder) if ran_in_one else None
+    return CONTAINER if ran_in == CONTAINER else NATIVE if native else SANDBOX
 
 
 def _ask(bundle: "Bundle") -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 
-from benchbot.core import hookspecs, plugin_manager, resources
+from benchbot.core import plugin_manager, records, resources
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import KINDS, Catalog
 from benchbot.core.errors import BenchbotError
@@ -63,7 +63,7 @@ def simulators(loaded: plugin_manager.Plugins, *, warm: bool) -> Iterator[Findin
         fix = "Install one: benchbot install benchbot-sim-taichi"
         yield Finding(Level.WARNING, "simulators", "none is installed: only real robots can be used", fix)
     for name, provided in sorted(pool.items()):
-        simulator: hookspecs.Simulator = provided.value
+        simulator: records.Simulator = provided.value
         subject = f"simulator {name}"
         if not warm or simulator.warm is None:
             hint = "; benchbot doctor --warm starts it" if simulator.warm is not None else ""
@@ -78,5 +78,5 @@ def simulators(loaded: plugin_manager.Plugins, *, warm: bool) -> Iterator[Findin
 
 
 def _pools(catalog: Catalog) -> Iterator[tuple[str, Callable[[str], object]]]:
-    yield from ((kind, catalog.plugins.pool) for kind in hookspecs.KINDS)
+    yield from ((kind, catalog.plugins.pool) for kind in records.KINDS)
     yield from ((kind, catalog.pool) for kind in KINDS)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from benchbot.core import hookspecs, resources
+from benchbot.core import records, resources
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.findings import Finding, Level
@@ -29,11 +29,11 @@ def diagnose_robot(catalog: Catalog, name: str) -> Iterator[Finding]:
         yield Finding(Level.BROKEN, f"robot {name}", f"its diagnosis failed: {type(error).__name__}: {error}", fix)
 
 
-def _driver(catalog: Catalog, name: str, kind: str) -> tuple[str, hookspecs.RobotDriver]:
+def _driver(catalog: Catalog, name: str, kind: str) -> tuple[str, records.RobotDriver]:
     """Return the driver of a robot and the distribution that it comes from."""
     drivers = catalog.plugins.pool("robot_drivers")
     if kind in drivers:
-        driver: hookspecs.RobotDriver = drivers[kind].value
+        driver: records.RobotDriver = drivers[kind].value
         return drivers[kind].distribution, driver
     if kind in catalog.plugins.pool("simulators"):
         raise BenchbotError(

@@ -9,7 +9,7 @@ from benchbot.core import overrides
 from benchbot.core.declarations.catalog import Catalog, Declaration
 from benchbot.core.episodes import digest
 from benchbot.core.errors import BenchbotError
-from benchbot.core.hookspecs import Evaluator
+from benchbot.core.records import Evaluator
 from benchbot.evaluation import inputs
 from benchbot.evaluation.ground_truths import GroundTruths, environment_of
 from benchbot.evaluation.inputs import Submission

@@ -13,11 +13,11 @@ from benchbot.core.channels import ACTIONS
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.digest import ObservationDigest
 from benchbot.core.errors import BenchbotError, FailureClass, did_you_mean
-from benchbot.core.hookspecs import Simulator
 from benchbot.core.host import InProcessHost, Status
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import Platform, PlatformSpec, Scene
 from benchbot.core.progress import State, Step
+from benchbot.core.records import Simulator
 from benchbot.core.selection import Limits, Selection, select
 from benchbot.core.session import Session
 from benchbot.plugins.gymnasium import commands, rewards

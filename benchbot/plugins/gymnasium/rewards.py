@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.geometry import Pose
-from benchbot.core.hookspecs import Document, Evaluator
 from benchbot.core.motion import Outcome
+from benchbot.core.records import Document, Evaluator
 from benchbot.plugins.gymnasium.commands import Command
 
 

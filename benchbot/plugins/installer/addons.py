@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchbot.core import atomic, resources
+from benchbot.core import atomic
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.installer.checking import check, problems_in
 from benchbot.plugins.installer.plan import Action, Change
@@ -26,7 +26,7 @@ class Place:
     @property
     def folder(self) -> Path:
         """The installed copy."""
-        return resources.installed_addons() / self.name
+        return addons.installed_folder() / self.name
 
     @property
     def note(self) -> Path:
@@ -142,9 +142,9 @@ def undo(place: Place) -> None:
 
 def recover() -> None:
     """Undo what a process that is gone had begun."""
-    for path in resources.installed_addons().glob("*/.*.old"):
+    for path in addons.installed_folder().glob("*/.*.old"):
         undo(_place_of(path, ".old"))
-    for path in resources.installed_addons().glob("*/.*.new"):
+    for path in addons.installed_folder().glob("*/.*.new"):
         undo(_place_of(path, ".new"))
     for name in addons.installed():
         undo(Place(name))

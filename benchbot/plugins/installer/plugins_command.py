@@ -27,15 +27,15 @@ app.command("list", context_settings=QUICK)(lists.plugins)
 @app.command("show")
 def show(name: Annotated[str, typer.Argument(metavar="NAME", help="The distribution.")], as_json: Json = False) -> None:
     """Say what an installed plug-in is, where it came from and what it brings; nothing of it is imported."""
-    from benchbot.core import resources
     from benchbot.core.errors import BenchbotError, did_you_mean
     from benchbot.core.plugin_manager import installed
     from benchbot.plugins.installer.distributions import found_in, normal
+    from benchbot.plugins.v2 import addons as v2_addons
 
     folders = [Path(folder) for folder in _paths()]
     found = {key: one for key, one in found_in(folders).items() if one.is_plugin}
     if normal(name) not in found:
-        addon = resources.installed_addons() / name
+        addon = v2_addons.installed_folder() / name
         if "/" in name and addon.is_dir():
             _print_addon(name, as_json)
             return

@@ -17,7 +17,7 @@ from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import KINDS, Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.findings import Finding, Level
-from benchbot.core.hookspecs import KINDS as RECORDS
+from benchbot.core.records import KINDS as RECORDS
 from benchbot.plugins.installer.monkeypatch_check import Functions, functions, patched
 from benchbot.testing import check_plugin
 

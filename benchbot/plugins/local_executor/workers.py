@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchbot.core.errors import BenchbotError, ExitCode
-from benchbot.core.hookspecs import WorkOrder
+from benchbot.core.records import WorkOrder
 from benchbot.plugins.batch.processes import ProcessId
 
 GRACE_S = 20.0

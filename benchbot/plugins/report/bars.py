@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from benchbot.core.hookspecs import Score
+from benchbot.core.records import Score
 from benchbot.plugins.drawing.episodes import Episode, Material
 
 _UNKNOWN = Score()

@@ -52,7 +52,7 @@ def _declared(catalog: Catalog, hidden: Sequence[Path]) -> Iterator[Path]:
 
 def _packages(catalog: Catalog) -> Iterator[Path]:
     sources = [source for kind in ("ground_truths", "environments") for source in catalog.plugins.sources(kind)]
-    distributions = {source.distribution for source in sources if source.addon is None} - {"benchbot"}
+    distributions = {source.distribution for source in sources if source.folder is None} - {"benchbot"}
     for info in plugin_manager.installed():
         if info.distribution in distributions:
             spec = find_spec(info.module.partition(":")[0].partition(".")[0])

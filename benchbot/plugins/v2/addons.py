@@ -5,6 +5,7 @@ installed into the environment by `benchbot install`.
 """
 
 import os
+import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +13,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.core.resources import declaration_files, installed_addons
+from benchbot.core.resources import declaration_files
 from benchbot.plugins.v2.code import Code
 
 VARIABLE = "BENCHBOT_ADDONS"
@@ -61,6 +62,11 @@ class Addon:
         return digest.hexdigest()
 
 
+def installed_folder() -> Path:
+    """Return the folder of the add-ons that `benchbot install` has put into this environment; it may not be there."""
+    return Path(sys.prefix, "share", "benchbot", "addons")
+
+
 def find(path: Path) -> Addon:
     """Return the add-ons in a folder; raises BenchbotError when there are none."""
     root = path.expanduser().absolute()
@@ -94,7 +100,7 @@ def from_environment() -> list[Addon]:
 
 def installed() -> dict[str, Path]:
     """Return the folders of installed add-ons by name, `user/repository`."""
-    root = installed_addons()
+    root = installed_folder()
     found = sorted(path for path in root.glob("[!.]*/[!.]*") if path.is_dir())
     return {path.relative_to(root).as_posix(): path for path in found}
 

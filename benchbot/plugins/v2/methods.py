@@ -12,7 +12,7 @@ from typing import Any
 
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
-from benchbot.core.hookspecs import Document, Evaluator
+from benchbot.core.records import Document, Evaluator
 from benchbot.core.resources import declaration_files
 from benchbot.plugins.v2 import trust
 from benchbot.plugins.v2.addons import Addon

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from benchbot.cli.app import COMMANDS, Stub
+from benchbot.cli.app import EVERYDAY, Stub
 from benchbot.core import plugin_manager
 from docs.tools.reference.tables import GENERATED, code, plain, table
 
@@ -25,12 +25,12 @@ def page() -> str:
 
 
 def _commands() -> Iterator[tuple[str, Any, str]]:
-    for name, (target, help_line) in COMMANDS.items():
-        yield name, Stub(name, target, help_line).load(), "benchbot"
+    for record in EVERYDAY:
+        yield record.name, Stub(record).load(), "benchbot"
     provided = plugin_manager.load().pool("commands")
     ours = [item for item in provided.values() if item.distribution.startswith("benchbot")]
     for item in sorted(ours, key=lambda item: (item.distribution, item.value.name)):
-        yield item.value.name, Stub(item.value.name, item.value.target, item.value.help).load(), item.distribution
+        yield item.value.name, Stub(item.value).load(), item.distribution
 
 
 def _section(words: str, command: Any, distribution: str, level: int = 2) -> str:

@@ -4,7 +4,7 @@ import dataclasses
 import inspect
 from typing import Any
 
-from benchbot.core import hookspecs
+from benchbot.core import hookspecs, records
 from docs.tools.reference.signatures import annotation, call
 from docs.tools.reference.tables import GENERATED, code, paragraph, table
 
@@ -12,7 +12,8 @@ _INTRODUCTION = """\
 # Hooks
 
 What a plug-in may provide: see [your own plug-in](../plugins.md) for how, [declarations](declarations.md) for what the
-files hold, and [the source](../../benchbot/core/hookspecs.py) of this page. A hook yields any number of things.
+files hold, and [the source](../../benchbot/core/records.py) of the records.
+All of these names are in `benchbot.plugin`. A hook yields any number of things.
 
 """
 
@@ -22,17 +23,15 @@ def page() -> str:
     hooks = [(name, hook) for name, hook in vars(hookspecs).items() if name.startswith("benchbot_")]
     rows = [[f"`{name}`", _yields(name), paragraph(inspect.getdoc(hook) or "")] for name, hook in hooks]
     text = GENERATED + _INTRODUCTION + table(["hook", "yields", ""], rows) + "\n## Records\n"
-    classes = [
-        item for item in vars(hookspecs).values() if inspect.isclass(item) and item.__module__ == hookspecs.__name__
-    ]
-    records = [item for item in classes if dataclasses.is_dataclass(item)]
-    protocols = [item for item in classes if item not in records]
-    text += "".join(map(_record, records))
+    classes = [item for item in vars(records).values() if inspect.isclass(item) and item.__module__ == records.__name__]
+    yielded = [item for item in classes if dataclasses.is_dataclass(item)]
+    protocols = [item for item in classes if item not in yielded]
+    text += "".join(map(_record, yielded))
     return text + "\n## What records hold\n" + "".join(map(_protocol, protocols))
 
 
 def _yields(hook: str) -> str:
-    record = hookspecs.KINDS.get(hook.removeprefix("benchbot_"))
+    record = records.KINDS.get(hook.removeprefix("benchbot_"))
     return f"[`{record.__name__}`](#{record.__name__.lower()})" if record else "paths"
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from benchbot.core.errors import BenchbotError
-from benchbot.core.hookspecs import Resources, Workers, WorkOrder
+from benchbot.core.records import Resources, Workers, WorkOrder
 from benchbot_executor_ray.plugin import benchbot_executors
 
 (EXECUTOR,) = benchbot_executors()

@@ -159,7 +159,7 @@ def test_where_there_is_no_cluster_it_is_said() -> None:
     program = """\
 from pathlib import Path
 from typing import Any
-from benchbot.core.hookspecs import WorkOrder
+from benchbot.plugin import WorkOrder
 from benchbot.core.errors import BenchbotError
 from benchbot_executor_ray.workers import launch
 try:

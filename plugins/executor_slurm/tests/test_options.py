@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchbot.core.errors import BenchbotError
-from benchbot.core.hookspecs import Resources, WorkOrder
+from benchbot.core.records import Resources, WorkOrder
 from benchbot_executor_slurm import options
 
 

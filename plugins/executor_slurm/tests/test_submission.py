@@ -9,7 +9,7 @@ import pytest
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.findings import Level
-from benchbot.core.hookspecs import Resources, WorkOrder
+from benchbot.core.records import Resources, WorkOrder
 from benchbot.testing import check_executor
 from benchbot_executor_slurm.array_job import ArrayJob
 from benchbot_executor_slurm.plugin import benchbot_executors

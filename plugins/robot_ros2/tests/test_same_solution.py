@@ -37,7 +37,7 @@ POSITION_TOLERANCE_M, ANGLE_TOLERANCE_DEG = 0.01, 1.0
 
 PLUGIN = """\
 from importlib.resources import files
-from benchbot import hookimpl
+from benchbot.plugin import hookimpl
 
 @hookimpl
 def benchbot_robots():

@@ -10,8 +10,7 @@ from typing import Any, TextIO
 
 import pytest
 
-from benchbot.cli.kit.status_line import Display, StatusLine
-from benchbot.plugins.watching.lines import progress_text
+from benchbot.cli.kit.status_line import Display, StatusLine, progress_text
 
 PROGRESS: dict[str, Any] = {
     "state": "dirty",

@@ -18,7 +18,7 @@ MakePlugin = Callable[..., Path]
 
 TRUTHS = """\
 from pathlib import Path
-from benchbot import hookimpl
+from benchbot.plugin import hookimpl
 
 @hookimpl
 def benchbot_ground_truths():

@@ -10,7 +10,7 @@ from tests.command_line import CommandLine, Here
 
 DECLARES_TASKS = """\
 from importlib.resources import files
-from benchbot import hookimpl
+from benchbot.plugin import hookimpl
 
 @hookimpl
 def benchbot_tasks():
@@ -18,8 +18,8 @@ def benchbot_tasks():
 """
 
 SIMULATOR = """\
-from benchbot import hookimpl
-from benchbot.core.hookspecs import Simulator
+from benchbot.plugin import hookimpl
+from benchbot.plugin import Simulator
 
 def warm(cache_dir):
     {warm}
@@ -31,10 +31,10 @@ def benchbot_simulators():
 
 
 DRIVER = """\
-from benchbot import hookimpl
+from benchbot.plugin import hookimpl
 from benchbot.core.findings import Finding, Level
 from benchbot.core.errors import BenchbotError
-from benchbot.core.hookspecs import RobotDriver
+from benchbot.plugin import RobotDriver
 
 def diagnose(spec):
     yield Finding(Level.OK, "topic /scan", f"10.0 Hz, for {{spec.robot['name']}}")
@@ -194,7 +194,7 @@ def test_a_robot_that_nobody_can_look_at_is_told_in_words(words: list[str], titl
 
 
 def test_a_robot_without_a_driver_is_told_what_to_install(cli: CommandLine, make_plugin: Callable[..., Path]) -> None:
-    code = "from importlib.resources import files\nfrom benchbot import hookimpl\n\n@hookimpl\n"
+    code = "from importlib.resources import files\nfrom benchbot.plugin import hookimpl\n\n@hookimpl\n"
     make_plugin(
         "lonely", code + "def benchbot_robots():\n    yield files(__name__) / 'robots'\n", {"robots/a.yaml": ROBOT}
     )

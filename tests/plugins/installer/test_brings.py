@@ -14,7 +14,7 @@ FILES = """\
 from collections.abc import Iterable
 from importlib.resources import files
 from typing import TYPE_CHECKING
-from benchbot.core.hookspecs import hookimpl
+from benchbot.plugin import hookimpl
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 __version__ = "1.0"

@@ -13,7 +13,7 @@ from typing import Any
 
 HOOKS = """\
 from pathlib import Path
-from benchbot import hookimpl
+from benchbot.plugin import hookimpl
 
 @hookimpl
 def benchbot_tasks():

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from benchbot.core.errors import BenchbotError
-from benchbot.core.hookspecs import Resources, WorkOrder
+from benchbot.core.records import Resources, WorkOrder
 from benchbot.plugins.batch import capacity
 from benchbot.plugins.local_executor import workers
 from tests.supervisor.harness import eventually

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchbot.core.hookspecs import Score
+from benchbot.core.records import Score
 from benchbot.plugins.drawing.episodes import natural
 from benchbot.plugins.report.bars import Axis
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from benchbot.core.hookspecs import Score
+from benchbot.core.records import Score
 from benchbot.plugins.drawing.recorded_frames import frames_of
 from benchbot.plugins.report import render
 from tests.made_results import Make, Save

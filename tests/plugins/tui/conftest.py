@@ -17,7 +17,7 @@ from tests.plugin_factory import PluginFactory
 SAMPLE = Path(__file__).parents[2] / "sample_plugin" / "benchbot_sample"
 EXTRA = """\
 from importlib.resources import files
-from benchbot import hookimpl
+from benchbot.plugin import hookimpl
 
 @hookimpl
 def benchbot_robots():

@@ -16,12 +16,14 @@ from tests.v2_addon import make
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("BENCHBOT_STATE_DIR", str(tmp_path / "state"))
+    monkeypatch.setenv("BENCHBOT_ADDONS", "")
     return make(tmp_path / "addons")
 
 
 def catalog(folder: Path, *distributions: str) -> Catalog:
     infos = [info for info in installed() if info.distribution in {"benchbot", "benchbot-sample", *distributions}]
-    return Catalog(Plugins(infos, [addons.find(folder)]))
+    addons.use([folder])
+    return Catalog(Plugins(infos))
 
 
 def test_every_kind_joins_its_pool_with_the_folder_as_its_source(folder: Path) -> None:

@@ -4,7 +4,7 @@ from typing import Any
 import pytest
 
 from benchbot.core.errors import BenchbotError
-from benchbot.core.hookspecs import Evaluator
+from benchbot.core.records import Evaluator
 from benchbot.plugins.v2 import addons, methods, trust
 from tests.v2_addon import make
 

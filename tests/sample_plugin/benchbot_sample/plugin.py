@@ -5,7 +5,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from benchbot.core.hookspecs import AssetPack, RobotDriver, Simulator, hookimpl
+from benchbot.plugin import AssetPack, RobotDriver, Simulator, hookimpl
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable

@@ -253,7 +253,7 @@ def test_the_solutions_folder_cannot_replace_modules_of_the_child(
 
 STUBBORN = """
 import ctypes
-from benchbot.core.hookspecs import Simulator, hookimpl
+from benchbot.plugin import Simulator, hookimpl
 
 def create(spec):
     print("busy", flush=True)

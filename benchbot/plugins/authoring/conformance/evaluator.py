@@ -12,7 +12,7 @@ from typing import Any
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.findings import Finding, Level
-from benchbot.core.hookspecs import Document, Evaluator
+from benchbot.core.records import Document, Evaluator
 from benchbot.plugins.authoring.conformance.properties import Wrong, look
 
 SLACK = 1e-9

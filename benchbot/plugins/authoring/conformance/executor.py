@@ -13,7 +13,7 @@ from pathlib import Path
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.findings import Finding
-from benchbot.core.hookspecs import Executor, Resources, Workers, WorkOrder
+from benchbot.core.records import Executor, Resources, Workers, WorkOrder
 from benchbot.plugins.authoring.conformance.properties import Wrong, look
 
 WORKER = """\

@@ -5,8 +5,8 @@ from functools import partial
 from pathlib import Path
 
 from benchbot.core.findings import Finding
-from benchbot.core.hookspecs import RobotDriver, Simulator
 from benchbot.core.platform import Localisation, Platform
+from benchbot.core.records import RobotDriver, Simulator
 from benchbot.plugins.authoring.conformance import driving, leaks, repeating, seeing, starting
 from benchbot.plugins.authoring.conformance.bench import SEED, Bench, Declared, bench_of
 from benchbot.plugins.authoring.conformance.properties import look

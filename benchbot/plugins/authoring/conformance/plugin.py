@@ -9,7 +9,7 @@ from functools import partial
 from itertools import chain
 from typing import Any
 
-from benchbot.core import hookspecs
+from benchbot.core import records
 from benchbot.core.declarations import formats, schema
 from benchbot.core.declarations.catalog import KINDS, Catalog
 from benchbot.core.findings import Finding, Level
@@ -22,7 +22,7 @@ from benchbot.plugins.authoring.conformance.task import check_task
 IMPORT = """
 import json, sys
 before = set(sys.modules)
-import benchbot.core.hookspecs
+import benchbot.core.records
 from pkgutil import resolve_name
 resolve_name(sys.argv[1])
 sys.stdout.flush()
@@ -101,18 +101,20 @@ def _has_sound_hooks(info: PluginInfo) -> str:
     counts: dict[str, int] = {}
     for kind in (*KINDS, "ground_truths"):
         counts[kind] = len(alone.sources(kind))
-    for kind in hookspecs.KINDS:
+    for kind in records.KINDS:
         counts[kind] = len(alone.pool(kind))
     _nothing_broken(alone)
     used = [kind for kind, count in counts.items() if count]
     if not used:
-        raise Wrong("It implements no hook.", "Mark one with @hookimpl, from benchbot: see benchbot.core.hookspecs.")
+        raise Wrong(
+            "It implements no hook.", "Mark one with @hookimpl, from benchbot.plugin: see docs/reference/hooks.md."
+        )
     return ", ".join(used)
 
 
 def _nothing_broken(plugins: Plugins) -> None:
     for broken in plugins.broken:
-        raise Wrong(broken.cause, "Names of hooks and their arguments are in benchbot.core.hookspecs.")
+        raise Wrong(broken.cause, "Names of hooks and their arguments are in docs/reference/hooks.md.")
 
 
 def _has_names_of_its_own(distribution: str) -> str:
@@ -121,7 +123,7 @@ def _has_names_of_its_own(distribution: str) -> str:
     names = [
         *(
             name
-            for kind in hookspecs.KINDS
+            for kind in records.KINDS
             for name, value in plugins.pool(kind).items()
             if value.distribution == distribution
         ),

@@ -14,9 +14,9 @@ from benchbot.core.channels import OBSERVATIONS
 from benchbot.core.errors import BenchbotError
 from benchbot.core.findings import Finding
 from benchbot.core.geometry import Pose
-from benchbot.core.hookspecs import Recorder
 from benchbot.core.progress import ActionResult, Progress, State, Step
 from benchbot.core.recording import Recording
+from benchbot.core.records import Recorder
 from benchbot.plugins.authoring.conformance import leaks, samples
 from benchbot.plugins.authoring.conformance.properties import Wrong, look, unchecked
 from benchbot.plugins.authoring.conformance.seeing import digest

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 
-from benchbot import hookimpl
+from benchbot.plugin import hookimpl
 
 
 @hookimpl

@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from benchbot import hookimpl
-from benchbot.core.hookspecs import AssetPack
+from benchbot.plugin import AssetPack, hookimpl
 
 
 @hookimpl

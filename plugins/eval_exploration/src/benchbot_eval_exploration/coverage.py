@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchbot.core.geometry import wrap_angle_rad
+from benchbot.plugin import wrap_angle_rad
 from benchbot_task_navigation.floor_plan import Floats, FloorPlan, Mask
 from benchbot_task_navigation.ways import Ways
 

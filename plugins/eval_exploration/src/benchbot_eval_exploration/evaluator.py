@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_eval_exploration.coverage import covered
 from benchbot_task_navigation.floor_plan import FloorPlan
 

@@ -4,8 +4,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchbot import hookimpl
-from benchbot.core.hookspecs import Evaluator, Score
+from benchbot.plugin import Evaluator, Score, hookimpl
 
 _FOLDER = Path(__file__).parent
 _SHARES = ("coverage", "coverage_over_10m", "visited")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 
 BACKGROUND = "background"
 

@@ -3,8 +3,7 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from benchbot import hookimpl
-from benchbot.core.hookspecs import Evaluator, Score
+from benchbot.plugin import Evaluator, Score, hookimpl
 
 _SCORES = ("OMQ", "avg_pairwise", "avg_label", "avg_spatial", "avg_fp_quality", "avg_state_quality")
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot.plugins.formats import object_map, object_map_ground_truth, object_map_with_states
 from benchbot_eval_omq.boxes import Boxes, intersections_over_unions
 from benchbot_eval_omq.classes import Classes, normalised

@@ -7,7 +7,7 @@ import typer
 
 from benchbot.cli.kit import console, requirement
 from benchbot.cli.kit.options import Json, Requirements, group
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 
 if TYPE_CHECKING:
     from benchbot_eval_trajectory.trajectory import Trajectory
@@ -96,11 +96,11 @@ def _of_result(path: Path, *, truth: bool) -> "Trajectory":
     """Return the estimate, or the true poses at the observations, one for each time."""
     import numpy as np
 
-    from benchbot.core import results
+    from benchbot.plugin import read_result
     from benchbot_eval_trajectory import evaluator
     from benchbot_eval_trajectory.formats import trajectory as results_format
 
-    document = results.read(path)
+    document = read_result(path)
     if truth:
         found, _ = evaluator.truth_of(document)
     else:

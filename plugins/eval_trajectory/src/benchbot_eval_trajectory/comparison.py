@@ -3,7 +3,7 @@
 from dataclasses import asdict
 from typing import Any
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_eval_trajectory import metrics
 from benchbot_eval_trajectory.alignment import Align, alignment
 from benchbot_eval_trajectory.association import MAX_DIFFERENCE_S, associate

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from benchbot.core.errors import BenchbotError
-from benchbot.core.geometry import Pose
+from benchbot.plugin import BenchbotError, Pose
 from benchbot_eval_trajectory import metrics
 from benchbot_eval_trajectory.alignment import Align, alignment
 from benchbot_eval_trajectory.trajectory import Floats, Trajectory

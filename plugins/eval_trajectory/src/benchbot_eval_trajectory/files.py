@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_eval_trajectory.trajectory import Floats, Trajectory
 
 SIZE_LIMIT_BYTES = 256 * 2**20

@@ -4,8 +4,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchbot import hookimpl
-from benchbot.core.hookspecs import Command, Evaluator, Score
+from benchbot.plugin import Command, Evaluator, Score, hookimpl
 
 _FOLDER = Path(__file__).parent
 _POSITION_ERRORS = ("ATE_RMSE_m", "ATE_mean_m", "ATE_median_m", "ATE_max_m", "ATE_sim3_RMSE_m", "ATE_map_RMSE_m")

@@ -8,7 +8,7 @@ from typing import Any, Self
 import ray
 from ray.exceptions import RayActorError
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_executor_ray import cluster
 from benchbot_executor_ray.worker_actor import PATIENCE_S
 

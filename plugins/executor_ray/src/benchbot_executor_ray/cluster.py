@@ -9,7 +9,7 @@ from typing import Any
 import ray
 from ray._private import services
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 
 LISTENING_S = 10.0
 STANDARD = {"CPU": "cores", "GPU": "GPUs", "memory": "GiB of memory"}

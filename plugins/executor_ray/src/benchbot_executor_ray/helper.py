@@ -11,8 +11,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from benchbot.core.errors import BenchbotError
-from benchbot.core.hookspecs import Resources, WorkOrder
+from benchbot.plugin import BenchbotError, Resources, WorkOrder
 from benchbot_executor_ray.actors import Actors
 from benchbot_executor_ray.launching import launch
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import ray
 
-from benchbot.core.hookspecs import WorkOrder
+from benchbot.plugin import WorkOrder
 from benchbot_executor_ray import cluster, options
 from benchbot_executor_ray.actors import Actors
 from benchbot_executor_ray.worker_actor import Work, WorkerActor

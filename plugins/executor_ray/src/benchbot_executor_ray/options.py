@@ -6,8 +6,7 @@ import os
 from collections.abc import Callable
 from typing import TypeVar
 
-from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.core.hookspecs import WorkOrder
+from benchbot.plugin import BenchbotError, WorkOrder, did_you_mean
 
 T = TypeVar("T")
 KNOWN = ("address", "environment", "num_cpus", "num_gpus", "resources")

@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from benchbot.core.hookspecs import Executor, hookimpl
+from benchbot.plugin import Executor, hookimpl
 
 if TYPE_CHECKING:
-    from benchbot.core.hookspecs import Workers, WorkOrder
+    from benchbot.plugin import Workers, WorkOrder
 
 
 @hookimpl

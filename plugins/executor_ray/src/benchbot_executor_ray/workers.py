@@ -9,8 +9,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from benchbot.core.errors import BenchbotError, ExitCode
-from benchbot.core.hookspecs import WorkOrder
+from benchbot.plugin import BenchbotError, ExitCode, WorkOrder
 from benchbot.process import last_words
 from benchbot_executor_ray import options
 

@@ -4,7 +4,7 @@ import json
 import time
 from typing import Self
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_executor_slurm import nodes
 from benchbot_executor_slurm.commands import ask
 

@@ -4,7 +4,7 @@ import shutil
 import subprocess
 from dataclasses import dataclass
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 
 PATIENCE_S = 60.0
 

@@ -3,8 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.core.hookspecs import Resources, WorkOrder
+from benchbot.plugin import BenchbotError, Resources, WorkOrder, did_you_mean
 
 WARNING_S = 60
 """A worker is told to end so long before its time is over."""

@@ -3,7 +3,7 @@
 import shlex
 from pathlib import Path
 
-from benchbot.core.hookspecs import WorkOrder
+from benchbot.plugin import WorkOrder
 from benchbot.plugins.batch.folder import Folder
 
 NAME = '"$SLURMD_NODENAME-$SLURM_ARRAY_JOB_ID-$SLURM_ARRAY_TASK_ID-${SLURM_RESTART_COUNT:-0}"'

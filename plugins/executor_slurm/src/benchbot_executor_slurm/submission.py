@@ -4,8 +4,7 @@ import shlex
 import uuid
 from pathlib import Path
 
-from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.core.hookspecs import WorkOrder
+from benchbot.plugin import BenchbotError, WorkOrder, did_you_mean
 from benchbot.plugins.batch.folder import Folder
 from benchbot_executor_slurm import nodes, options, script
 from benchbot_executor_slurm.array_job import ArrayJob

@@ -22,7 +22,7 @@ from rosbags.typesys.stores.ros2_jazzy import std_msgs__msg__Header as Header
 from rosbags.typesys.stores.ros2_jazzy import std_msgs__msg__String as String
 from rosbags.typesys.stores.ros2_jazzy import tf2_msgs__msg__TFMessage as TFMessage
 
-from benchbot.core import lidar as lidars
+from benchbot.plugin import LIDAR_OFFSETS, LIDAR_POINT, cloud
 
 EVENLY_SPACED_RAD = 1e-4
 
@@ -110,10 +110,10 @@ def point_cloud(lidar: Mapping[str, Any], stamped: Header) -> PointCloud2:
 
     Points that are none are NaN, and `distance` says why (REP-117).
     """
-    records = lidars.cloud(lidar)
-    fields = [PointField(name, offset, PointField.FLOAT32, 1) for name, offset in lidars.OFFSETS.items()]
+    records = cloud(lidar)
+    fields = [PointField(name, offset, PointField.FLOAT32, 1) for name, offset in LIDAR_OFFSETS.items()]
     rings, beams = records.shape
-    size = lidars.POINT.itemsize
+    size = LIDAR_POINT.itemsize
     return PointCloud2(
         header=stamped,
         height=rings,

@@ -5,8 +5,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.core.progress import Progress, Step
+from benchbot.plugin import BenchbotError, ExitCode, FailureClass, Progress, Step
 from benchbot_record_mcap import topics
 from benchbot_record_mcap.bag import Bag
 

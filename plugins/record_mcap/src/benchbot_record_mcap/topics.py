@@ -6,8 +6,7 @@ Topics and types are those of a robot that `benchbot bridge ros2` presents, so t
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.core.progress import Progress, Step
+from benchbot.plugin import BenchbotError, ExitCode, FailureClass, Progress, Step
 from benchbot_record_mcap import messages
 
 COLOUR, DEPTH, SEGMENTATION = "/camera/color", "/camera/depth", "/camera/segmentation"

@@ -7,7 +7,7 @@ import numpy as np
 import rerun
 from numpy.typing import NDArray
 
-from benchbot.core.progress import Step
+from benchbot.plugin import Step
 
 MAP = "map"
 CAMERA, LASER_FRAME, BASE = "camera", "lidar", "base_link"

@@ -4,9 +4,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from benchbot import hookimpl
-from benchbot.core.hookspecs import Recorder
-from benchbot.core.recording import Recording
+from benchbot.plugin import Recorder, Recording, hookimpl
 
 
 def _create(folder: Path) -> Recording:

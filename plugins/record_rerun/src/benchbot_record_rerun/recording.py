@@ -14,8 +14,7 @@ from typing import Any
 
 import rerun
 
-from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.core.progress import Progress, Step
+from benchbot.plugin import BenchbotError, ExitCode, FailureClass, Progress, Step
 from benchbot_record_rerun.entities import MAP, Way, boxes_of, entities_of
 
 FILE = "run.rrd"

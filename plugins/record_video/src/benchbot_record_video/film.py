@@ -8,8 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.core.progress import Progress, Step
+from benchbot.plugin import BenchbotError, ExitCode, FailureClass, Progress, Step
 
 FRAMES_PER_S = 5
 """An observation takes as long as any other: a turn on the spot and a long drive are one step of the solution each."""

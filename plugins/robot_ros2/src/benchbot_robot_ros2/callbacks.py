@@ -12,8 +12,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.core.plugin_manager import PluginInfo, installed
+from benchbot.plugin import BenchbotError, PluginInfo, did_you_mean
+from benchbot.plugin import installed_plugins as installed
 from benchbot_robot_ros2 import clouds, images, sensors
 
 GROUP = "benchbot.ros2_callbacks"

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchbot.core.geometry import Pose
-from benchbot.core.motion import MotionConfig
+from benchbot.plugin import MotionConfig, Pose
 from benchbot_robot_ros2.ramp import REST, Velocity, clipped
 
 # An arc this long and wide is less than a millimetre from its chord.

@@ -6,9 +6,7 @@ from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from typing import Any
 
-from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.core.geometry import Pose
-from benchbot.core.motion import MotionConfig
+from benchbot.plugin import BenchbotError, MotionConfig, Pose, did_you_mean
 from benchbot_robot_ros2 import ros
 from benchbot_robot_ros2.callbacks import Callback as Decoder
 from benchbot_robot_ros2.declaration import LocalisedByTopic, LocalisedByTransforms, Ros2Robot, Topic

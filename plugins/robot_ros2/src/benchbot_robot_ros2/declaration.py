@@ -6,9 +6,7 @@ from typing import Any, Literal, Self, TypeVar
 
 import msgspec
 
-from benchbot.core.channels import ACTIONS, OBSERVATIONS
-from benchbot.core.errors import BenchbotError
-from benchbot.core.geometry import Pose
+from benchbot.plugin import ACTIONS, OBSERVATIONS, BenchbotError, Pose
 
 T = TypeVar("T")
 

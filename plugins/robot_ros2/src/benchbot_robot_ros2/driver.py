@@ -5,11 +5,18 @@ import threading
 from collections.abc import Iterable
 from typing import Any
 
-from benchbot.core.channels import OBSERVATIONS
-from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.core.geometry import Pose, wrap_angle_rad
-from benchbot.core.motion import REST_MPS, REST_RADPS, MotionConfig
-from benchbot.core.platform import PlatformSpec, Scene
+from benchbot.plugin import (
+    OBSERVATIONS,
+    REST_MPS,
+    REST_RADPS,
+    BenchbotError,
+    MotionConfig,
+    PlatformSpec,
+    Pose,
+    Scene,
+    did_you_mean,
+    wrap_angle_rad,
+)
 from benchbot_robot_ros2 import obstacles, start_pose
 from benchbot_robot_ros2.clearance import contact_ahead
 from benchbot_robot_ros2.connected import ConnectedRobot

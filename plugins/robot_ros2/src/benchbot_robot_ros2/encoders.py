@@ -9,7 +9,7 @@ import numpy.typing as npt
 from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2, PointField
 from std_msgs.msg import String
 
-from benchbot.core import lidar as lidars
+from benchbot.plugin import LIDAR_OFFSETS, cloud
 from benchbot_robot_ros2.messages import set_stamp
 
 # Of float32 angles, up to pi, in a scan of thousands of beams.
@@ -78,7 +78,7 @@ def _scan(scan: Mapping[str, Any]) -> Any:
 
 
 def _cloud(lidar: Mapping[str, Any]) -> Any:
-    records = lidars.cloud(lidar)
+    records = cloud(lidar)
     if not records.size:
         raise ValueError("the cloud is empty")
     message = PointCloud2(
@@ -86,7 +86,7 @@ def _cloud(lidar: Mapping[str, Any]) -> Any:
         width=records.shape[1],
         fields=[
             PointField(name=name, offset=offset, datatype=PointField.FLOAT32, count=1)
-            for name, offset in lidars.OFFSETS.items()
+            for name, offset in LIDAR_OFFSETS.items()
         ],
         is_bigendian=False,
         point_step=records.itemsize,

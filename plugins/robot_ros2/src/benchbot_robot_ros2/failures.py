@@ -1,6 +1,6 @@
 """Errors of a robot, as the driver raises them."""
 
-from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.plugin import BenchbotError, ExitCode, FailureClass
 
 
 def failed(title: str, why: str, fix: str) -> BenchbotError:

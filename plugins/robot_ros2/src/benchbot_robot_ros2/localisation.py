@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from benchbot.core.geometry import Pose
+from benchbot.plugin import Pose
 from benchbot_robot_ros2.declaration import LocalisedByTransforms, Ros2Robot
 from benchbot_robot_ros2.messages import pose_of
 from benchbot_robot_ros2.streams import Sample, Stream

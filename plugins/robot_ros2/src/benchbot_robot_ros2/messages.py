@@ -8,8 +8,7 @@ from typing import Any
 from ament_index_python import get_resource
 from geometry_msgs import msg as geometry_msgs
 
-from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.core.geometry import Pose
+from benchbot.plugin import BenchbotError, Pose, did_you_mean
 from benchbot_robot_ros2 import ros
 
 # https://design.ros2.org/articles/legacy_interface_definition.html: names of packages and of interfaces.

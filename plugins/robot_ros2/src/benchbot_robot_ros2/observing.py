@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_robot_ros2 import callbacks
 from benchbot_robot_ros2.declaration import Connection, Ros2Robot, Timing
 from benchbot_robot_ros2.failures import failed

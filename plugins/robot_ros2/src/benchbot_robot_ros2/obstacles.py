@@ -3,9 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from benchbot.core.errors import BenchbotError
-from benchbot.core.geometry import Pose
-from benchbot.core.motion import MotionConfig
+from benchbot.plugin import BenchbotError, MotionConfig, Pose
 from benchbot_robot_ros2.clearance import obstacle_points
 from benchbot_robot_ros2.connected import ConnectedRobot
 from benchbot_robot_ros2.declaration import Ros2Robot

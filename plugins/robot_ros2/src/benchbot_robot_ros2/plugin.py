@@ -5,12 +5,10 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 from typing import TYPE_CHECKING
 
-from benchbot import hookimpl
-from benchbot.core.hookspecs import Command, RobotDriver
+from benchbot.plugin import Command, RobotDriver, hookimpl
 
 if TYPE_CHECKING:
-    from benchbot.core.findings import Finding
-    from benchbot.core.platform import Platform, PlatformSpec
+    from benchbot.plugin import Finding, Platform, PlatformSpec
 
 
 @hookimpl

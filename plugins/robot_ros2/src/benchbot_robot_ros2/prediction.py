@@ -9,8 +9,7 @@ Engineering Progress 53(5), 1957). At rest nothing is carried on.
 import math
 from collections import deque
 
-from benchbot.core.geometry import Pose
-from benchbot.core.motion import MotionConfig
+from benchbot.plugin import MotionConfig, Pose
 from benchbot_robot_ros2.ramp import REST, Velocity, clipped, ramped
 from benchbot_robot_ros2.standstill import STILL_MPS, STILL_RADPS, still, twist
 from benchbot_robot_ros2.streams import Sample

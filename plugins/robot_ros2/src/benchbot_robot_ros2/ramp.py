@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from benchbot.core.motion import MotionConfig
+from benchbot.plugin import MotionConfig
 
 
 class Velocity(NamedTuple):

@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from importlib.resources import as_file, files
 from typing import TYPE_CHECKING
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 
 if TYPE_CHECKING:
     from rclpy.node import Node

@@ -5,9 +5,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
-from benchbot.core.errors import BenchbotError
-from benchbot.core.geometry import Pose
-from benchbot.core.platform import Scene
+from benchbot.plugin import BenchbotError, Pose, Scene
 from benchbot_robot_ros2.declaration import ReturnByNavigation, ReturnByService, Ros2Robot
 from benchbot_robot_ros2.failures import failed
 

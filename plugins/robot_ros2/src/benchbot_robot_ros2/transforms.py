@@ -7,8 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from benchbot.core.errors import did_you_mean
-from benchbot.core.geometry import Pose, Quaternion
+from benchbot.plugin import Pose, Quaternion, did_you_mean
 
 if TYPE_CHECKING:
     from rclpy.node import Node

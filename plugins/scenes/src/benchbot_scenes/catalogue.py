@@ -8,8 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from benchbot.core import plugin_manager
-from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.plugin import BenchbotError, did_you_mean, load_plugins
 
 PLACEMENTS = ("floor", "surface", "wall", "ceiling", "opening")
 FINISHES = "finishes.glb"
@@ -97,7 +96,7 @@ class Catalogue:
 
 def packs() -> dict[str, Path]:
     """The installed packs: each name with its catalogue's file."""
-    return {name: found.value.catalogue for name, found in plugin_manager.load().pool("asset_packs").items()}
+    return {name: found.value.catalogue for name, found in load_plugins().pool("asset_packs").items()}
 
 
 def pack(name: str) -> Catalogue:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_scenes import building, catalogue, fittings
 from benchbot_scenes.catalogue import Catalogue
 from benchbot_scenes.differences import Furnished, furnished, unknown_object

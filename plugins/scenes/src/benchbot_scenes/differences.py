@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.plugin import BenchbotError, did_you_mean
 from benchbot_scenes.layout import Building, Layout, Move, Placement, read_layout
 
 LAYOUT_SUFFIXES = (".yaml", ".yml")

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.plugin import BenchbotError, did_you_mean
 from benchbot_scenes.glb_writer import GlbWriter
 from benchbot_scenes.gltf_file import BROKEN, UnsupportedError, split_glb
 from benchbot_scenes.mesh import Mesh

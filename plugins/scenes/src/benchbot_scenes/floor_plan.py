@@ -8,7 +8,7 @@ import numpy.typing as npt
 import shapely
 from shapely.geometry import LineString, Point, Polygon
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_scenes.layout import Building, Opening
 from benchbot_scenes.mesh import polygons
 

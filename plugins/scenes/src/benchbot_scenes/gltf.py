@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_scenes import gltf_materials, vertex_colors
 from benchbot_scenes.gltf_file import BROKEN, GltfFile, UnsupportedError, split_glb
 from benchbot_scenes.scene import FloatArray, Instance, IntArray, Material, SceneGeometry

@@ -9,8 +9,7 @@ from typing import Any, Literal
 
 import yaml
 
-from benchbot.core.declarations import schema
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError, check_declaration, read_declaration
 
 Point = tuple[float, float]
 OpeningKind = Literal["door", "window", "passage"]
@@ -102,8 +101,8 @@ class Layout:
 
 def read_layout(path: Path) -> Layout:
     """Read a layout's YAML; raises BenchbotError naming file, line and key when it is not one (see layout.json)."""
-    document = schema.read(path)
-    schema.check(document, "layout", path, _SCHEMAS)
+    document = read_declaration(path)
+    check_declaration(document, "layout", path, _SCHEMAS)
     if not _is_finite(document):
         raise BenchbotError(f"{path} is not a valid layout.", "It holds .nan or .inf.", "Give numbers in their place.")
     if ("building" in document) == ("base" in document):

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from benchbot.cli.kit import console
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 
 
 def map_environment(
@@ -19,10 +19,8 @@ def map_environment(
     ] = "carter",
 ) -> None:
     """Write an environment's occupancy map for ROS's map_server (PGM and YAML) and a picture from above (PNG)."""
-    from benchbot.core import resources
-    from benchbot.core.declarations.catalog import Catalog
-    from benchbot.core.geometry import Pose
-    from benchbot.core.plugin_manager import load
+    from benchbot.plugin import Catalog, Pose, cache_dir
+    from benchbot.plugin import load_plugins as load
     from benchbot_scenes.free_space import free_space
     from benchbot_scenes.generator.files import write_maps
     from benchbot_scenes.gltf import load_scene
@@ -38,7 +36,7 @@ def map_environment(
                 f"It is of type {declared.data['type']}: there is no file to look at from above.",
                 "Choose an environment of type sim_taichi.",
             )
-        scene = scene_file(declared.path.parent / declared.data["map_path"], resources.cache_dir())
+        scene = scene_file(declared.path.parent / declared.data["map_path"], cache_dir())
         geometry = load_scene(scene)
         x, y, z = Pose.from_wxyz_xyz(declared.data["start_pose"]).translation_xyz
         space = free_space(geometry, sees.z_min_m, sees.z_max_m, z)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from benchbot.core import atomic
+from benchbot.plugin import write_atomically
 from benchbot_scenes.free_space import FreeSpace
 
 FREE, OCCUPIED, UNKNOWN = 254, 0, 205
@@ -41,13 +41,13 @@ def write_occupancy_map(stem: Path, space: FreeSpace, start: tuple[float, float]
     """Write STEM.pgm and STEM.yaml; return both. `origin` is the lower left corner of the map (x, y, yaw)."""
     picture = occupancy(space, start)
     image, description = stem.with_name(f"{stem.name}.pgm"), stem.with_name(f"{stem.name}.yaml")
-    atomic.write(image, pgm(picture))
+    write_atomically(image, pgm(picture))
     x, y = (round(corner, 6) + 0.0 for corner in space.low_m)
     text = (
         f"image: {image.name}\nmode: trinary\nresolution: {space.cell_m:g}\norigin: [{x:g}, {y:g}, 0.0]\nnegate: 0\n"
         f"occupied_thresh: {OCCUPIED_THRESH}\nfree_thresh: {FREE_THRESH}\n"
     )
-    atomic.write(description, text.encode())
+    write_atomically(description, text.encode())
     return image, description
 
 

@@ -2,8 +2,7 @@
 
 from collections.abc import Iterator
 
-from benchbot import hookimpl
-from benchbot.core.hookspecs import AssetPack, Command
+from benchbot.plugin import AssetPack, Command, hookimpl
 
 
 @hookimpl

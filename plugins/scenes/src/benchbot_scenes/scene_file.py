@@ -7,8 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from benchbot.core import atomic
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError, write_atomically
 from benchbot_scenes.differences import LAYOUT_SUFFIXES
 from benchbot_scenes.layout import read_layout
 
@@ -61,7 +60,7 @@ def _kept(cache_dir: Path, key: str, make: Callable[[], bytes]) -> Path:
     path = cache_dir / "scenes" / f"{key}.glb"
     try:
         if not _is_whole(path):
-            atomic.write(path, _sealed(make()))
+            write_atomically(path, _sealed(make()))
     except OSError as error:
         raise BenchbotError(
             f"A composed scene cannot be kept in {path.parent}.",

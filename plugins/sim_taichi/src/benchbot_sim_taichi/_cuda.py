@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy.typing as npt
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 
 
 def read(address: int, array: npt.NDArray[Any]) -> None:

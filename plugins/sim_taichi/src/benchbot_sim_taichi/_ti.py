@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.core import resources
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError, cache_dir
 from benchbot_sim_taichi import _cuda, _float_mode, _front_end, kernel_cache
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
@@ -32,7 +31,7 @@ _started: str | None = None
 
 def default_cache_dir() -> Path:
     """Where compiled kernels, trees and irradiance are kept between runs."""
-    return resources.cache_dir() / "sim_taichi"
+    return cache_dir() / "sim_taichi"
 
 
 def start(arch: str, cache_dir: Path) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_scenes.scene import IntArray, Material, SceneGeometry
 from benchbot_sim_taichi import bvh, tables
 from benchbot_sim_taichi.two_levels import Levels, refitted

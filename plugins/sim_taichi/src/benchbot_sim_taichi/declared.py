@@ -4,8 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any, TypeVar
 
-from benchbot.core.errors import did_you_mean
-from benchbot.core.geometry import Pose
+from benchbot.plugin import Pose, did_you_mean
 
 _Read = TypeVar("_Read")
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Self
 
-from benchbot.core.motion import MotionConfig
+from benchbot.plugin import MotionConfig
 
 LONGEST_SUBSTEP_M = 0.01
 WIDEST_SUBSTEP_RAD = math.radians(1.0)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_sim_taichi.distortion import Distortion
 from benchbot_sim_taichi.tables import CAMERA_STRIDE
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.plugin import BenchbotError, did_you_mean
 from benchbot_scenes.scene import Material, SceneGeometry
 from benchbot_sim_taichi.colorimetry import LUMINANCE, planckian
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.plugin import BenchbotError, did_you_mean
 from benchbot_sim_taichi.colorimetry import COOLEST_K, HOTTEST_K
 from benchbot_sim_taichi.daylight import Daylight
 from benchbot_sim_taichi.lamps import Lamps

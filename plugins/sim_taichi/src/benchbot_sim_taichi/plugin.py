@@ -4,10 +4,10 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from benchbot.core.hookspecs import Simulator, hookimpl
+from benchbot.plugin import Simulator, hookimpl
 
 if TYPE_CHECKING:
-    from benchbot.core.platform import Platform, PlatformSpec
+    from benchbot.plugin import Platform, PlatformSpec
 
 
 @hookimpl

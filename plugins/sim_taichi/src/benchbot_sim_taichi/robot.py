@@ -4,9 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
-from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.core.geometry import Pose
-from benchbot.core.motion import MotionConfig
+from benchbot.plugin import BenchbotError, MotionConfig, Pose, did_you_mean
 from benchbot_sim_taichi.declared import mount, optional
 from benchbot_sim_taichi.dynamics import DriveLimits
 from benchbot_sim_taichi.scanners import Laser, Lidar

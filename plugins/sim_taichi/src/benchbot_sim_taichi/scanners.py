@@ -7,8 +7,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.core.geometry import Pose
-from benchbot.core.lidar import directions, elevations_deg
+from benchbot.plugin import Pose, directions, elevations_deg
 from benchbot_sim_taichi.declared import check_keys, limits_m, optional
 from benchbot_sim_taichi.renderer import Renderer
 

@@ -9,8 +9,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.core.errors import BenchbotError
-from benchbot.core.geometry import Pose
+from benchbot.plugin import BenchbotError, Pose
 from benchbot_scenes.scene import Instance
 from benchbot_sim_taichi.camera_noise import CameraNoise
 from benchbot_sim_taichi.declared import check_keys, limits_m, optional

@@ -8,10 +8,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.core.geometry import Pose
-from benchbot.core.motion import MotionConfig
-from benchbot.core.platform import PlatformSpec, Scene
+from benchbot.plugin import BenchbotError, MotionConfig, PlatformSpec, Pose, Scene, did_you_mean
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.scene_file import scene_file

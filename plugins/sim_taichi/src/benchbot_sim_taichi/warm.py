@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchbot.core.geometry import Pose
+from benchbot.plugin import Pose
 from benchbot_scenes.scene import Material, SceneGeometry
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer

@@ -14,9 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from benchbot.core import episodes, plugin_manager
-from benchbot.core.declarations.catalog import Catalog
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError, Catalog, episodes_digest, load_plugins
 from benchbot_task_navigation.floor_plan import FloorPlan, Point, distance_to_box_m
 from benchbot_task_navigation.ways import Ways, length_m
 
@@ -129,8 +127,8 @@ def _meddled(provenance: Mapping[str, Any]) -> bool:
 
 def _listed(chosen: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the episode list that a result names; raises BenchbotError unless just that one is installed."""
-    listed = Catalog(plugin_manager.load()).get("episodes", chosen["list"]).data
-    found = episodes.digest(listed)
+    listed = Catalog(load_plugins()).get("episodes", chosen["list"]).data
+    found = episodes_digest(listed)
     if found != chosen["sha256"] or chosen["number"] >= len(listed["episodes"]):
         raise BenchbotError(
             f"The episodes '{chosen['list']}' are not those of this result.",

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_task_navigation.floor_plan import Floats, FloorPlan, Mask, Point, distance_to_box_m
 from benchbot_task_navigation.ways import Ways, length_m
 

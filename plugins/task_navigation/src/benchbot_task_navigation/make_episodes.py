@@ -12,11 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchbot.core import atomic, plugin_manager, resources
-from benchbot.core.declarations.catalog import Catalog, Declaration
-from benchbot.core.errors import BenchbotError
-from benchbot.core.platform import Scene
 from benchbot.evaluation.ground_truths import GroundTruths
+from benchbot.plugin import BenchbotError, Catalog, Declaration, Scene, cache_dir, load_plugins, write_atomically
 from benchbot_task_navigation.floor_plan import Floats, FloorPlan, Mask
 from benchbot_task_navigation.generate import Place, Sees, object_goals, point_goals
 from benchbot_task_navigation.ways import Ways
@@ -35,7 +32,7 @@ def geometry_of(scene: Scene) -> "SceneGeometry":
     from benchbot_scenes.scene_file import scene_file
 
     source = scene.folder / scene.environment["map_path"]
-    return load_scene(scene_file(source, resources.cache_dir(), scene.environment.get("assets")))
+    return load_scene(scene_file(source, cache_dir(), scene.environment.get("assets")))
 
 
 def floor_plan(scene: Scene, geometry: "SceneGeometry", robot: Mapping[str, Any]) -> FloorPlan:
@@ -109,7 +106,7 @@ def main() -> int:
 
 
 def _make(environment: str, robot_name: str, seed: int, count: int, folder: Path) -> None:
-    catalog = Catalog(plugin_manager.load())
+    catalog = Catalog(load_plugins())
     (declared,) = catalog.environments(environment)[:1]
     robot = catalog.get("robots", robot_name).data
     if declared.data["type"] != "sim_taichi" or robot["type"] != "sim_taichi":
@@ -146,7 +143,7 @@ def _ground_truth(catalog: Catalog, environment: Declaration, plan: FloorPlan) -
 
 def _write(path: Path, document: Mapping[str, Any]) -> None:
     """Write a document, a line for each of its keys and for each episode, and print its path."""
-    atomic.write(path, _lines(document).encode())
+    write_atomically(path, _lines(document).encode())
     print(path, flush=True)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from benchbot import hookimpl
+from benchbot.plugin import hookimpl
 
 _FOLDER = Path(__file__).parent
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchbot.core.errors import BenchbotError
-from benchbot.core.hookspecs import Evaluator, Score
+from benchbot.core.records import Evaluator, Score
 from benchbot.testing import Example, check_evaluator
 from tests.plugins.authoring.conformance.reading import all_is_well, broken, warned
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from benchbot.core.hookspecs import Executor, Workers, WorkOrder
+from benchbot.core.records import Executor, Workers, WorkOrder
 from benchbot.plugins.local_executor import workers
 from benchbot.testing import check_executor
 from tests.plugins.authoring.conformance.reading import all_is_well, broken

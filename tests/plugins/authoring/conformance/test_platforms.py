@@ -11,8 +11,8 @@ import pytest
 from benchbot_sample.simulator import SampleSimulator
 
 from benchbot.core.geometry import Pose
-from benchbot.core.hookspecs import RobotDriver, Simulator
 from benchbot.core.platform import PlatformSpec, Scene
+from benchbot.core.records import RobotDriver, Simulator
 from benchbot.testing import check_robot_driver, check_simulator
 from tests.conftest import SAMPLE_PLUGIN
 from tests.plugins.authoring.conformance.reading import all_is_well, broken, warned

@@ -24,17 +24,17 @@ def test_the_sample_plugin_and_the_box_conform() -> None:
         ("import numpy", "import", "imports numpy at once"),
         ("", "hooks", "implements no hook"),
         (
-            "from benchbot import hookimpl\n@hookimpl\ndef benchbot_simulator():\n    return []",
+            "from benchbot.plugin import hookimpl\n@hookimpl\ndef benchbot_simulator():\n    return []",
             "hooks",
             "benchbot_simulator",
         ),
         (
-            "from benchbot import hookimpl\n@hookimpl\ndef benchbot_simulators():\n    yield 'sim_acme'",
+            "from benchbot.plugin import hookimpl\n@hookimpl\ndef benchbot_simulators():\n    yield 'sim_acme'",
             "hooks",
             "is not a Simulator",
         ),
         (
-            "from benchbot import hookimpl\n@hookimpl\ndef benchbot_simulators():\n    raise ValueError('oops')",
+            "from benchbot.plugin import hookimpl\n@hookimpl\ndef benchbot_simulators():\n    raise ValueError('oops')",
             "hooks",
             "ValueError: oops",
         ),
@@ -50,7 +50,7 @@ def test_a_plugin_that_is_not_there_is_told_with_those_that_are() -> None:
 
 
 def test_names_of_others_are_found_out(plugin_factory: PluginFactory) -> None:
-    code = "from benchbot import hookimpl\nfrom benchbot.core.hookspecs import Recorder\n"
+    code = "from benchbot.plugin import hookimpl\nfrom benchbot.plugin import Recorder\n"
     plugin_factory.make("acme", code + "@hookimpl\ndef benchbot_recorders():\n    yield Recorder('frames', print)")
     assert "Two recorders are called 'frames'" in broken(check_plugin("acme"))["names"]
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 
 
 def create() -> dict[str, Any]:

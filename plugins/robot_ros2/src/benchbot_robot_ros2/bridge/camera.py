@@ -6,9 +6,7 @@ import subprocess
 import sys
 from contextlib import suppress
 
-from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.core.geometry import Pose
-from benchbot.core.platform import Scene
+from benchbot.plugin import BenchbotError, ExitCode, FailureClass, Pose, Scene
 from benchbot.process import how_it_ended
 from benchbot_robot_ros2.bridge import camera_channel
 from benchbot_robot_ros2.bridge.camera_channel import Failed, Load, Look, Start

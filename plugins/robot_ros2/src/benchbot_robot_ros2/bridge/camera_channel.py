@@ -6,9 +6,7 @@ from typing import Any
 
 import msgspec
 
-from benchbot.core.errors import BenchbotError
-from benchbot.core.geometry import Pose
-from benchbot.core.platform import Scene
+from benchbot.plugin import BenchbotError, Pose, Scene
 from benchbot_robot_ros2.bridge.robot import BridgedRobot
 
 MAX_MESSAGE_BYTES = 2**18

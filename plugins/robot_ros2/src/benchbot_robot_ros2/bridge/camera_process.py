@@ -14,9 +14,7 @@ import sys
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Protocol
 
-from benchbot.core import plugin_manager
-from benchbot.core.errors import BenchbotError
-from benchbot.core.platform import Simulation
+from benchbot.plugin import BenchbotError, Simulation, load_plugins
 from benchbot_robot_ros2 import qos, ros
 from benchbot_robot_ros2.bridge import camera_channel
 from benchbot_robot_ros2.bridge.camera_channel import Failed, Load, Look, Ready, Start
@@ -59,7 +57,7 @@ def _serve(connection: socket.socket, start: Start, node: "Node") -> None:
         if isinstance(message, Load):
             try:
                 if platform is None:
-                    platform = start.robot.create(plugin_manager.load())
+                    platform = start.robot.create(load_plugins())
                 platform.load(message.scene(), message.seed)
                 # The first picture takes long: kernels are compiled, and light is worked out.
                 platform.observe(start.robot.pictures)

@@ -12,7 +12,7 @@ from benchbot.cli.kit.options import group
 from benchbot.cli.run import Seed
 
 if TYPE_CHECKING:
-    from benchbot.core.declarations.catalog import Catalog
+    from benchbot.plugin import Catalog
     from benchbot_robot_ros2.bridge.robot import BridgedRobot
 
 app = group("Present a simulated robot as a real one.")
@@ -41,8 +41,7 @@ def ros2(
     namespace: Annotated[str, typer.Option(metavar="NAME", help="Put topics and services below it.")] = "",
 ) -> None:
     """Present a simulated robot as a ROS 2 robot, in its own simulated time; Ctrl-C ends it."""
-    from benchbot.core import plugin_manager, resources
-    from benchbot.core.declarations.catalog import Catalog
+    from benchbot.plugin import Catalog, cache_dir, load_plugins
     from benchbot_robot_ros2 import ros
     from benchbot_robot_ros2.bridge.camera import Camera
     from benchbot_robot_ros2.bridge.node import Bridge
@@ -51,10 +50,10 @@ def ros2(
     from benchbot_robot_ros2.bridge.state import StatePublisher, transforms_installed
     from benchbot_robot_ros2.bridge.world import World
 
-    catalog = Catalog(plugin_manager.load())
+    catalog = Catalog(load_plugins())
     declaration = find_robot(catalog, robot).data
     scene = find_scene(catalog, declaration, environment)
-    bridged = BridgedRobot(declaration, namespace, {"arch": arch}, str(resources.cache_dir()))
+    bridged = BridgedRobot(declaration, namespace, {"arch": arch}, str(cache_dir()))
 
     for signal_number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(signal_number, _interrupt)

@@ -6,10 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from benchbot.core.declarations.catalog import Catalog
-from benchbot.core.errors import BenchbotError, ExitCode
-from benchbot.core.geometry import Pose
-from benchbot.core.platform import Scene
+from benchbot.plugin import BenchbotError, Catalog, ExitCode, Pose, Scene
 from benchbot_robot_ros2.bridge.camera import Camera
 from benchbot_robot_ros2.bridge.robot import COMMAND, PLACE, RESET, BridgedRobot, find_scene
 from benchbot_robot_ros2.bridge.state import StatePublisher

@@ -8,12 +8,17 @@ from typing import Any
 
 import msgspec
 
-from benchbot.core.declarations import schema
-from benchbot.core.declarations.catalog import Catalog, Declaration
-from benchbot.core.errors import BenchbotError
-from benchbot.core.platform import PlatformSpec, Scene, Simulation
-from benchbot.core.plugin_manager import Plugins
-from benchbot.core.selection import misfits
+from benchbot.plugin import (
+    BenchbotError,
+    Catalog,
+    Declaration,
+    PlatformSpec,
+    Plugins,
+    Scene,
+    Simulation,
+    misfits,
+    read_declaration,
+)
 from benchbot_robot_ros2.declaration import Ros2Robot, Topic
 
 NODE = "benchbot_bridge"
@@ -93,7 +98,7 @@ class BridgedRobot(msgspec.Struct, frozen=True):
 @cache
 def _presented() -> Ros2Robot:
     with as_file(files("benchbot_robot_ros2") / "robots" / "carter_lidar_ros2.yaml") as path:
-        return Ros2Robot.from_declaration(schema.read(path))
+        return Ros2Robot.from_declaration(read_declaration(path))
 
 
 def topics(channel: str) -> Mapping[str, Topic]:

@@ -3,7 +3,7 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from benchbot.core.geometry import Pose
+from benchbot.plugin import Pose
 from benchbot_robot_ros2 import qos
 from benchbot_robot_ros2.bridge.pace import Rate
 from benchbot_robot_ros2.bridge.robot import (

@@ -3,9 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
-from benchbot.core.errors import BenchbotError
-from benchbot.core.geometry import Pose
-from benchbot.core.platform import Scene, Simulation
+from benchbot.plugin import BenchbotError, Pose, Scene, Simulation
 from benchbot_robot_ros2.bridge.pace import RobotTime
 
 COMMAND_HOLDS_NS = 150_000_000

@@ -5,10 +5,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchbot.core.errors import BenchbotError
-from benchbot.core.findings import Finding, Level
-from benchbot.core.motion import MotionConfig
-from benchbot.core.platform import PlatformSpec
+from benchbot.plugin import BenchbotError, Finding, Level, MotionConfig, PlatformSpec
 from benchbot_robot_ros2 import callbacks, obstacles, ros, transforms
 from benchbot_robot_ros2.declaration import Ros2Robot, Topic
 from benchbot_robot_ros2.doctor import graph_checks, live_watch, message_checks, transform_checks

@@ -4,7 +4,7 @@ import difflib
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from benchbot.core.findings import Finding, Level
+from benchbot.plugin import Finding, Level
 from benchbot_robot_ros2 import qos
 from benchbot_robot_ros2.declaration import ReturnByNavigation, ReturnByService, Ros2Robot, Safety
 from benchbot_robot_ros2.doctor.live_watch import Stream

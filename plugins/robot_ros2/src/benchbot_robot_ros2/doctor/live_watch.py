@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_robot_ros2 import messages, qos
 from benchbot_robot_ros2.declaration import LocalisedByTopic, Ros2Robot, Topic
 from benchbot_robot_ros2.observing import frame_of

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from benchbot.core.findings import Finding, Level
-from benchbot.core.geometry import Pose, wrap_angle_rad
+from benchbot.plugin import Finding, Level, Pose, wrap_angle_rad
 from benchbot_robot_ros2.declaration import Timing
 from benchbot_robot_ros2.doctor.live_watch import Stream
 

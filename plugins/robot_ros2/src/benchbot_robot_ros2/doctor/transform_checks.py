@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from benchbot.core.findings import Finding, Level
+from benchbot.plugin import Finding, Level
 from benchbot_robot_ros2.declaration import LocalisedByTransforms, Ros2Robot
 from benchbot_robot_ros2.doctor import message_checks
 from benchbot_robot_ros2.transforms import TransformTree

@@ -16,7 +16,7 @@ from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_robot_ros2.guard import messages
 from benchbot_robot_ros2.guard.state import FIND_OUT, GuardState, Trip
 from benchbot_robot_ros2.guard.velocity import Change, GuardedVelocity

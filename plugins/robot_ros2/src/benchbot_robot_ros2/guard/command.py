@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from benchbot.cli.kit import console
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_robot_ros2.ramp import REST
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-    from benchbot.core.motion import MotionConfig
+    from benchbot.plugin import MotionConfig
     from benchbot_robot_ros2.declaration import Ros2Robot, Topic
     from benchbot_robot_ros2.guard.velocity import GuardedVelocity
 
@@ -40,9 +40,8 @@ def guard(
     command_timeout_s, or by the declared e-stop or dead-man switch; the robot moves again after a second without a
     command to move.
     """
-    from benchbot.core.declarations.catalog import Catalog
-    from benchbot.core.motion import MotionConfig
-    from benchbot.core.plugin_manager import load
+    from benchbot.plugin import Catalog, MotionConfig
+    from benchbot.plugin import load_plugins as load
 
     declaration = Catalog(load()).get("robots", robot).data
     if declaration["type"] != "ros2":

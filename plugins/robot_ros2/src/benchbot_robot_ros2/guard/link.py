@@ -12,8 +12,7 @@ from typing import IO, Self
 
 import msgspec
 
-from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.core.motion import MotionConfig
+from benchbot.plugin import BenchbotError, ExitCode, FailureClass, MotionConfig
 from benchbot_robot_ros2.declaration import Ros2Robot
 from benchbot_robot_ros2.failures import safety_stop
 from benchbot_robot_ros2.guard import messages

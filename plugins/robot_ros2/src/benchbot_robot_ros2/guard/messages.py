@@ -4,7 +4,7 @@ import socket
 
 import msgspec
 
-from benchbot.core.motion import MotionConfig
+from benchbot.plugin import MotionConfig
 from benchbot_robot_ros2.declaration import Safety, Topic
 from benchbot_robot_ros2.guard.state import Trip
 

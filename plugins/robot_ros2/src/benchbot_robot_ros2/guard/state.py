@@ -4,7 +4,7 @@ import math
 
 import msgspec
 
-from benchbot.core.motion import MotionConfig
+from benchbot.plugin import MotionConfig
 from benchbot_robot_ros2.ramp import REST, Velocity, clipped, ramped
 
 # A robot at rest is told so for a while; then the topic is free for others, such as a person with a joystick.

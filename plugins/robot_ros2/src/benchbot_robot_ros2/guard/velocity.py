@@ -5,8 +5,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.core.motion import MotionConfig
+from benchbot.plugin import BenchbotError, FailureClass, MotionConfig
 from benchbot_robot_ros2.declaration import DeadMan, Safety, Topic
 from benchbot_robot_ros2.guard.state import GuardState, Trip
 from benchbot_robot_ros2.guard.topic import VelocityPublisher

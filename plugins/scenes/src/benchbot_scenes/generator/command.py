@@ -8,7 +8,7 @@ import typer
 
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import Json
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 
 if TYPE_CHECKING:
     from benchbot_scenes.generator.files import Written
@@ -40,8 +40,8 @@ def generate_environment(
 
     The same options always give the same place. Use it with: benchbot run --addons FOLDER --env NAME:1 …
     """
-    from benchbot.core.declarations.catalog import Catalog
-    from benchbot.core.plugin_manager import load
+    from benchbot.plugin import Catalog
+    from benchbot.plugin import load_plugins as load
     from benchbot_scenes.catalogue import pack
     from benchbot_scenes.generator.files import write_place
     from benchbot_scenes.generator.generate import generate

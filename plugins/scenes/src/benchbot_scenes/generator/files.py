@@ -6,10 +6,7 @@ from typing import Any
 
 import yaml
 
-from benchbot.core import atomic
-from benchbot.core.declarations import editors
-from benchbot.core.errors import BenchbotError
-from benchbot.core.results import write_json
+from benchbot.plugin import BenchbotError, editor_line, write_atomically, write_editor_schema, write_json
 from benchbot_scenes.compose import compose
 from benchbot_scenes.coverage import MARGIN_M, least_room
 from benchbot_scenes.free_space import FreeSpace, free_space
@@ -79,8 +76,8 @@ def write_place(folder: Path, name: str, variant: int, description: str, place: 
         write_maps(folder / "maps" / stem, geometry, space, (place.start_pose[4], place.start_pose[5]))
         path = folder / "environments" / f"{stem}.yaml"
         text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=110)
-        editors.leave(folder, "environment")
-        atomic.write(path, (editors.first_line("environment") + text).encode())
+        write_editor_schema(folder, "environment")
+        write_atomically(path, (editor_line("environment") + text).encode())
     except OSError as error:
         raise BenchbotError(
             f"The environment cannot be written to {folder}.",
@@ -102,5 +99,5 @@ def write_maps(stem: Path, geometry: SceneGeometry, space: FreeSpace, start: tup
     """Write an occupancy map (STEM.pgm, STEM.yaml) and a picture from above (STEM.png)."""
     image, description = write_occupancy_map(stem, space, start)
     picture = stem.with_name(f"{stem.name}.png")
-    atomic.write(picture, png(top_down(geometry)))
+    write_atomically(picture, png(top_down(geometry)))
     return [image, description, picture]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_scenes.catalogue import Catalogue
 from benchbot_scenes.coverage import MARGIN_M, Coverage, Pose7, plan_coverage
 from benchbot_scenes.free_space import FreeSpace, free_space

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.plugin import BenchbotError, did_you_mean
 
 
 @dataclass(frozen=True)

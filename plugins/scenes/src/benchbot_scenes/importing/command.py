@@ -9,7 +9,7 @@ import typer
 
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import Json
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 
 if TYPE_CHECKING:
     from benchbot_scenes.importing.environment import Imported
@@ -94,11 +94,10 @@ def _known(path: Path | None, units: str, up: str, floor_z_m: float | None, file
 
 
 def _observer(robot: str) -> "Observer":
-    from benchbot.core import plugin_manager
-    from benchbot.core.declarations.catalog import Catalog
+    from benchbot.plugin import Catalog, load_plugins
     from benchbot_scenes.visibility import CARTER, observer
 
-    catalog = Catalog(plugin_manager.load())
+    catalog = Catalog(load_plugins())
     if robot == "carter" and robot not in catalog.names("robots"):
         return CARTER
     declared = catalog.get("robots", robot).data

@@ -8,8 +8,7 @@ from typing import Any
 
 import yaml
 
-from benchbot.core.declarations import editors
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError, editor_line, write_editor_schema
 from benchbot_scenes.ground_truth import BACKGROUND, mapped_objects
 from benchbot_scenes.importing import light
 from benchbot_scenes.importing.glb import to_glb
@@ -98,8 +97,8 @@ def write(imported: Imported, folder: Path) -> None:
             (folder / kind).mkdir(parents=True, exist_ok=True)
         (folder / "scenes" / f"{stem}.glb").write_bytes(to_glb(imported.geometry))
         text = yaml.safe_dump(imported.declaration, sort_keys=False, default_flow_style=None, width=110)
-        editors.leave(folder, "environment")
-        declaration = editors.first_line("environment") + text
+        write_editor_schema(folder, "environment")
+        declaration = editor_line("environment") + text
         (folder / "environments" / f"{stem}.yaml").write_text(declaration, encoding="utf-8")
         truth = json.dumps(imported.ground_truth, indent=1) + "\n"
         (folder / "ground_truths" / f"{stem}.json").write_text(truth, encoding="utf-8")

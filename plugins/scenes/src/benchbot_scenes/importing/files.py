@@ -4,7 +4,7 @@ import zipfile
 from pathlib import Path
 from urllib.parse import unquote
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 
 MAX_FILE_BYTES = 4 * 2**30
 MAX_TEXTURE_BYTES = 256 * 2**20

@@ -6,8 +6,7 @@ from typing import Any, cast
 
 import yaml
 
-from benchbot.core.declarations import schema
-from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.plugin import BenchbotError, check_declaration, declaration_problems, did_you_mean, read_declaration
 from benchbot_scenes.importing.guessing import UNITS_M
 from benchbot_scenes.importing.model import UpAxis
 from benchbot_scenes.importing.vocabulary import CLASSES
@@ -36,8 +35,8 @@ class Guesses:
 
 def read_guesses(path: Path) -> Guesses:
     """Read a guesses file; raises BenchbotError naming file, line and key when it is none."""
-    document = schema.read(path)
-    schema.check(document, "guesses", path, _SCHEMAS)
+    document = read_declaration(path)
+    check_declaration(document, "guesses", path, _SCHEMAS)
     for name, class_name in document.get("classes", {}).items():
         if class_name is not None and class_name not in CLASSES:
             raise BenchbotError(
@@ -62,7 +61,7 @@ def read_guesses(path: Path) -> Guesses:
 def _check_lighting(lighting: dict[str, Any], path: Path) -> None:
     """Raise BenchbotError unless an environment may have it."""
     environment = {"name": "a", "variant": 1, "type": "sim_taichi", "start_pose": [1, 0, 0, 0, 0, 0, 0]}
-    wrong = schema.problems({**environment, "lighting": lighting}, "environment", path)
+    wrong = declaration_problems({**environment, "lighting": lighting}, "environment", path)
     if wrong:
         lines = "\n".join(str(problem) for problem in wrong)
         raise BenchbotError(

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_scenes.importing import files, mtl
 from benchbot_scenes.importing.model import Model, Part, assemble
 from benchbot_scenes.importing.polygons import triangulate

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_scenes.importing import names
 from benchbot_scenes.importing.sanity import only
 from benchbot_scenes.scene import Instance, SceneGeometry

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_scenes.coverage import MARGIN_M, Coverage, plan_coverage
 from benchbot_scenes.free_space import FreeSpace, free_space
 from benchbot_scenes.importing.sanity import only

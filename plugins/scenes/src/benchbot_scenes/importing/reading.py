@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.plugin import BenchbotError, did_you_mean
 from benchbot_scenes.importing import files
 from benchbot_scenes.importing.guesses import SUFFIX
 from benchbot_scenes.importing.model import Model, renamed

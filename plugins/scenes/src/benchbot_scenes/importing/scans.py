@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_scenes.importing.files import Folder
 from benchbot_scenes.importing.model import Model, Part, assemble
 from benchbot_scenes.scene import ImageArray, Material

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_scenes.importing import guesses, guessing, objects, placing, reading
 from benchbot_scenes.importing.glb import to_glb
 from benchbot_scenes.importing.guesses import Guesses

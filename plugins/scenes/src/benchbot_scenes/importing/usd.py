@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_scenes.importing import files, textures
 from benchbot_scenes.importing.model import Model, Part, UpAxis, assemble
 from benchbot_scenes.importing.polygons import triangulate

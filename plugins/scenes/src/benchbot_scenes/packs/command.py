@@ -8,7 +8,7 @@ import typer
 
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import Json, group
-from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.plugin import BenchbotError, did_you_mean
 
 if TYPE_CHECKING:
     from benchbot_scenes.packs.sweethome3d import Wanted
@@ -24,7 +24,7 @@ def list_(
     as_json: Json = False,
 ) -> None:
     """List the asset packs that are installed, or the models of one."""
-    from benchbot.core.plugin_manager import load
+    from benchbot.plugin import load_plugins as load
     from benchbot_scenes.catalogue import load_catalogue
 
     pool = load().pool("asset_packs")

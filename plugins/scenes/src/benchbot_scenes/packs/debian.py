@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 from typing import IO, Any
 
-from benchbot.core.errors import BenchbotError, ExitCode
+from benchbot.plugin import BenchbotError, ExitCode
 
 _MAGIC = b"!<arch>\n"
 _HEADER_BYTES = 60

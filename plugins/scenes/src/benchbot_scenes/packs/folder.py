@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from benchbot.core import resources
-from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.plugin import BenchbotError, data_dir, did_you_mean
 
 CATALOGUE = "catalogue.json"
 
@@ -61,4 +60,4 @@ def remove(name: str) -> Path:
 
 
 def _root() -> Path:
-    return resources.data_dir() / "assets"
+    return data_dir() / "assets"

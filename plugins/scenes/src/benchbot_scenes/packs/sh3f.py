@@ -13,7 +13,7 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 
 CATALOGUE = "PluginFurnitureCatalog.properties"
 MEMBER_LIMIT_BYTES = 128 * 2**20

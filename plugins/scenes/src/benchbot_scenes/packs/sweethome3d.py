@@ -14,7 +14,7 @@ from typing import Any
 
 import yaml
 
-from benchbot.core.errors import BenchbotError
+from benchbot.plugin import BenchbotError
 from benchbot_scenes.importing.glb import to_glb
 from benchbot_scenes.packs import debian, folder
 from benchbot_scenes.packs.fitting import fitted

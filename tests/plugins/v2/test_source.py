@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.plugins.v2.addon_options import take
+from benchbot.plugins.v2.plugin import _take_options as take
 from tests.command_line import COMMAND, CommandLine, Here
 from tests.terminal import asked
 from tests.v2_addon import make

@@ -1,0 +1,16 @@
+"""Batches: many episodes, computed by workers that may die, in a folder that is the truth."""
+
+from collections.abc import Iterator
+
+from benchbot.plugin import Command, hookimpl
+
+
+@hookimpl
+def benchbot_commands() -> Iterator[Command]:
+    """Yield the command."""
+    yield Command(
+        "batch",
+        "benchbot.plugins.batch.command:app",
+        "Compute many episodes: robots, environments, seeds, settings; resumable.",
+        takes_sources=True,
+    )

@@ -1,0 +1,15 @@
+"""The mode `container`: a solution in a container of podman or docker."""
+
+from collections.abc import Iterator
+
+from benchbot.plugin import SubmissionMode, hookimpl
+
+
+@hookimpl
+def benchbot_submission_modes() -> Iterator[SubmissionMode]:
+    """Yield the mode."""
+    yield SubmissionMode(
+        "container",
+        "benchbot.plugins.containers.holding",
+        "In a container of podman or docker, built from its Dockerfile.",
+    )

@@ -1,0 +1,24 @@
+"""Plug-ins into an environment, and back out of it."""
+
+from collections.abc import Iterator
+
+from benchbot.plugin import Command, hookimpl
+
+
+@hookimpl
+def benchbot_commands() -> Iterator[Command]:
+    """Yield the commands."""
+    yield Command(
+        "install",
+        "benchbot.plugins.installer.install_command:install",
+        "Install plug-ins, and undo it when they do not work.",
+    )
+    yield Command("uninstall", "benchbot.plugins.installer.uninstall_command:uninstall", "Uninstall plug-ins.")
+    yield Command(
+        "upgrade", "benchbot.plugins.installer.upgrade_command:upgrade", "Upgrade plug-ins to their newest versions."
+    )
+    yield Command(
+        "plugins",
+        "benchbot.plugins.installer.plugins_command:app",
+        "List, show and search plug-ins; lock those of a project.",
+    )

@@ -1,0 +1,120 @@
+"""Add-ons of BenchBot v2 as a source of declarations, and their options on the command line.
+
+`--addons FOLDER` and `--trust-addons` are taken out of the words of a command before typer reads them: commands that
+list things answer faster than typer reads an option, and `--list-tasks` must know the add-ons wherever it stands.
+"""
+
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from benchbot.core.errors import BenchbotError
+from benchbot.core.records import Evaluator
+from benchbot.plugins.v2 import addons, methods, trust
+from benchbot.plugins.v2.addons import Addon
+
+
+@dataclass(frozen=True)
+class AddonFolder:
+    """A folder of add-ons as the catalog sees it (`benchbot.core.records.DeclarationFolder`)."""
+
+    addon: Addon
+
+    @property
+    def root(self) -> Path:
+        """The folder."""
+        return self.addon.root
+
+    @property
+    def name(self) -> str:
+        """Its name in the provenance of results."""
+        return self.addon.name
+
+    def sources(self, kind: str) -> list[Path]:
+        """Return the folders that declare things of a kind (`tasks`, `formats`, …)."""
+        return self.addon.sources(kind)
+
+    def evaluators(self) -> Iterator[Evaluator | BenchbotError]:
+        """Yield its evaluation methods, and what is wrong with those that cannot be read."""
+        return methods.evaluators(self.addon)
+
+    def functions(self, declaration: Path, names: Mapping[str, str]) -> dict[str, Callable[..., Any]]:
+        """Return the functions that a declaration names; raises BenchbotError for one that is not there."""
+        return self.addon.code.functions(declaration, dict(names))
+
+    def require_trust(self) -> None:
+        """Raise BenchbotError unless the user has said that its code may run."""
+        trust.require(self.addon)
+
+    def content_hash(self) -> str:
+        """Return the SHA-256 over the names and bytes of all its files."""
+        return self.addon.content_hash()
+
+    def removal(self) -> str:
+        """Return the command that removes it."""
+        installed = addons.installed_folder()
+        if self.root.is_relative_to(installed):
+            return f"benchbot uninstall {self.root.relative_to(installed).as_posix()}"
+        return f"leave out --addons {self.root}"
+
+
+def folders() -> list[AddonFolder]:
+    """Return the add-ons in use: those of `BENCHBOT_ADDONS`, and those installed."""
+    return [AddonFolder(addon) for addon in addons.from_environment()]
+
+
+def installed() -> list[dict[str, str]]:
+    """Return the installed add-ons as rows of `benchbot list plugins`."""
+    found = addons.installed().items()
+    return [{"name": name, "module": str(path), "distribution": name, "version": "v2"} for name, path in found]
+
+
+def take_options(words: Sequence[str]) -> list[str]:
+    """Return the words without those about add-ons, which are in use from now on. What follows `--` stays as it is."""
+    rest: list[str] = []
+    named: list[Path] = []
+    trusted = False
+    left = list(words)
+    while left and left[0] != "--":
+        word = left.pop(0)
+        if word == "--trust-addons":
+            trusted = True
+        elif word == "--addons" or word.startswith("--addons="):
+            folder = word.partition("=")[2] or (left.pop(0) if "=" not in word and left else "")
+            if not folder:
+                raise BenchbotError(
+                    "--addons names no folder.",
+                    "It is followed by a folder with add-ons of BenchBot v2.",
+                    "Write it like this: --addons FOLDER",
+                )
+            named.append(Path(folder))
+        else:
+            rest.append(word)
+    _use(named, trusted=trusted)
+    return rest + left
+
+
+def _use(named: Sequence[Path], *, trusted: bool) -> None:
+    for folder in named:
+        addons.find(folder)
+    addons.use(named)
+    trust.ask_with(_ask if sys.stdin.isatty() and sys.stderr.isatty() else None)
+    if trusted:
+        found = addons.from_environment()
+        if not found:
+            raise BenchbotError(
+                "There are no add-ons to trust.",
+                "--trust-addons is about the code of add-ons of BenchBot v2, and no folder was named.",
+                "Name it: --addons FOLDER --trust-addons",
+            )
+        for addon in found:
+            trust.remember(addon)
+
+
+def _ask(addon: Addon) -> bool:
+    import typer
+
+    what = f"The add-ons in {addon.root} have Python code, which would run with all your rights: "
+    return typer.confirm(f"{what}{trust.files_shown(addon)}.\nLet it run, now and until it changes?", err=True)
