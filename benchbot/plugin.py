@@ -9,7 +9,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
+    from benchbot.core import instance_checks as instance_checks
     from benchbot.core.atomic import write as _write_atomically
+    from benchbot.core.atomic import write_text as write_text
     from benchbot.core.channels import ACTIONS as ACTIONS
     from benchbot.core.channels import OBSERVATIONS as OBSERVATIONS
     from benchbot.core.channels import Action as Action
@@ -107,7 +109,8 @@ def hookimpl(function: F) -> F:
 
 _HOMES = {
     "core.channels": "ACTIONS OBSERVATIONS Action Observation",
-    "core.atomic": "write=write_atomically",
+    "core": "instance_checks",
+    "core.atomic": "write=write_atomically write_text",
     "core.declarations.catalog": "Catalog Declaration",
     "core.declarations.editors": "first_line=editor_line leave=write_editor_schema",
     "core.declarations.formats": "check_format",
@@ -143,6 +146,7 @@ def __getattr__(name: str) -> Any:
     if name not in _MODULES:
         raise AttributeError(f"module 'benchbot.plugin' has no attribute '{name}'")
     module, attribute = _MODULES[name]
-    found = getattr(import_module(f"benchbot.{module}"), attribute)
+    home = import_module(f"benchbot.{module}")
+    found = getattr(home, attribute) if hasattr(home, attribute) else import_module(f"benchbot.{module}.{attribute}")
     globals()[name] = found
     return found

@@ -29,7 +29,7 @@ def _ending(action: Callable[[str, Any], None], kind: str) -> Callable[[Any], No
 def _list(kind: str, _wanted: bool) -> None:
     from benchbot.cli import list as lists
 
-    lists.methods() if kind == "methods" else lists.declared(kind)
+    lists.show(kind)
 
 
 def _show(kind: str, name: str) -> None:

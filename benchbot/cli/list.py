@@ -1,21 +1,38 @@
 """`benchbot list`: everything that is installed, by kind."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import QUICK, Json, group
 
 if TYPE_CHECKING:
-    from benchbot.core.declarations.catalog import Declaration
     from benchbot.core.plugin_manager import Plugins
 
 app = group("List everything of a kind that is installed.")
 
-Columns = dict[str, Callable[[dict[str, Any]], Any]]
 
-DECLARED: dict[str, tuple[str, Columns]] = {
-    "tasks": (
+@dataclass(frozen=True)
+class Listing:
+    """A table of one kind: its help line, and its columns, each read from a declaration's data or from a record.
+
+    `pools` are the pools of records that the rows come from, with what a row of each is called in the column `kind`;
+    without, the rows are declarations. `json_only` are columns that only `--json` shows.
+    """
+
+    help: str
+    columns: Mapping[str, Callable[[Any], Any]]
+    pools: Mapping[str, str] = field(default_factory=dict)
+    json_only: tuple[str, ...] = ()
+
+
+def _attribute(name: str) -> Callable[[Any], Any]:
+    return lambda record: getattr(record, name) or None
+
+
+LISTINGS: Mapping[str, Listing] = {
+    "tasks": Listing(
         "List what a solution can be asked to do.",
         {
             "actions": lambda task: task.get("actions"),
@@ -24,42 +41,100 @@ DECLARED: dict[str, tuple[str, Columns]] = {
             "results_format": lambda task: task.get("results_format"),
         },
     ),
-    "robots": ("List the robots, simulated and real.", {"type": lambda robot: robot.get("type")}),
-    "environments": (
+    "robots": Listing("List the robots, simulated and real.", {"type": lambda robot: robot.get("type")}),
+    "environments": Listing(
         "List the environments, as name:variant.",
         {
             "type": lambda environment: environment.get("type"),
             "trajectory_poses": lambda environment: len(environment.get("trajectory_poses") or ()),
         },
     ),
-    "formats": (
+    "formats": Listing(
         "List the formats of results and ground truths.",
         {"functions": lambda declared: list(declared.get("functions") or ())},
     ),
-    "examples": ("List the example solutions.", {"description": lambda example: example.get("description")}),
-    "episodes": (
+    "examples": Listing("List the example solutions.", {"description": lambda example: example.get("description")}),
+    "episodes": Listing(
         "List the episodes: starts and goals in an environment.",
         {"episodes": lambda listed: len(listed.get("episodes") or ())},
     ),
-    "batches": (
-        "List the batches: named lists of environments.",
-        {"environments": lambda batch: batch.get("environments")},
+    "batches": Listing(
+        "List the batches: named lists of environments.", {"environments": lambda batch: batch.get("environments")}
+    ),
+    "methods": Listing(
+        "List the methods of evaluation.",
+        {
+            "version": _attribute("version"),
+            "headline": _attribute("headline"),
+            "result_formats": lambda method: sorted(method.result_formats),
+            "ground_truth_formats": lambda method: sorted(method.ground_truth_formats),
+        },
+        {"evaluators": "method"},
+        json_only=("ground_truth_formats",),
+    ),
+    "simulators": Listing(
+        "List what robots run on: simulators, and drivers of real robots.",
+        {},
+        {"simulators": "simulator", "robot_drivers": "driver"},
+    ),
+    "executors": Listing(
+        "List where the workers of a batch can run.", {"description": _attribute("description")}, {"executors": ""}
+    ),
+    "recorders": Listing(
+        "List what --record and benchbot record can write.",
+        {"description": _attribute("description")},
+        {"recorders": ""},
+    ),
+    "modes": Listing(
+        "List the ways to hold a solution while it runs.",
+        {"description": _attribute("description")},
+        {"submission_modes": ""},
+    ),
+    "commands": Listing(
+        "List the commands that plug-ins add to benchbot.", {"help": _attribute("help")}, {"commands": ""}
     ),
 }
-"""Kinds of declarations: a help line, and what is worth seeing of each at a glance."""
 
 
-def declared(kind: str, as_json: bool = False) -> None:
-    """Print a pool of declarations."""
+def show(kind: str, as_json: bool = False) -> None:
+    """Print everything of a kind."""
+    listing = LISTINGS[kind]
+    rows = list(_records(listing) if listing.pools else _declarations(kind, listing))
+    kinds = ["kind"] if len(listing.pools) > 1 else []
+    shown = [name for name in listing.columns if name not in listing.json_only]
+    _print(rows, ["name", *kinds, *shown, "distribution"], as_json)
+
+
+def _declarations(kind: str, listing: Listing) -> list[dict[str, Any]]:
     from benchbot.core.declarations.catalog import Catalog
 
-    _, columns = DECLARED[kind]
     catalog = Catalog(_loaded())
     pool = catalog.pool(kind)
     for error in catalog.broken:
         console.note(f"Left out: {error.title} {error.why}")
-    rows = [_row(pool[name], columns) for name in sorted(pool)]
-    _print(rows, ["name", *columns, "distribution"], as_json)
+    return [
+        {
+            "name": name,
+            **{column: read(found.data) for column, read in listing.columns.items()},
+            "distribution": found.distribution,
+            "path": str(found.path),
+        }
+        for name, found in sorted(pool.items())
+    ]
+
+
+def _records(listing: Listing) -> list[dict[str, Any]]:
+    plugins = _loaded()
+    return [
+        {
+            "name": name,
+            **({"kind": noun} if len(listing.pools) > 1 else {}),
+            **{column: read(found.value) for column, read in listing.columns.items()},
+            "distribution": found.distribution,
+        }
+        for pool, noun in listing.pools.items()
+        for name, found in sorted(plugins.pool(pool).items())
+    ]
 
 
 def _loaded() -> "Plugins":
@@ -70,12 +145,6 @@ def _loaded() -> "Plugins":
     if hint:
         console.note(f"{hint} See: benchbot doctor")
     return load()
-
-
-def _row(declaration: "Declaration", columns: Columns) -> dict[str, Any]:
-    values = {name: read(declaration.data) for name, read in columns.items()}
-    origin = {"distribution": declaration.distribution, "path": str(declaration.path)}
-    return {"name": declaration.name, **values, **origin}
 
 
 def _print(rows: list[dict[str, Any]], columns: list[str], as_json: bool) -> None:
@@ -91,94 +160,26 @@ def _cell(value: Any) -> str:
     return "-" if value is None else " ".join(str(value).split())
 
 
-def _add_command(kind: str, help_line: str) -> None:
-    @app.command(kind, help=help_line, context_settings=QUICK)
+def _add_command(kind: str, listing: Listing) -> None:
+    @app.command(kind, help=listing.help, context_settings=QUICK)
     def command(as_json: Json = False) -> None:
-        declared(kind, as_json)
+        show(kind, as_json)
 
 
-for _kind, (_help_line, _columns) in DECLARED.items():
-    _add_command(_kind, _help_line)
-
-
-@app.command("methods", context_settings=QUICK)
-def methods(as_json: Json = False) -> None:
-    """List the methods of evaluation."""
-    rows = [
-        {
-            "name": name,
-            "version": provided.value.version,
-            "headline": provided.value.headline or None,
-            "result_formats": sorted(provided.value.result_formats),
-            "ground_truth_formats": sorted(provided.value.ground_truth_formats),
-            "distribution": provided.distribution,
-        }
-        for name, provided in sorted(_loaded().pool("evaluators").items())
-    ]
-    _print(rows, ["name", "version", "headline", "result_formats", "distribution"], as_json)
-
-
-@app.command("simulators", context_settings=QUICK)
-def simulators(as_json: Json = False) -> None:
-    """List what robots run on: simulators, and drivers of real robots."""
-    loaded = _loaded()
-    rows = [
-        {"name": name, "kind": noun, "distribution": provided.distribution}
-        for kind, noun in (("simulators", "simulator"), ("robot_drivers", "driver"))
-        for name, provided in sorted(loaded.pool(kind).items())
-    ]
-    _print(rows, ["name", "kind", "distribution"], as_json)
-
-
-@app.command("executors", context_settings=QUICK)
-def executors(as_json: Json = False) -> None:
-    """List where the workers of a batch can run."""
-    rows = [
-        {"name": name, "description": provided.value.description, "distribution": provided.distribution}
-        for name, provided in sorted(_loaded().pool("executors").items())
-    ]
-    _print(rows, ["name", "description", "distribution"], as_json)
-
-
-@app.command("recorders", context_settings=QUICK)
-def recorders(as_json: Json = False) -> None:
-    """List what --record and benchbot record can write."""
-    rows = [
-        {"name": name, "description": provided.value.description or None, "distribution": provided.distribution}
-        for name, provided in sorted(_loaded().pool("recorders").items())
-    ]
-    _print(rows, ["name", "description", "distribution"], as_json)
-
-
-@app.command("modes", context_settings=QUICK)
-def modes(as_json: Json = False) -> None:
-    """List the ways to hold a solution while it runs."""
-    rows = [
-        {"name": name, "description": provided.value.description or None, "distribution": provided.distribution}
-        for name, provided in sorted(_loaded().pool("submission_modes").items())
-    ]
-    _print(rows, ["name", "description", "distribution"], as_json)
-
-
-@app.command("commands", context_settings=QUICK)
-def commands(as_json: Json = False) -> None:
-    """List the commands that plug-ins add to benchbot."""
-    rows = [
-        {"name": name, "help": provided.value.help, "distribution": provided.distribution}
-        for name, provided in sorted(_loaded().pool("commands").items())
-    ]
-    _print(rows, ["name", "help", "distribution"], as_json)
+for _kind, _listing in LISTINGS.items():
+    _add_command(_kind, _listing)
 
 
 @app.command("plugins", context_settings=QUICK)
 def plugins(as_json: Json = False) -> None:
-    """List the installed plug-ins, and add-ons of BenchBot v2."""
+    """List the installed plug-ins, and add-ons of BenchBot v2; nothing of others' is imported."""
+    from benchbot.core import entry_points
     from benchbot.core.plugin_manager import installed
 
     rows = [
         {"name": info.name, "module": info.module, "distribution": info.distribution, "version": info.version}
         for info in installed()
     ]
-    for source in _loaded().pool("declaration_sources").values():
-        rows += source.value.installed()
+    for source in entry_points.shipped("declaration_sources"):
+        rows += source.installed()
     _print(rows, ["name", "distribution", "version", "module"], as_json)

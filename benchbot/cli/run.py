@@ -7,7 +7,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from benchbot.cli.kit import console
-from benchbot.cli.kit.options import Display, Record, Settings, recordings, tell_recordings
+from benchbot.cli.kit.options import (
+    Display,
+    EpisodeNumber,
+    MaxSimulatedTime,
+    MaxSteps,
+    MaxWallTime,
+    Record,
+    Seed,
+    Settings,
+    recordings,
+    tell_recordings,
+)
 from benchbot.cli.legacy_options import listing, showing
 from benchbot.core.errors import ExitCode
 
@@ -24,19 +35,6 @@ Environment = Annotated[
     typer.Option(
         "--env", "-e", "--environment", metavar="NAME:VARIANT", help="Where; a task with scenes: NAME:VARIANT:VARIANT."
     ),
-]
-EpisodeNumber = Annotated[
-    int | None,
-    typer.Option("--episode", metavar="N", min=0, help="Which start and goal, in a task that has a list. [default: 0]"),
-]
-Seed = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Everything stochastic draws from it.")]
-MaxSteps = Annotated[int | None, typer.Option("--max-steps", metavar="N", min=1, help="End it after N actions.")]
-MaxSimulatedTime = Annotated[
-    float | None,
-    typer.Option("--max-simulated-time", metavar="SECONDS", min=0, help="End it after so much simulated time."),
-]
-MaxWallTime = Annotated[
-    float | None, typer.Option("--max-wall-time", metavar="SECONDS", min=0, help="End it after so much real time.")
 ]
 
 

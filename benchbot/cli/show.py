@@ -1,5 +1,6 @@
 """`benchbot show`: one declaration as it was written, and the file it is in."""
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Annotated, Any
 
@@ -11,6 +12,21 @@ from benchbot.cli.kit.options import Json, group
 app = group("Print one declaration and where it is.")
 
 Name = Annotated[str, typer.Argument(metavar="NAME", help="Its name, as benchbot list prints it.")]
+
+SHOWN: Mapping[str, tuple[str, str]] = {
+    "task": ("tasks", "Print a task."),
+    "robot": ("robots", "Print a robot."),
+    "environment": ("environments", "Print an environment, given as name:variant. The ground truth is never shown."),
+    "env": ("environments", "Print an environment, given as name:variant. The ground truth is never shown."),
+    "format": ("formats", "Print a format of results or ground truths."),
+    "example": ("examples", "Print an example solution's declaration."),
+    "batch": ("batches", "Print a batch."),
+    "episodes": ("episodes", "Print an episode list, given as task:name:variant."),
+    "method": ("evaluators", "Print a method of evaluation."),
+    "simulator": ("simulators", "Print a simulator."),
+}
+"""Sub-commands to the pool that they look into and their help line."""
+_RECORDS = ("evaluators", "simulators")
 
 
 def declaration(kind: str, name: str, as_json: bool = False) -> None:
@@ -56,61 +72,11 @@ def record(kind: str, name: str, as_json: bool = False) -> None:
         console.data(yaml.safe_dump(document, sort_keys=False, allow_unicode=True).rstrip())
 
 
-@app.command("task")
-def task(name: Name, as_json: Json = False) -> None:
-    """Print a task."""
-    declaration("tasks", name, as_json)
+def _add_command(word: str, pool: str, help_line: str) -> None:
+    @app.command(word, help=help_line, hidden=word == "env")
+    def command(name: Name, as_json: Json = False) -> None:
+        (record if pool in _RECORDS else declaration)(pool, name, as_json)
 
 
-@app.command("robot")
-def robot(name: Name, as_json: Json = False) -> None:
-    """Print a robot."""
-    declaration("robots", name, as_json)
-
-
-@app.command("environment")
-def environment(name: Name, as_json: Json = False) -> None:
-    """Print an environment, given as name:variant. The ground truth is never shown."""
-    declaration("environments", name, as_json)
-
-
-@app.command("env", hidden=True)
-def env(name: Name, as_json: Json = False) -> None:
-    """Print an environment, given as name:variant. The ground truth is never shown."""
-    declaration("environments", name, as_json)
-
-
-@app.command("format")
-def format_(name: Name, as_json: Json = False) -> None:
-    """Print a format of results or ground truths."""
-    declaration("formats", name, as_json)
-
-
-@app.command("example")
-def example(name: Name, as_json: Json = False) -> None:
-    """Print an example solution's declaration."""
-    declaration("examples", name, as_json)
-
-
-@app.command("batch")
-def batch(name: Name, as_json: Json = False) -> None:
-    """Print a batch."""
-    declaration("batches", name, as_json)
-
-
-@app.command("episodes")
-def episodes(name: Name, as_json: Json = False) -> None:
-    """Print an episode list, given as task:name:variant."""
-    declaration("episodes", name, as_json)
-
-
-@app.command("method")
-def method(name: Name, as_json: Json = False) -> None:
-    """Print a method of evaluation."""
-    record("evaluators", name, as_json)
-
-
-@app.command("simulator")
-def simulator(name: Name, as_json: Json = False) -> None:
-    """Print a simulator."""
-    record("simulators", name, as_json)
+for _word, (_pool, _help_line) in SHOWN.items():
+    _add_command(_word, _pool, _help_line)

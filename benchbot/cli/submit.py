@@ -33,7 +33,11 @@ from benchbot.cli.kit.holding import (
 from benchbot.cli.kit.interrupting import interruptible
 from benchbot.cli.kit.options import (
     Display,
+    EpisodeNumber,
     Json,
+    MaxSimulatedTime,
+    MaxSteps,
+    MaxWallTime,
     Record,
     Requirements,
     Settings,
@@ -42,7 +46,6 @@ from benchbot.cli.kit.options import (
     tell_recordings,
 )
 from benchbot.cli.legacy_options import listing, showing
-from benchbot.cli.run import EpisodeNumber, MaxSimulatedTime, MaxSteps, MaxWallTime
 from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:

@@ -48,3 +48,16 @@ def cannot_write(path: Path, error: OSError) -> BenchbotError:
         failure=FailureClass.INFRASTRUCTURE,
         exit_code=ExitCode.INTERNAL,
     )
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text atomically, UTF-8; raises BenchbotError when it cannot be written, `path` is then as it was."""
+    try:
+        write(path, text.encode())
+    except OSError as error:
+        raise BenchbotError(
+            f"Cannot write {path}.",
+            error.strerror or str(error),
+            "Choose a file in a folder that you may write to, on a disk with room.",
+            exit_code=ExitCode.INTERNAL,
+        ) from error

@@ -161,6 +161,16 @@ class WorkOrder:
     resources: Resources = Resources()
     options: Mapping[str, str] = field(default_factory=dict)
 
+    @property
+    def plan(self) -> "Path":
+        """The batch's plan: a file that is there wherever the folder is."""
+        return self.folder / "plan.json"
+
+    @property
+    def logs(self) -> "Path":
+        """The folder of what workers print: a file `NAME.log` for each."""
+        return self.folder / "workers"
+
 
 class Workers(Protocol):
     """Workers that an executor has launched; they live on when the driver is gone."""

@@ -62,6 +62,20 @@ Over = Annotated[
     ),
 ]
 
+EpisodeNumber = Annotated[
+    int | None,
+    typer.Option("--episode", metavar="N", min=0, help="Which start and goal, in a task that has a list. [default: 0]"),
+]
+Seed = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Everything stochastic draws from it.")]
+MaxSteps = Annotated[int | None, typer.Option("--max-steps", metavar="N", min=1, help="End it after N actions.")]
+MaxSimulatedTime = Annotated[
+    float | None,
+    typer.Option("--max-simulated-time", metavar="SECONDS", min=0, help="End it after so much simulated time."),
+]
+MaxWallTime = Annotated[
+    float | None, typer.Option("--max-wall-time", metavar="SECONDS", min=0, help="End it after so much real time.")
+]
+
 Record = Annotated[
     list[str] | None,
     typer.Option(

@@ -8,8 +8,8 @@ from typing import Any
 from jsonschema import Draft202012Validator
 
 from benchbot.core.declarations.positions import Positions
-from benchbot.core.declarations.schema import Problem
 from benchbot.core.errors import did_you_mean
+from benchbot.core.findings import Problem
 
 MOST_NAMES = 40
 MOST_ALIKE = 3

@@ -1,6 +1,5 @@
 """Reading declarations and documents: YAML or JSON, checked against JSON Schema, errors with file and line."""
 
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -8,6 +7,7 @@ from typing import Any
 import yaml
 
 from benchbot.core.errors import BenchbotError
+from benchbot.core.findings import Problem as Problem
 
 KINDS = (
     "task",
@@ -43,26 +43,6 @@ _YAML_HINTS = {
     "found another document": " Write each declaration into a file of its own.",
     "undefined alias": " A value that begins with * stands for an anchor (&); put the text in quotes.",
 }
-
-
-@dataclass(frozen=True)
-class Problem:
-    """One thing wrong with a file: where (line, and JSON pointer of RFC 6901), and what.
-
-    A `warning` is about something that may be right on another machine.
-    """
-
-    path: Path
-    line: int | None
-    pointer: str
-    message: str
-    warning: bool = False
-
-    def __str__(self) -> str:
-        line = "" if self.line is None else f":{self.line}"
-        level = "warning: " if self.warning else ""
-        where = f" at {self.pointer}" if self.pointer else ""
-        return f"{self.path}{line}: {level}{self.message}{where}"
 
 
 @cache

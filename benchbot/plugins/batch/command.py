@@ -18,9 +18,16 @@ from benchbot.cli.kit.holding import (
     Readable,
     SandboxCommand,
 )
-from benchbot.cli.kit.options import QUICK, Display, Json, Requirements
+from benchbot.cli.kit.options import (
+    QUICK,
+    Display,
+    Json,
+    MaxSimulatedTime,
+    MaxSteps,
+    MaxWallTime,
+    Requirements,
+)
 from benchbot.cli.legacy_options import listing, showing
-from benchbot.cli.run import MaxSimulatedTime, MaxSteps, MaxWallTime
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.plugins.batch import following, solution_options
 from benchbot.plugins.batch.following import Detach, Jobs

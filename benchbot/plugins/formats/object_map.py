@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from benchbot.plugins.formats import checks
+from benchbot.core import instance_checks as checks
 
 # The 30 classes of BEAR (Hall et al., IJRR 41(3), 2022, doi 10.1177/02783649211069404) and the background.
 CLASS_LIST = (

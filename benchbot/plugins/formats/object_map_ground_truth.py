@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from benchbot.plugins.formats import checks
+from benchbot.core import instance_checks as checks
 
 
 def create() -> dict[str, Any]:

@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 from typing import Any
 
-from benchbot.plugins.formats import checks, object_map
+from benchbot.core import instance_checks as checks
+from benchbot.plugins.formats import object_map
 
 STATE_LIST = ("added", "removed", "unchanged")
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from benchbot.core import atomic
-from benchbot.core.errors import BenchbotError, ExitCode, did_you_mean
+from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.plugins.drawing.episodes import Material, gather
 
 FORMATS = ("html", "csv", "tex", "md", "xml")
@@ -45,12 +45,4 @@ def render(material: Material, name: str) -> str:
 
 def write(path: Path, text: str) -> None:
     """Write a report atomically, UTF-8; raises BenchbotError when it cannot be written, `path` is then as it was."""
-    try:
-        atomic.write(path, text.encode())
-    except OSError as error:
-        raise BenchbotError(
-            f"Cannot write {path}.",
-            error.strerror or str(error),
-            "Choose a file in a folder that you may write to, on a disk with room.",
-            exit_code=ExitCode.INTERNAL,
-        ) from error
+    atomic.write_text(path, text)

@@ -4,9 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from benchbot.plugins.formats.object_map_with_states import STATE_LIST
 from benchbot_eval_omq.omq import matched
-from benchbot_eval_omq.qualities import ADDED, Array, Qualities, qualities
+from benchbot_eval_omq.qualities import ADDED, STATES, Array, Qualities, qualities
 
 Document = dict[str, Any]
 
@@ -130,7 +129,7 @@ class _Writer:
         return self.table.classes.names[int(self.table.true_classes[row])]
 
     def _true_state(self, row: int) -> str:
-        return STATE_LIST[int(self.table.true_states[row])]
+        return STATES[int(self.table.true_states[row])]
 
 
 def _nearest(pairwise: Array, spatial: Array) -> int | None:

@@ -1,20 +1,21 @@
 """How well each estimated object would do as each true one: the tables that a score and its explanation start from."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchbot.plugin import BenchbotError
-from benchbot.plugins.formats import object_map, object_map_ground_truth, object_map_with_states
+from benchbot.plugin import BenchbotError, check_format
 from benchbot_eval_omq.boxes import Boxes, intersections_over_unions
 from benchbot_eval_omq.classes import Classes, normalised
 
 Array = NDArray[np.float64]
 Object = Mapping[str, Any]
 
+STATES = ("added", "removed", "unchanged")
+"""The state list of the format `object_map_with_states`, in its order."""
 ADDED, REMOVED = 0, 1
 NEGLIGIBLE = 2.0**-25
 """Qualities below this are none: the published implementation stores 1 - quality in single precision."""
@@ -58,7 +59,7 @@ def qualities(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, An
     states = None
     if with_states:
         weights = np.array([item["state_probs"] for item in estimates], float)
-        states = normalised(weights.reshape(-1, len(object_map_with_states.STATE_LIST)))
+        states = normalised(weights.reshape(-1, len(STATES)))
 
     true_boxes, boxes = Boxes.of(true_objects), Boxes.of(estimates)
     intersections = true_boxes.intersections(boxes)
@@ -88,18 +89,18 @@ def qualities(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, An
 def _checked(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any]]) -> bool:
     """Return whether the map has states; raises BenchbotError unless formats and number of scenes fit."""
     name = result.get("task_details", {}).get("results_format")
-    formats: dict[str, tuple[Callable[[Any], None], int]] = {
-        "object_map": (object_map.validate, 1),
-        "object_map_with_states": (object_map_with_states.validate, 2),
+    scenes_of = {
+        "object_map": 1,
+        "object_map_with_states": 2,
     }
-    if name not in formats:
+    if name not in scenes_of:
         raise BenchbotError(
             "OMQ cannot score this result.",
-            f"Its task_details.results_format is {name!r}; OMQ reads: {', '.join(formats)}.",
+            f"Its task_details.results_format is {name!r}; OMQ reads: {', '.join(scenes_of)}.",
             "Score it with the method that belongs to its task: benchbot list methods",
         )
-    validate, scenes = formats[name]
-    validate(result.get("results"))
+    scenes = scenes_of[name]
+    check_format(name, result.get("results"))
     if len(ground_truths) < scenes:
         raise BenchbotError(
             "There are too few ground truths.",
@@ -107,7 +108,7 @@ def _checked(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any
             "Give one for each scene of the result.",
         )
     for document in ground_truths:
-        object_map_ground_truth.validate(document.get("ground_truth"))
+        check_format("object_map_ground_truth", document.get("ground_truth"))
     return scenes == 2
 
 

@@ -74,7 +74,7 @@ def convert(
     ] = False,
 ) -> None:
     """Write the trajectory of a result, or of a file, as a TUM or KITTI file."""
-    from benchbot.plugins.report import write
+    from benchbot.plugin import write_text
     from benchbot_eval_trajectory import files
 
     console.check_output(output)
@@ -88,7 +88,7 @@ def convert(
         )
     else:
         trajectory = files.read(source)
-    write(output, files.text_of(trajectory, files.FileFormat(file_format)))
+    write_text(output, files.text_of(trajectory, files.FileFormat(file_format)))
     console.note(f"{len(trajectory)} poses: {output}")
 
 

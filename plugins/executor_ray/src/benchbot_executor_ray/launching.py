@@ -3,6 +3,7 @@
 import hashlib
 import uuid
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import ray
@@ -27,10 +28,10 @@ def launch(order: WorkOrder, environment: Mapping[str, str]) -> Actors:
     asked = options.resources(order)
     address = cluster.connect(options.address(order))
     cluster.check_offered(asked)
-    folder = order.folder.resolve()
-    batch = hashlib.sha256(str(folder).encode()).hexdigest()[:8]
+    order = replace(order, folder=order.folder.resolve())
+    batch = hashlib.sha256(str(order.folder).encode()).hexdigest()[:8]
     namespace = f"benchbot-{batch}-{uuid.uuid4().hex[:8]}"
-    work = Work(folder, order.command, dict(environment), order.resources.time_s, Path.cwd())
+    work = Work(order.plan, order.logs, order.command, dict(environment), order.resources.time_s, Path.cwd())
     own = {name: amount for name, amount in asked.items() if name not in cluster.STANDARD}
     actor = ray.remote(WorkerActor)
     for number in range(order.count):

@@ -11,8 +11,6 @@ from pathlib import Path
 
 import ray
 
-from benchbot.plugins.batch.folder import Folder
-
 PATIENCE_S = 20.0
 """So long a worker may take to end in order."""
 PROBLEM_KEPT_S = 120.0
@@ -23,7 +21,8 @@ PROBLEM_KEPT_S = 120.0
 class Work:
     """What an actor is to run: the worker's command, its environment, how long, and where it starts."""
 
-    folder: Path
+    plan: Path
+    logs: Path
     command: tuple[str, ...]
     environment: dict[str, str]
     time_s: float | None
@@ -64,8 +63,8 @@ class WorkerActor:
 
 def _problem(work: Work) -> str | None:
     node = socket.gethostname()
-    if not Folder(work.folder).plan.exists():
-        return f"The node {node} has no {Folder(work.folder).plan}: the batch's folder is not on a disk that it shares."
+    if not work.plan.exists():
+        return f"The node {node} has no {work.plan}: the batch's folder is not on a disk that it shares."
     if not Path(work.command[0]).exists():
         return f"The node {node} has no {work.command[0]}: BenchBot is not installed there in the same place."
     return None
@@ -73,9 +72,8 @@ def _problem(work: Work) -> str | None:
 
 def _start(work: Work) -> "subprocess.Popen[bytes]":
     name = f"{socket.gethostname()}-{uuid.uuid4().hex[:8]}"
-    logs = Folder(work.folder).workers
-    logs.mkdir(parents=True, exist_ok=True)
-    with (logs / f"{name}.log").open("ab") as log:
+    work.logs.mkdir(parents=True, exist_ok=True)
+    with (work.logs / f"{name}.log").open("ab") as log:
         return subprocess.Popen(
             [sys.executable, "-m", "benchbot_executor_ray.guard", str(PATIENCE_S), *work.command, "--name", name],
             stdin=subprocess.PIPE,

@@ -4,7 +4,6 @@ import shlex
 from pathlib import Path
 
 from benchbot.plugin import WorkOrder
-from benchbot.plugins.batch.folder import Folder
 
 NAME = '"$SLURMD_NODENAME-$SLURM_ARRAY_JOB_ID-$SLURM_ARRAY_TASK_ID-${SLURM_RESTART_COUNT:-0}"'
 """A worker's name: node, job, task and how often Slurm has begun it anew, so that no two are ever the same."""
@@ -12,7 +11,7 @@ NAME = '"$SLURMD_NODENAME-$SLURM_ARRAY_JOB_ID-$SLURM_ARRAY_TASK_ID-${SLURM_RESTA
 
 def text(order: WorkOrder, setup: Path | None) -> str:
     """Return the script's text; `setup` is read by its shell first."""
-    log = f'{shlex.quote(str(Folder(order.folder).workers))}/"$name".log'
+    log = f'{shlex.quote(str(order.logs))}/"$name".log'
     lines = [
         "#!/bin/bash",
         f"name={NAME}",

@@ -5,7 +5,6 @@ import uuid
 from pathlib import Path
 
 from benchbot.plugin import BenchbotError, WorkOrder, did_you_mean
-from benchbot.plugins.batch.folder import Folder
 from benchbot_executor_slurm import nodes, options, script
 from benchbot_executor_slurm.array_job import ArrayJob
 from benchbot_executor_slurm.commands import Answer, ask, check_here
@@ -15,7 +14,7 @@ def launch(order: WorkOrder) -> ArrayJob:
     """Submit the workers; raises BenchbotError with what Slurm says when it does not take them."""
     check_here()
     options.check(order)
-    workers = Folder(order.folder).workers
+    workers = order.logs
     workers.mkdir(parents=True, exist_ok=True)
     path = workers / f"slurm-{uuid.uuid4().hex[:8]}.sh"
     path.write_text(script.text(order, _setup(order)), "utf-8")

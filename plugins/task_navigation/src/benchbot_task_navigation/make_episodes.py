@@ -12,8 +12,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchbot.evaluation.ground_truths import GroundTruths
-from benchbot.plugin import BenchbotError, Catalog, Declaration, Scene, cache_dir, load_plugins, write_atomically
+from benchbot.plugin import (
+    BenchbotError,
+    Catalog,
+    Declaration,
+    GroundTruths,
+    Scene,
+    cache_dir,
+    load_plugins,
+    write_atomically,
+)
 from benchbot_task_navigation.floor_plan import Floats, FloorPlan, Mask
 from benchbot_task_navigation.generate import Place, Sees, object_goals, point_goals
 from benchbot_task_navigation.ways import Ways

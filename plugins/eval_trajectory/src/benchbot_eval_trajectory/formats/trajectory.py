@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from benchbot.plugins.formats import checks
+from benchbot.plugin import instance_checks as checks
 
 NORM_TOLERANCE = 1e-3
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from benchbot.cli.kit import console
-from benchbot.cli.kit.options import group
-from benchbot.cli.run import Seed
+from benchbot.cli.kit.options import Seed, group
 
 if TYPE_CHECKING:
     from benchbot.plugin import Catalog
