@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from benchbot.core.declarations.editors import first_line as _editor_line
     from benchbot.core.declarations.editors import leave as _write_editor_schema
     from benchbot.core.declarations.formats import check_format as check_format
-    from benchbot.core.declarations.schema import Problem as Problem
     from benchbot.core.declarations.schema import check as _check_declaration
     from benchbot.core.declarations.schema import problems as _declaration_problems
     from benchbot.core.declarations.schema import read as _read_declaration
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
     from benchbot.core.errors import did_you_mean as did_you_mean
     from benchbot.core.findings import Finding as Finding
     from benchbot.core.findings import Level as Level
+    from benchbot.core.findings import Problem as Problem
     from benchbot.core.geometry import Pose as Pose
     from benchbot.core.geometry import Quaternion as Quaternion
     from benchbot.core.geometry import wrap_angle_rad as wrap_angle_rad
@@ -114,10 +114,10 @@ _HOMES = {
     "core.declarations.catalog": "Catalog Declaration",
     "core.declarations.editors": "first_line=editor_line leave=write_editor_schema",
     "core.declarations.formats": "check_format",
-    "core.declarations.schema": "check=check_declaration problems=declaration_problems read=read_declaration Problem",
+    "core.declarations.schema": "check=check_declaration problems=declaration_problems read=read_declaration",
     "core.episodes": "digest=episodes_digest",
     "core.errors": "BenchbotError ExitCode FailureClass did_you_mean",
-    "core.findings": "Finding Level",
+    "core.findings": "Finding Level Problem",
     "core.geometry": "Pose Quaternion wrap_angle_rad",
     "core.lidar": "POINT=LIDAR_POINT OFFSETS=LIDAR_OFFSETS cloud directions elevations_deg points_m",
     "core.motion": "REST_MPS REST_RADPS MotionConfig",

@@ -1,11 +1,33 @@
-"""How a child process ended and what it said last, in words."""
+"""Child processes: starting a module of ours, what one printed last, and how it ended."""
 
 import os
 import signal
+import subprocess
+import sys
+from collections.abc import Sequence
 from typing import IO
 
 QUOTED_LINES = 15
 QUOTED_BYTES = 3000
+TAIL_LINES = 5
+TAIL_BYTES = 4000
+
+
+def start_module(
+    module: str, *arguments: str, output: IO[bytes], stdin: int = subprocess.DEVNULL, pass_fds: Sequence[int] = ()
+) -> "subprocess.Popen[bytes]":
+    """Start `python -m module` in a session of its own: Ctrl-C in the terminal is for this process alone.
+
+    Its stdout and stderr go to `output`. No module in the working folder, as of a solution, shadows one of ours.
+    """
+    return subprocess.Popen(
+        [sys.executable, "-P", "-m", module, *arguments],
+        stdin=stdin,
+        stdout=output,
+        stderr=output,
+        pass_fds=pass_fds,
+        start_new_session=True,
+    )
 
 
 def how_it_ended(code: int) -> str:
@@ -27,3 +49,18 @@ def last_words(log: IO[bytes], start: int = 0) -> str:
     log.seek(max(start, size - QUOTED_BYTES))
     lines = log.read().decode("utf-8", "replace").strip().splitlines()
     return "\n".join(["Its last words:", *lines[-QUOTED_LINES:]]) if lines else "It left no last words."
+
+
+class LastWords:
+    """The last lines of a program's output, taken in chunk by chunk; `str` returns them."""
+
+    def __init__(self) -> None:
+        self._end = b""
+
+    def add(self, chunk: bytes) -> None:
+        """Take in what the program prints."""
+        self._end = (self._end + chunk)[-TAIL_BYTES:]
+
+    def __str__(self) -> str:
+        lines = [line.strip() for line in self._end.decode("utf-8", "replace").splitlines()]
+        return "\n".join([line for line in lines if line][-TAIL_LINES:])

@@ -64,11 +64,12 @@ def simulate(what: tuple[str, ...]) -> Callable[[], None]:
     from benchbot.core.host import InProcessHost
     from benchbot.core.motion import MotionConfig
     from benchbot.core.platform import PlatformSpec, Scene
+    from benchbot.core.request import RunRequest
     from benchbot.core.selection import select
     from benchbot.core.session import Session
 
     _, task, _, robot, _, environment = what
-    chosen = select(Catalog(plugin_manager.load()), task=task, robot=robot, environment=environment)
+    chosen = select(Catalog(plugin_manager.load()), RunRequest(task=task, robot=robot, environment=environment))
     record = plugin_manager.load().record("simulators", chosen.robot.data["type"])
     from benchbot.core import resources
 

@@ -22,6 +22,7 @@ from typing import Any
 
 from benchbot.api.client import Client
 from benchbot.core.recording import RecordingNote
+from benchbot.core.request import RunRequest
 from benchbot.supervisor.backend import Backend
 from tests.supervisor.harness import children_of
 
@@ -65,7 +66,7 @@ def block(client: Client, supervisor: int, recorder: int | None, steps: int) -> 
 
 def measure(place: dict[str, Any], names: tuple[str, ...], steps: int, rounds: int, folder: Path) -> dict[str, Any]:
     found: dict[str, list[tuple[Block, Block]]] = {name: [] for name in names}
-    with Backend.start(**place) as backend:
+    with Backend.start(RunRequest(**place)) as backend:
         client, host = Client(backend.state.connection), None
         host = Client(replace(backend.state.connection, token=backend.state.operator_token))
         client.reset()

@@ -38,8 +38,8 @@ from benchbot.core.records import Simulator
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
 from benchbot.plugin import hookimpl
-from benchbot.supervisor.backend import serve
 from benchbot.supervisor.platform.host import ChildHost
+from benchbot.supervisor.serve import serve
 from benchbot.wire.run_state import Connection, RunState
 from tests.plugins.v2.v2_client import V2Client
 from tests.supervisor.harness import children_of
@@ -230,7 +230,7 @@ def run(folder: Path, rounds: int, steps: int, thinking_s: float) -> dict[str, l
         v2 = V2Client(over_tcp.url or "", over_tcp.token)
         stack.callback(v2.close)
         v2.start()
-        host = ChildHost(selection(), folder / "platform.log", lends=True)
+        host = ChildHost(selection(), folder / "platform.log", zero_copy=True)
         stack.callback(host.close)
         host.load(0, 0)
         here = in_process()

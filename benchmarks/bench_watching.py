@@ -24,6 +24,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from benchbot.api.client import Client
+from benchbot.core.request import RunRequest
 from benchbot.supervisor.backend import Backend
 from benchbot.supervisor.observation_tap import ATTENTION_S
 from benchbot.wire.run_state import Connection, RunState
@@ -169,7 +170,7 @@ def main() -> None:
         return
     rows = []
     turn: Step = ("move_angle", {"angle": 15.0})
-    with Backend.start(task=TASK, robot=ROBOT, environment=ENVIRONMENT) as backend:
+    with Backend.start(RunRequest(TASK, ROBOT, ENVIRONMENT)) as backend:
         rows.append(measure("miniroom:1, ray-traced", backend.state, turn, options.rounds, options.block))
     with tempfile.TemporaryDirectory() as folder, still(Path(folder)) as state:
         straight: Step = ("move_distance", {"distance": 0.0})

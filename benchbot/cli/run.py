@@ -25,7 +25,8 @@ from benchbot.core.errors import ExitCode
 if TYPE_CHECKING:
     from benchbot.core.episodes import Episode
     from benchbot.core.progress import Progress
-    from benchbot.core.selection import Limits, Selection
+    from benchbot.core.request import Limits
+    from benchbot.core.selection import Selection
     from benchbot.wire.run_state import RunState
 
 Task = Annotated[str, typer.Option("--task", "-t", metavar="TASK", help="What the solution is asked to do.")]
@@ -83,22 +84,25 @@ def run(
     from benchbot.core import overrides
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
-    from benchbot.core.selection import Limits, select
-    from benchbot.supervisor.backend import serve
+    from benchbot.core.request import Limits, RunRequest
+    from benchbot.core.selection import select
     from benchbot.supervisor.description import progress_document
+    from benchbot.supervisor.serve import serve
     from benchbot.wire.run_state import DEFAULT_PORT
 
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     recorded = recordings(record)
     selection = select(
         Catalog(load()),
-        task=task,
-        robot=robot,
-        environment=environment,
-        seed=seed,
-        limits=limits,
-        episode=episode,
-        settings=overrides.parse(settings or ()),
+        RunRequest(
+            task=task,
+            robot=robot,
+            environment=environment,
+            seed=seed,
+            limits=limits,
+            episode=episode,
+            settings=overrides.parse(settings or ()),
+        ),
     )
     console.note(summary(selection))
     if port is None and unix_socket is None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from benchbot.cli import run
 from benchbot.cli.kit import console, requirement
 from benchbot.cli.kit.holding import (
     CONTAINER,
@@ -51,7 +52,7 @@ from benchbot.core.errors import BenchbotError
 if TYPE_CHECKING:
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import Plugins
-    from benchbot.core.selection import Limits
+    from benchbot.core.request import RunRequest
     from benchbot.submission.episode import Episode
     from benchbot.submission.modes import Mode
     from benchbot.wire.run_state import Connection
@@ -129,6 +130,9 @@ def submit(
     max_simulated_time: MaxSimulatedTime = None,
     max_wall_time: MaxWallTime = None,
     record: Record = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Prove that it is possible, say what would be run, and end.")
+    ] = False,
     display: Display = "auto",
     as_json: Json = False,
     list_examples: Annotated[bool, listing("examples", "--list-examples")] = False,
@@ -151,7 +155,8 @@ def submit(
     from benchbot.core import overrides
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
-    from benchbot.core.selection import Limits
+    from benchbot.core.request import Limits, RunRequest
+    from benchbot.core.selection import select
     from benchbot.submission import episode
     from benchbot.submission.command import order_of, split_words
     from benchbot.submission.episode import Order
@@ -190,27 +195,31 @@ def submit(
         order = Order(more_words, Path.cwd(), timeout_s=timeout)
     order = replace(order, limits=bounds)
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
-    chosen = _chosen(task, robot, environment)
+    names = _names(task, robot, environment)
     recorded = recordings(record, results_location)
     changed = overrides.parse(settings or ())
     own = (seed is not None, episode_number is not None, recorded, changed, limits != Limits())
-    if chosen is None and any(own):
+    if names is None and any(own):
         raise BenchbotError(
             "The back end that is running has its own episode, settings, seed, limits and recordings.",
             "--episode, --set, --seed, --max-… and --record choose those of a back end that submit starts itself.",
             "Give them to benchbot run, or give --task, --robot and --env as well.",
         )
-    if chosen is not None:
+    request, summary = None, ""
+    if names is not None:
+        folders = {name: str(folder.absolute()) for name, folder in recorded.items()}
+        request = RunRequest(*names, seed or 0, episode_number, changed, limits, evaluate_with, folders)
         # Before anything is built or started.
-        summary = _selected(catalog, chosen, episode_number, changed, seed or 0, limits, evaluate_with)
+        summary = run.summary(select(catalog, request))
+    if dry_run:
+        console.note(summary or "It would run against the back end that is running.")
+        return
     with ExitStack() as stack:
         stack.enter_context(interruptible("the solution and its back end have been ended."))
         order = stack.enter_context(held(catalog, order, mode, options))
-        if chosen is not None:
+        if request is not None:
             console.note(summary)
-        connection, died = _back_end(
-            stack, chosen, episode_number, changed, seed or 0, limits, evaluate_with, recorded, order.mode
-        )
+        connection, died = _back_end(stack, request, order.mode)
         ended = episode.run(order, connection, died, stack.enter_context(StatusLine(display)))
     kept = _kept(ended, results_location)
     tell_recordings(recorded)
@@ -298,8 +307,8 @@ def _summary(ended: "Episode", result: Path | None) -> dict[str, Any]:
     }
 
 
-def _chosen(task: str | None, robot: str | None, environment: str | None) -> tuple[str, str, str] | None:
-    """Return the selection of the back end to start, or None when a running one is to be used."""
+def _names(task: str | None, robot: str | None, environment: str | None) -> tuple[str, str, str] | None:
+    """Return what the back end to start is of, or None when a running one is to be used."""
     missing = [flag for flag, value in (("--task", task), ("--robot", robot), ("--env", environment)) if value is None]
     if task is not None and robot is not None and environment is not None:
         return task, robot, environment
@@ -312,70 +321,19 @@ def _chosen(task: str | None, robot: str | None, environment: str | None) -> tup
     return None
 
 
-def _selected(
-    catalog: "Catalog",
-    chosen: tuple[str, str, str],
-    episode: int | None,
-    settings: dict[str, Any],
-    seed: int,
-    limits: "Limits",
-    method: str | None,
-) -> str:
-    """Return what is going to be run, in words; raises BenchbotError when it is impossible."""
-    from benchbot.cli.run import summary
-    from benchbot.core.selection import select
-
-    task, robot, environment = chosen
-    return summary(
-        select(
-            catalog,
-            task=task,
-            robot=robot,
-            environment=environment,
-            method=method,
-            seed=seed,
-            limits=limits,
-            episode=episode,
-            settings=settings,
-        )
-    )
-
-
 def _back_end(
-    stack: ExitStack,
-    chosen: tuple[str, str, str] | None,
-    episode: int | None,
-    settings: dict[str, Any],
-    seed: int,
-    limits: "Limits",
-    method: str | None,
-    recorded: dict[str, Path],
-    mode: "Mode",
+    stack: ExitStack, request: "RunRequest | None", mode: "Mode"
 ) -> tuple["Connection", Callable[[], BenchbotError | None]]:
     """Return how to reach the back end (one of our own ends with `stack`), and what tells why it died."""
     from benchbot.submission.modes import private_socket, unix_socket_of
     from benchbot.supervisor.backend import Backend
     from benchbot.wire.run_state import find
 
-    if chosen is None:
+    if request is None:
         connection = find()
         if mode.needs_socket:
             unix_socket_of(mode, connection)
         return connection, lambda: None
-    task, robot, environment = chosen
-    backend = stack.enter_context(
-        Backend.start(
-            task=task,
-            robot=robot,
-            environment=environment,
-            seed=seed,
-            limits=limits,
-            episode=episode,
-            method=method,
-            record=recorded,
-            settings=settings,
-            port=None if mode.needs_socket else 0,
-            unix_socket=stack.enter_context(private_socket()) if mode.needs_socket else None,
-        )
-    )
+    socket = stack.enter_context(private_socket()) if mode.needs_socket else None
+    backend = stack.enter_context(Backend.start(request, port=0 if socket is None else None, unix_socket=socket))
     return backend.state.connection, backend.died

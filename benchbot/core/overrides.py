@@ -12,6 +12,7 @@ import yaml
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.core.findings import Problem
 
 OPEN_KEYS = ("lighting", "options", "assets")
 """What of an environment a run may change; what is in `options` is the simulator's business."""
@@ -180,7 +181,7 @@ def _put(data: dict[str, Any], key: str, value: Any) -> None:
     place[last] = deepcopy(value)
 
 
-def _told(problem: schema.Problem) -> str:
+def _told(problem: Problem) -> str:
     keys = problem.pointer.split("/")[1:]
     place = schema.schema("environment")
     for key in keys:

@@ -11,19 +11,11 @@ from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog, Declaration
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.platform import Localisation
+from benchbot.core.request import NO_LIMITS, Limits, RunRequest
 from benchbot.core.resources import YAML_SUFFIXES
 
 V2_TYPES = ("sim_omni", "sim_unreal", "real")
 """What v2's own robots and environments ran on."""
-
-
-@dataclass(frozen=True)
-class Limits:
-    """When an episode is cut off; None is no limit. Times in seconds."""
-
-    steps: int | None = None
-    simulated_time_s: float | None = None
-    wall_time_s: float | None = None
 
 
 class ImpossibleError(BenchbotError):
@@ -47,7 +39,7 @@ class Selection:
     environments: tuple[Declaration, ...]
     results_format: Declaration | None
     seed: int = 0
-    limits: Limits = Limits()
+    limits: Limits = NO_LIMITS
     episode: episodes.Episode | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
 
@@ -56,6 +48,13 @@ class Selection:
         """The environment string: `name:variant[:variant…]`."""
         name = self.environments[0].data["name"]
         return ":".join([str(name), *(str(scene.data["variant"]) for scene in self.environments)])
+
+    @property
+    def request(self) -> RunRequest:
+        """The request that this comes of, with the limits that the task sets; it names neither method nor recorders."""
+        number = None if self.episode is None else self.episode.number
+        names = (self.task.name, self.robot.name, self.environment)
+        return RunRequest(*names, self.seed, number, self.settings, self.limits)
 
     @property
     def localisation(self) -> Localisation:
@@ -73,24 +72,9 @@ class Selection:
         return tuple(self.task.data["actions"])
 
 
-def select(
-    catalog: Catalog,
-    *,
-    task: str,
-    robot: str,
-    environment: str,
-    method: str | None = None,
-    seed: int = 0,
-    limits: Limits | None = None,
-    episode: int | None = None,
-    settings: Mapping[str, Any] | None = None,
-) -> Selection:
-    """Return the selection, or raise one BenchbotError that names every reason why it is impossible.
-
-    `method` is the evaluation method, when scoring was asked for; `episode` the number of one, where the task has some
-    (the first one when None). `settings` override what the environments declare: see `benchbot.core.overrides`.
-    """
-    settings = overrides.normal(settings or {})
+def select(catalog: Catalog, request: RunRequest) -> Selection:
+    """Return the selection asked for, or raise one BenchbotError that names every reason why it is impossible."""
+    settings = overrides.normal(request.settings)
     errors: list[BenchbotError] = []
 
     def take(kind: str, name: str) -> Declaration | None:
@@ -100,10 +84,10 @@ def select(
             errors.append(error)
             return None
 
-    task_found, robot_found = take("tasks", task), take("robots", robot)
+    task_found, robot_found = take("tasks", request.task), take("robots", request.robot)
     scenes: list[Declaration] = []
     try:
-        scenes = [overrides.applied(scene, settings) for scene in catalog.environments(environment)]
+        scenes = [overrides.applied(scene, settings) for scene in catalog.environments(request.environment)]
     except BenchbotError as error:
         errors.append(error)
     results_format = None
@@ -119,12 +103,12 @@ def select(
     if task_found and scenes:
         errors += _scenes(task_found, scenes)
     errors += _assets(catalog, scenes)
-    if method is not None:
-        errors += _scoring(catalog, method, task_found)
+    if request.method is not None:
+        errors += _scoring(catalog, request.method, task_found)
     chosen = None
     if task_found and robot_found and scenes:
         try:
-            chosen = episodes.choose(catalog, task_found, robot_found, scenes[0], episode)
+            chosen = episodes.choose(catalog, task_found, robot_found, scenes[0], request.episode)
         except BenchbotError as error:
             errors.append(error)
         else:
@@ -136,8 +120,8 @@ def select(
         reasons = "\n".join(f"{number}. {error.title} {error.why}" for number, error in enumerate(errors, 1))
         fixes = "\n".join(f"{number}. {error.fix}" for number, error in enumerate(errors, 1))
         raise ImpossibleError(f"This run is not possible, for {len(errors)} reasons.", reasons, fixes, errors)
-    limits = _limits(task_found, limits or Limits())
-    return Selection(task_found, robot_found, tuple(scenes), results_format, seed, limits, chosen, settings)
+    limits = _limits(task_found, request.limits)
+    return Selection(task_found, robot_found, tuple(scenes), results_format, request.seed, limits, chosen, settings)
 
 
 def _capabilities(task: Declaration, robot: Declaration) -> Iterator[BenchbotError]:

@@ -12,6 +12,7 @@ from benchbot.core import results
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.provenance import solution_details
+from benchbot.core.request import RunRequest
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
 from benchbot.submission import result_file
@@ -223,12 +224,14 @@ def _failed_without_supervisor(
     chosen = session["selection"]
     selection = select(
         Catalog(load()),
-        task=chosen["task"],
-        robot=chosen["robot"],
-        environment=chosen["environment"],
-        seed=chosen["seed"],
-        episode=chosen["episode"],
-        settings=chosen["settings"],
+        RunRequest(
+            task=chosen["task"],
+            robot=chosen["robot"],
+            environment=chosen["environment"],
+            seed=chosen["seed"],
+            episode=chosen["episode"],
+            settings=chosen["settings"],
+        ),
     )
     return failed_document(selection, failure, why, solution)
 

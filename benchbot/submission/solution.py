@@ -15,9 +15,9 @@ from types import TracebackType
 from typing import IO, Any, Self
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.process import LastWords
 from benchbot.submission.init.process import GRACE_S
 from benchbot.submission.init.tree import KILLING_TIMEOUT_S
-from benchbot.submission.last_words import LastWords
 
 MARGIN_S = 5.0
 CODE = Path(__file__).parents[2]

@@ -1,7 +1,8 @@
-"""A back end as a child process: `python -m benchbot.supervisor`, started by `backend.Backend.start`.
+"""The child process of a `Backend`: `python -m benchbot.supervisor`.
 
-Its stdin is a socket: it reads an `Order` from it, answers with a `RunState` or with `Failed`, and then serves until it
-is told to stop or until the socket ends, which says that the parent is gone. Meanwhile it may be told `Following` runs.
+Its stdin is a socket: it reads a `BackendRequest` from it, answers with a `RunState` or with `Failed`, and then serves
+until it is told to stop or the socket ends, which means that the parent is gone. Meanwhile it may read a
+`RunRequest` for each further run.
 """
 
 import os
@@ -18,29 +19,30 @@ import msgspec
 from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, ExitCode
-from benchbot.core.selection import Selection, select
-from benchbot.supervisor.backend import Following, Order, serve
+from benchbot.core.request import RunRequest
+from benchbot.core.selection import select
+from benchbot.supervisor.backend import BackendRequest
 from benchbot.supervisor.platform import messages
-from benchbot.supervisor.succession import RunOrder
+from benchbot.supervisor.serve import RunPlan, serve
 from benchbot.wire.run_state import RunState
 
 
 def main() -> int:
-    """Serve what the parent asks for; return the exit code."""
+    """Serve the runs that the parent asks for; return the exit code."""
     parent = Parent(socket.socket(fileno=0))
     try:
-        order = msgspec.msgpack.decode(messages.receive(parent.socket), type=Order)
+        request = msgspec.msgpack.decode(messages.receive(parent.socket), type=BackendRequest)
         catalog = Catalog(plugin_manager.load())
-        selection = _selection(catalog, order)
-        threading.Thread(target=parent.listen, args=(catalog, order), daemon=True).start()
+        selection = select(catalog, request.run)
+        threading.Thread(target=parent.listen, args=(catalog,), daemon=True).start()
         serve(
             selection,
-            port=order.port,
-            unix_socket=None if order.unix_socket is None else Path(order.unix_socket),
-            options=order.options,
-            timeouts=order.timeouts,
-            record=_folders(order.record),
-            following=parent.orders,
+            port=request.port,
+            unix_socket=None if request.unix_socket is None else Path(request.unix_socket),
+            options=request.options,
+            timeouts=request.timeouts,
+            record=_folders(request.run),
+            following=parent.plans,
             on_ready=parent.tell,
         )
     except BenchbotError as error:
@@ -53,10 +55,10 @@ def main() -> int:
 
 @dataclass
 class Parent:
-    """Whoever has started this process, at the other end of the socket; it waits for each answer."""
+    """The process that has started this one, at the other end of the socket; it waits for each answer."""
 
     socket: socket.socket
-    orders: "SimpleQueue[RunOrder]" = field(default_factory=SimpleQueue)
+    plans: "SimpleQueue[RunPlan]" = field(default_factory=SimpleQueue)
 
     def tell(self, state: RunState) -> None:
         """Answer that a run is ready."""
@@ -66,7 +68,7 @@ class Parent:
         """Answer that a run is not possible."""
         messages.send(self.socket, messages.encode_reply(messages.Failed.of(error)))
 
-    def listen(self, catalog: Catalog, order: Order) -> None:
+    def listen(self, catalog: Catalog) -> None:
         """Put the runs that are asked for into the queue, until the parent is gone: then end this process."""
         while True:
             try:
@@ -74,32 +76,17 @@ class Parent:
             except (EOFError, OSError):
                 os.kill(os.getpid(), signal.SIGTERM)
                 return
-            following = msgspec.msgpack.decode(message, type=Following)
-            changes = {"seed": following.seed, "limits": following.limits, "episode": following.episode}
+            following = msgspec.msgpack.decode(message, type=RunRequest)
             try:
-                selection = _selection(catalog, msgspec.structs.replace(order, **changes))
+                plan = RunPlan(select(catalog, following), _folders(following))
             except BenchbotError as error:
                 self.refuse(error)
             else:
-                self.orders.put(RunOrder(selection, _folders(following.record)))
+                self.plans.put(plan)
 
 
-def _selection(catalog: Catalog, order: Order) -> Selection:
-    return select(
-        catalog,
-        task=order.task,
-        robot=order.robot,
-        environment=order.environment,
-        method=order.method,
-        seed=order.seed,
-        limits=order.limits,
-        episode=order.episode,
-        settings=order.settings,
-    )
-
-
-def _folders(record: dict[str, str]) -> dict[str, Path]:
-    return {name: Path(folder) for name, folder in record.items()}
+def _folders(request: RunRequest) -> dict[str, Path]:
+    return {name: Path(folder) for name, folder in request.record.items()}
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from benchbot.supervisor.refused import RefusedError
+from benchbot.supervisor import RefusedError
 
 MOST_WAITING = 4
 """Requests beyond so many are refused: each that waits has a thread of the supervisor's."""

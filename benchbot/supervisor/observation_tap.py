@@ -1,4 +1,4 @@
-"""What those who look on are shown of the observations: copies, thinned out, and only while somebody looks."""
+"""Observations for those who watch a run: copies, thinned out, and made only while somebody asks for them."""
 
 import threading
 import time
@@ -13,22 +13,22 @@ from benchbot.supervisor.platform import borrowed
 
 PERIOD_S = 0.1
 ATTENTION_S = 2.0
-"""Who has not looked for so long does not look any more."""
-MOST_ORDERS = 8
+"""Snapshots that nobody has asked for in so long are made no more."""
+MAX_REQUESTS = 8
 IMAGES = frozenset({"image_rgb", "image_depth", "image_segment"})
 
 
 @dataclass(frozen=True)
-class Order:
-    """What somebody wants to see: some channels, their images at most so many pixels wide."""
+class SnapshotRequest:
+    """Some channels, their images at most `width` pixels wide."""
 
     channels: tuple[str, ...]
     width: int
 
 
 @dataclass(frozen=True)
-class Sight:
-    """The copy of an observation, by the number that it has among those of its run."""
+class Snapshot:
+    """The copy of an observation, by its number among those of its run, with every `stride`-th pixel of its images."""
 
     number: int
     stride: int
@@ -36,72 +36,69 @@ class Sight:
 
 
 @dataclass
-class _Watched:
-    wanted_s: float
+class _Subscription:
+    asked_s: float
     made_s: float = float("-inf")
-    sight: Sight | None = None
+    snapshot: Snapshot | None = None
 
 
-class Onlooker:
-    """Stands beside a run. Safe to use from any thread; while nobody looks, it costs a comparison a step.
+class ObservationTap:
+    """Makes snapshots of a run's observations. Safe to use from any thread; unused, it costs a comparison a step.
 
-    The arrays that it is offered may be lent: they are looked at until they are withdrawn, and never after.
+    The arrays that it is offered may be borrowed: they are read until they are withdrawn, and never after.
     """
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._watched: dict[Order, _Watched] = {}
-        self._lent: Mapping[str, Any] | None = None
+        self._subscriptions: dict[SnapshotRequest, _Subscription] = {}
+        self._observations: Mapping[str, Any] | None = None
         self.number = 0
         """How many observations there have been."""
 
     def offer(self, observations: Mapping[str, Any]) -> None:
-        """Show what has been observed; it stays as it is until it is withdrawn."""
+        """Take in an observation, which stays as it is until it is withdrawn."""
         with self._lock:
-            self._lent = observations
+            self._observations = observations
             self.number += 1
-            if self._watched:
-                self._copy_for_all()
+            now_s = time.monotonic()
+            for request, subscription in list(self._subscriptions.items()):
+                if now_s - subscription.asked_s > ATTENTION_S:
+                    del self._subscriptions[request]
+                else:
+                    self._copy(request, subscription, now_s)
 
     def withdraw(self) -> None:
-        """Take back what was offered: it may change from now on."""
+        """Read the last observation no more: it may change from now on."""
         with self._lock:
-            self._lent = None
+            self._observations = None
 
-    def look(self, order: Order, after: int) -> Sight | None:
-        """Return the newest observation, or None when there is none that is newer than number `after`."""
+    def snapshot(self, request: SnapshotRequest, after: int) -> Snapshot | None:
+        """Return the newest snapshot, or None when there is none that is newer than number `after`."""
         now_s = time.monotonic()
         with self._lock:
-            watched = self._watched.get(order)
-            if watched is None:
-                if len(self._watched) >= MOST_ORDERS:
-                    del self._watched[min(self._watched, key=lambda each: self._watched[each].wanted_s)]
-                watched = self._watched[order] = _Watched(now_s)
-            watched.wanted_s = now_s
-            self._copy(order, watched, now_s)
-            sight = watched.sight
-        return sight if sight is not None and sight.number > after else None
+            subscription = self._subscriptions.get(request)
+            if subscription is None:
+                if len(self._subscriptions) >= MAX_REQUESTS:
+                    oldest = min(self._subscriptions, key=lambda each: self._subscriptions[each].asked_s)
+                    del self._subscriptions[oldest]
+                subscription = self._subscriptions[request] = _Subscription(now_s)
+            subscription.asked_s = now_s
+            self._copy(request, subscription, now_s)
+            newest = subscription.snapshot
+        return newest if newest is not None and newest.number > after else None
 
-    def _copy_for_all(self) -> None:
-        now_s = time.monotonic()
-        for order, watched in list(self._watched.items()):
-            if now_s - watched.wanted_s > ATTENTION_S:
-                del self._watched[order]
-            else:
-                self._copy(order, watched, now_s)
-
-    def _copy(self, order: Order, watched: _Watched, now_s: float) -> None:
-        has_newest = watched.sight is not None and watched.sight.number == self.number
-        if self._lent is not None and not has_newest and now_s - watched.made_s >= PERIOD_S:
-            watched.made_s = now_s
-            watched.sight = thinned(self._lent, order, self.number)
+    def _copy(self, request: SnapshotRequest, subscription: _Subscription, now_s: float) -> None:
+        has_newest = subscription.snapshot is not None and subscription.snapshot.number == self.number
+        if self._observations is not None and not has_newest and now_s - subscription.made_s >= PERIOD_S:
+            subscription.made_s = now_s
+            subscription.snapshot = thinned(self._observations, request, self.number)
 
 
-def thinned(observations: Mapping[str, Any], order: Order, number: int) -> Sight:
+def thinned(observations: Mapping[str, Any], request: SnapshotRequest, number: int) -> Snapshot:
     """Return a copy of the channels that are asked for. Of images, every n-th row and column; a class stays a class."""
-    chosen = {name: observations[name] for name in order.channels if name in observations}
-    stride = max([1, *(-(-_width(chosen[name]) // order.width) for name in chosen if name in IMAGES)])
-    return Sight(
+    chosen = {name: observations[name] for name in request.channels if name in observations}
+    stride = max([1, *(-(-_width(chosen[name]) // request.width) for name in chosen if name in IMAGES)])
+    return Snapshot(
         number,
         stride,
         {name: _thinned(value, stride) if name in IMAGES else borrowed.copied(value) for name, value in chosen.items()},

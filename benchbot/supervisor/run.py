@@ -2,9 +2,11 @@
 
 import logging
 import threading
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -18,16 +20,13 @@ from benchbot.core.progress import Progress, Step
 from benchbot.core.provenance import timings
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
-from benchbot.supervisor import description
-from benchbot.supervisor.afterwards import Afterwards
+from benchbot.supervisor import RefusedError, description
 from benchbot.supervisor.events import Events
 from benchbot.supervisor.gate import Gate
-from benchbot.supervisor.observation_tap import Onlooker
-from benchbot.supervisor.operator import Operator
+from benchbot.supervisor.observation_tap import ObservationTap
 from benchbot.supervisor.platform import borrowed
-from benchbot.supervisor.platform.host import ChildHost
-from benchbot.supervisor.recording.recordings import Recordings
-from benchbot.supervisor.refused import RefusedError
+from benchbot.supervisor.platform.host import ChildHost, Operator
+from benchbot.supervisor.recording.host import Recordings
 
 ACTION_WAIT_S = 150.0
 RELEASE_WAIT_S = 30.0
@@ -41,22 +40,21 @@ T = TypeVar("T")
 log = logging.getLogger("benchbot.supervisor")
 
 
+@dataclass(eq=False)
 class Caller:
-    """Whoever sent a request and waits for its answer, until they hang up.
+    """The client of one request, who waits for the answer until it has disconnected and is `gone`."""
 
-    One who `settles` calls `Run.settle` as soon as the answer is on its way.
-    """
-
-    def __init__(self, *, settles: bool = False) -> None:
-        self.gone = False
-        self.settles = settles
+    gone: bool = False
 
 
 class Run:
     """A session behind a lock. Methods block: call them in worker threads. `describe` and `progress` never wait.
 
     Those that may move the robot are given their caller, so that a real robot does not move for nobody: see `hang_up`.
-    They return what `deliver` makes of the answer while its arrays, which may be lent, are sure to stay as they are.
+    They return the answer as `convert` returns it: its arrays may be borrowed, and stay as they are until then.
+
+    No answer waits for what follows it: log, events and the digest of what was shown. Whoever has sent an answer calls
+    `follow_up`; the next request that uses the session does it first, where that has not happened.
     """
 
     def __init__(
@@ -68,7 +66,7 @@ class Run:
         self.selection = selection
         self.events = Events()
         self.gate = Gate()
-        self.onlooker = Onlooker()
+        self.observation_tap = ObservationTap()
         self.last_action: dict[str, Any] | None = None
         """The newest action: `{action, arguments, outcome, result, by_hand}`; no outcome and result before its end."""
         self.stop_asked = threading.Event()
@@ -78,16 +76,15 @@ class Run:
         self._host: Host | None = None
         self._digesting = ThreadPoolExecutor(1, "benchbot-digest")
         self._digest = self._new_digest()
-        self._session = Session(
+        self.session = Session(
             selection,
             partial(self._start_host, start_host),
             digest=self._new_digest,
-            before_observing=self.onlooker.withdraw,
+            before_observing=self.observation_tap.withdraw,
         )
-        self.recordings = Recordings(self._session, self.events.publish, result_path.parent)
-        self._afterwards = Afterwards()
-        self.settle = self._afterwards.settle
-        """Does what the last answer does not wait for (its digest, its events); else, the next request does."""
+        self.recordings = Recordings(self.session, self.events.publish, result_path.parent)
+        self._due: deque[Callable[[], object]] = deque()
+        self._following_up = threading.Lock()
         self._lock = threading.Lock()
         self._callers = threading.Lock()
         self._clock = threading.Lock()
@@ -100,43 +97,38 @@ class Run:
     @property
     def progress(self) -> Progress:
         """What can be watched of the session by who runs it. It holds the true pose: it is not for solutions."""
-        return self._session.progress
+        return self.session.progress
 
     def public_progress(self) -> dict[str, Any]:
         """Return the progress as plain data for clients: without the pose where the task hides the true one."""
         shows_pose = self.selection.localisation == "ground_truth"
-        return description.progress_document(self._session.progress, with_pose=shows_pose)
-
-    @property
-    def session(self) -> Session:
-        """The session, to be read by who runs it."""
-        return self._session
+        return description.progress_document(self.session.progress, with_pose=shows_pose)
 
     def prepare(self) -> None:
         """Start the platform's process while the solution is still on its way."""
         with self._exclusively(ACTION_WAIT_S):
-            self._noting_failures(self._session.prepare)
+            self._noting_failures(self.session.prepare)
 
-    def reset(self, caller: Caller | None = None, deliver: borrowed.Deliver[T] = borrowed.keep) -> T:
+    def reset(self, caller: Caller | None = None, convert: borrowed.Converter[T] = borrowed.copy_answer) -> T:
         """Start anew in the first scene. Waits for an action that a solution, maybe a dead one, has left under way."""
         with self._moving(ACTION_WAIT_S, caller):
             self.last_action = None
-            step = self._noting_failures(self._session.reset)
+            step = self._noting_failures(self.session.reset)
             self._started = True
             self.note_pause()
             self._tell("scene")
-            return self._deliver(self._step_document(step), deliver)
+            return self._deliver(self._step_document(step), convert)
 
     def step(
         self,
         action: str | None,
         arguments: Mapping[str, Any],
         caller: Caller | None = None,
-        deliver: borrowed.Deliver[T] = borrowed.keep,
+        convert: borrowed.Converter[T] = borrowed.copy_answer,
     ) -> T:
         """Take one action; raises RefusedError (409) while another request uses the session."""
         with self._moving(caller=caller, moves=action is not None):
-            return self._deliver(self._step(action, arguments), deliver)
+            return self._deliver(self._step(action, arguments), convert)
 
     def drive(self, action: str, arguments: Mapping[str, Any]) -> dict[str, Any]:
         """Take one action by hand, for the host; return it as `last_action`. Before a solution has begun, reset first.
@@ -145,25 +137,25 @@ class Run:
         """
         with self.gate.driving(begun=self._started), self._exclusively(DRIVE_WAIT_S):
             if not self.progress.frames:
-                self._noting_failures(self._session.reset)
+                self._noting_failures(self.session.reset)
                 self.note_pause()
-            return self._deliver(self._step(action, arguments, by_hand=True), lambda answer, arena: self._last())
+            step = self._step(action, arguments, by_hand=True)
+            return self._deliver(step, lambda answer, arena: dict(self.last_action or {}))
 
     def note_pause(self) -> None:
         """Have the session's clock stand still while the gate is closed."""
-        # Whoever comes last sees the gate as it is: a reset may have made another clock meanwhile.
+        # The last of several callers sees the gate as it is, and the clock that a reset may have made meanwhile.
         with self._clock:
-            progress = self._session.progress
-            (progress.pause if self.gate.state.paused else progress.go_on)()
+            (self.progress.pause if self.gate.state.paused else self.progress.go_on)()
 
-    def next_scene(self, caller: Caller | None = None, deliver: borrowed.Deliver[T] = borrowed.keep) -> T:
+    def next_scene(self, caller: Caller | None = None, convert: borrowed.Converter[T] = borrowed.copy_answer) -> T:
         """Advance to the next scene; raises RefusedError (409) while another request uses the session."""
         with self._moving(caller=caller):
-            step = self._noting_failures(self._session.next_scene)
+            step = self._noting_failures(self.session.next_scene)
             if step is None:
-                return self._deliver({"advanced": False, **description.state_document(self._session)}, deliver)
+                return self._deliver({"advanced": False, **description.state_document(self.session)}, convert)
             self._tell("scene")
-            return self._deliver({"advanced": True, **self._step_document(step)}, deliver)
+            return self._deliver({"advanced": True, **self._step_document(step)}, convert)
 
     def finish(
         self, document: dict[str, Any] | None, solution: dict[str, Any] | None, failure: tuple[FailureClass, str] | None
@@ -175,11 +167,11 @@ class Run:
         """
         with self._exclusively(ACTION_WAIT_S):
             if failure is not None:
-                self._session.fail(*failure)
+                self.session.fail(*failure)
             if document is None:
-                finished = results.failed(self._session, solution=solution)
+                finished = results.failed(self.session, solution=solution)
             else:
-                finished = results.finish(document, self._session, solution=solution)
+                finished = results.finish(document, self.session, solution=solution)
             results.write_json(self.result_path, finished)
             log.info("result written to %s", self.result_path)
             self.events.publish("result", {"path": str(self.result_path)})
@@ -187,7 +179,7 @@ class Run:
             if self.selection.localisation != "ground_truth":
                 # The true way is kept with the result: a solution that could read it might still be driving.
                 finished = {key: value for key, value in finished.items() if key != "track"}
-            return {"document": finished, "path": str(self.result_path), "timings": timings(self._session)}
+            return {"document": finished, "path": str(self.result_path), "timings": timings(self.session)}
 
     def results_function(self, name: str, args: list[Any], kwargs: dict[str, Any]) -> Any:
         """Call a function of the task's results format."""
@@ -205,9 +197,9 @@ class Run:
         told = description.selection_document(self.selection)
         return {
             **told,
-            "scene_count": len(self._session.scenes),
+            "scene_count": len(self.session.scenes),
             "started": self._started,
-            **description.state_document(self._session),
+            **description.state_document(self.session),
             "progress": self.public_progress(),
         }
 
@@ -223,7 +215,7 @@ class Run:
         self.gate.look_again()
         if under_way:
             log.warning("%s", HUNG_UP)
-            self._session.halt(HUNG_UP)
+            self.session.halt(HUNG_UP)
 
     def confirm(self) -> str:
         """Say that the operator has done what they were asked, and return what that was.
@@ -248,10 +240,10 @@ class Run:
         with self._callers:
             under_way = self._caller is not None or self.gate.state.held
         if by_solution:
-            self._session.fail(FailureClass.AGENT, STOPPED_BY_SOLUTION)
+            self.session.fail(FailureClass.AGENT, STOPPED_BY_SOLUTION)
             self.stopped_in_use = True
         elif under_way:
-            self._session.fail(FailureClass.PLATFORM, STOPPED)
+            self.session.fail(FailureClass.PLATFORM, STOPPED)
             self.stopped_in_use = True
         self.close()
 
@@ -262,9 +254,9 @@ class Run:
         with self._closing:
             if not self._closed:
                 self._closed = True
-                self._session.close()
+                self.session.close()
                 self._tell("closed")
-                self.settle()
+                self.follow_up()
 
     def release(self) -> Host | None:
         """End the run, and give away its platform for the next one; None when it is dead, or busy for too long."""
@@ -272,15 +264,21 @@ class Run:
             self.close()
             return None
         try:
-            self.settle()
-            host = self._session.release()
+            self.follow_up()
+            host = self.session.release()
             # The next run's observations will lie where this one's do.
-            self.onlooker.withdraw()
+            self.observation_tap.withdraw()
             self.close()
             self._digesting.shutdown()
             return host
         finally:
             self._lock.release()
+
+    def follow_up(self) -> None:
+        """Do, in order, what the answers so far did not wait for; return when all of it is done, whoever does it."""
+        with self._following_up:
+            while self._due:
+                self._due.popleft()()
 
     def _step(self, action: str | None, arguments: Mapping[str, Any], *, by_hand: bool = False) -> dict[str, Any]:
         """Take one action to its end, and return the answer; called by who has the session to themselves."""
@@ -288,7 +286,7 @@ class Run:
         if action is not None:
             self.last_action = {**taken, "outcome": None, "result": None}
         try:
-            step = self._noting_failures(lambda: self._session.step(action, arguments, by_hand=by_hand))
+            step = self._noting_failures(lambda: self.session.step(action, arguments, by_hand=by_hand))
         except BenchbotError as error:
             self.last_action = {**taken, "arguments": {}, "outcome": "failed", "result": error.title}
             raise
@@ -296,9 +294,6 @@ class Run:
             self.last_action = {**taken, "outcome": step.outcome, "result": step.result}
         self._tell("step")
         return self._step_document(step)
-
-    def _last(self) -> dict[str, Any]:
-        return dict(self.last_action or {})
 
     def _start_host(self, start: Callable[[], Host]) -> Host:
         self._host = start()
@@ -308,13 +303,13 @@ class Run:
         self._digest = BackgroundDigest(self._digesting)
         return self._digest
 
-    def _deliver(self, answer: dict[str, Any], deliver: borrowed.Deliver[T]) -> T:
+    def _deliver(self, answer: dict[str, Any], convert: borrowed.Converter[T]) -> T:
         try:
             if "observations" in answer:
-                self.onlooker.offer(answer["observations"])
-            return deliver(answer, self._host.arena if isinstance(self._host, ChildHost) else None)
+                self.observation_tap.offer(answer["observations"])
+            return convert(answer, self._host.arena if isinstance(self._host, ChildHost) else None)
         finally:
-            self._afterwards.note(self._digest.begin)
+            self._due.append(self._digest.begin)
 
     @contextmanager
     def _moving(self, wait_s: float = 0.0, caller: Caller | None = None, *, moves: bool = True) -> Iterator[None]:
@@ -333,7 +328,7 @@ class Run:
                 "Wait for the answer to the request before, then send this one again.",
             )
         try:
-            self.settle()
+            self.follow_up()
             if self.stop_asked.is_set():
                 raise ended()
             with self._callers:
@@ -345,8 +340,6 @@ class Run:
             with self._callers:
                 self._caller = None
             self._lock.release()
-            if caller is None or not caller.settles:
-                self.settle()
 
     def _noting_failures(self, call: Callable[[], Step | None]) -> Any:
         try:
@@ -366,18 +359,18 @@ class Run:
         self._announce("operator")  # at once: the action under way waits
 
     def _tell(self, kind: str) -> None:
-        """Tell those who watch, and the log, what has happened, when its answer is on its way."""
-        self._afterwards.note(partial(self._announce, kind))
+        """Have an event announced when the answer has been sent."""
+        self._due.append(partial(self._announce, kind))
 
     def _announce(self, kind: str) -> None:
-        """Tell those who watch, and the log; neither learns a pose that the task hides."""
+        """Log and publish an event with the progress, without a pose that the task hides."""
         progress = self.public_progress()
         shown = ("scene_number", "steps", "last_action", "state", "simulated_time_s", "failure", "waiting_for")
         log.info("%s: %s", kind, ", ".join(f"{key} {progress[key]}" for key in shown))
         self.events.publish(kind, progress)
 
     def _step_document(self, step: Step) -> dict[str, Any]:
-        state = description.state_document(self._session)
+        state = description.state_document(self.session)
         return {"observations": step.observations, "outcome": step.outcome, **state}
 
 

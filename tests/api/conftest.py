@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from benchbot.core.request import RunRequest
 from benchbot.supervisor.backend import Backend
 
 
@@ -22,9 +23,13 @@ def start_backend() -> Iterator[Callable[..., Backend]]:
     with ExitStack() as stack:
 
         def start(
-            task: str = "sample:passive", environment: str = "arena:1", robot: str = "sample_robot", **more: Any
+            task: str = "sample:passive",
+            environment: str = "arena:1",
+            robot: str = "sample_robot",
+            seed: int = 0,
+            **more: Any,
         ) -> Backend:
-            chosen = Backend.start(task=task, robot=robot, environment=environment, **more)
+            chosen = Backend.start(RunRequest(task, robot, environment, seed), **more)
             return stack.enter_context(chosen)
 
         yield start

@@ -16,13 +16,16 @@ from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
 from benchbot.core.plugin_manager import Plugins, installed, load
 from benchbot.core.provenance import distributions_used
+from benchbot.core.request import RunRequest
 from benchbot.core.selection import Selection, select
 from tests.core.test_track import started
 from tests.plugin_factory import DECLARES, PluginFactory
 
 
 def chosen(episode: int | None = None, task: str = "sample:goal", environment: str = "arena:1") -> Selection:
-    return select(Catalog(load()), task=task, robot="sample_robot", environment=environment, episode=episode)
+    return select(
+        Catalog(load()), RunRequest(task=task, robot="sample_robot", environment=environment, episode=episode)
+    )
 
 
 def listed(**changes: Any) -> dict[str, Any]:

@@ -14,13 +14,16 @@ from benchbot.core.host import InProcessHost
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot.core.plugin_manager import load
+from benchbot.core.request import RunRequest
 from benchbot.core.selection import Selection, select
 from benchbot.core.session import Session
 
 
 @pytest.fixture(scope="module")
 def selection() -> Selection:
-    return select(Catalog(load()), task="sample:passive", robot="sample_robot", environment="arena:1", seed=3)
+    return select(
+        Catalog(load()), RunRequest(task="sample:passive", robot="sample_robot", environment="arena:1", seed=3)
+    )
 
 
 @pytest.fixture
@@ -38,7 +41,8 @@ def host(selection: Selection, cache_dir: Path) -> InProcessHost:
 
 def chosen(settings: dict[str, Any]) -> Selection:
     return select(
-        Catalog(load()), task="sample:passive", robot="sample_robot", environment="arena:1", settings=settings
+        Catalog(load()),
+        RunRequest(task="sample:passive", robot="sample_robot", environment="arena:1", settings=settings),
     )
 
 

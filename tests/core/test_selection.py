@@ -3,7 +3,8 @@ import pytest
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import Plugins, installed
-from benchbot.core.selection import Limits, select
+from benchbot.core.request import Limits, RunRequest
+from benchbot.core.selection import select
 from tests.plugin_factory import PluginFactory
 
 CODE = """\
@@ -68,7 +69,7 @@ def catalog(plugin_factory: PluginFactory) -> Catalog:
 
 
 def test_a_possible_run_is_selected(catalog: Catalog) -> None:
-    selection = select(catalog, task="tour", robot="cart", environment="room:1", seed=7)
+    selection = select(catalog, RunRequest(task="tour", robot="cart", environment="room:1", seed=7))
     assert selection.environment == "room:1"
     assert selection.actions == ("move_next",)
     assert selection.localisation == "ground_truth"
@@ -78,19 +79,19 @@ def test_a_possible_run_is_selected(catalog: Catalog) -> None:
 
 def test_the_user_overrides_the_limits_of_the_task(catalog: Catalog) -> None:
     limits = Limits(steps=20, wall_time_s=3)
-    assert select(catalog, task="tour", robot="cart", environment="room:1", limits=limits).limits == limits
+    assert select(catalog, RunRequest(task="tour", robot="cart", environment="room:1", limits=limits)).limits == limits
 
 
 def test_one_reason_is_an_error_of_its_own(catalog: Catalog) -> None:
     with pytest.raises(BenchbotError, match="'tuor' is not a known task") as caught:
-        select(catalog, task="tuor", robot="cart", environment="room:1")
+        select(catalog, RunRequest(task="tuor", robot="cart", environment="room:1"))
     assert "Did you mean 'tour'?" in caught.value.why
     assert caught.value.fix == "List them with: benchbot list tasks"
 
 
 def test_every_reason_is_named_at_once(catalog: Catalog) -> None:
     with pytest.raises(BenchbotError, match="not possible, for 8 reasons") as caught:
-        select(catalog, task="compare", robot="real", environment="void:1", method="omg")
+        select(catalog, RunRequest(task="compare", robot="real", environment="void:1", method="omg"))
     for reason in (
         "does not offer the actions that the task 'compare' needs. Missing: move_next",
         "does not offer the observations that the task 'compare' needs. Missing: laser",
@@ -108,26 +109,28 @@ def test_every_reason_is_named_at_once(catalog: Catalog) -> None:
 
 def test_a_method_must_read_the_format_of_the_task(catalog: Catalog) -> None:
     with pytest.raises(BenchbotError, match="'tidiness' cannot score results of the task 'tour'"):
-        select(catalog, task="tour", robot="cart", environment="room:1", method="tidiness")
+        select(catalog, RunRequest(task="tour", robot="cart", environment="room:1", method="tidiness"))
 
 
 def test_move_next_needs_a_trajectory(catalog: Catalog) -> None:
     with pytest.raises(BenchbotError) as caught:
-        select(catalog, task="tour", robot="cart", environment="void:1")
+        select(catalog, RunRequest(task="tour", robot="cart", environment="void:1"))
     assert "The environment 'void:1' has no trajectory." in caught.value.why
 
 
 def test_a_robot_may_say_in_which_worlds_it_runs(catalog: Catalog) -> None:
     catalog.get("robots", "cart").data["runs_in"] = ["real", "sim_acme"]
-    assert select(catalog, task="tour", robot="cart", environment="room:1").robot.name == "cart"
+    assert select(catalog, RunRequest(task="tour", robot="cart", environment="room:1")).robot.name == "cart"
     catalog.get("robots", "cart").data["runs_in"] = ["real", "sim_other"]
     with pytest.raises(BenchbotError, match="'cart' cannot run in the environment 'room:1'") as caught:
-        select(catalog, task="tour", robot="cart", environment="room:1")
+        select(catalog, RunRequest(task="tour", robot="cart", environment="room:1"))
     assert "environments of type real or sim_other, this one is of type sim_acme" in caught.value.why
 
 
 def test_settings_change_every_scene_of_a_run(catalog: Catalog) -> None:
-    found = select(catalog, task="tour", robot="cart", environment="room:1", settings={"lighting.time": "21:30"})
+    found = select(
+        catalog, RunRequest(task="tour", robot="cart", environment="room:1", settings={"lighting.time": "21:30"})
+    )
 
     assert found.settings == {"lighting.time": "21:30"}
     assert [scene.data["lighting"] for scene in found.environments] == [{"time": "21:30"}]
@@ -136,7 +139,9 @@ def test_settings_change_every_scene_of_a_run(catalog: Catalog) -> None:
 
 def test_settings_that_do_not_fit_are_among_the_reasons(catalog: Catalog) -> None:
     with pytest.raises(BenchbotError) as caught:
-        select(catalog, task="tour", robot="carrt", environment="room:1", settings={"lighting.time": "9.30"})
+        select(
+            catalog, RunRequest(task="tour", robot="carrt", environment="room:1", settings={"lighting.time": "9.30"})
+        )
 
     assert "for 2 reasons" in caught.value.title
     assert "lighting.time: '9.30' does not match" in caught.value.why
@@ -164,7 +169,7 @@ def test_assets_need_a_layout_and_a_pack(environment: str, reason: str, plugin_f
     catalog = Catalog(Plugins([info for info in installed() if info.distribution == "acme-assets"]))
 
     with pytest.raises(BenchbotError) as caught:
-        select(catalog, task="tour", robot="cart", environment=environment, settings={"assets": "toolls"})
+        select(catalog, RunRequest(task="tour", robot="cart", environment=environment, settings={"assets": "toolls"}))
 
     assert reason in caught.value.why
-    select(catalog, task="tour", robot="cart", environment="flat:1", settings={"assets": "tools"})
+    select(catalog, RunRequest(task="tour", robot="cart", environment="flat:1", settings={"assets": "tools"}))

@@ -13,7 +13,8 @@ from benchbot.core.geometry import Pose
 from benchbot.core.host import Status
 from benchbot.core.motion import Outcome
 from benchbot.core.progress import ActionResult, State
-from benchbot.core.selection import Limits, Selection
+from benchbot.core.request import Limits
+from benchbot.core.selection import Selection
 from benchbot.core.session import Session
 
 

@@ -18,6 +18,7 @@ from benchbot.core.host import InProcessHost
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import Platform, PlatformSpec, Scene
 from benchbot.core.plugin_manager import load
+from benchbot.core.request import RunRequest
 from benchbot.core.selection import Selection, select
 from benchbot.core.session import Session
 from benchbot.core.track import ROW_ANGLE_RAD, ROW_DISTANCE_M, Track, Trail, Way, Waypoint, followed
@@ -26,7 +27,7 @@ COLUMNS = ["observation", "time_s", "x_m", "y_m", "yaw_rad"]
 
 
 def chosen(task: str = "sample:active", environment: str = "arena:1", robot: str = "sample_robot") -> Selection:
-    return select(Catalog(load()), task=task, robot=robot, environment=environment, seed=3)
+    return select(Catalog(load()), RunRequest(task=task, robot=robot, environment=environment, seed=3))
 
 
 def started(selection: Selection, cache_dir: Path) -> Session:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from benchbot.core.errors import BenchbotError
+from benchbot.core.request import RunRequest
 from benchbot.submission import episode
 from benchbot.submission.episode import Episode, Order
 from benchbot.submission.modes import private_socket
@@ -42,7 +43,7 @@ def back_end() -> Iterator[Backend]:
     with (
         private_socket() as socket,
         Backend.start(
-            task="sample:passive", robot="sample_robot", environment="arena:1", port=None, unix_socket=socket
+            RunRequest("sample:passive", "sample_robot", "arena:1"), port=None, unix_socket=socket
         ) as backend,
     ):
         yield backend

@@ -34,7 +34,7 @@ def serve(tmp_path: Path) -> Iterator[Callable[..., Served]]:
 
             def start_host() -> Host:
                 log = tmp_path / "platform.log"
-                hosts.append(ChildHost(chosen, log, timeouts=timeouts, operator=run.operator, lends=True))
+                hosts.append(ChildHost(chosen, log, timeouts=timeouts, operator=run.operator, zero_copy=True))
                 return hosts[-1]
 
             run = Run(chosen, start_host, tmp_path / "result.json")

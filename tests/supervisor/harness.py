@@ -10,7 +10,8 @@ import httpx
 
 from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import Catalog
-from benchbot.core.selection import Limits, Selection, select
+from benchbot.core.request import NO_LIMITS, Limits, RunRequest
+from benchbot.core.selection import Selection, select
 from benchbot.supervisor.platform.host import ChildHost
 from benchbot.supervisor.run import Run
 
@@ -28,12 +29,14 @@ def sample_selection(
 ) -> Selection:
     return select(
         Catalog(plugin_manager.load()),
-        task=task,
-        robot=robot,
-        environment=environment,
-        seed=seed,
-        limits=limits,
-        episode=episode,
+        RunRequest(
+            task=task,
+            robot=robot,
+            environment=environment,
+            seed=seed,
+            limits=limits or NO_LIMITS,
+            episode=episode,
+        ),
     )
 
 

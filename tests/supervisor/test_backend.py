@@ -12,7 +12,7 @@ import pytest
 from benchbot.api.client import Client
 from benchbot.core import resources
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.core.selection import Limits
+from benchbot.core.request import Limits, RunRequest
 from benchbot.supervisor import backend as backends
 from benchbot.supervisor.backend import Backend
 from benchbot.supervisor.http import server
@@ -22,7 +22,7 @@ from tests.supervisor.harness import alive, children_of, eventually
 SERVE = """
 import json, os, sys
 from pathlib import Path
-from benchbot.supervisor.backend import serve
+from benchbot.supervisor.serve import serve
 from tests.supervisor.harness import sample_selection
 
 def ready(state):
@@ -123,8 +123,12 @@ def test_both_addresses_lead_to_the_same_run(short_folder: Path) -> None:
     process.communicate(timeout=30)
 
 
+def request(**changes: Any) -> RunRequest:
+    return RunRequest(**{"task": "sample:passive", "robot": "sample_robot", "environment": "arena:1", **changes})
+
+
 def sample_backend(**changes: Any) -> Any:
-    return Backend.start(**{"task": "sample:passive", "robot": "sample_robot", "environment": "arena:1", **changes})
+    return Backend.start(request(**changes))
 
 
 def test_a_back_end_is_there_while_it_is_needed() -> None:
@@ -148,7 +152,7 @@ def test_a_warm_back_end_begins_one_run_after_another() -> None:
         client.failed(FailureClass.AGENT, "It did not want to.")
         (simulator,) = children_of(backend.pid)
 
-        backend.begin(seed=5, limits=Limits(steps=1))
+        backend.begin(request(seed=5, limits=Limits(steps=1)))
 
         assert backend.state.connection.url == first.connection.url
         assert backend.state.result != first.result
@@ -169,7 +173,7 @@ def test_a_warm_back_end_begins_anew_where_the_next_episode_starts() -> None:
     with sample_backend(task="sample:goal", episode=0) as backend:
         starts = []
         for number in (0, 1, 0):
-            backend.begin(episode=number)
+            backend.begin(request(task="sample:goal", episode=number))
             observations = Client(backend.state.connection).reset()["observations"]
             starts.append(observations["poses"]["base_link"]["translation_xyz"].tolist())
     assert starts[0] == starts[2] != starts[1]
@@ -182,7 +186,7 @@ def test_a_warm_back_end_replaces_a_simulator_that_has_died() -> None:
         (simulator,) = children_of(backend.pid)
         os.kill(simulator, signal.SIGKILL)
         assert eventually(lambda: not alive(simulator))
-        backend.begin(seed=1)
+        backend.begin(request(seed=1))
         assert Client(backend.state.connection).reset()["state"] == "clean"
 
 
@@ -190,9 +194,9 @@ def test_a_run_that_is_not_possible_leaves_the_one_before() -> None:
     with sample_backend() as backend:
         before = backend.state
         with pytest.raises(BenchbotError, match="has no episodes"):
-            backend.begin(episode=3)
+            backend.begin(request(episode=3))
         assert Client(before.connection).reset()["state"] == "clean"
-        backend.begin(seed=1)
+        backend.begin(request(seed=1))
         assert Client(backend.state.connection).reset()["state"] == "clean"
 
 
@@ -238,7 +242,8 @@ def test_a_back_end_ends_with_the_process_that_started_it() -> None:
     code = (
         "import os, signal\n"
         "from benchbot.supervisor.backend import Backend\n"
-        "start = Backend.start(task='sample:passive', robot='sample_robot', environment='arena:1')\n"
+        "from benchbot.core.request import RunRequest\n"
+        "start = Backend.start(RunRequest('sample:passive', 'sample_robot', 'arena:1'))\n"
         "with start as backend:\n"
         "    print(backend.state.pid, flush=True)\n"
         "    os.kill(os.getpid(), signal.SIGKILL)\n"

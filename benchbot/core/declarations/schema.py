@@ -7,7 +7,7 @@ from typing import Any
 import yaml
 
 from benchbot.core.errors import BenchbotError
-from benchbot.core.findings import Problem as Problem
+from benchbot.core.findings import Problem
 
 KINDS = (
     "task",

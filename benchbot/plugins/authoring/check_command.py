@@ -9,7 +9,7 @@ from benchbot.cli.kit.options import Json
 from benchbot.core.errors import BenchbotError, ExitCode, did_you_mean
 
 if TYPE_CHECKING:
-    from benchbot.core.declarations.schema import Problem
+    from benchbot.core.findings import Problem
 
 MOST_SHOWN = 3
 

@@ -7,7 +7,7 @@ from typing import Any
 from benchbot.core import overrides
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
-from benchbot.core.selection import Limits
+from benchbot.core.request import Limits
 from benchbot.plugins.batch.plan import Policy
 from benchbot.plugins.batch.request import Request, names, numbers, settings_axes
 from benchbot.submission.command import split_words

@@ -8,12 +8,13 @@ from hashlib import sha256
 from benchbot.core import results
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
+from benchbot.core.request import digest
 from benchbot.plugins.batch.claims import HeldClaim, Observer
 from benchbot.plugins.batch.events import EventLog
 from benchbot.plugins.batch.finishing import finish
 from benchbot.plugins.batch.folder import Folder
 from benchbot.plugins.batch.heartbeat import Heartbeat
-from benchbot.plugins.batch.plan import Plan, digest
+from benchbot.plugins.batch.plan import Plan
 from benchbot.plugins.batch.worker_pool import Crew
 
 CLAIM = "conclusion"

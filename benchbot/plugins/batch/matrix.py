@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -11,9 +11,10 @@ from benchbot.core import overrides
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.provenance import software
+from benchbot.core.request import RunRequest, canonical, digest
 from benchbot.core.selection import ImpossibleError, Selection, select
 from benchbot.plugins.batch import solutions
-from benchbot.plugins.batch.plan import Plan, PlannedEpisode, PlannedSolution, canonical, digest, plan_hash
+from benchbot.plugins.batch.plan import Plan, PlannedEpisode, PlannedSolution, plan_hash
 from benchbot.plugins.batch.request import Request
 from benchbot.plugins.batch.source_files import SourceFiles
 from benchbot.submission.command import order_of
@@ -34,8 +35,6 @@ def make(request: Request, catalog: Catalog, folder: Path) -> Plan:
     solution = PlannedSolution(request.native, request.example, tuple(request.words), str(folder), found, hold)
     selections = _selections(request, catalog)
     shared = {
-        "task": request.task,
-        "limits": asdict(request.limits),
         "timeout_s": request.timeout_s,
         "solution": {"command": command, "files": dict(solution.files), **hold.determines()},
     }
@@ -70,16 +69,7 @@ def _command(request: Request, catalog: Catalog, folder: Path) -> tuple[list[str
 
 def select_for(plan: Plan, episode: PlannedEpisode, catalog: Catalog) -> Selection:
     """Return what an episode runs; raises BenchbotError when that is not possible here."""
-    return select(
-        catalog,
-        task=plan.task,
-        robot=episode.robot,
-        environment=episode.environment,
-        seed=episode.seed,
-        limits=plan.limits,
-        episode=episode.episode,
-        settings=episode.settings,
-    )
+    return select(catalog, plan.request_of(episode))
 
 
 Combination = tuple[str, str, dict[str, Any], int | None]
@@ -94,13 +84,15 @@ def _selections(request: Request, catalog: Catalog) -> list[tuple[Combination, S
         try:
             selection = select(
                 catalog,
-                task=request.task,
-                robot=robot,
-                environment=environment,
-                method=request.method,
-                limits=request.limits,
-                episode=episode,
-                settings=settings,
+                RunRequest(
+                    task=request.task,
+                    robot=robot,
+                    environment=environment,
+                    method=request.method,
+                    limits=request.limits,
+                    episode=episode,
+                    settings=settings,
+                ),
             )
         except BenchbotError as error:
             for reason in error.reasons if isinstance(error, ImpossibleError) else [error]:
@@ -139,7 +131,7 @@ def _combinations(request: Request) -> Iterator[Combination]:
 def _episodes(
     request: Request, selections: list[tuple[Combination, Selection]], shared: dict[str, Any]
 ) -> Iterator[PlannedEpisode]:
-    known: dict[str, dict[str, Any]] = {}
+    known: dict[bytes, dict[str, Any]] = {}
     for (robot, environment, settings, _), selection in selections:
         place = canonical([robot, environment, settings])
         if place not in known:
@@ -150,13 +142,9 @@ def _episodes(
             determines = {
                 **shared,
                 **known[place],
-                "robot": robot,
-                "environment": environment,
-                "settings": settings,
-                "seed": seed,
+                "request": replace(selection.request, seed=seed).determining(),
                 "repeat": counted,
                 "episode": None if selection.episode is None else selection.episode.provenance(),
-                "limits": asdict(selection.limits),
             }
             label = _label(robot, environment, seed, counted, number, settings)
             yield PlannedEpisode(digest(determines), label, robot, environment, seed, counted, number, settings)

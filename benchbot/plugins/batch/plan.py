@@ -1,10 +1,8 @@
 """The plan of a batch: what is computed, episode by episode, hashed, and written before anything starts."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
-from hashlib import sha256
 from pathlib import Path
 from typing import Any, Self
 
@@ -12,7 +10,7 @@ from benchbot.cli.kit.holding import CONTAINER, NATIVE, SANDBOX
 from benchbot.core import results
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
-from benchbot.core.selection import Limits
+from benchbot.core.request import Limits, RunRequest, canonical, digest
 from benchbot.submission.modes import DEFAULT_LIMITS, ProcessLimits
 
 VERSION = 1
@@ -101,7 +99,7 @@ class PlannedEpisode:
     @cached_property
     def place(self) -> Place:
         """What a simulator must have loaded for it."""
-        return self.robot, self.environment, canonical(self.settings)
+        return self.robot, self.environment, canonical(self.settings).decode()
 
 
 @dataclass(frozen=True)
@@ -128,19 +126,21 @@ class Plan:
         """The environments, in the order of the plan."""
         return list(dict.fromkeys(episode.environment for episode in self.episodes))
 
+    def request_of(self, episode: PlannedEpisode) -> RunRequest:
+        """Return what is run in an episode."""
+        return RunRequest(
+            task=self.task,
+            robot=episode.robot,
+            environment=episode.environment,
+            seed=episode.seed,
+            episode=episode.episode,
+            settings=episode.settings,
+            limits=self.limits,
+        )
+
     def as_dict(self) -> dict[str, Any]:
         """Return the plan as the JSON document that is written."""
         return {"version": VERSION, **asdict(self)}
-
-
-def canonical(document: Any) -> str:
-    """Return a document as JSON that is the same for equal documents: keys sorted, no spaces."""
-    return json.dumps(document, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
-
-
-def digest(document: Any) -> str:
-    """Return the SHA-256 of a document's canonical JSON."""
-    return sha256(canonical(document).encode()).hexdigest()
 
 
 def plan_hash(episodes: tuple[PlannedEpisode, ...]) -> str:

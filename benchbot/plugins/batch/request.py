@@ -7,7 +7,7 @@ from typing import Any
 
 from benchbot.core import overrides
 from benchbot.core.errors import BenchbotError
-from benchbot.core.selection import Limits
+from benchbot.core.request import Limits
 from benchbot.plugins.batch.plan import Hold, Policy
 
 _RANGE = re.compile(r"(\d+)(?:\.\.(\d+))?")

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 from benchbot.core.errors import BenchbotError
@@ -33,10 +34,11 @@ class WarmBackend:
 
         Raises BenchbotError when a fresh one does not start either.
         """
+        request = replace(self._plan.request_of(episode), record={name: str(folder) for name, folder in record.items()})
         backend = self._backend
         if backend is not None and self._place == episode.place and backend.died() is None:
             try:
-                backend.begin(seed=episode.seed, limits=self._plan.limits, episode=episode.episode, record=record)
+                backend.begin(request)
             except BenchbotError:
                 # Stuck or dying: a fresh one tells whether the episode is the reason.
                 self.close()
@@ -45,14 +47,7 @@ class WarmBackend:
         self.close()
         self._backend = self._stack.enter_context(
             Backend.start(
-                task=self._plan.task,
-                robot=episode.robot,
-                environment=episode.environment,
-                settings=episode.settings,
-                seed=episode.seed,
-                limits=self._plan.limits,
-                episode=episode.episode,
-                record=record,
+                request,
                 port=None if self._needs_socket else 0,
                 unix_socket=self._stack.enter_context(private_socket()) if self._needs_socket else None,
                 start_timeout_s=START_TIMEOUT_S,

@@ -10,7 +10,8 @@ from benchbot.core.digest import MARK_DIGITS
 from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.core.host import Host
 from benchbot.core.provenance import source_of_pose
-from benchbot.core.selection import Limits, Selection
+from benchbot.core.request import Limits
+from benchbot.core.selection import Selection
 from benchbot.core.session import Session
 from benchbot.plugins.bundles import selected
 

@@ -11,7 +11,8 @@ from typing import Any
 from benchbot.core import results
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, ExitCode
-from benchbot.core.selection import Limits, Selection
+from benchbot.core.request import Limits
+from benchbot.core.selection import Selection
 from benchbot.evaluation import evaluate_files
 from benchbot.plugins.bundles import comparing, rescoring, selected
 from benchbot.plugins.bundles.reading import Bundle
@@ -159,13 +160,7 @@ def _run_once(selection: Selection, order: Order, watcher: Watcher) -> dict[str,
         socket = stack.enter_context(private_socket()) if order.mode.needs_socket else None
         backend = stack.enter_context(
             Backend.start(
-                task=selection.task.name,
-                robot=selection.robot.name,
-                environment=selection.environment,
-                seed=selection.seed,
-                limits=selection.limits,
-                episode=None if selection.episode is None else selection.episode.number,
-                settings=selection.settings,
+                selection.request,
                 port=None if socket is not None else 0,
                 unix_socket=socket,
             )

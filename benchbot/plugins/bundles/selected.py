@@ -9,7 +9,8 @@ from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.provenance import software
-from benchbot.core.selection import Limits, Selection, select
+from benchbot.core.request import Limits, RunRequest
+from benchbot.core.selection import Selection, select
 
 
 @dataclass(frozen=True)
@@ -49,12 +50,14 @@ def again(provenance: Mapping[str, Any], catalog: Catalog, limits: Limits | None
     episode = chosen.get("episode")
     selection = select(
         catalog,
-        task=str(chosen["task"]),
-        robot=str(chosen["robot"]),
-        environment=str(chosen["environment"]),
-        seed=int(chosen["seed"]),
-        episode=None if episode is None else int(episode["number"]),
-        settings=chosen.get("settings") or {},
+        RunRequest(
+            task=str(chosen["task"]),
+            robot=str(chosen["robot"]),
+            environment=str(chosen["environment"]),
+            seed=int(chosen["seed"]),
+            episode=None if episode is None else int(episode["number"]),
+            settings=chosen.get("settings") or {},
+        ),
     )
     if selection.robot.data["type"] in plugin_manager.load().pool("robot_drivers"):
         raise BenchbotError(

@@ -14,9 +14,9 @@ from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.plugins.containers import outbox
 from benchbot.plugins.containers.engine import Engine, failed
 from benchbot.plugins.containers.image import LABEL
+from benchbot.process import LastWords
 from benchbot.submission import limits
 from benchbot.submission.init.process import GRACE_S
-from benchbot.submission.last_words import LastWords
 from benchbot.submission.modes import ProcessLimits
 
 if TYPE_CHECKING:

@@ -18,7 +18,8 @@ from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import Platform, PlatformSpec, Scene
 from benchbot.core.progress import State, Step
 from benchbot.core.records import Simulator
-from benchbot.core.selection import Limits, Selection, select
+from benchbot.core.request import Limits, RunRequest
+from benchbot.core.selection import Selection, select
 from benchbot.core.session import Session
 from benchbot.plugins.gymnasium import commands, rewards
 from benchbot.plugins.gymnasium.commands import NEXT_SCENE, Command, Velocity
@@ -161,11 +162,13 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
         if name not in self._selections:
             selection = select(
                 self._catalog,
-                task=self._task,
-                robot=self._robot,
-                environment=name,
-                limits=self._limits,
-                settings=self._settings,
+                RunRequest(
+                    task=self._task,
+                    robot=self._robot,
+                    environment=name,
+                    limits=self._limits,
+                    settings=self._settings,
+                ),
             )
             robot = selection.robot
             if robot.data["type"] not in self._catalog.plugins.pool("simulators"):

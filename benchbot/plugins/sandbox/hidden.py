@@ -11,7 +11,7 @@ from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.resources import YAML_SUFFIXES, declaration_files
-from benchbot.supervisor.recording import recordings
+from benchbot.supervisor.recording.host import recorded_folders
 from benchbot.wire import run_state
 
 KINDS = {"ground_truths": (".json",), "environments": YAML_SUFFIXES, "episodes": (".json",)}
@@ -28,7 +28,7 @@ def hidden_paths(catalog: Catalog, folder: Path) -> tuple[Path, ...]:
     """
     inside = folder.resolve()
     found = {resources.state_dir(), resources.cache_dir(), resources.data_dir()}
-    found.update(path for run in run_state.live() for path in recordings.listed(Path(run.folder)) if path.is_dir())
+    found.update(path for run in run_state.live() for path in recorded_folders(Path(run.folder)) if path.is_dir())
     found.update(package for package in _packages(catalog) if not inside.is_relative_to(package.resolve()))
     found.update(_declared(catalog, [path.resolve() for path in found]))
     return tuple(sorted({path.resolve() for path in found}))

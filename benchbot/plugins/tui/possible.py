@@ -6,6 +6,7 @@ from itertools import groupby, islice, permutations
 
 from benchbot.core.declarations.catalog import Catalog, Declaration
 from benchbot.core.errors import BenchbotError
+from benchbot.core.request import RunRequest
 from benchbot.core.selection import ImpossibleError, select
 
 MOST_ENVIRONMENTS = 500
@@ -83,7 +84,7 @@ class Possibilities:
 
     def _asked(self, task: str, robot: str, environment: str) -> tuple[BenchbotError, ...]:
         try:
-            select(self.catalog, task=task, robot=robot, environment=environment)
+            select(self.catalog, RunRequest(task=task, robot=robot, environment=environment))
         except ImpossibleError as error:
             return error.reasons
         except BenchbotError as error:

@@ -8,7 +8,7 @@ from typing import Any
 from benchbot.core import plugin_manager
 from benchbot.core.errors import BenchbotError
 from benchbot.core.progress import Progress, State
-from benchbot.supervisor.refused import RefusedError
+from benchbot.supervisor import RefusedError
 from benchbot.supervisor.run import Caller, Run, ended
 
 Mover = Callable[[Callable[[Caller], dict[str, Any]]], Awaitable[dict[str, Any]]]

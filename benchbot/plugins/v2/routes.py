@@ -3,19 +3,15 @@
 Everything is a GET with a JSON body, the actions too; a slash may be doubled.
 """
 
-import ipaddress
-import re
 from collections.abc import Awaitable, Callable
 from functools import partial
 from typing import Any
-from urllib.parse import urlsplit
 
 import msgspec
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import HTMLResponse, Response
 from starlette.routing import Route
-from starlette.types import ASGIApp, Receive, Scope, Send
 
 from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, OBSERVATIONS
 from benchbot.core.errors import did_you_mean
@@ -23,16 +19,15 @@ from benchbot.core.results import public_environment
 from benchbot.core.selection import Selection
 from benchbot.plugins.v2 import encoding
 from benchbot.plugins.v2.robot import Mover, V2Robot
+from benchbot.supervisor import RefusedError
 from benchbot.supervisor.http import bodies
-from benchbot.supervisor.http.waiting import while_there
-from benchbot.supervisor.refused import RefusedError
+from benchbot.supervisor.http.access import Access
+from benchbot.supervisor.http.server import while_connected
 from benchbot.supervisor.run import Run
 
 HELLO = "Hello, I am the BenchBot supervisor"
 HELLO_ROBOT = "Hello, I am the BenchBot robot controller"
 MAX_ARGUMENTS_BYTES = 2**16
-
-Endpoint = Callable[[Request], Awaitable[Response]]
 
 
 class Call(msgspec.Struct, forbid_unknown_fields=True):
@@ -42,21 +37,8 @@ class Call(msgspec.Struct, forbid_unknown_fields=True):
     kwargs: dict[str, Any] = {}
 
 
-class MergedSlashes:
-    """An application that takes doubled slashes in a path for one, as v2's server did: its client sends them."""
-
-    def __init__(self, app: ASGIApp) -> None:
-        self._app = app
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Hand a request on."""
-        if scope["type"] == "http":
-            scope = {**scope, "path": re.sub("//+", "/", scope["path"])}
-        await self._app(scope, receive, send)
-
-
-def routes(run: Run, guarded: Callable[[Endpoint], Endpoint]) -> list[Route]:
-    """Return v2's routes. All but the greeting are `guarded`."""
+def routes(run: Run, access: Access) -> list[Route]:
+    """Return v2's routes. All but the greeting ask for a token, unless the run lets clients in that know none."""
     robot = V2Robot(run)
     configuration = config(run.selection)
     functions: list[str] = sorted(configuration["results"].get("functions", {}))
@@ -132,7 +114,7 @@ def routes(run: Run, guarded: Callable[[Endpoint], Endpoint]) -> list[Route]:
     return [
         Route("/", hello),
         *(
-            Route(path, guarded(endpoint))
+            Route(path, access.tokenless(endpoint))
             for path, endpoint in (
                 ("/config", config_at),
                 ("/config/{path:path}", config_at),
@@ -169,36 +151,12 @@ def config(selection: Selection) -> dict[str, Any]:
     }
 
 
-def check_local_name(request: Request) -> None:
-    """Raise RefusedError (403) for a request that a web page may have sent through the user's browser.
-
-    Without a token, a page could make its own domain name mean this machine (DNS rebinding) and then read and command
-    the robot. Such a name has a dot in it, unlike `localhost` and v2's `benchbot_supervisor`.
-    """
-    try:
-        name = urlsplit(f"//{request.headers.get('host', '')}").hostname or ""
-    except ValueError:
-        name = "?."
-    if "." in name or ":" in name:
-        try:
-            local = ipaddress.ip_address(name).is_loopback
-        except ValueError:
-            local = False
-        if not local:
-            raise RefusedError(
-                403,
-                "The supervisor does not answer to that name.",
-                "This run takes requests without a token, and so only those that are addressed to this machine.",
-                "Use http://127.0.0.1 or http://localhost, with the run's port.",
-            )
-
-
 async def _in_turn(request: Request, run: Run, robot: V2Robot, command: Callable[[Mover], Awaitable[Any]]) -> Any:
     """Return what a command returns when it is its turn; nothing is done for a client that has hung up by then."""
     async with robot.turn:
         if await request.is_disconnected():
             raise ClientDisconnect
-        return await command(lambda call: while_there(request, run, call))
+        return await command(lambda call: while_connected(request, run, call))
 
 
 async def _arguments(request: Request) -> dict[str, Any]:

@@ -7,7 +7,6 @@ import asyncio
 import math
 import os
 import time
-from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
@@ -18,18 +17,17 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from benchbot.plugins.watching import usage
+from benchbot.supervisor import RefusedError
 from benchbot.supervisor.description import progress_document
 from benchbot.supervisor.http import bodies
-from benchbot.supervisor.observation_tap import Order
-from benchbot.supervisor.refused import RefusedError
+from benchbot.supervisor.http.access import Access
+from benchbot.supervisor.observation_tap import SnapshotRequest
 from benchbot.supervisor.run import Run
 
 DEFAULT_WIDTH, MOST_WIDE = 320, 4096
 MOST_POINTS = 500
 USAGE_PERIOD_S = 1.0
 _PLACE_DIGITS = 3
-
-Check = Callable[[Request], None]
 
 
 class GateRequest(msgspec.Struct, forbid_unknown_fields=True):
@@ -46,24 +44,14 @@ class DriveRequest(msgspec.Struct, forbid_unknown_fields=True):
     arguments: dict[str, Any] = {}
 
 
-class Desk:
+class WatchRoutes:
     """Answers those who look on at one run."""
 
-    def __init__(self, run: Run, check: Check) -> None:
+    def __init__(self, run: Run) -> None:
         self._run = run
-        self._check = check
         # Not among the threads of the requests: those may all be waiting at the gate.
         self._driver = ThreadPoolExecutor(1, "benchbot-driving")
         self._used: tuple[float, usage.Use | None] = (-math.inf, None)
-
-    def routes(self) -> list[Route]:
-        """Return the routes."""
-        return [
-            self._route("", self.watch, "GET"),
-            self._route("/look", self.look, "GET"),
-            self._route("/gate", self.gate, "POST"),
-            self._route("/drive", self.drive, "POST"),
-        ]
 
     async def watch(self, request: Request) -> Response:
         """Answer where the run stands; `session=1` adds what is run, `after=N` what is seen; `path=0` omits its way."""
@@ -117,28 +105,35 @@ class Desk:
         call = partial(self._run.drive, body.action, body.arguments)
         return bodies.respond(request, await asyncio.get_running_loop().run_in_executor(self._driver, call))
 
-    def _route(self, path: str, endpoint: Callable[[Request], Awaitable[Response]], method: str) -> Route:
-        async def checked(request: Request) -> Response:
-            self._check(request)
-            return await endpoint(request)
-
-        return Route(f"/api/v1/watch{path}", checked, methods=[method])
-
     def _look(self, request: Request) -> dict[str, Any] | None:
         asked = request.query_params
         channels = tuple(sorted({name for name in asked.get("channels", "").split(",") if name}))
         if not channels:
             channels = self._run.selection.observations
-        order = Order(channels, _number(asked.get("width"), DEFAULT_WIDTH, 1, MOST_WIDE))
-        sight = self._run.onlooker.look(order, _number(asked.get("after"), 0, 0, 2**63))
-        if sight is None:
+        wanted = SnapshotRequest(channels, _number(asked.get("width"), DEFAULT_WIDTH, 1, MOST_WIDE))
+        snapshot = self._run.observation_tap.snapshot(wanted, _number(asked.get("after"), 0, 0, 2**63))
+        if snapshot is None:
             return None
-        return {"number": sight.number, "stride": sight.stride, "observations": sight.observations}
+        return {"number": snapshot.number, "stride": snapshot.stride, "observations": snapshot.observations}
 
     def _usage(self) -> tuple[float, usage.Use | None]:
         if time.monotonic() - self._used[0] > USAGE_PERIOD_S:
             self._used = time.monotonic(), usage.of([os.getpid()])
         return self._used
+
+
+def routes(run: Run, access: Access) -> list[Route]:
+    """Return the routes of those who watch a run."""
+    watch = WatchRoutes(run)
+    endpoints = (
+        ("", watch.watch, "GET"),
+        ("/look", watch.look, "GET"),
+        ("/gate", watch.gate, "POST"),
+        ("/drive", watch.drive, "POST"),
+    )
+    return [
+        Route(f"/api/v1/watch{path}", access.host(endpoint), methods=[method]) for path, endpoint, method in endpoints
+    ]
 
 
 def _path(run: Run) -> list[tuple[float, float]]:

@@ -1,12 +1,13 @@
 """The HTTP application of a run: the routes of the v1 API (docs/wire.md)."""
 
 import asyncio
-import hmac
 import os
-import time
-from collections.abc import AsyncIterator, Awaitable, Callable
+import pkgutil
+import re
+from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any
+from pathlib import Path
+from typing import Any, TypeVar
 
 import msgspec
 from starlette.applications import Starlette
@@ -15,24 +16,36 @@ from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response, StreamingResponse
-from starlette.routing import Route
+from starlette.routing import BaseRoute, Route
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 import benchbot
+from benchbot.core import plugin_manager
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.plugins.v2 import routes
-from benchbot.plugins.watching.routes import Desk
-from benchbot.supervisor.http import bodies, observing, record_routes
-from benchbot.supervisor.http.express import Express, Reader
-from benchbot.supervisor.http.waiting import while_there
-from benchbot.supervisor.refused import RefusedError
-from benchbot.supervisor.run import Run
+from benchbot.supervisor import RefusedError
+from benchbot.supervisor.events import stream
+from benchbot.supervisor.http import bodies
+from benchbot.supervisor.http.access import Access, Endpoint
+from benchbot.supervisor.http.server import while_connected
+from benchbot.supervisor.platform import borrowed
+from benchbot.supervisor.recording.host import Recordings
+from benchbot.supervisor.run import Caller, Run
 from benchbot.wire import encoding
 
-PROGRESS_PERIOD_S = 0.1
-HEARTBEAT_S = 15.0
 NOT_THE_SOLUTIONS = (FailureClass.PLATFORM, FailureClass.INFRASTRUCTURE)
 
-Endpoint = Callable[[Request], Awaitable[Response]]
+T = TypeVar("T")
+
+
+class StepRequest(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of a step: no action only observes."""
+
+    action: str | None = None
+    arguments: dict[str, Any] = {}
+
+
+class EmptyRequest(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of a request that has nothing to say."""
 
 
 class Failure(msgspec.Struct, forbid_unknown_fields=True, rename={"failure": "class"}):
@@ -57,25 +70,28 @@ class FunctionRequest(msgspec.Struct, forbid_unknown_fields=True):
     kwargs: dict[str, Any] = {}
 
 
+class RecordRequest(msgspec.Struct, forbid_unknown_fields=True):
+    """Recordings to begin, the folder by the recorder's name, and the folders of those to finish."""
+
+    begin: dict[str, str] = {}
+    finish: list[str] = []
+
+
 class OperatorRequest(msgspec.Struct, forbid_unknown_fields=True):
     """The body of the operator's word that what they were asked is done."""
 
     done: bool
 
 
-class Application(Starlette):
-    """An application that also answers some requests without HTTP's detours: see `express`."""
-
-    express: Callable[[bytes], Express | None]
-
-
-def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = False) -> Application:
+def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = False) -> Starlette:
     """Return the application of one run. Every route but `/` and `/api/v1/health` needs the bearer token.
 
     The operator's route and those of who watches need a token of their own: a solution must not confirm what a person
-    is asked to do, nor see more than it is shown. With
-    `open_to_v2`, the routes of BenchBot v2 need none, since v2's client has none.
+    is asked to do, nor see more than it is shown. With `open_to_v2`, the routes of BenchBot v2 need none, since v2's
+    client has none.
     """
+
+    access = Access(token, operator_token, without_token=open_to_v2)
 
     async def health(request: Request) -> Response:
         document = {"name": "benchbot", "version": benchbot.__version__, "api": 1, "pid": os.getpid()}
@@ -84,15 +100,25 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
     async def session(request: Request) -> Response:
         return bodies.respond(request, run.describe())
 
-    def observed(route: str) -> Endpoint:
+    def observing(kind: type[T], call: Callable[[T, Caller, borrowed.Converter[bytes]], bytes]) -> Endpoint:
         async def observe(request: Request) -> Response:
             bodies.require_msgpack(request)
-            body = await bodies.read(request, observing.BODIES[route])
-            opened = request.headers.get(encoding.ARENA_HEADER)
-            answer = partial(observing.answer, run, route, body, opened)
-            return bodies.encoded(await while_there(request, run, answer))
+            body = await bodies.read(request, kind)
+            # The answer is encoded while the request still has the session, and with it the arrays, to itself.
+            encode = partial(borrowed.encode_answer, opened=request.headers.get(encoding.ARENA_HEADER))
+            content = await while_connected(request, run, lambda caller: call(body, caller, encode))
+            return Response(content, media_type=bodies.MSGPACK)
 
-        return observe
+        return access.solution(observe)
+
+    def reset(body: EmptyRequest, caller: Caller, encode: borrowed.Converter[bytes]) -> bytes:
+        return run.reset(caller, encode)
+
+    def step(body: StepRequest, caller: Caller, encode: borrowed.Converter[bytes]) -> bytes:
+        return run.step(body.action, body.arguments, caller, encode)
+
+    def next_scene(body: EmptyRequest, caller: Caller, encode: borrowed.Converter[bytes]) -> bytes:
+        return run.next_scene(caller, encode)
 
     async def result(request: Request) -> Response:
         body = await bodies.read(request, ResultRequest)
@@ -121,21 +147,19 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
         return bodies.respond(request, {"value": value})
 
     async def events(request: Request) -> Response:
-        return StreamingResponse(
-            _event_stream(run), media_type="text/event-stream", headers={"Cache-Control": "no-store"}
-        )
+        content = stream(run.events, run.public_progress)
+        return StreamingResponse(content, media_type="text/event-stream", headers={"Cache-Control": "no-store"})
 
     async def stop(request: Request) -> Response:
-        by_solution = not _has_token(request, operator_token)
+        by_solution = not access.is_operator(request)
         if by_solution:
-            _check_token(request, token)
-        await bodies.read(request, observing.Nothing)
+            access.check_solution(request)
+        await bodies.read(request, EmptyRequest)
         # It is the emergency stop: the robot does not wait for whoever serves the run to wake up and end it in order.
         asyncio.get_running_loop().run_in_executor(None, partial(run.stop, by_solution=by_solution))
         return bodies.respond(request, {"stopping": True})
 
     async def operator(request: Request) -> Response:
-        _check_operator(request, token, operator_token)
         body = await bodies.read(request, OperatorRequest)
         if not body.done:
             raise RefusedError(
@@ -143,35 +167,31 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
             )
         return bodies.respond(request, {"confirmed": run.confirm()})
 
-    def private(endpoint: Endpoint) -> Endpoint:
-        async def checked(request: Request) -> Response:
-            _check_token(request, token)
-            return await endpoint(request)
+    async def recordings(request: Request) -> Response:
+        return bodies.respond(request, {"recordings": run.recordings.as_list()})
 
-        return checked
+    async def record(request: Request) -> Response:
+        body = await bodies.read(request, RecordRequest)
+        await run_in_threadpool(_record, run.recordings, body)
+        return await recordings(request)
 
-    def local(endpoint: Endpoint) -> Endpoint:
-        async def checked(request: Request) -> Response:
-            routes.check_local_name(request)
-            return await endpoint(request)
-
-        return checked
-
-    app = Application(
+    return Starlette(
         routes=[
-            *routes.routes(run, local if open_to_v2 else private),
             Route("/api/v1/health", health),
-            Route("/api/v1/session", private(session)),
-            Route("/api/v1/events", private(events)),
-            *(Route(f"/api/v1/{route}", private(observed(route)), methods=["POST"]) for route in observing.BODIES),
-            Route("/api/v1/result", private(result), methods=["POST"]),
-            Route("/api/v1/results_functions/{name}", private(results_function), methods=["POST"]),
+            Route("/api/v1/session", access.solution(session)),
+            Route("/api/v1/events", access.solution(events)),
+            Route("/api/v1/reset", observing(EmptyRequest, reset), methods=["POST"]),
+            Route("/api/v1/step", observing(StepRequest, step), methods=["POST"]),
+            Route("/api/v1/next_scene", observing(EmptyRequest, next_scene), methods=["POST"]),
+            Route("/api/v1/result", access.solution(result), methods=["POST"]),
+            Route("/api/v1/results_functions/{name}", access.solution(results_function), methods=["POST"]),
             Route("/api/v1/stop", stop, methods=["POST"]),
-            Route("/api/v1/operator", operator, methods=["POST"]),
-            *Desk(run, partial(_check_host, token=token, operator_token=operator_token)).routes(),
-            *record_routes.routes(run.recordings, partial(_check_host, token=token, operator_token=operator_token)),
+            Route("/api/v1/operator", access.operator(operator), methods=["POST"]),
+            Route("/api/v1/watch/record", access.host(recordings), methods=["GET"]),
+            Route("/api/v1/watch/record", access.host(record), methods=["POST"]),
+            *_routes_of_plugins(run, access),
         ],
-        middleware=[Middleware(routes.MergedSlashes)],
+        middleware=[Middleware(_following_up, run=run), Middleware(_merging_slashes)],
         exception_handlers={
             BenchbotError: _benchbot_error,
             HTTPException: _http_error,
@@ -179,80 +199,45 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
             Exception: _internal_error,
         },
     )
-    app.express = Reader(run, token).read
-    return app
 
 
-def _has_token(request: Request, token: str) -> bool:
-    given = request.headers.get("authorization", "")
-    # Compared as bytes: compare_digest takes no text beyond ASCII.
-    return hmac.compare_digest(given.encode("utf-8", "replace"), f"Bearer {token}".encode())
+def _routes_of_plugins(run: Run, access: Access) -> Iterator[BaseRoute]:
+    for provided in plugin_manager.load().pool("routes").values():
+        yield from pkgutil.resolve_name(provided.value.target)(run, access)
 
 
-def _check_operator(request: Request, token: str, operator_token: str) -> None:
-    if _has_token(request, operator_token):
-        return
-    _check_token(request, token)
-    raise RefusedError(
-        403,
-        "Only the operator can say that this is done.",
-        "The token is the solution's: a program does not know what a person beside the robot has done.",
-        "Have the person type: benchbot ready",
-    )
+def _merging_slashes(app: ASGIApp) -> ASGIApp:
+    """Return an application that takes doubled slashes in a path for one, as v2's server did: its client sends them."""
+
+    async def answer(scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "http":
+            scope = {**scope, "path": re.sub("//+", "/", scope["path"])}
+        await app(scope, receive, send)
+
+    return answer
 
 
-def _check_host(request: Request, *, token: str, operator_token: str) -> None:
-    if _has_token(request, operator_token):
-        return
-    _check_token(request, token)
-    raise RefusedError(
-        403,
-        "Only the host of the run may look on.",
-        "The token is the solution's, and what is shown here is not for solutions.",
-        "Take the operator's token from the run's state file, or type: benchbot tui",
-    )
+def _following_up(app: ASGIApp, run: Run) -> ASGIApp:
+    """Return an application that does what an answer does not wait for as soon as that has been sent."""
+
+    async def answer(scope: Scope, receive: Receive, send: Send) -> None:
+        await app(scope, receive, send)
+        await run_in_threadpool(run.follow_up)
+
+    return answer
 
 
-def _check_token(request: Request, token: str) -> None:
-    if not _has_token(request, token):
+def _record(recordings: Recordings, body: RecordRequest) -> None:
+    relative = [folder for folder in (*body.begin.values(), *body.finish) if not Path(folder).is_absolute()]
+    if relative:
         raise RefusedError(
-            401,
-            "The supervisor does not know you.",
-            "The request has no bearer token, or not the one of this run.",
-            "Send the run's token: Authorization: Bearer $BENCHBOT_TOKEN",
+            400,
+            f"'{relative[0]}' is no absolute path.",
+            "The supervisor has another working folder than you.",
+            "Send the whole path of the folder, from / on.",
         )
-
-
-async def _event_stream(run: Run) -> AsyncIterator[bytes]:
-    """Yield server-sent events: what happens as it happens, progress when it changed, at most ten times a second."""
-    shown: dict[str, Any] = {}
-    spoken_s = time.monotonic()
-    with run.events.subscribed() as queue:
-        while True:
-            progress = run.public_progress()
-            # Time passes by itself: that alone is no news.
-            news = {key: value for key, value in progress.items() if key != "wall_time_s"}
-            if news != shown:
-                shown, spoken_s = news, time.monotonic()
-                yield _sse("progress", progress)
-            tick_s = time.monotonic() + PROGRESS_PERIOD_S
-            while (left_s := tick_s - time.monotonic()) > 0:
-                try:
-                    event = await asyncio.wait_for(queue.get(), left_s)
-                except TimeoutError:
-                    break
-                spoken_s = time.monotonic()
-                yield _sse(event.kind, event.data)
-                if event.kind == "closed":
-                    return
-            if time.monotonic() - spoken_s > HEARTBEAT_S:
-                spoken_s = time.monotonic()
-                yield b": still here\n\n"
-
-
-def _sse(kind: str, data: dict[str, Any]) -> bytes:
-    # https://html.spec.whatwg.org/multipage/server-sent-events.html
-    return b"event: %s\ndata: %s\n\n" % (kind.encode(), msgspec.json.encode(data))
+    recordings.finish([Path(folder) for folder in body.finish])
+    recordings.begin({name: Path(folder) for name, folder in body.begin.items()})
 
 
 async def _benchbot_error(request: Request, error: Any) -> Response:

@@ -7,7 +7,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.supervisor.refused import RefusedError, status_of
+from benchbot.supervisor import RefusedError
 from benchbot.wire import encoding
 
 MSGPACK = "application/msgpack"
@@ -22,74 +22,61 @@ async def read(request: Request, kind: type[T], max_bytes: int = encoding.MAX_BO
     Raises RefusedError 413 for a body over the cap, 415 for another content type, 400 for a body that does not fit.
     """
     body = await _limited(request, max_bytes)
-    return decoded(body, content_type(request), kind, request.url.path)
-
-
-def decoded(body: bytes | bytearray, kind_of_body: str, kind: type[T], path: str) -> T:
-    """Return the whole body of a request to `path` as `kind`, an empty one as an empty mapping.
-
-    Raises RefusedError 415 for another content type, 400 for a body that does not fit, as does BenchbotError.
-    """
     if not body:
         value: Any = {}
-    elif kind_of_body == MSGPACK:
+    elif (media_type := content_type(request)) == MSGPACK:
         value = encoding.decode(body)
-    elif kind_of_body == JSON:
+    elif media_type == JSON:
         value = _decode_json(bytes(body))
     else:
         raise RefusedError(
             415,
-            f"Bodies of type '{kind_of_body or 'unknown'}' are not understood.",
+            f"Bodies of type '{media_type or 'unknown'}' are not understood.",
             f"The supervisor reads {MSGPACK} and {JSON}.",
             f"Send one of these, with its Content-Type header, for example: Content-Type: {JSON}",
         )
     try:
         return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
-        raise RefusedError(400, f"The request to {path} is not right.", f"{error}.", "See docs/wire.md.") from error
+        title = f"The request to {request.url.path} is not right."
+        raise RefusedError(400, title, f"{error}.", "See docs/wire.md.") from error
 
 
 def content_type(request: Request) -> str:
     """Return the media type of a request's body, in lower case and without parameters; empty when none is named."""
-    return media_type(request.headers.get("content-type", ""))
-
-
-def media_type(header: str) -> str:
-    """Return the media type in a Content-Type header, in lower case and without parameters."""
-    return header.partition(";")[0].strip().lower()
+    return request.headers.get("content-type", "").partition(";")[0].strip().lower()
 
 
 def require_msgpack(request: Request) -> None:
     """Raise RefusedError 406 when the client does not accept what carries arrays, before anything has happened."""
-    if not _accepts(request, MSGPACK):
+    if not _accepts_msgpack(request):
         raise _not_json(request)
-
-
-def accepted(accept: str, media_type: str) -> bool:
-    """Say whether the Accept header of a request names a media type, or a range that it is in."""
-    named = {part.partition(";")[0].strip().lower() for part in accept.split(",")}
-    return not named.isdisjoint({media_type, "application/*", "*/*"})
 
 
 def respond(request: Request, value: Any) -> Response:
     """Return a response as the client accepts it: MessagePack unless only JSON is acceptable."""
-    if _accepts(request, MSGPACK):
-        return encoded(encoding.encode(value))
+    if _accepts_msgpack(request):
+        return Response(encoding.encode(value), media_type=MSGPACK)
     try:
         return Response(msgspec.json.encode(value), media_type=JSON)
     except TypeError as error:
         raise _not_json(request) from error
 
 
-def encoded(body: bytes) -> Response:
-    """Return the response with a body that is MessagePack already."""
-    return Response(body, media_type=MSGPACK)
-
-
 def respond_error(error: BenchbotError) -> Response:
     """Return the response that tells an error; always JSON, so that any tool can show it."""
-    headers = {"WWW-Authenticate": "Bearer"} if status_of(error) == 401 else None
-    return Response(msgspec.json.encode(error.as_dict()), status_of(error), headers, JSON)
+    status = status_of(error)
+    headers = {"WWW-Authenticate": "Bearer"} if status == 401 else None
+    return Response(msgspec.json.encode(error.as_dict()), status, headers, JSON)
+
+
+def status_of(error: BenchbotError) -> int:
+    """Return the HTTP status of an error: 503 for the platform, 500 for what is not the client's fault, else 400."""
+    if isinstance(error, RefusedError):
+        return error.status
+    if error.failure is FailureClass.PLATFORM:
+        return 503
+    return 500 if error.exit_code is ExitCode.INTERNAL else 400
 
 
 def respond_mistake() -> Response:
@@ -116,8 +103,9 @@ def _not_json(request: Request) -> RefusedError:
     )
 
 
-def _accepts(request: Request, media_type: str) -> bool:
-    return accepted(request.headers.get("accept", "*/*"), media_type)
+def _accepts_msgpack(request: Request) -> bool:
+    named = {part.partition(";")[0].strip().lower() for part in request.headers.get("accept", "*/*").split(",")}
+    return not named.isdisjoint({MSGPACK, "application/*", "*/*"})
 
 
 async def _limited(request: Request, max_bytes: int) -> bytearray:

@@ -1,29 +1,34 @@
-"""Listening: sockets on loopback or in the file system, and uvicorn in a thread behind them."""
+"""Sockets on loopback or in the file system, uvicorn in a thread behind them, and clients that disconnect."""
 
 import asyncio
 import errno
 import ipaddress
 import os
-import select
 import socket
 import stat
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import Any, Self, TypeVar
 
 import uvicorn
-from starlette.types import Receive, Scope, Send
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.types import ASGIApp
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.unix_sockets import somebody_listens
-from benchbot.supervisor.http.express import Express
-from benchbot.supervisor.http.lane import KEEP_ALIVE_S, Lane, protocol
+from benchbot.supervisor.run import Caller, Run
 
+# A solution may think for hours between two steps: its connection stays open.
+KEEP_ALIVE_S = 24 * 3600
 SHUTDOWN_S = 3
 SEND_BUFFER_BYTES = 4 * 2**20
 # A client on another machine is gone when the network is: after so many probes, one a second, without an answer.
 PROBES = 3
+
+T = TypeVar("T")
 
 
 def bind_tcp(host: str, port: int, *, allow_remote: bool = False) -> socket.socket:
@@ -82,29 +87,17 @@ def url_of(listener: socket.socket) -> str:
     return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
 
 
-class Served(Protocol):
-    """What is served: an ASGI application, some of whose requests can be answered in the express lane."""
-
-    def express(self, data: bytes, /) -> Express | None:
-        """Return the request that the bytes of a connection are, or None when it is for the application."""
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send, /) -> None:
-        """Answer a request (https://asgi.readthedocs.io)."""
-
-
 class Server:
     """An application served in a background thread for as long as the context lasts."""
 
-    def __init__(self, app: Served, listeners: list[socket.socket]) -> None:
+    def __init__(self, app: ASGIApp, listeners: list[socket.socket]) -> None:
         self._listeners = listeners
-        # Without epoll(7), which is Linux's, nobody would notice who hangs up on a thread: all goes the ordinary way.
-        self._lane = Lane(app.express) if hasattr(select, "epoll") else None
         self._ready = threading.Event()
         self._uvicorn = _Uvicorn(
             uvicorn.Config(
                 app,
                 loop="asyncio",
-                http="h11" if self._lane is None else protocol(self._lane),
+                http="h11",
                 ws="none",
                 lifespan="off",
                 log_config=None,
@@ -129,8 +122,6 @@ class Server:
     ) -> None:
         self._uvicorn.should_exit = True
         self._thread.join(2 * SHUTDOWN_S)
-        if self._lane is not None:
-            self._lane.close()
 
     def check(self) -> None:
         """Raise BenchbotError when the server has ended by itself."""
@@ -148,6 +139,23 @@ class Server:
             asyncio.run(self._uvicorn.serve(self._listeners))
         finally:
             self._ready.set()
+
+
+async def while_connected(request: Request, run: Run, call: Callable[[Caller], T]) -> T:
+    """Return the value of a blocking call that may move the robot; tell the run if the client disconnects meanwhile."""
+    caller = Caller()
+
+    async def watch() -> None:
+        while (await request.receive())["type"] != "http.disconnect":
+            pass
+        # Not among the threads of the requests: those may all be waiting for their turn.
+        await asyncio.to_thread(run.hang_up, caller)
+
+    watching = asyncio.create_task(watch())
+    try:
+        return await run_in_threadpool(call, caller)
+    finally:
+        watching.cancel()
 
 
 class _Uvicorn(uvicorn.Server):

@@ -4,9 +4,8 @@ import os
 import signal
 import socket
 import subprocess
-import sys
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,8 +20,7 @@ from benchbot.core.geometry import Pose
 from benchbot.core.host import Status
 from benchbot.core.motion import Outcome
 from benchbot.core.selection import Selection
-from benchbot.process import how_it_ended, last_words
-from benchbot.supervisor.operator import Operator
+from benchbot.process import how_it_ended, last_words, start_module
 from benchbot.supervisor.platform import borrowed, messages
 from benchbot.wire import arena
 
@@ -46,13 +44,51 @@ class Timeouts:
     call_s: float = 120.0
 
 
+class Operator:
+    """The person beside a real robot, who may be asked to do what it cannot do by itself. Safe to use from any thread.
+
+    `changed` is called with the request that waits for them, or None when none does.
+    """
+
+    def __init__(self, changed: Callable[[str | None], None]) -> None:
+        self._changed = changed
+        self._lock = threading.Lock()
+        self._pending: tuple[str, Callable[[], None]] | None = None
+
+    def ask(self, request: str, done: Callable[[], None]) -> None:
+        """Show a request, and call `done` when the operator says so. Does not wait."""
+        with self._lock:
+            self._pending = (request, done)
+        self._changed(request)
+
+    def confirm(self) -> str | None:
+        """Say that the request is done; return it, or None when there was none."""
+        pending = self._take()
+        if pending is None:
+            return None
+        request, done = pending
+        done()
+        return request
+
+    def withdraw(self) -> None:
+        """Forget the request: nobody waits for it any more."""
+        self._take()
+
+    def _take(self) -> tuple[str, Callable[[], None]] | None:
+        with self._lock:
+            pending, self._pending = self._pending, None
+        if pending is not None:
+            self._changed(None)
+        return pending
+
+
 class ChildHost:
     """A `Host` whose platform lives in a child process. One caller at a time; `halt` and `close` from any thread.
 
     Every method raises BenchbotError with failure `platform` when the child dies or hangs; it is then gone for good.
     With a real robot that ends the run: it was stopped in the middle of something, and is not moved again.
     While the platform asks the `operator` for something, it does not count as hung; without one it cannot ask.
-    A host that `lends` observes without a copy: its arrays are read-only views of the arena, good until the next one.
+    With `zero_copy`, the arrays of an observation are read-only views of the arena, valid until the next one.
     """
 
     def __init__(
@@ -63,7 +99,7 @@ class ChildHost:
         options: Mapping[str, Any] | None = None,
         timeouts: Timeouts | None = None,
         operator: Operator | None = None,
-        lends: bool = False,
+        zero_copy: bool = False,
     ) -> None:
         self._log = log
         self._timeouts = timeouts or Timeouts()
@@ -77,23 +113,11 @@ class ChildHost:
         handles = (theirs.fileno(), self._arena_handle, lifeline)
         with theirs, os.fdopen(lifeline), log.open("ab") as log_file:
             self._log_start = log_file.tell()
-            self._process = subprocess.Popen(
-                [
-                    sys.executable,
-                    "-P",  # the solution's folder must not shadow modules
-                    "-m",
-                    "benchbot.supervisor.platform.process",
-                    *map(str, handles),
-                ],
-                stdin=subprocess.DEVNULL,
-                stdout=log_file,
-                stderr=log_file,
-                pass_fds=handles,
-                start_new_session=True,
-            )
+            module = "benchbot.supervisor.platform.process"
+            self._process = start_module(module, *map(str, handles), output=log_file, pass_fds=handles)
         self.arena = arena.ArenaReader(self._arena_handle)
         self._observations: messages.Decoder[dict[str, Any]] = (
-            borrowed.Reader(self.arena) if lends else messages.decoder(dict[str, Any], self.arena.read)
+            borrowed.BorrowingDecoder(self.arena) if zero_copy else messages.decoder(dict[str, Any], self.arena.read)
         )
         self._start: messages.Start | None = _start_message(selection, options or {}, can_ask=operator is not None)
         self._looked = False
@@ -141,7 +165,7 @@ class ChildHost:
 
     def halt(self, why: str) -> None:
         """Stop a real robot in the middle of an action, for good. Does nothing when the child is gone."""
-        self._interject(messages.Halt(why))
+        self._send_control(messages.Halt(why))
 
     def close(self) -> None:
         """End the child: politely when it is idle, at once when it is busy. Safe to call twice."""
@@ -189,19 +213,19 @@ class ChildHost:
                 asks = isinstance(message, messages.Question)
                 patience_s = None if asks else timeout_s
                 if self._operator is not None and isinstance(message, messages.Question):
-                    self._operator.ask(message.text, lambda: self._interject(messages.Answered()))
+                    self._operator.ask(message.text, lambda: self._send_control(messages.Answered()))
         finally:
             if self._operator is not None:
                 self._operator.withdraw()
 
-    def _send(self, message: messages.Request | messages.Aside) -> None:
+    def _send(self, message: messages.Request | messages.ControlMessage) -> None:
         with self._sending:
             messages.send(self._socket, messages.encode_request(message))
 
-    def _interject(self, aside: messages.Aside) -> None:
-        """Send something in the middle of a call; a child that is gone need not hear it, a deaf one is ended."""
+    def _send_control(self, message: messages.ControlMessage) -> None:
+        """Send a message in the middle of a call. A child that is gone does not need it, a deaf one is ended."""
         try:
-            self._send(aside)
+            self._send(message)
         except TimeoutError:
             self._kill()
         except OSError:

@@ -87,8 +87,8 @@ class Answered(msgspec.Struct, tag="answered", frozen=True):
     """The operator has done what the last `Question` asks."""
 
 
-Aside = Halt | Answered
-"""What is said to the child in the middle of a request."""
+ControlMessage = Halt | Answered
+"""A message to the child in the middle of a request."""
 
 
 class Done(msgspec.Struct, tag="done", frozen=True):
@@ -136,20 +136,20 @@ class Resumed(msgspec.Struct, tag="resumed", frozen=True):
 
 Reply = Done | Failed
 
-_request_decoder: msgspec.msgpack.Decoder[Request | Aside] = msgspec.msgpack.Decoder(Request | Aside)
+_request_decoder: msgspec.msgpack.Decoder[Request | ControlMessage] = msgspec.msgpack.Decoder(Request | ControlMessage)
 _message_decoder: msgspec.msgpack.Decoder[Reply | Question | Resumed] = msgspec.msgpack.Decoder(
     Reply | Question | Resumed
 )
 _place_decoder = msgspec.msgpack.Decoder(tuple[str, list[int], int])
 
 
-def encode_request(request: Request | Aside) -> bytes:
-    """Return the bytes of a request, or of an aside."""
+def encode_request(request: Request | ControlMessage) -> bytes:
+    """Return the bytes of a request or a control message."""
     return msgspec.msgpack.encode(request, enc_hook=_scalar)
 
 
-def decode_request(data: bytes | bytearray) -> Request | Aside:
-    """Return the request or aside in the bytes; raises msgspec.DecodeError for anything else."""
+def decode_request(data: bytes | bytearray) -> Request | ControlMessage:
+    """Return the request or control message in the bytes; raises msgspec.DecodeError for anything else."""
     return _request_decoder.decode(data)
 
 

@@ -1,6 +1,6 @@
 """The platform's process: creates a simulator or a robot driver and serves a supervisor, until that one is gone.
 
-Started as `python -m benchbot.supervisor.platform.process SOCKET_FD ARENA_FD LIFELINE_FD` by `platform_host`.
+Started as `python -m benchbot.supervisor.platform.process SOCKET_FD ARENA_FD LIFELINE_FD` by `ChildHost`.
 
 It never outlives the supervisor. When that is gone, an idle platform is closed in order; one that is busy ends at once:
 the kernel sends SIGIO when the lifeline (a pipe whose other end only the supervisor holds) breaks. No thread of this
@@ -23,14 +23,15 @@ from typing import Any
 
 from benchbot.core import plugin_manager
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.core.host import InProcessHost
+from benchbot.core.host import Host, InProcessHost
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot.supervisor.platform import messages
-from benchbot.supervisor.platform.control_messages import Asides
 from benchbot.wire.arena import ArenaWriter
 
 GRACE_S = 0.5
+
+Requests = queue.SimpleQueue[messages.Request | None]
 
 
 def main() -> None:
@@ -47,10 +48,71 @@ def main() -> None:
         with sending:
             messages.send(connection, data)
 
-    asides = Asides(send)
-    requests: queue.SimpleQueue[messages.Request | None] = queue.SimpleQueue()
-    threading.Thread(target=_read, args=(connection, requests, asides), daemon=True).start()
-    _serve(send, requests, asides, arena)
+    control = ControlChannel(send)
+    requests: Requests = queue.SimpleQueue()
+    threading.Thread(target=_read, args=(connection, requests, control), daemon=True).start()
+    _serve(send, requests, control, arena)
+
+
+class ControlChannel:
+    """Handles what reaches this process in the middle of an action: the order to halt, and the operator's answer.
+
+    `handle` is called in the thread that reads, `attach` and `ask` in the one that serves requests. `send` sends a
+    message to the supervisor, from any thread.
+    """
+
+    def __init__(self, send: Callable[[bytes], None]) -> None:
+        self._send = send
+        self._lock = threading.Lock()
+        self._host: Host | None = None
+        self._halted: str | None = None
+        self._answers: queue.SimpleQueue[messages.ControlMessage] = queue.SimpleQueue()
+
+    def attach(self, host: Host) -> None:
+        """Set the host that is to be halted: at once, if the order to halt came before."""
+        with self._lock:
+            self._host = host
+            halted = self._halted
+        if halted is not None:
+            _halt(host, halted)
+
+    def handle(self, message: messages.ControlMessage) -> None:
+        """Act on a control message, also while an action is under way."""
+        if isinstance(message, messages.Halt):
+            with self._lock:
+                self._halted = message.why
+                host = self._host
+            if host is not None:
+                _halt(host, message.why)
+        self._answers.put(message)
+
+    def ask(self, request: str) -> None:
+        """Have the operator do something, and wait until it is done: `PlatformSpec.ask`.
+
+        Raises the BenchbotError of a safety stop when the robot is halted instead.
+        """
+        if self._halted is None:
+            self._send(messages.encode_question(messages.Question(request)))
+            self._answers.get()
+        if self._halted is not None:
+            raise BenchbotError(
+                "The robot was halted before it could start.",
+                self._halted,
+                "Start another run when the robot and the space around it are safe: benchbot run …",
+                exit_code=ExitCode.INTERNAL,
+                failure=FailureClass.PLATFORM,
+                ends_run=True,
+            )
+        self._send(messages.encode_question(messages.Resumed()))
+
+
+def _halt(host: Host, why: str) -> None:
+    try:
+        host.halt(why)
+    # A plug-in may fail in any way at all. A robot that it cannot halt is stopped by its guard once this process ends.
+    except Exception:  # noqa: BLE001
+        traceback.print_exc()
+        os._exit(ExitCode.INTERNAL)
 
 
 def _watch(lifeline: int) -> None:
@@ -59,12 +121,12 @@ def _watch(lifeline: int) -> None:
     fcntl.fcntl(lifeline, fcntl.F_SETFL, fcntl.fcntl(lifeline, fcntl.F_GETFL) | os.O_ASYNC)
 
 
-def _read(connection: socket.socket, requests: "queue.SimpleQueue[messages.Request | None]", asides: Asides) -> None:
+def _read(connection: socket.socket, requests: Requests, control: ControlChannel) -> None:
     try:
         while True:
             message = messages.decode_request(messages.receive(connection))
-            if isinstance(message, messages.Aside):
-                asides.hear(message)
+            if isinstance(message, messages.ControlMessage):
+                control.handle(message)
             else:
                 requests.put(message)
     except EOFError:
@@ -76,8 +138,8 @@ def _read(connection: socket.socket, requests: "queue.SimpleQueue[messages.Reque
 
 def _serve(
     send: Callable[[bytes], None],
-    requests: "queue.SimpleQueue[messages.Request | None]",
-    asides: Asides,
+    requests: Requests,
+    control: ControlChannel,
     arena: ArenaWriter,
 ) -> None:
     host: InProcessHost | None = None
@@ -87,8 +149,8 @@ def _serve(
         try:
             if isinstance(request, messages.Start):
                 real = request.robot["type"] in plugin_manager.load().pool("robot_drivers")
-                host = _create(request, asides.ask if request.can_ask else None)
-                asides.attach(host)
+                host = _create(request, control.ask if request.can_ask else None)
+                control.attach(host)
                 reply: Any = None
             else:
                 reply = _answer(host, request)

@@ -1,23 +1,24 @@
 """The recordings of a run, as it sees them: a process that writes them, behind a queue that never makes a step wait."""
 
 import json
+import logging
 import math
 import mmap
 import os
 import selectors
 import subprocess
-import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.progress import Progress, Step
-from benchbot.process import how_it_ended, last_words
+from benchbot.core.session import Session
+from benchbot.process import how_it_ended, last_words, start_module
 from benchbot.supervisor.recording.messages import (
     DROPPED,
     ENTRY,
@@ -29,9 +30,9 @@ from benchbot.supervisor.recording.messages import (
     TOOK,
     Entry,
     Parcel,
+    Ring,
     Told,
 )
-from benchbot.supervisor.recording.ring import Ring
 from benchbot.wire import arena
 
 QUEUE_BYTES = 256 * 2**20
@@ -41,8 +42,77 @@ FINISH_TIMEOUT_S, STALL_TIMEOUT_S, HURRY_TIMEOUT_S = 60.0, 15.0, 5.0
 CLOSE_TIMEOUT_S = FINISH_TIMEOUT_S + HURRY_TIMEOUT_S
 """How long it may take at most to finish recordings; without any progress, it takes less."""
 
+LIST_FILE = "recordings.json"
+"""A file in a run's folder: the folders of all recordings that it has begun, one in a line, as JSON."""
+
+log = logging.getLogger("benchbot.supervisor")
+
 OnEnded = Callable[[str], None]
 """Is told, in words, that a recording has ended before its run."""
+
+
+def recorded_folders(run_folder: Path) -> list[Path]:
+    """Return the folders that a run has been recorded into, which may hold what solutions must not know."""
+    try:
+        return [Path(json.loads(line)) for line in (run_folder / LIST_FILE).read_text("utf-8").splitlines()]
+    except (OSError, ValueError):
+        return []
+
+
+class Recordings:
+    """Begins and finishes recordings of a session. Methods block; they may be called from several threads."""
+
+    def __init__(self, session: Session, publish: Callable[[str, dict[str, Any]], None], folder: Path) -> None:
+        self._session = session
+        self._list = folder / LIST_FILE
+        self._publish = publish
+        self._lock = threading.Lock()
+        self._hosts: list[RecorderHost] = []
+
+    def begin(self, folders: Mapping[str, Path]) -> None:
+        """Have recorders, by name, write into folders from the next observation on.
+
+        Raises BenchbotError when one cannot begin; then none of them does.
+        """
+        if not folders:
+            return
+        folders = {name: folder.absolute() for name, folder in folders.items()}
+        # First of all: what starts from now on must not be shown them.
+        with self._list.open("a", encoding="utf-8") as file:
+            file.writelines(f"{json.dumps(str(folder))}\n" for folder in folders.values())
+        host = RecorderHost(folders, self._ended)
+        host.reset()
+        with self._lock:
+            self._hosts.append(host)
+        self._session.join(host)
+        log.info("recording: %s", ", ".join(f"{name} into {folder}" for name, folder in folders.items()))
+
+    def result(self, document: Mapping[str, Any]) -> None:
+        """Tell recorders that show results of one."""
+        shown = {key: value for key, value in document.items() if key not in ("track", "actions")}
+        for host in list(self._hosts):
+            host.result(shown)
+
+    def finish(self, folders: Collection[Path]) -> None:
+        """Finish the recordings in these folders, and those that were begun with them; return when they are written."""
+        with self._lock:
+            finished = [host for host in self._hosts if not {*host.folders.values()}.isdisjoint(folders)]
+            self._hosts = [host for host in self._hosts if host not in finished]
+        for host in finished:
+            self._session.leave(host)
+            host.close()
+
+    def as_list(self) -> list[dict[str, Any]]:
+        """Return what is being recorded where, as JSON."""
+        return [
+            {"recorder": name, "folder": str(folder), "dropped": host.dropped, "ended": host.ended}
+            for host in list(self._hosts)
+            for name, folder in host.folders.items()
+        ]
+
+    def _ended(self, why: str) -> None:
+        log.warning("%s", why)
+        self._publish("recording", {"ended": why})
 
 
 class RecorderHost:
@@ -147,15 +217,8 @@ class RecorderHost:
         given = json.dumps({name: str(folder.absolute()) for name, folder in self.folders.items()})
         module = "benchbot.supervisor.recording.process"
         try:
-            self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", module, str(entries), str(replies), str(handle), given],
-                pass_fds=(entries, replies, handle),
-                stdin=subprocess.DEVNULL,
-                stdout=self._log,
-                stderr=self._log,
-                # Ctrl-C in the terminal is for the run, which has its recordings finished in order.
-                start_new_session=True,
-            )
+            handles = (entries, replies, handle)
+            self._process = start_module(module, *map(str, handles), given, output=self._log, pass_fds=handles)
         finally:
             os.close(entries)
             os.close(replies)

@@ -13,6 +13,7 @@ from benchbot.core.declarations import formats
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
+from benchbot.core.request import RunRequest
 from benchbot.core.selection import select
 from benchbot_eval_exploration import evaluator
 from plugins.task_navigation.tests.floors import arena_truth
@@ -56,7 +57,9 @@ def test_what_is_missing_has_seen_nothing() -> None:
 @pytest.mark.parametrize("localisation", ["ground_truth", "dead_reckoning"])
 def test_a_task_can_be_run_on_a_robot_in_the_miniroom(localisation: str, suffix: str, more: tuple[str, ...]) -> None:
     name = f"exploration:active:{localisation}{suffix}"
-    selection = select(Catalog(load()), task=name, robot="carter", environment="miniroom:1", method="exploration")
+    selection = select(
+        Catalog(load()), RunRequest(task=name, robot="carter", environment="miniroom:1", method="exploration")
+    )
 
     assert selection.observations == (*more, "laser", "poses")
     assert selection.localisation == ("ground_truth" if localisation == "ground_truth" else "noisy")

@@ -4,6 +4,7 @@ import pytest
 
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.plugin_manager import load
+from benchbot.core.request import RunRequest
 from benchbot.core.selection import select
 
 CAMERA = ("image_depth", "image_depth_info", "image_rgb", "image_rgb_info")
@@ -16,7 +17,9 @@ def test_a_task_can_be_run_on_a_robot_in_the_miniroom(
     kind: str, actions: tuple[str, ...], suffix: str, more: tuple[str, ...]
 ) -> None:
     name = f"trajectory:{kind}:dead_reckoning{suffix}"
-    selection = select(Catalog(load()), task=name, robot="carter", environment="miniroom:1", method="trajectory")
+    selection = select(
+        Catalog(load()), RunRequest(task=name, robot="carter", environment="miniroom:1", method="trajectory")
+    )
 
     assert selection.actions == actions
     assert selection.observations == (*more, "laser", "poses")

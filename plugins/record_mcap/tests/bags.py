@@ -16,6 +16,7 @@ from benchbot.core.host import InProcessHost
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import PlatformSpec
 from benchbot.core.recording import Recording
+from benchbot.core.request import RunRequest
 from benchbot.core.selection import select
 from benchbot.core.session import Session
 from benchbot_record_mcap.bag import TYPES
@@ -53,7 +54,9 @@ def through_cdr(message: Any) -> Any:
 
 
 def sample_session(*recordings: Recording, task: str = "sample:passive", environment: str = "arena:1") -> Session:
-    selection = select(Catalog(plugin_manager.load()), task=task, robot="sample_robot", environment=environment, seed=5)
+    selection = select(
+        Catalog(plugin_manager.load()), RunRequest(task=task, robot="sample_robot", environment=environment, seed=5)
+    )
 
     def start() -> InProcessHost:
         spec = PlatformSpec(selection.robot.data, selection.localisation, Path())

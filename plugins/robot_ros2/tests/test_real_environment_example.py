@@ -13,6 +13,7 @@ import yaml
 
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.plugin_manager import load
+from benchbot.core.request import RunRequest
 from benchbot.core.selection import Selection, select
 from benchbot.plugins.formats import object_map_ground_truth
 from benchbot_eval_omq import omq
@@ -44,7 +45,7 @@ def truth() -> Document:
 
 
 def lab(catalog: Catalog, robot: str = "turtlebot4") -> Selection:
-    return select(catalog, task=TASK, robot=robot, environment="lab:1", method="omq")
+    return select(catalog, RunRequest(task=TASK, robot=robot, environment="lab:1", method="omq"))
 
 
 def test_benchbot_check_finds_nothing_wrong() -> None:

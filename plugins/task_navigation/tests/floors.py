@@ -12,6 +12,7 @@ from benchbot.core.host import InProcessHost
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import PlatformSpec
 from benchbot.core.plugin_manager import load
+from benchbot.core.request import RunRequest
 from benchbot.core.selection import select
 from benchbot.core.session import Session
 from benchbot_task_navigation.floor_plan import FloorPlan
@@ -63,7 +64,7 @@ def arena_truth() -> dict[str, Any]:
 
 def arena_session(episode: int, task: str = LASER_TASK, robot: str = "sample_robot") -> Session:
     """Return a session in `arena:1` that has not begun."""
-    selection = select(Catalog(load()), task=task, robot=robot, environment="arena:1", episode=episode)
+    selection = select(Catalog(load()), RunRequest(task=task, robot=robot, environment="arena:1", episode=episode))
 
     def start() -> InProcessHost:
         spec = PlatformSpec(selection.robot.data, selection.localisation, Path())

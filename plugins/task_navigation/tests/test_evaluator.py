@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
+from benchbot.core.request import RunRequest
 from benchbot.core.selection import select
 from benchbot_task_navigation.evaluator import NAMES, Run, combine, evaluate, score
 from plugins.task_navigation.tests.floors import LASER_TASK, arena_truth
@@ -97,7 +98,9 @@ def test_the_order_of_runs_makes_no_difference(some: list[Run]) -> None:
 
 def ended_at(x: float, y: float, *, episode: int = 2, path_length_m: float = 2.0, **changes: Any) -> dict[str, Any]:
     """Return a result of `arena:1`, episode 2: from (0.05, -1.6) to (-1.4, -0.65), with a chair in between."""
-    selection = select(Catalog(load()), task=LASER_TASK, robot="sample_robot", environment="arena:1", episode=episode)
+    selection = select(
+        Catalog(load()), RunRequest(task=LASER_TASK, robot="sample_robot", environment="arena:1", episode=episode)
+    )
     assert selection.episode is not None
     rows = [[0, 0.0, 0.05, -1.6, 0.0], [None, 1.0, x, y, 0.0], [1, 2.0, x, y, 0.5]]
     track = {"scene": "arena:1", "path_length_m": path_length_m, "collisions": 0, "rows": rows}
@@ -161,10 +164,12 @@ def test_a_robot_that_believes_to_be_off_the_plan_has_a_distance_all_the_same() 
 def test_an_object_is_reached_within_a_metre_of_its_box() -> None:
     selection = select(
         Catalog(load()),
-        task="navigation:object_goal:ground_truth",
-        robot="carter_lowres",
-        environment="miniroom:1",
-        episode=5,
+        RunRequest(
+            task="navigation:object_goal:ground_truth",
+            robot="carter_lowres",
+            environment="miniroom:1",
+            episode=5,
+        ),
     )
     assert selection.episode is not None
     goal = selection.episode.data["goal"]

@@ -9,6 +9,7 @@ from benchbot.core.declarations import formats
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
+from benchbot.core.request import RunRequest
 from benchbot.core.selection import select
 
 CAMERA = ["image_depth", "image_depth_info", "image_rgb", "image_rgb_info"]
@@ -31,7 +32,8 @@ def test_a_task_can_be_run_on_a_robot_in_the_miniroom(
 ) -> None:
     name = f"navigation:{goal}:{localisation}{suffix}"
     selection = select(
-        Catalog(load()), task=name, robot="carter", environment="miniroom:1", method="navigation", episode=19
+        Catalog(load()),
+        RunRequest(task=name, robot="carter", environment="miniroom:1", method="navigation", episode=19),
     )
 
     assert selection.observations == (*more, *ALWAYS)

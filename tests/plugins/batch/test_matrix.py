@@ -8,7 +8,7 @@ import pytest
 from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.core.selection import Limits
+from benchbot.core.request import Limits
 from benchbot.plugins.batch import matrix, preparation
 from benchbot.plugins.batch import plan as plans
 from benchbot.plugins.batch.folder import Folder

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchbot.core.errors import BenchbotError
-from benchbot.core.selection import Limits
+from benchbot.core.request import Limits
 from benchbot.plugins.batch import file as files
 from benchbot.plugins.batch.request import names, numbers, settings_axes, split_values
 

@@ -11,6 +11,7 @@ from benchbot.core.host import InProcessHost
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot.core.plugin_manager import load
+from benchbot.core.request import RunRequest
 from benchbot.core.selection import Selection, select
 from benchbot.core.session import Session
 from benchbot.evaluation.submission import Submission
@@ -41,7 +42,7 @@ def made(start_host: StartHost) -> Callable[..., dict[str, Any]]:
 
     def make(drive: Drive, task: str = "sample:active", environment: str = "arena:1", **choices: Any) -> dict[str, Any]:
         robot = choices.pop("robot", "sample_robot")
-        selection = select(Catalog(load()), task=task, robot=robot, environment=environment, **choices)
+        selection = select(Catalog(load()), RunRequest(task=task, robot=robot, environment=environment, **choices))
         session = Session(selection, lambda: start_host(selection))
         drive(session)
         solution = {"command": ["python", "solution.py"], "files": {}}

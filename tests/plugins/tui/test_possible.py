@@ -2,6 +2,7 @@ from itertools import product
 
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
+from benchbot.core.request import RunRequest
 from benchbot.core.selection import select
 from benchbot.plugins.tui.facts import facts
 from benchbot.plugins.tui.possible import Possibilities
@@ -9,7 +10,7 @@ from benchbot.plugins.tui.possible import Possibilities
 
 def is_possible(catalog: Catalog, task: str, robot: str, environment: str) -> bool:
     try:
-        select(catalog, task=task, robot=robot, environment=environment)
+        select(catalog, RunRequest(task=task, robot=robot, environment=environment))
     except BenchbotError:
         return False
     return True

@@ -6,7 +6,7 @@ import httpx
 import pytest
 
 from benchbot.core.errors import BenchbotError
-from benchbot.supervisor import backend
+from benchbot.supervisor.serve import serve as serve_run
 from tests.plugins.v2.v2_client import get, run_agent, v2
 from tests.supervisor.harness import TOKEN, Served, sample_selection
 
@@ -72,4 +72,4 @@ def test_no_token_opens_nothing_else(serve: Serve) -> None:
 
 def test_a_run_open_to_v2_is_never_open_to_other_machines() -> None:
     with pytest.raises(BenchbotError, match="without a token"):
-        backend.serve(sample_selection(), host="0.0.0.0", allow_remote=True, open_to_v2=True)
+        serve_run(sample_selection(), host="0.0.0.0", allow_remote=True, open_to_v2=True)

@@ -7,6 +7,7 @@ from benchbot.core.declarations import formats
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import Plugins, installed
+from benchbot.core.request import RunRequest
 from benchbot.core.selection import select
 from benchbot.plugins.v2 import addons, trust
 from tests.plugin_factory import DECLARES, PluginFactory
@@ -92,16 +93,22 @@ def test_a_selection_says_what_is_missing_for_worlds_of_v2(folder: Path) -> None
     trust.remember(addons.find(folder))
 
     with pytest.raises(BenchbotError) as caught:
-        select(catalog(folder), task="count:passive:ground_truth", robot="carter_of_old", environment="hall:2")
+        select(
+            catalog(folder), RunRequest(task="count:passive:ground_truth", robot="carter_of_old", environment="hall:2")
+        )
     assert "is of type 'sim_omni', which BenchBot v2 ran and this one does not" in caught.value.title
     with pytest.raises(BenchbotError) as caught:
-        select(catalog(folder), task="count:passive:ground_truth", robot="sample_robot", environment="hall:2")
+        select(
+            catalog(folder), RunRequest(task="count:passive:ground_truth", robot="sample_robot", environment="hall:2")
+        )
     assert "environments of type sim_sample, this one is of type sim_omni" in caught.value.why
 
 
 def test_a_selection_names_untrusted_code_before_anything_starts(folder: Path) -> None:
     with pytest.raises(BenchbotError, match="is not trusted"):
-        select(catalog(folder), task="count:passive:ground_truth", robot="sample_robot", environment="hall:1")
+        select(
+            catalog(folder), RunRequest(task="count:passive:ground_truth", robot="sample_robot", environment="hall:1")
+        )
 
 
 def test_a_name_that_a_plugin_has_is_an_error_that_names_both(folder: Path, plugin_factory: PluginFactory) -> None:

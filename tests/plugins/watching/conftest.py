@@ -2,6 +2,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.supervisor.conftest import serve
+
+__all__ = ["serve"]
+
 
 @pytest.fixture(autouse=True)
 def _folders_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

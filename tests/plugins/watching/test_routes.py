@@ -16,7 +16,7 @@ from benchbot.api.client import Client
 from benchbot.core import plugin_manager, results
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.core.selection import Limits
+from benchbot.core.request import Limits
 from benchbot.plugins.bundles import replay
 from benchbot.plugins.watching.routes import MOST_POINTS
 from benchbot.wire import encoding
@@ -173,10 +173,9 @@ def test_stopping_ends_a_run_that_is_paused_and_hanging_up_frees_the_gate(serve:
     host.gate(paused=True)
 
     # A solution that dies while it waits is gone from the gate, and has not moved the robot.
-    for send in (express_step, plain_step):
-        with send(served):
-            assert eventually(host.sees_it_held)
-        assert eventually(lambda: not host.sees_it_held())
+    with sent_step(served):
+        assert eventually(host.sees_it_held)
+    assert eventually(lambda: not host.sees_it_held())
     assert served.run.progress.steps == 0
 
     with ThreadPoolExecutor(4) as threads:
@@ -190,22 +189,13 @@ def test_stopping_ends_a_run_that_is_paused_and_hanging_up_frees_the_gate(serve:
     assert served.run.progress.failure is FailureClass.PLATFORM
 
 
-def express_step(served: Served) -> socket.socket:
-    body = encoding.encode({"action": "move_angle", "arguments": {"angle": 5.0}})
-    return sent(served, "application/msgpack", body)
-
-
-def plain_step(served: Served) -> socket.socket:
-    """Send a step that the express lane does not take, since it has a header that is not usual."""
-    body = json.dumps({"action": "move_angle", "arguments": {"angle": 5.0}}).encode()
-    return sent(served, "application/json\r\nX-Other: 1", body)
-
-
-def sent(served: Served, content_type: str, body: bytes) -> socket.socket:
+def sent_step(served: Served) -> socket.socket:
+    """Return the connection of a client that has sent a step, and does not read the answer."""
     address = urlsplit(served.url)
     connection = socket.create_connection((address.hostname or "", address.port or 0))
-    head = f"POST /api/v1/step HTTP/1.1\r\nHost: a\r\nAuthorization: Bearer {TOKEN}\r\nContent-Type: {content_type}\r\n"
-    connection.sendall(f"{head}Content-Length: {len(body)}\r\n\r\n".encode() + body)
+    body = json.dumps({"action": "move_angle", "arguments": {"angle": 5.0}})
+    head = f"POST /api/v1/step HTTP/1.1\r\nHost: a\r\nAuthorization: Bearer {TOKEN}\r\n"
+    connection.sendall(f"{head}Content-Type: application/json\r\nContent-Length: {len(body)}\r\n\r\n{body}".encode())
     return connection
 
 
@@ -283,7 +273,7 @@ def test_the_state_is_told_while_every_thread_of_requests_waits(serve: Serve) ->
         held = thread.submit(client.step, "move_angle", {"angle": 5.0})
         assert eventually(Host(served).sees_it_held)
         # Another solution is refused, not put to sleep: threads are few.
-        refusals = [plain_step(served) for _ in range(60)]
+        refusals = [sent_step(served) for _ in range(60)]
         assert eventually(lambda: Host(served).watch()["gate"]["held"])
         assert other.get("/api/v1/health").status_code == 200
         for connection in refusals:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from benchbot.core.selection import Limits
+from benchbot.core.request import Limits
 from benchbot.wire import encoding
 from tests.supervisor.harness import TOKEN, Served, sample_selection
 

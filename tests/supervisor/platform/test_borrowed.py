@@ -15,7 +15,7 @@ from benchbot.wire import encoding
 from benchbot.wire.arena import ArenaReader, ArenaWriter, create
 
 
-class Lent:
+class Borrowed:
     """An arena, and an answer whose image lies in it."""
 
     def __init__(self, handle: int) -> None:
@@ -30,34 +30,34 @@ class Lent:
 
 
 @pytest.fixture
-def lent() -> Iterator[Lent]:
+def borrowing() -> Iterator[Borrowed]:
     handle = create()
-    yield Lent(handle)
+    yield Borrowed(handle)
     os.close(handle)
 
 
-def test_what_is_kept_stays_when_the_arena_is_written_on(lent: Lent) -> None:
-    kept = borrowed.keep(lent.answer, lent.arena)
-    lent.overwrite()
-    assert lent.image.tolist() == [[9] * 3] * 2
+def test_what_is_kept_stays_when_the_arena_is_written_on(borrowing: Borrowed) -> None:
+    kept = borrowed.copy_answer(borrowing.answer, borrowing.arena)
+    borrowing.overwrite()
+    assert borrowing.image.tolist() == [[9] * 3] * 2
     assert kept["observations"]["image"].tolist() == [[0] * 3] * 2
     assert kept["observations"]["poses"][0].tolist() == [[0] * 3] * 2
     assert kept["observations"]["image"].flags.writeable
 
 
 @pytest.mark.parametrize("opened", [None, "none", "00" * 16])
-def test_who_has_not_opened_the_arena_gets_bytes(lent: Lent, opened: str | None) -> None:
-    answer = encoding.decode(borrowed.encode(lent.answer, lent.arena, opened=opened))
+def test_who_has_not_opened_the_arena_gets_bytes(borrowing: Borrowed, opened: str | None) -> None:
+    answer = encoding.decode(borrowed.encode_answer(borrowing.answer, borrowing.arena, opened=opened))
     assert answer["observations"]["image"].tolist() == [[0] * 3] * 2
-    offer = {"nonce": lent.arena.nonce, "pid": os.getpid(), "descriptor": lent.arena.handle}
+    offer = {"nonce": borrowing.arena.nonce, "pid": os.getpid(), "descriptor": borrowing.arena.handle}
     assert answer.get("arena") == (None if opened is None else offer)
 
 
-def test_who_has_opened_it_gets_places(lent: Lent) -> None:
-    message = borrowed.encode(lent.answer, lent.arena, opened=lent.arena.nonce)
-    answer = encoding.decode(message, lent.arena.read)
+def test_who_has_opened_it_gets_places(borrowing: Borrowed) -> None:
+    message = borrowed.encode_answer(borrowing.answer, borrowing.arena, opened=borrowing.arena.nonce)
+    answer = encoding.decode(message, borrowing.arena.read)
     assert answer["observations"]["image"].tolist() == [[0] * 3] * 2
-    assert answer["arena"] == {"nonce": lent.arena.nonce, "sequence": lent.arena.sequence}
+    assert answer["arena"] == {"nonce": borrowing.arena.nonce, "sequence": borrowing.arena.sequence}
 
 
 ARRAYS = hnp.arrays(
@@ -77,10 +77,12 @@ def test_what_the_platform_says_of_places_is_what_a_client_would_be_told(observa
     try:
         message = messages.encode_reply(observations, ArenaWriter(handle))
         arena = ArenaReader(handle)
-        observed = messages.value_of(cast(messages.Done, messages.decode_message(message)), borrowed.Reader(arena))
-        passed_on = borrowed.encode({"observations": observed}, arena, opened=arena.nonce)
+        observed = messages.value_of(
+            cast(messages.Done, messages.decode_message(message)), borrowed.BorrowingDecoder(arena)
+        )
+        passed_on = borrowed.encode_answer({"observations": observed}, arena, opened=arena.nonce)
         observed.encoded, found = None, observed.encoded
-        looked_for = borrowed.encode({"observations": observed}, arena, opened=arena.nonce)
+        looked_for = borrowed.encode_answer({"observations": observed}, arena, opened=arena.nonce)
         assert passed_on == looked_for
         odd = [array for array in arrays_of(observations) if not array.size or array.dtype.str.startswith(">")]
         assert (found is None) == bool(odd)
@@ -97,11 +99,11 @@ def arrays_of(value: Any) -> list[NDArray[Any]]:
     return [array for each in values for array in arrays_of(each)]
 
 
-def test_a_place_outside_of_the_arena_is_not_passed_on(lent: Lent) -> None:
+def test_a_place_outside_of_the_arena_is_not_passed_on(borrowing: Borrowed) -> None:
     place = msgspec.msgpack.Ext(encoding.PLACE_CODE, msgspec.msgpack.encode(("|u1", [2, 3], 2**20)))
     with pytest.raises(ValueError, match="ends at byte"):
-        borrowed.Reader(lent.arena).decode(msgspec.Raw(msgspec.msgpack.encode({"image": place})))
+        borrowed.BorrowingDecoder(borrowing.arena).decode(msgspec.Raw(msgspec.msgpack.encode({"image": place})))
 
 
 def test_without_an_arena_there_is_nothing_to_offer() -> None:
-    assert encoding.decode(borrowed.encode({"steps": 1}, None, opened="none")) == {"steps": 1}
+    assert encoding.decode(borrowed.encode_answer({"steps": 1}, None, opened="none")) == {"steps": 1}

@@ -18,8 +18,7 @@ from benchbot.core.motion import MotionConfig, Outcome
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot.core.plugin_manager import load
 from benchbot.core.selection import Selection
-from benchbot.supervisor.operator import Operator
-from benchbot.supervisor.platform.host import ChildHost, Timeouts
+from benchbot.supervisor.platform.host import ChildHost, Operator, Timeouts
 from tests.supervisor.harness import alive, children_of, eventually, sample_selection
 
 StartHost = Callable[..., ChildHost]

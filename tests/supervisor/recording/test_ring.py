@@ -3,7 +3,7 @@ from collections import deque
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchbot.supervisor.recording.ring import ALIGNMENT_BYTES, Ring, aligned
+from benchbot.supervisor.recording.messages import ALIGNMENT_BYTES, Ring, aligned
 
 SIZE = 40 * ALIGNMENT_BYTES
 

@@ -12,8 +12,8 @@ from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import KINDS, Catalog
 from benchbot.core.declarations.positions import Positions
 from benchbot.core.declarations.problems import pointer
-from benchbot.core.declarations.schema import Problem
 from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.core.findings import Problem
 from benchbot.plugins.authoring.checks.targets import SUFFIXES, Target
 
 FOLDERS = {**KINDS, "ground_truths": "ground_truth", "evaluation_methods": "evaluation_method"}

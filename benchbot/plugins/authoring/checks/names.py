@@ -6,8 +6,8 @@ from typing import Any
 
 from benchbot.core.declarations.catalog import KINDS, Catalog, Declaration, name_of
 from benchbot.core.declarations.problems import pointer
-from benchbot.core.declarations.schema import Problem
 from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.core.findings import Problem
 from benchbot.plugins.authoring.checks.documents import Document
 
 Keys = tuple[str | int, ...]

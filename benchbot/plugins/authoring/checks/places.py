@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from benchbot.core.declarations.problems import pointer
-from benchbot.core.declarations.schema import Problem
+from benchbot.core.findings import Problem
 from benchbot.plugins.authoring.checks.documents import Document
 
 FILES = ("map_path", "occupancy_map")

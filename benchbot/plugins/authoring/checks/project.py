@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from benchbot.core.declarations.schema import Problem
 from benchbot.core.errors import did_you_mean
+from benchbot.core.findings import Problem
 from benchbot.core.plugin_manager import GROUP
 from benchbot.plugins.authoring.checks.documents import FOLDERS, Document
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchbot.core.declarations.catalog import Catalog
-from benchbot.core.declarations.schema import Problem
+from benchbot.core.findings import Problem
 from benchbot.core.plugin_manager import load
 from benchbot.plugins.authoring.checks import documents, project
 from benchbot.plugins.authoring.checks.documents import Document

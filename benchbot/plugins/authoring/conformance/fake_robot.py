@@ -12,7 +12,8 @@ from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.geometry import Pose
 from benchbot.core.host import Status
 from benchbot.core.motion import Outcome
-from benchbot.core.selection import Limits, Selection
+from benchbot.core.request import Limits
+from benchbot.core.selection import Selection
 from benchbot.plugins.authoring.conformance import samples
 from benchbot.plugins.authoring.conformance.bench import Found
 

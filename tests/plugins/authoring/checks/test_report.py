@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchbot.core.declarations import schema
-from benchbot.core.declarations.schema import Problem
+from benchbot.core.findings import Problem
 from benchbot.plugins.authoring.checks.documents import FOLDERS
 from benchbot.plugins.authoring.checks.report import check_all
 

@@ -1,4 +1,4 @@
-"""Requests in the express lane: answered as by the HTTP server, one at a time, and whatever their clients do."""
+"""Connections: requests in pieces, in advance and side by side; clients that do not read, hang up or outlive a run."""
 
 import http.client
 import logging
@@ -17,20 +17,19 @@ import pytest
 from benchbot.api.client import Client
 from benchbot.core.digest import ObservationDigest
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.supervisor.http import lane, server
+from benchbot.supervisor.http import server
 from benchbot.supervisor.http.app import create_app
-from benchbot.supervisor.http.express import Express
+from benchbot.supervisor.platform import borrowed
 from benchbot.supervisor.platform.host import ChildHost
 from benchbot.supervisor.run import Run
 from benchbot.wire import encoding
+from benchbot.wire.arena import ArenaReader
 from benchbot.wire.run_state import Connection
 from tests.supervisor.harness import OPERATOR_TOKEN, TOKEN, Served, eventually, sample_selection
 
 Serve = Callable[..., Served]
 
 TURN = {"action": "move_angle", "arguments": {"angle": 1.0}}
-# A header that the lane does not know sends a request the ordinary way.
-DETOUR = b"X-Detour: 1\r\n"
 
 
 class Raw:
@@ -57,42 +56,13 @@ class Raw:
         return self.answer()
 
 
-def message(route: str, body: Any = None, more: bytes = b"") -> bytes:
+def message(route: str, body: Any = None) -> bytes:
     content = encoding.encode(body or {})
     start = b"POST /api/v1/%s HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer %s\r\n" % (route.encode(), TOKEN.encode())
-    return start + b"Content-Type: application/msgpack\r\nContent-Length: %d\r\n%s\r\n%s" % (
-        len(content),
-        more,
-        content,
-    )
+    return start + b"Content-Type: application/msgpack\r\nContent-Length: %d\r\n\r\n%s" % (len(content), content)
 
 
-@pytest.fixture
-def taken(monkeypatch: pytest.MonkeyPatch) -> list[object]:
-    """What the lane has answered."""
-    answered: list[object] = []
-    answer = lane._Connection._answer
-
-    def counted(self: lane._Connection, express: Express, connection: socket.socket) -> bool:
-        answered.append(express)
-        return answer(self, express, connection)
-
-    monkeypatch.setattr(lane._Connection, "_answer", counted)
-    return answered
-
-
-def test_an_answer_is_the_same_by_both_ways(serve: Serve, taken: list[object]) -> None:
-    raw = Raw(serve(sample_selection("sample:active")))
-    assert raw.ask(message("step", TURN)) == raw.ask(message("step", TURN, DETOUR))
-    assert raw.ask(message("reset"))[1]["state"] == "clean"
-    assert len(taken) == 2
-    by_lane, ordinarily = raw.ask(message("step")), raw.ask(message("step", more=DETOUR))
-    assert len(taken) == 3
-    np.testing.assert_equal(by_lane, ordinarily)
-    assert raw.ask(message("step", {"action": "fly"})) == raw.ask(message("step", {"action": "fly"}, DETOUR))
-
-
-def test_our_own_client_takes_the_lane(serve: Serve, taken: list[object]) -> None:
+def test_our_own_client_steps_through_a_run_on_one_connection(serve: Serve) -> None:
     served = serve(sample_selection("sample:active"))
     client = Client(Connection(served.url, None, TOKEN))
     client.reset()
@@ -100,30 +70,17 @@ def test_our_own_client_takes_the_lane(serve: Serve, taken: list[object]) -> Non
         client.step("move_angle", {"angle": 1.0})
     assert client.session()["steps"] == 3
     client.next_scene()
-    assert len(taken) == 5
 
 
-def test_there_is_room_for_some_connections_and_an_answer_for_all(serve: Serve, taken: list[object]) -> None:
+def test_many_connections_are_answered_alike(serve: Serve) -> None:
     served = serve(sample_selection("sample:active"))
     Client(Connection(served.url, None, TOKEN)).reset()
-    taken.clear()
-    clients = [Raw(served) for _ in range(lane.MOST_CONNECTIONS + 2)]
-    answers = [client.ask(message("step")) for client in clients]
-    np.testing.assert_equal(answers, [answers[0]] * len(clients))
-    in_lane = len(taken)
-    assert in_lane < len(clients)
-    for client in clients[:4]:
-        # Out of the lane, and in again.
-        assert client.ask(message("step", more=DETOUR))[0] == 200
-        assert client.ask(message("step"))[0] == 200
+    clients = [Raw(served) for _ in range(10)]
+    for _ in range(2):
+        answers = [client.ask(message("step")) for client in clients]
+        np.testing.assert_equal(answers, [answers[0]] * len(clients))
     clients[0].socket.close()
-    clients[1].socket.close()
-
-    def enters(client: Raw) -> bool:
-        before = len(taken)
-        return client.ask(message("step"))[0] == 200 and len(taken) > before
-
-    assert eventually(lambda: enters(clients[-1]) and enters(clients[-2]))
+    assert clients[1].ask(message("step"))[0] == 200
 
 
 def test_what_follows_an_answer_is_whole_and_in_order_whoever_comes_next(serve: Serve) -> None:
@@ -145,7 +102,7 @@ def test_what_follows_an_answer_is_whole_and_in_order_whoever_comes_next(serve: 
         angle = {"angle": float(number)}
         shown.update(client.step("move_angle", angle)["observations"])
         if number % 4 == 0:
-            status, answer = Raw(served).ask(message("step", more=DETOUR))
+            status, answer = Raw(served).ask(message("step"))
             assert status == 200
             shown.update(answer["observations"])
     document = clients[1].failed(FailureClass.AGENT, "It has seen enough.")["document"]
@@ -173,7 +130,7 @@ def test_a_request_in_pieces_is_answered_all_the_same(serve: Serve, pieces: int)
 def test_requests_that_do_not_wait_for_their_answers_get_them_in_turn(serve: Serve) -> None:
     raw = Raw(serve(sample_selection("sample:active")))
     raw.ask(message("reset"))
-    raw.send(message("step", TURN), message("step", TURN, DETOUR), message("step", TURN))
+    raw.send(*[message("step", TURN)] * 3)
     for _ in range(5):
         raw.send(message("step", TURN))
     assert [raw.answer()[1]["steps"] for _ in range(8)] == list(range(1, 9))
@@ -183,9 +140,9 @@ def test_one_request_at_a_time_uses_the_robot(serve: Serve) -> None:
     served = serve(sample_selection("sample:active"))
     Raw(served).ask(message("reset"))
 
-    def step_often(number: int) -> list[int]:
+    def step_often(_: int) -> list[int]:
         raw = Raw(served)
-        return [raw.ask(message("step", TURN, DETOUR if number % 2 else b""))[0] for _ in range(20)]
+        return [raw.ask(message("step", TURN))[0] for _ in range(20)]
 
     with ThreadPoolExecutor(6) as executor:
         statuses = [status for answered in executor.map(step_often, range(6)) for status in answered]
@@ -196,12 +153,12 @@ def test_one_request_at_a_time_uses_the_robot(serve: Serve) -> None:
 @pytest.fixture
 def endless(monkeypatch: pytest.MonkeyPatch) -> None:
     """Answers to resets are longer than what any connection takes at once."""
-    send = lane._send
+    encode = borrowed.encode_answer
 
-    def more(connection: socket.socket, head: bytes, body: bytes) -> bool:
-        return send(connection, head, body + bytes(2**25) if b"clean" in body else body)
+    def more(answer: dict[str, Any], arena: ArenaReader | None, *, opened: str | None) -> bytes:
+        return encode({**answer, "more": bytes(2**25)} if answer["state"] == "clean" else answer, arena, opened=opened)
 
-    monkeypatch.setattr(lane, "_send", more)
+    monkeypatch.setattr(borrowed, "encode_answer", more)
 
 
 @pytest.mark.usefixtures("endless")
@@ -216,32 +173,18 @@ def test_one_who_does_not_read_keeps_nobody_waiting(serve: Serve) -> None:
 
 @pytest.mark.usefixtures("endless")
 def test_one_who_does_not_read_keeps_no_server_from_ending(tmp_path: Path) -> None:
-    before = lane_threads()
+    before = server_threads()
     run, url, serving = started(tmp_path)
     with serving:
         deaf = Raw(Served(run, url, []))
         deaf.send(message("reset"))
         assert eventually(lambda: run.progress.frames == 1)
-        assert lane_threads() - before
-    assert eventually(lambda: lane_threads() <= before)
+        assert server_threads() - before
+    assert eventually(lambda: server_threads() <= before)
 
 
-def lane_threads() -> set[threading.Thread]:
-    return {thread for thread in threading.enumerate() if thread.name.startswith("benchbot-lane")}
-
-
-def test_what_a_connection_does_not_take_at_once_follows() -> None:
-    head, body = b"head", bytes(range(100)) * 100_000
-    ours, theirs = socket.socketpair()
-    with ours, theirs, ThreadPoolExecutor() as executor:
-        ours.settimeout(60)
-        sending = executor.submit(lane._send, ours, head, body)
-        with theirs.makefile("rb") as file:
-            assert file.read(len(head + body)) == head + body
-        assert sending.result()
-        assert lane._send(ours, head, b"")
-        theirs.close()
-        assert not lane._send(ours, head, body)
+def server_threads() -> set[threading.Thread]:
+    return {thread for thread in threading.enumerate() if thread.name == "benchbot-server"}
 
 
 def test_clients_that_hang_up_leave_nothing_behind(serve: Serve) -> None:
@@ -330,7 +273,7 @@ def test_a_mistake_of_the_supervisor_is_told_without_its_inner_life(
 
     monkeypatch.setattr(served.run, "step", broken)
     raw = Raw(served)
-    with caplog.at_level(logging.ERROR, "benchbot.supervisor"):
+    with caplog.at_level(logging.ERROR, "uvicorn.error"):
         status, answer = raw.ask(message("step", TURN))
         assert raw.socket.recv(1) == b""
     assert status == 500

@@ -1,0 +1,290 @@
+"""Serving runs in this process until told to stop: one after the other, on one address and one platform."""
+
+import logging
+import os
+import secrets
+import signal
+import socket
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from types import TracebackType
+from typing import Any, Self
+
+from starlette.types import Receive, Scope, Send
+
+from benchbot.core.errors import BenchbotError
+from benchbot.core.host import Host
+from benchbot.core.progress import Progress
+from benchbot.core.selection import Selection
+from benchbot.supervisor.http import server
+from benchbot.supervisor.http.app import create_app
+from benchbot.supervisor.platform.host import ChildHost, Timeouts
+from benchbot.supervisor.run import Run
+from benchbot.wire.run_state import DEFAULT_PORT, Connection, RunFolder, RunState
+
+ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+SIGNAL_PERIOD_S = 0.1
+STOPPED_ANSWERS_S = 1.0
+
+
+@dataclass(frozen=True)
+class RunPlan:
+    """A run to begin: a selection, and the folders that recorders, by their names, write into."""
+
+    selection: Selection
+    record: Mapping[str, Path] = field(default_factory=dict)
+
+
+class ConsecutiveRuns:
+    """Runs on one platform, one at a time: each has its own session and folder; what is loaded stays loaded.
+
+    The platform's process, its log and the supervisor's are shared by all of them. The folder of the first run holds
+    the logs, and stays until the end. Of each run's folder the result is kept.
+    """
+
+    def __init__(self, options: Mapping[str, Any] | None, timeouts: Timeouts | None) -> None:
+        self._options = options
+        self._timeouts = timeouts
+        self._base = RunFolder()
+        self._folder = self._base
+        self._run: Run | None = None
+        self._warm: Host | None = None
+        self._platform_failed = False
+
+    @property
+    def platform_log(self) -> Path:
+        """The output of the platform's process."""
+        return self._base.path / "platform.log"
+
+    @property
+    def supervisor_log(self) -> Path:
+        """The log of the supervisor."""
+        return self._base.path / "supervisor.log"
+
+    @property
+    def folder(self) -> RunFolder:
+        """The folder of the run that there is."""
+        return self._folder
+
+    def begin(self, plan: RunPlan) -> Run:
+        """End the run that there is, but not its platform, and return the next one."""
+        if self._run is not None:
+            self._warm = self._run.release()
+            self._note_failure()
+            self._leave_folder()
+            self._folder = RunFolder()
+        self._run = run = Run(plan.selection, lambda: self._start_host(run), self._folder.result)
+        run.recordings.begin(plan.record)
+        return run
+
+    def close_run(self) -> None:
+        """End the run that there is, and its platform."""
+        if self._run is not None:
+            self._run.close()
+            self._note_failure()
+        self._close_warm()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._folder is not self._base:
+            self._leave_folder()
+        self._base.close(keep=self._platform_failed or self._base.result.exists())
+
+    def _start_host(self, run: Run) -> ChildHost:
+        warm, self._warm = self._warm, None
+        if isinstance(warm, ChildHost):
+            with suppress(BenchbotError):  # it has died meanwhile: a new one takes its place
+                warm.renew(run.selection, run.operator)
+                return warm
+            warm.close()
+        return ChildHost(
+            run.selection,
+            self.platform_log,
+            options=self._options,
+            timeouts=self._timeouts,
+            operator=run.operator,
+            zero_copy=True,
+        )
+
+    def _note_failure(self) -> None:
+        self._platform_failed |= self._run is not None and self._run.platform_failed
+
+    def _leave_folder(self) -> None:
+        if self._folder is self._base:
+            self._base.unpublish()
+        else:
+            self._folder.close(keep=self._folder.result.exists())
+
+    def _close_warm(self) -> None:
+        warm, self._warm = self._warm, None
+        if warm is not None:
+            warm.close()
+
+
+def serve(
+    selection: Selection,
+    *,
+    host: str = "127.0.0.1",
+    port: int | None = DEFAULT_PORT,
+    unix_socket: Path | None = None,
+    allow_remote: bool = False,
+    open_to_v2: bool = False,
+    options: Mapping[str, Any] | None = None,
+    timeouts: Timeouts | None = None,
+    record: Mapping[str, Path] | None = None,
+    following: "SimpleQueue[RunPlan] | None" = None,
+    on_ready: Callable[[RunState], None] | None = None,
+    on_progress: Callable[[Progress], None] | None = None,
+    progress_interval_s: float = 0.5,
+) -> signal.Signals | None:
+    """Serve a run until it is stopped; return the signal that ended it, or None when a client asked for its end.
+
+    Call it in the main thread: it handles SIGINT, SIGTERM and SIGHUP while it runs. `port` 0 is any free port, None is
+    no TCP at all. `record` names recorders and the folders that they write into. `on_ready` and `on_progress` are
+    called in the main thread. Leaves no process, socket or state file behind; the run's folder stays when it holds a
+    result, or the log of a platform that failed. Raises BenchbotError when the address is taken or not on loopback
+    (`allow_remote` permits others). `open_to_v2` lets clients of BenchBot v2 in without a token, on this machine only.
+
+    Each plan in the queue `following` ends the run that there is and begins another one, of the same robot and task:
+    on the same address and the same platform, which keeps what it has loaded, with a token, a folder and a result of
+    its own; `on_ready` tells of it.
+    """
+    if open_to_v2 and allow_remote:
+        raise BenchbotError(
+            "A run without a token cannot be open to other machines.",
+            "Everybody on the network could move the robot.",
+            "Leave one of the two away: let BenchBot v2's client run on this machine.",
+        )
+    with ExitStack() as stack:
+        received = stack.enter_context(_received_signals())
+        runs = stack.enter_context(ConsecutiveRuns(options, timeouts))
+        run = runs.begin(RunPlan(selection, record or {}))
+        stack.enter_context(_logging_to(runs.supervisor_log))
+        listeners, connection = _listen(stack, host, port, unix_socket, allow_remote=allow_remote)
+        state = _state(run.selection, runs, connection)
+        app = create_app(run, state.connection.token, state.operator_token, open_to_v2=open_to_v2)
+
+        async def app_of_current_run(scope: Scope, receive: Receive, send: Send) -> None:
+            await app(scope, receive, send)
+
+        running = stack.enter_context(server.Server(app_of_current_run, listeners))
+        stack.callback(runs.close_run)
+        while True:
+            run.prepare()
+            runs.folder.publish(state)
+            if on_ready is not None:
+                on_ready(state)
+            plan = _wait(run, running, received, following, on_progress, progress_interval_s)
+            if plan is None:
+                break
+            run = runs.begin(plan)
+            state = _state(run.selection, runs, replace(connection, token=_new_token()))
+            app = create_app(run, state.connection.token, state.operator_token, open_to_v2=open_to_v2)
+        if run.stopped_in_use:
+            # The robot has been stopped: the client still has time to ask why before the server ends.
+            time.sleep(STOPPED_ANSWERS_S)
+        return received[0] if received else None
+
+
+def _wait(
+    run: Run,
+    running: server.Server,
+    received: Sequence[signal.Signals],
+    following: "SimpleQueue[RunPlan] | None",
+    on_progress: Callable[[Progress], None] | None,
+    progress_interval_s: float,
+) -> RunPlan | None:
+    """Return None when the run is stopped, or the plan of the next one when there is one."""
+    told_s = time.monotonic()
+    while not received and not run.stop_asked.is_set():
+        if following is None:
+            run.stop_asked.wait(SIGNAL_PERIOD_S)
+        else:
+            with suppress(Empty):
+                return following.get(timeout=SIGNAL_PERIOD_S)
+        running.check()
+        if on_progress is not None and time.monotonic() - told_s >= progress_interval_s:
+            told_s = time.monotonic()
+            on_progress(run.progress)
+    return None
+
+
+@contextmanager
+def _received_signals() -> Iterator[list[signal.Signals]]:
+    """Yield a list of the signals received so far. The handler does no more: it may interrupt anything."""
+    received: list[signal.Signals] = []
+
+    def note(number: int, _frame: object) -> None:
+        received.append(signal.Signals(number))
+
+    before = {number: signal.signal(number, note) for number in ENDING_SIGNALS}
+    try:
+        yield received
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def _logging_to(path: Path) -> Iterator[None]:
+    handler = logging.FileHandler(path, encoding="utf-8")
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+    loggers = [logging.getLogger(name) for name in ("benchbot.supervisor", "uvicorn.error")]
+    for logger in loggers:
+        logger.setLevel(logging.INFO)
+        logger.propagate = False
+        logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        for logger in loggers:
+            logger.removeHandler(handler)
+        handler.close()
+
+
+def _listen(
+    stack: ExitStack, host: str, port: int | None, unix_socket: Path | None, *, allow_remote: bool
+) -> tuple[list[socket.socket], Connection]:
+    if port is None and unix_socket is None:
+        raise BenchbotError(
+            "The run has no address.", "It has neither a port nor a unix socket.", "Give it one: --port 0"
+        )
+    listeners, url, path = [], None, None
+    if unix_socket is not None:
+        unix_socket = unix_socket.absolute()
+        listeners.append(stack.enter_context(server.bind_unix(unix_socket)))
+        stack.callback(lambda: unix_socket.unlink(missing_ok=True))
+        path = str(unix_socket)
+    if port is not None:
+        listeners.append(stack.enter_context(server.bind_tcp(host, port, allow_remote=allow_remote)))
+        url = server.url_of(listeners[-1])
+    return listeners, Connection(url, path, _new_token())
+
+
+def _new_token() -> str:
+    return secrets.token_urlsafe(32)
+
+
+def _state(selection: Selection, runs: ConsecutiveRuns, connection: Connection) -> RunState:
+    return RunState(
+        connection=connection,
+        operator_token=_new_token(),
+        pid=os.getpid(),
+        task=selection.task.name,
+        robot=selection.robot.name,
+        environment=selection.environment,
+        seed=selection.seed,
+        folder=str(runs.folder.path),
+        platform_log=str(runs.platform_log),
+        supervisor_log=str(runs.supervisor_log),
+        result=str(runs.folder.result),
+        started_s=time.time(),
+    )
