@@ -1,1 +1,1 @@
-"""Results that others can trust: bundled with what made them, made again elsewhere, or replayed."""
+"""Results that others can check: bundled with the solution that made them, reproduced elsewhere, or replayed."""

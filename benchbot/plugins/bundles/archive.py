@@ -1,8 +1,8 @@
-"""The file of a bundle: a ZIP archive of one form only, so that every other file is known to be damaged or hostile.
+"""The file of a bundle: a ZIP archive of one canonical form; every other file is known to be damaged or hostile.
 
 Members are stored, not compressed, in the order of their names, with one fixed time and nothing optional: the same
-members give the same bytes on every machine. Reading writes the archive again and compares: what differs in a single
-bit is refused. So are bombs (nothing is compressed), overlapping members and what hides between them.
+members give the same bytes on every machine. Reading writes the archive again and compares, and refuses a file that
+differs in a single bit. That excludes bombs (nothing is compressed), overlapping members and hidden data between them.
 """
 
 import os
@@ -12,10 +12,11 @@ import struct
 import tempfile
 import unicodedata
 import zipfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from hashlib import sha256
+from io import BytesIO
 from pathlib import Path, PurePosixPath
 from typing import IO
 
@@ -24,7 +25,7 @@ from benchbot.core.errors import BenchbotError
 
 MAX_MEMBERS = 10_000
 MAX_BYTES = 2**31 - 2**24
-"""Below 2 GiB, where the form of ZIP archives changes."""
+"""Less than 2 GiB, so that no member or offset needs ZIP64."""
 MAX_PATH_BYTES, MAX_DEPTH = 240, 32
 
 _TIME = (1980, 1, 1, 0, 0, 0)
@@ -36,39 +37,43 @@ _CHUNK_BYTES = 2**20
 
 @dataclass(frozen=True)
 class Member:
-    """One file of a bundle: its path in it, with slashes, and what it holds."""
+    """One file of a bundle: its path in it, with slashes, and its content, in memory, on disk or in an archive."""
 
     path: str
-    content: bytes | Path
+    content: bytes | Path | tuple[zipfile.ZipFile, zipfile.ZipInfo]
     executable: bool = False
 
     @property
     def size_bytes(self) -> int:
-        """How much it holds."""
+        """The size of its content."""
+        if isinstance(self.content, tuple):
+            return self.content[1].file_size
         return len(self.content) if isinstance(self.content, bytes) else self.content.stat().st_size
 
-    @contextmanager
-    def opened(self) -> Iterator[IO[bytes]]:
-        """Open what it holds."""
-        if isinstance(self.content, Path):
-            with self.content.open("rb") as file:
-                yield file
-        else:
-            import io
+    @property
+    def sha256(self) -> str:
+        """The SHA-256 of its content."""
+        digest = sha256()
+        with self.opened() as content:
+            while chunk := content.read(_CHUNK_BYTES):
+                digest.update(chunk)
+        return digest.hexdigest()
 
-            yield io.BytesIO(self.content)
+    def opened(self) -> IO[bytes]:
+        """Open its content for reading."""
+        if isinstance(self.content, tuple):
+            archive, info = self.content
+            return archive.open(info)
+        return BytesIO(self.content) if isinstance(self.content, bytes) else self.content.open("rb")
 
-
-def digest(content: IO[bytes]) -> str:
-    """Return the SHA-256 of a file."""
-    running = sha256()
-    while chunk := content.read(_CHUNK_BYTES):
-        running.update(chunk)
-    return running.hexdigest()
+    def read(self) -> bytes:
+        """Return its content."""
+        with self.opened() as content:
+            return content.read()
 
 
 def flaw(paths: Iterable[str]) -> str | None:
-    """Say what keeps paths from being those of one bundle, and of a folder on any machine; None when nothing does."""
+    """Return why paths cannot be those of one bundle, and of a folder on any machine; None when they can."""
     seen: dict[str, str] = {}
     folders: set[str] = set()
     for path in paths:
@@ -79,7 +84,7 @@ def flaw(paths: Iterable[str]) -> str | None:
             return f"{path!r:.100} holds a character that not every machine can have in a name."
         if len(path.encode()) > MAX_PATH_BYTES or len(parts) > MAX_DEPTH:
             return f"{path!r:.100} is longer than {MAX_PATH_BYTES} bytes, or deeper than {MAX_DEPTH} folders."
-        folded = _folded(path)
+        folded = unicodedata.normalize("NFC", path).casefold()
         if folded in seen:
             return f"{path!r:.100} and {seen[folded]!r:.100} are one file on some machines."
         seen[folded] = path
@@ -111,73 +116,48 @@ def write(target: Path, members: Sequence[Member]) -> None:
 
 
 @dataclass(frozen=True)
-class _Stored:
-    """A member of an archive, to be written again."""
-
-    archive: zipfile.ZipFile
-    info: zipfile.ZipInfo
-
-    @property
-    def path(self) -> str:
-        return self.info.filename
-
-    @property
-    def executable(self) -> bool:
-        return self.info.external_attr == _EXECUTABLE
-
-    @property
-    def size_bytes(self) -> int:
-        return self.info.file_size
-
-    def opened(self) -> IO[bytes]:
-        return self.archive.open(self.info)
-
-
 class Archive:
-    """A bundle that has been opened and found sound in its form; its paths are safe to make files of."""
+    """An open bundle whose form has been checked: its paths are safe to create files with."""
 
-    def __init__(self, source: Path, archive: zipfile.ZipFile) -> None:
-        self.source = source
-        self._archive = archive
-        self._members = {info.filename: info for info in archive.infolist()}
-
-    @property
-    def paths(self) -> list[str]:
-        """The paths of its members, sorted."""
-        return sorted(self._members)
-
-    def size_bytes(self, path: str) -> int:
-        """Return how much a member holds."""
-        return self._members[path].file_size
-
-    def read(self, path: str) -> bytes:
-        """Return what a member holds."""
-        return self._archive.read(self._members[path])
-
-    def opened(self, path: str) -> IO[bytes]:
-        """Open a member."""
-        return self._archive.open(self._members[path])
+    source: Path
+    members: Mapping[str, Member]
 
     def extract(self, below: str, folder: Path) -> None:
-        """Write the members whose path begins with `below/` into a folder, without that."""
-        for path, info in self._members.items():
+        """Write the members whose path begins with `below/` into a folder, without that prefix."""
+        for path, member in self.members.items():
             if path.startswith(f"{below}/"):
                 target = folder / path.removeprefix(f"{below}/")
                 target.parent.mkdir(parents=True, exist_ok=True)
-                with self._archive.open(info) as content, target.open("xb") as file:
+                with member.opened() as content, target.open("xb") as file:
                     shutil.copyfileobj(content, file, _CHUNK_BYTES)
-                target.chmod(info.external_attr >> 16 & 0o777)
+                target.chmod(0o755 if member.executable else 0o644)
 
 
 @contextmanager
 def opened(path: Path) -> Iterator[Archive]:
     """Open a bundle; raises BenchbotError for a file that is not, to the bit, in the form of one."""
     with ExitStack() as stack:
-        yield Archive(path, _checked(path, stack))
+        try:
+            file = stack.enter_context(path.open("rb"))
+            _check_end(path, file)
+            archive = stack.enter_context(zipfile.ZipFile(file))
+            _check_members(path, archive)
+            members = [
+                Member(info.filename, (archive, info), info.external_attr == _EXECUTABLE) for info in archive.infolist()
+            ]
+            _check_bytes(path, file, members)
+        # zipfile raises all of these for archives that are damaged.
+        except (zipfile.BadZipFile, EOFError, NotImplementedError, ValueError, struct.error) as error:
+            raise damaged(path, f"It is no ZIP archive that can be read: {error}.") from error
+        except OSError as error:
+            raise BenchbotError(
+                f"Cannot read {path}.", error.strerror or str(error), "Check that the path is right, and yours to read."
+            ) from error
+        yield Archive(path, {member.path: member for member in members})
 
 
 def damaged(path: Path, why: str) -> BenchbotError:
-    """Return the error of a file that is not a bundle, or not any more."""
+    """Return the error of a file that is not a sound bundle."""
     return BenchbotError(
         f"{path} is not a sound bundle.",
         why,
@@ -186,11 +166,11 @@ def damaged(path: Path, why: str) -> BenchbotError:
     )
 
 
-def _write(file: IO[bytes], members: Iterable[Member | _Stored]) -> None:
+def _write(file: IO[bytes], members: Iterable[Member]) -> None:
     with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED, allowZip64=False) as archive:
         for member in sorted(members, key=lambda member: member.path):
             info = zipfile.ZipInfo(member.path, _TIME)
-            # Else it is the number of whichever machine writes it.
+            # The default depends on the machine.
             info.create_system = _UNIX
             info.external_attr = _EXECUTABLE if member.executable else _PLAIN
             info.file_size = member.size_bytes
@@ -198,25 +178,8 @@ def _write(file: IO[bytes], members: Iterable[Member | _Stored]) -> None:
                 shutil.copyfileobj(content, written, _CHUNK_BYTES)
 
 
-def _checked(path: Path, stack: ExitStack) -> zipfile.ZipFile:
-    try:
-        file = stack.enter_context(path.open("rb"))
-        _check_end(path, file)
-        archive = stack.enter_context(zipfile.ZipFile(file))
-        _check_members(path, archive)
-        _check_bytes(path, file, archive)
-    # What zipfile raises, here and there, for archives that are not in order.
-    except (zipfile.BadZipFile, EOFError, NotImplementedError, ValueError, struct.error) as error:
-        raise damaged(path, f"It is no ZIP archive that can be read: {error}.") from error
-    except OSError as error:
-        raise BenchbotError(
-            f"Cannot read {path}.", error.strerror or str(error), "Check that the path is right, and yours to read."
-        ) from error
-    return archive
-
-
 def _check_end(path: Path, file: IO[bytes]) -> None:
-    """Check the last bytes before anything is made of them: they say how much there is to read."""
+    """Check the end record before zipfile reads it: it says how much there is to read."""
     status = os.fstat(file.fileno())
     if not stat.S_ISREG(status.st_mode) or not _END_BYTES <= status.st_size <= MAX_BYTES + MAX_MEMBERS * 1024:
         raise damaged(path, "It is no file, or one of a size that no bundle has.")
@@ -244,10 +207,10 @@ def _check_members(path: Path, archive: zipfile.ZipFile) -> None:
             raise damaged(path, f"{info.filename!r:.100} is encrypted, or of no known form.")
 
 
-def _check_bytes(path: Path, file: IO[bytes], archive: zipfile.ZipFile) -> None:
-    """Write the archive again, and compare: there is one way to write what it holds."""
+def _check_bytes(path: Path, file: IO[bytes], members: Sequence[Member]) -> None:
+    """Write the archive again, and compare."""
     with tempfile.TemporaryFile() as again:
-        _write(again, (_Stored(archive, info) for info in archive.infolist()))
+        _write(again, members)
         again.seek(0)
         file.seek(0)
         while chunk := file.read(_CHUNK_BYTES):
@@ -255,7 +218,3 @@ def _check_bytes(path: Path, file: IO[bytes], archive: zipfile.ZipFile) -> None:
                 raise damaged(path, "It is not, to the bit, as 'benchbot bundle' writes it.")
         if again.read(1):
             raise damaged(path, "It is shorter than what it holds.")
-
-
-def _folded(path: str) -> str:
-    return unicodedata.normalize("NFC", path).casefold()

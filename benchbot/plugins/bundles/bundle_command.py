@@ -1,4 +1,4 @@
-"""`benchbot bundle`: results and the solution that made them, in one file for others."""
+"""`benchbot bundle`: packs results and the solution that made them into one file for others."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,7 +12,7 @@ from benchbot.core.errors import BenchbotError
 if TYPE_CHECKING:
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.evaluation.submission import Submission
-    from benchbot.plugins.bundles.sources import Source
+    from benchbot.plugins.bundles.solution_source import Source
 
 
 def bundle(
@@ -68,14 +68,14 @@ def bundle(
     """
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
-    from benchbot.plugins.bundles import making
+    from benchbot.plugins.bundles import bundle_file
     from benchbot.submission.command import split_words
 
     console.check_output(output)
     catalog = Catalog(load())
     source = _source(catalog, solution, example, leave_out or [])
     submissions = _submissions(results)
-    manifest = making.make(
+    manifest = bundle_file.make(
         output,
         submissions,
         source,
@@ -84,12 +84,12 @@ def bundle(
         lock=lock or _lock_in(source),
         timeout_s=timeout,
     )
-    _tell(manifest, output)
+    _note_contents(manifest, output)
     console.data_json({"path": str(output), **manifest}) if as_json else console.data(str(output))
 
 
 def _source(catalog: "Catalog", solution: Path | None, example: str | None, leave_out: list[str]) -> "Source":
-    from benchbot.plugins.bundles import sources
+    from benchbot.plugins.bundles import solution_source
 
     if (solution is None) == (example is None):
         raise BenchbotError(
@@ -98,7 +98,7 @@ def _source(catalog: "Catalog", solution: Path | None, example: str | None, leav
             "Name its folder, or its file: --solution PATH; or an example: --example NAME",
         )
     where = solution if example is None else catalog.get("examples", example).path.parent
-    return sources.collect(where or Path(), leave_out)
+    return solution_source.collect(where or Path(), leave_out)
 
 
 def _lock_in(source: "Source") -> Path | None:
@@ -153,7 +153,7 @@ def _scores(
     return document
 
 
-def _tell(manifest: dict[str, Any], path: Path) -> None:
+def _note_contents(manifest: dict[str, Any], path: Path) -> None:
     import shlex
 
     solution = manifest["solution"]

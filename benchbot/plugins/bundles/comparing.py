@@ -1,41 +1,59 @@
-"""Two results of the same run, one from a bundle and one made anew: are they the same, and what differs first?"""
+"""Compares results with those of the same run on this machine: documents, scores and software."""
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-_OF_THE_MACHINE = ("benchbot", "plugins", "assets", "solution", "machine", "restarts")
-"""What of provenance may differ between two runs that are identical: where, by which software and how it was run."""
+from benchbot.core import overrides, plugin_manager
+from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.errors import BenchbotError
+from benchbot.core.provenance import software
+from benchbot.core.request import Limits, RunRequest
+from benchbot.core.selection import Selection, select
+
+_MACHINE_KEYS = ("benchbot", "plugins", "assets", "solution", "machine", "restarts")
+"""Keys of provenance that may differ between identical runs: they say where, by which software and how it was run."""
 
 
 def differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
-    """Return what is not the same in two results, first what comes first in a run; empty for identical ones."""
-    said, found = _outcome(before), _outcome(after)
-    if said == found:
+    """Return the differences of two results, the first in a run first; empty for identical ones."""
+    stated, found = _without_machine(before), _without_machine(after)
+    if stated == found:
         return []
-    return [*_of_the_way(before, after), *_of_the_end(before, after), *_elsewhere(said, found)]
+    failures = [_failure(before), _failure(after)]
+    pointers = [
+        ("The results differ", _first(before.get("results"), after.get("results"), "/results")),
+        ("The documents differ", _first({**stated, "results": None}, {**found, "results": None}, "")),
+    ]
+    return [
+        *_run_differences(before, after),
+        *([f"It ended otherwise: {failures[1]} instead of {failures[0]}."] if failures[0] != failures[1] else []),
+        *(f"{text}, first at {pointer}." for text, pointer in pointers if pointer is not None),
+    ]
 
 
-def _outcome(document: Mapping[str, Any]) -> dict[str, Any]:
+def _without_machine(document: Mapping[str, Any]) -> dict[str, Any]:
     kept = {key: value for key, value in document.items() if key != "provenance"}
     provenance = document.get("provenance") or {}
-    # An older result has no log of its actions; what it saw is in its digest.
+    # An older result has no log of its actions; its digest covers its observations.
     kept.pop("actions", None)
-    return {**kept, "provenance": {key: provenance[key] for key in provenance if key not in _OF_THE_MACHINE}}
+    return {**kept, "provenance": {key: provenance[key] for key in provenance if key not in _MACHINE_KEYS}}
 
 
-def _of_the_way(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[str]:
-    """Yield where the two runs part: by what was seen, or by what the solution did."""
-    said, found = before["provenance"]["observation_digest"], after["provenance"]["observation_digest"]
-    first, second = _rows(before), _rows(after)
-    if said == found:
+def _run_differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the first difference of two runs, in an observation or an action."""
+    if before["provenance"]["observation_digest"] == after["provenance"]["observation_digest"]:
         return
+    first, second = _action_rows(before), _action_rows(after)
     for number, ((scene, one), (_, other)) in enumerate(zip(first, second, strict=False)):
         if one[1:] != other[1:]:
-            told = f"{_action(other)} instead of {_action(one)}"
-            yield f"The solution acts otherwise, first before observation {number} ({scene}): {told}."
+            actions = f"{action_text(other[1:])} instead of {action_text(one[1:])}"
+            yield f"The solution acts otherwise, first before observation {number} ({scene}): {actions}."
             return
         if one[0] != other[0]:
-            yield f"Something else is seen, first at observation {number} ({scene}, after {_action(one)})."
+            yield f"Something else is seen, first at observation {number} ({scene}, after {action_text(one[1:])})."
             return
     if first and second and len(first) != len(second):
         yield f"There are {len(second)} observations instead of {len(first)}; as long as there are both, they agree."
@@ -43,27 +61,8 @@ def _of_the_way(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator
         yield "Something else is seen: the digests of the observations differ."
 
 
-def _of_the_end(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[str]:
-    said, found = _failure(before), _failure(after)
-    if said != found:
-        yield f"It ended otherwise: {found} instead of {said}."
-    pointer = _first(before.get("results"), after.get("results"), "/results")
-    if pointer is not None:
-        yield f"The results differ, first at {pointer}."
-
-
-def _elsewhere(said: Mapping[str, Any], found: Mapping[str, Any]) -> Iterator[str]:
-    pointer = _first(
-        {key: value for key, value in said.items() if key != "results"},
-        {key: value for key, value in found.items() if key != "results"},
-        "",
-    )
-    if pointer is not None:
-        yield f"The documents differ, first at {pointer}."
-
-
 def _first(one: Any, other: Any, pointer: str) -> str | None:
-    """Return where two JSON values differ first, as a pointer with both of them."""
+    """Return the JSON pointer of the first difference of two values, with both values; None for equal ones."""
     left = [(one, other, pointer)]
     while left:
         one, other, pointer = left.pop()
@@ -89,17 +88,146 @@ def _shown(value: Any) -> str:
     return "a mapping" if isinstance(value, dict) else f"{value!r:.40}"
 
 
-def _rows(document: Mapping[str, Any]) -> list[tuple[str, list[Any]]]:
+def _action_rows(document: Mapping[str, Any]) -> list[tuple[str, list[Any]]]:
     return [(scene["scene"], row) for scene in document.get("actions") or () for row in scene["rows"]]
 
 
-def _action(row: list[Any]) -> str:
-    if len(row) < 2:
+def action_text(taken: Sequence[Any]) -> str:
+    """Return an action of the log, `[name, arguments]` or less, as text: `move_distance(0.5)`."""
+    if not taken:
         return "none"
-    values = ", ".join(str(value) for value in (row[2].values() if len(row) > 2 else ()))
-    return f"{row[1]}({values})"
+    values = ", ".join(str(value) for value in (taken[1].values() if len(taken) > 1 else ()))
+    return f"{taken[0]}({values})"
 
 
 def _failure(document: Mapping[str, Any]) -> str:
     failure = document["provenance"]["failure"]
     return "well" if failure is None else f"{failure['class']} ({failure['why']})"
+
+
+def score_contradictions(stated: Mapping[str, Any], found: Mapping[str, Any], tolerance: float = 0.0) -> list[str]:
+    """Return the differences of more than `tolerance` between two scores documents of the same results."""
+    method, here = stated["method"], found["method"]
+    if method["name"] != here["name"]:
+        return [f"The scores are of the method '{method['name']}', here they are of '{here['name']}'."]
+    said, scored = ({_row_label(row): row for row in document["rows"]} for document in (stated, found))
+    problems = [f"{label}: it is among the scores, but not among the results." for label in said if label not in scored]
+    problems += [f"{label}: the scores do not mention it." for label in scored if label not in said]
+    for label in (label for label in said if label in scored):
+        problems += [
+            f"{label}: {text}" for text in unequal_scores(said[label]["scores"], scored[label]["scores"], tolerance)
+        ]
+    return problems + [f"all: {text}" for text in unequal_scores(stated["scores"], found["scores"], tolerance)]
+
+
+def unequal_scores(stated: Mapping[str, float], found: Mapping[str, float], tolerance: float = 0.0) -> list[str]:
+    """Return the scores that differ by more than `tolerance`, as text: `OMQ is 0.5, not 0.7`."""
+    texts = []
+    for name in dict.fromkeys([*stated, *found]):
+        if name not in stated or name not in found:
+            texts.append(f"{name} is only among the scores {'stated' if name in stated else 'found'}")
+        elif not math.isclose(stated[name], found[name], rel_tol=1e-12, abs_tol=max(tolerance, 1e-12)):
+            texts.append(f"{name} is {found[name]:.6g}, not {stated[name]:.6g}")
+    return texts
+
+
+def _row_label(row: Mapping[str, Any]) -> str:
+    """Return a label that tells a row of scores from the others: `miniroom:1, seed 3`."""
+    said = [f"{key} {row[key]}" for key in ("seed", "episode", "repeat") if row.get(key) is not None]
+    return ", ".join(filter(None, [str(row["environment"]), *said, overrides.label(row.get("settings") or {})]))
+
+
+@dataclass(frozen=True)
+class SoftwareDifference:
+    """A plug-in or asset pack that is not the one a result ran on: version (not of packs) and content, or None."""
+
+    name: str
+    recorded: Mapping[str, Any] | None
+    installed: Mapping[str, Any] | None
+
+    @property
+    def version(self) -> str | None:
+        """The version that the result ran on."""
+        return None if self.recorded is None else self.recorded.get("version")
+
+    @property
+    def installed_version(self) -> str | None:
+        """The version that is installed."""
+        return None if self.installed is None else self.installed.get("version")
+
+    def __str__(self) -> str:
+        said = "did not use it" if self.recorded is None else f"is of {_pin_text(self.recorded)}"
+        here = "it is not installed" if self.installed is None else f"here it is {_pin_text(self.installed)}"
+        return f"{self.name}: the result {said}, {here}"
+
+
+def reselect(provenance: Mapping[str, Any], catalog: Catalog, limits: Limits | None = None) -> Selection:
+    """Return the selection that a result's provenance names; `limits` replace the task's.
+
+    Raises BenchbotError when it is not possible here, when the result is of a real robot, and when the list of its
+    episode has changed.
+    """
+    chosen = provenance["selection"]
+    episode = chosen.get("episode")
+    selection = select(
+        catalog,
+        RunRequest(
+            task=str(chosen["task"]),
+            robot=str(chosen["robot"]),
+            environment=str(chosen["environment"]),
+            seed=int(chosen["seed"]),
+            episode=None if episode is None else int(episode["number"]),
+            settings=chosen.get("settings") or {},
+        ),
+    )
+    if selection.robot.data["type"] in plugin_manager.load().pool("robot_drivers"):
+        raise BenchbotError(
+            f"The result is of a real robot ('{selection.robot.name}').",
+            "The world does not repeat itself: the same actions do not show the same again.",
+            "Look at its recording, if there is one; results of simulated robots can be repeated.",
+        )
+    here = None if selection.episode is None else selection.episode.provenance()
+    if here != episode:
+        raise BenchbotError(
+            "The list of episodes is not the one that the result is of.",
+            f"The result is of {_episode_text(episode)}, here there is {_episode_text(here)}.",
+            "Install the versions that its provenance names.",
+        )
+    return selection if limits is None else replace(selection, limits=limits)
+
+
+def software_differences(provenance: Mapping[str, Any], selection: Selection) -> list[SoftwareDifference]:
+    """Return the differences between the software that would run a selection here and that of a result, by name."""
+    recorded, here = _pins(provenance), _pins(software(selection))
+    names = sorted(name for name in {*recorded, *here} if recorded.get(name) != here.get(name))
+    return [SoftwareDifference(name, recorded.get(name), here.get(name)) for name in names]
+
+
+def missing_software(provenance: Mapping[str, Any]) -> list[SoftwareDifference]:
+    """Return the distributions that a result ran on and that are not installed here."""
+    return [
+        SoftwareDifference(name, used, None)
+        for name, used in sorted(provenance["plugins"].items())
+        if used["version"] != "v2" and not _is_installed(name)
+    ]
+
+
+def _is_installed(distribution: str) -> bool:
+    try:
+        version(distribution)
+    except (PackageNotFoundError, ValueError):
+        return False
+    return True
+
+
+def _pins(used: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    packs = {f"asset pack {name}": pinned for name, pinned in used.get("assets", {}).items()}
+    return {**used["plugins"], **packs}
+
+
+def _pin_text(pinned: Mapping[str, Any]) -> str:
+    return " ".join(filter(None, [str(pinned.get("version", "")), f"(content {str(pinned['sha256'])[:8]})"]))
+
+
+def _episode_text(chosen: Mapping[str, Any] | None) -> str:
+    return "none" if chosen is None else f"{chosen['list']} (content {str(chosen['sha256'])[:8]})"

@@ -1,4 +1,4 @@
-"""Replay: the actions that a result has recorded are taken again, and what is seen is held against what was seen."""
+"""Replay: takes the recorded actions of a result again, and compares the observations with those of the result."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,23 +13,23 @@ from benchbot.core.provenance import source_of_pose
 from benchbot.core.request import Limits
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
-from benchbot.plugins.bundles import selected
+from benchbot.plugins.bundles.comparing import SoftwareDifference, action_text, reselect, software_differences
 
-_DIGITS = 9
-"""Simulated time is rounded like that in provenance."""
+_TIME_DIGITS = 9
+"""Simulated time in seconds is rounded like that in provenance."""
 
 
 @dataclass(frozen=True)
 class Verification:
-    """What came of a replay: verified when there are no `problems`, the first of them first.
+    """The outcome of a replay: verified when there are no `problems`, of which the first in the run is first.
 
-    `unproven` says what of the result a replay cannot show, `software` what differs from what the result ran on.
+    `unproven` are statements of the result that a replay cannot show; `software` differs from that of the result.
     """
 
     problems: tuple[str, ...]
     observations: int
     unproven: tuple[str, ...] = ()
-    software: tuple[selected.Difference, ...] = ()
+    software: tuple[SoftwareDifference, ...] = ()
 
     @property
     def verified(self) -> bool:
@@ -43,27 +43,27 @@ def verify(
     start_host: Callable[[Selection], Host],
     tell: Callable[[int, int], object] = lambda done, of: None,
 ) -> Verification:
-    """Replay a result's actions on a host of their own and return what came of it.
+    """Replay a result's actions on a new host.
 
-    `tell` is told how many observations of how many are made. Raises BenchbotError for a result that cannot be
-    replayed, with the reason, and when the simulator fails.
+    `tell` is called with the number of observations made and their total. Raises BenchbotError for a result that
+    cannot be replayed, and when the simulator fails.
     """
     provenance = document.get("provenance") or {}
-    scenes = _recorded(document, provenance)
-    selection = selected.again(provenance, catalog, Limits())
-    software = tuple(selected.differences(provenance, selection))
+    scenes = _action_log(document, provenance)
+    selection = reselect(provenance, catalog, Limits())
+    software = tuple(software_differences(provenance, selection))
     total = sum(len(scene["rows"]) for scene in scenes)
     session = Session(selection, lambda: start_host(selection))
     try:
-        problem = _taken_again(session, scenes, lambda done: tell(done, total))
-        problems = [problem] if problem else [*_declared(document, selection), *_compared(document, session)]
+        problem = _replay_actions(session, scenes, lambda done: tell(done, total))
+        problems = [problem] if problem else _problems(document, session)
         return Verification(tuple(problems), session.progress.frames, tuple(_unproven(provenance)), software)
     finally:
         session.close()
 
 
-def _recorded(document: Mapping[str, Any], provenance: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the log of actions; raises BenchbotError, with the reason, for a result that has none."""
+def _action_log(document: Mapping[str, Any], provenance: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the action log by scene; raises BenchbotError for a result without a complete one."""
     scenes: list[dict[str, Any]] | None = document.get("actions")
     if not provenance:
         why = "It says nothing of what made it: it is of BenchBot v2, or of another program."
@@ -80,8 +80,8 @@ def _recorded(document: Mapping[str, Any], provenance: Mapping[str, Any]) -> lis
     )
 
 
-def _taken_again(session: Session, scenes: list[dict[str, Any]], tell: Callable[[int], object]) -> str | None:
-    """Take all actions; return where what is seen differs first, or None when it never does."""
+def _replay_actions(session: Session, scenes: list[dict[str, Any]], tell: Callable[[int], object]) -> str | None:
+    """Take all actions; return a description of the first difference in an observation, or None."""
     for number, scene in enumerate(scenes):
         for place, (mark, *taken) in enumerate(scene["rows"]):
             at = f"observation {session.progress.frames} ({scene['scene']}, {_described(place, taken)})"
@@ -114,35 +114,29 @@ def _act(session: Session, scene: int, place: int, taken: list[Any]) -> bool:
 def _described(place: int, taken: list[Any]) -> str:
     if not taken:
         return "a look" if place else "on entering"
-    values = ", ".join(str(value) for value in (taken[1].values() if len(taken) > 1 else ()))
-    return f"after {taken[0]}({values})"
+    return f"after {action_text(taken)}"
 
 
-def _declared(document: Mapping[str, Any], selection: Selection) -> list[str]:
-    """Return where task and scenes are declared otherwise here than in the result."""
-    details = results.empty_result(selection)
+def _problems(document: Mapping[str, Any], session: Session) -> list[str]:
+    """Return a problem for each statement of the result that contradicts the replay."""
+    stated, progress = document["provenance"], session.progress
+    details, source = results.empty_result(session.selection), source_of_pose(session.selection)
     named = {"task_details": "The task", "environment_details": "The environment"}
-    return [
+    problems = [
         f"{name} is not the one that is declared here." for key, name in named.items() if document[key] != details[key]
     ]
-
-
-def _compared(document: Mapping[str, Any], session: Session) -> list[str]:
-    """Return what the result says otherwise than the replay, which has seen the same."""
-    said, progress = document["provenance"], session.progress
-    source = source_of_pose(session.selection)
     collided = progress.failure is FailureClass.COLLISION
-    claims_collision = (said["failure"] or {}).get("class") == FailureClass.COLLISION
+    claims_collision = (stated["failure"] or {}).get("class") == FailureClass.COLLISION
     compared: dict[str, tuple[Any, Any]] = {
-        "its digest of the observations": (said["observation_digest"], session.digest.hexdigest()),
+        "its digest of the observations": (stated["observation_digest"], session.digest.hexdigest()),
         "where the robot went (track)": (document.get("track"), [track.as_dict(source) for track in session.tracks]),
-        "its simulated time": (said["simulated_time_s"], round(progress.simulated_time_s, _DIGITS)),
+        "its simulated time": (stated["simulated_time_s"], round(progress.simulated_time_s, _TIME_DIGITS)),
     }
-    problems = [f"The result is wrong about {name}." for name, (told, found) in compared.items() if told != found]
+    problems += [f"The result is wrong about {name}." for name, (told, found) in compared.items() if told != found]
     # An action that the simulator did not survive counts as a step, but nothing was observed after it.
-    if said["steps"] - progress.steps not in (0, int(said["failure"] is not None)):
+    if stated["steps"] - progress.steps not in (0, int(stated["failure"] is not None)):
         problems.append("The result is wrong about the number of its steps.")
-    if collided and said["failure"] is None:
+    if collided and stated["failure"] is None:
         problems.append("The robot hits something, and the result does not say so.")
     if claims_collision and not collided:
         problems.append("The result says that the robot hit something, and it does not.")

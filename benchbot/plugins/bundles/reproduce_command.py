@@ -1,4 +1,4 @@
-"""`benchbot reproduce`: the solution of a bundle, run again, and its results compared."""
+"""`benchbot reproduce`: runs the solution of a bundle again, and compares the results."""
 
 import tempfile
 from contextlib import ExitStack
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from benchbot.core.selection import Selection
-    from benchbot.plugins.bundles.reading import Bundle
+    from benchbot.plugins.bundles.bundle_file import Bundle
+    from benchbot.plugins.bundles.comparing import SoftwareDifference
     from benchbot.plugins.bundles.reproducing import Reproduction, Scoring
-    from benchbot.plugins.bundles.selected import Difference
     from benchbot.submission.episode import Order
 
 
@@ -78,14 +78,14 @@ def reproduce(
     """
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
-    from benchbot.plugins.bundles import reading, reproducing
+    from benchbot.plugins.bundles import bundle_file, reproducing
 
     if results_location is not None and results_location.exists() and not results_location.is_dir():
         raise BenchbotError(
             f"{results_location} is not a folder.", "The new results are several files.", "Name a folder."
         )
     catalog = Catalog(load())
-    with reading.opened(bundle) as opened:
+    with bundle_file.opened(bundle) as opened:
         if unpack is not None:
             _unpack(opened, unpack)
             return
@@ -93,7 +93,7 @@ def reproduce(
         software = reproducing.other_software(opened, chosen)
         for difference in software:
             console.note(f"Other software: {difference}")
-        _tell_of_versions(opened, software)
+        _note_versions(opened, software)
         if check_only:
             console.note("The bundle is sound, and its results can be made again here.")
             return
@@ -105,13 +105,13 @@ def reproduce(
             order = stack.enter_context(unpacked(catalog, opened, folder / "solution", choice))
             found = _run(opened, chosen, order, results_location or folder / "results")
             found, scoring = reproducing.score(opened, found, catalog, ground_truth, tolerance)
-    _tell(found, scoring, [str(difference) for difference in software], as_json=as_json)
+    _print(found, scoring, [str(difference) for difference in software], as_json=as_json)
     if scoring.false or any(one.likeness is reproducing.Likeness.DIFFERENT for one in found):
         raise typer.Exit(ExitCode.SUBMISSION_FAILED)
 
 
 def _run(bundle: "Bundle", chosen: "Sequence[Selection]", order: "Order", target: Path) -> "list[Reproduction]":
-    """Run the solution again for each result, and tell of each how it went."""
+    """Run the solution again for each result, with a note on each."""
     from benchbot.cli.kit.status_line import StatusLine
     from benchbot.plugins.bundles import reproducing
 
@@ -124,7 +124,7 @@ def _run(bundle: "Bundle", chosen: "Sequence[Selection]", order: "Order", target
 
 
 def _unpack(bundle: "Bundle", folder: Path) -> None:
-    """Write the solution's source, and say how it is run; its command goes to stdout."""
+    """Write the solution's source to a folder; its command goes to stdout."""
     import shlex
 
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
@@ -137,16 +137,16 @@ def _unpack(bundle: "Bundle", folder: Path) -> None:
     console.data(shlex.join(bundle.manifest["solution"]["command"]))
 
 
-def _tell_of_versions(bundle: "Bundle", software: "Sequence[Difference]") -> None:
-    """Say how to have the versions that the results ran on, where it is the version that differs."""
+def _note_versions(bundle: "Bundle", software: "Sequence[SoftwareDifference]") -> None:
+    """Show how to install the versions that the results ran on, where versions differ."""
     wanted = [f"{one.name}=={one.version}" for one in software if one.version not in (None, one.installed_version)]
     if wanted and "lock" in bundle.manifest:
-        console.note(f"To have the same: unzip {bundle.path} benchbot.lock && benchbot plugins sync")
+        console.note(f"To have the same: unzip {bundle.archive.source} benchbot.lock && benchbot plugins sync")
     elif wanted:
         console.note(f"To have the same: benchbot install {' '.join(wanted)}")
 
 
-def _tell(found: "list[Reproduction]", scoring: "Scoring", software: list[str], *, as_json: bool) -> None:
+def _print(found: "list[Reproduction]", scoring: "Scoring", software: list[str], *, as_json: bool) -> None:
     if scoring.why_not is not None and scoring.method is not None:
         console.note(f"Not scored: {scoring.why_not}")
     for problem in scoring.false:

@@ -1,4 +1,4 @@
-"""Reproducing: the solution of a bundle is run again, and what comes of it is held against what the bundle says."""
+"""Runs the solution of a bundle again, and compares results and scores with those in the bundle."""
 
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,8 +14,9 @@ from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.request import Limits
 from benchbot.core.selection import Selection
 from benchbot.evaluation import evaluate_files
-from benchbot.plugins.bundles import comparing, rescoring, selected
-from benchbot.plugins.bundles.reading import Bundle
+from benchbot.plugins.bundles import comparing
+from benchbot.plugins.bundles.bundle_file import Bundle
+from benchbot.plugins.bundles.comparing import SoftwareDifference
 from benchbot.submission import episode
 from benchbot.submission.episode import Order, Watcher
 from benchbot.submission.modes import private_socket
@@ -23,7 +24,7 @@ from benchbot.supervisor.backend import Backend
 
 
 class Likeness(StrEnum):
-    """How alike two results of the same run are."""
+    """The likeness of two results of the same run."""
 
     IDENTICAL = "identical"
     WITHIN_TOLERANCE = "within tolerance"
@@ -32,20 +33,20 @@ class Likeness(StrEnum):
 
 @dataclass(frozen=True)
 class Reproduction:
-    """One result of a bundle, made again: `file` is it in the bundle, `path` the new one."""
+    """One result of a bundle, made again: `file` is its path in the bundle, `path` that of the new one."""
 
     file: str
     about: str
     path: Path
     differences: tuple[str, ...]
     scores: Mapping[str, float] | None = None
-    """Those of the new result; None when it was not scored."""
+    """The scores of the new result; None when it was not scored."""
     score_differences: tuple[str, ...] = ()
-    """Which scores differ by more than the tolerance."""
+    """The scores that differ by more than the tolerance, as text."""
 
     @property
     def likeness(self) -> Likeness:
-        """Identical to the bit; or different, but with scores within the tolerance; or neither."""
+        """Identical to the bit; else whether the scores are within the tolerance."""
         if not self.differences:
             return Likeness.IDENTICAL
         alike = self.scores is not None and not self.score_differences
@@ -54,41 +55,41 @@ class Reproduction:
 
 @dataclass(frozen=True)
 class Scoring:
-    """What came of scoring: the rows of the bundle's results and of the new ones, or why there are none."""
+    """The outcome of scoring; `why_not` is the reason when nothing was scored."""
 
     method: str | None
     false: tuple[str, ...] = ()
-    """Which scores in the bundle are not those of the results in it."""
+    """Contradictions between the scores in the bundle and those of its results, as text."""
     why_not: str | None = None
 
 
 def selections(bundle: Bundle, catalog: Catalog) -> list[Selection]:
-    """Return what to run again, one for each result, in their order.
+    """Return the selection of each result, in their order.
 
-    Raises BenchbotError when software is missing, and when a run is not possible here, before anything starts.
+    Raises BenchbotError when software is missing, and when a run is not possible here.
     """
-    lacking = selected.missing(bundle.manifest["software"])
+    lacking = comparing.missing_software(bundle.manifest["software"])
     if lacking:
         wanted = " ".join(f"{difference.name}=={difference.version}" for difference in lacking)
         raise BenchbotError(
             "Not everything is installed that the bundle ran on.",
             "\n".join(str(difference) for difference in lacking),
-            f"Install it: unzip {bundle.path} benchbot.lock && benchbot plugins sync"
+            f"Install it: unzip {bundle.archive.source} benchbot.lock && benchbot plugins sync"
             if "lock" in bundle.manifest
             else f"Install it: benchbot install {wanted}",
         )
     found = []
     for row in bundle.manifest["results"]:
-        said = row["selection"].get("limits") or {}
-        found.append(selected.again({"selection": row["selection"]}, catalog, Limits(**said)))
+        limits = row["selection"].get("limits") or {}
+        found.append(comparing.reselect({"selection": row["selection"]}, catalog, Limits(**limits)))
     return found
 
 
-def other_software(bundle: Bundle, chosen: Sequence[Selection]) -> list[selected.Difference]:
-    """Return how the software here differs from what the results ran on, each difference once."""
+def other_software(bundle: Bundle, chosen: Sequence[Selection]) -> list[SoftwareDifference]:
+    """Return the differences between the software here and that of the results, one for each name."""
     found = {}
     for item, selection in zip(bundle.results, chosen, strict=True):
-        for difference in selected.differences(item.document["provenance"], selection):
+        for difference in comparing.software_differences(item.document["provenance"], selection):
             found[difference.name] = difference
     return list(found.values())
 
@@ -96,10 +97,9 @@ def other_software(bundle: Bundle, chosen: Sequence[Selection]) -> list[selected
 def run(
     bundle: Bundle, chosen: Sequence[Selection], order: Order, target: Path, watcher: Watcher
 ) -> Iterator[Reproduction]:
-    """Run the solution again for each result, and yield what came of it; new results are written below `target`.
+    """Run the unpacked solution again for each result, as `order` says; new results are written below `target`.
 
-    `order` says how: its mode and limits; its command and folder are those of the solution as unpacked. Raises
-    BenchbotError when the simulator or the machine fails: a solution that fails is a result, too.
+    Raises BenchbotError when the simulator or the machine fails; a solution that fails is a result, too.
     """
     order.mode.check()
     for row, before, selection in zip(bundle.manifest["results"], bundle.results, chosen, strict=True):
@@ -116,7 +116,7 @@ def score(
     ground_truths: Sequence[Path] | None,
     tolerance: float,
 ) -> tuple[list[Reproduction], Scoring]:
-    """Return the reproductions with their scores, and what the scores in the bundle are worth."""
+    """Return the reproductions with their scores, and whether the scores in the bundle are right."""
     if bundle.scores is None:
         return list(reproductions), Scoring(None, why_not="The bundle has no scores.")
     method = bundle.scores["method"]["name"]
@@ -125,32 +125,31 @@ def score(
         for copy, item in zip(copies, bundle.results, strict=True):
             results.write_json(copy, item.document)
         try:
-            before = evaluate_files(copies, catalog=catalog, method=method, ground_truth_paths=ground_truths)
-            after = evaluate_files(
-                [one.path for one in reproductions], catalog=catalog, method=method, ground_truth_paths=ground_truths
+            before, after = (
+                evaluate_files(paths, catalog=catalog, method=method, ground_truth_paths=ground_truths)
+                for paths in (copies, [one.path for one in reproductions])
             )
         except BenchbotError as error:
             return list(reproductions), Scoring(method, why_not=f"{error.title} {error.why}")
-        false = tuple(rescoring.contradictions(bundle.scores, before))
-        said = {str(copy): _row_of(before, copy) for copy in copies}
-        found = [
-            _scored(one, said[str(copy)], _row_of(after, one.path), tolerance)
-            for one, copy in zip(reproductions, copies, strict=True)
-        ]
-    return found, Scoring(method, false)
+    found = [
+        _scored(one, _scores_of(before, copy), _scores_of(after, one.path), tolerance)
+        for one, copy in zip(reproductions, copies, strict=True)
+    ]
+    return found, Scoring(method, tuple(comparing.score_contradictions(bundle.scores, before)))
 
 
 def _scored(
-    one: Reproduction, said: Mapping[str, float] | None, found: Mapping[str, float] | None, tolerance: float
+    one: Reproduction, stated: Mapping[str, float] | None, found: Mapping[str, float] | None, tolerance: float
 ) -> Reproduction:
-    if found is None or said is None:
-        # A failed episode has no scores: alike when the other has none, either.
-        texts = () if found is said else ("Only one of the two results has scores.",)
-        return replace(one, scores=found, score_differences=texts)
-    return replace(one, scores=found, score_differences=tuple(rescoring.unequal(said, found, tolerance)))
+    if found is None or stated is None:
+        # A failed episode has no scores; two of them are alike.
+        texts = [] if found is stated else ["Only one of the two results has scores."]
+    else:
+        texts = comparing.unequal_scores(stated, found, tolerance)
+    return replace(one, scores=found, score_differences=tuple(texts))
 
 
-def _row_of(document: Mapping[str, Any], path: Path) -> Mapping[str, float] | None:
+def _scores_of(document: Mapping[str, Any], path: Path) -> Mapping[str, float] | None:
     rows = [row["scores"] for row in document["rows"] if row["source"] == str(path)]
     return rows[0] if rows else None
 

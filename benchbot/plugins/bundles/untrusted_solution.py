@@ -1,4 +1,4 @@
-"""How `reproduce` runs the solution of a bundle: in a sandbox, in a container, or natively where its user consents."""
+"""Runs the solution of a bundle for `reproduce`: in a sandbox, in a container, or natively if the user consents."""
 
 import shlex
 import sys
@@ -16,14 +16,14 @@ from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
     from benchbot.core.declarations.catalog import Catalog
-    from benchbot.plugins.bundles.reading import Bundle
+    from benchbot.plugins.bundles.bundle_file import Bundle
     from benchbot.submission.episode import Order
     from benchbot.submission.modes import ProcessLimits
 
 
 @dataclass(frozen=True)
 class Choice:
-    """What the user has said about how the solution is run; what is not said is as it ran for its results."""
+    """The user's choice of how the solution is run; by default it runs as it did for its results."""
 
     limits: "ProcessLimits"
     timeout_s: float | None
@@ -39,7 +39,7 @@ class Choice:
 def unpacked(catalog: "Catalog", bundle: "Bundle", folder: Path, choice: Choice) -> Iterator["Order"]:
     """Unpack the solution into a new folder, and yield how it is run there.
 
-    Raises BenchbotError when it cannot be held as it is to be, and natively without consent.
+    Raises BenchbotError when it cannot be confined as chosen, and when it is to run natively without consent.
     """
     from benchbot.submission.episode import Order
     from benchbot.submission.modes import holder_of

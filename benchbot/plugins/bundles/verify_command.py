@@ -1,4 +1,4 @@
-"""`benchbot verify`: is what results say what the simulator shows?"""
+"""`benchbot verify`: replays results in the simulator, and checks scores."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,7 +13,6 @@ from benchbot.core.errors import BenchbotError, ExitCode
 if TYPE_CHECKING:
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.evaluation.inputs import Submission, Unreadable
-    from benchbot.plugins.bundles.replay import Verification
 
 VERIFIED, DIFFERENT, UNVERIFIABLE = "verified", "different", "unverifiable"
 
@@ -50,7 +49,7 @@ def verify(
         for row in found:
             console.data("  ".join(filter(None, [row["outcome"], row["about"], row["source"]])))
     for row in found:
-        _tell(row)
+        _note_details(row)
     for problem in wrong_scores or ():
         console.note(f"scores: {problem}")
     if wrong_scores == []:
@@ -80,16 +79,12 @@ def _verified(item: "Submission | Unreadable", catalog: "Catalog") -> dict[str, 
                 lambda selection: ChildHost(selection, Path(folder) / "platform.log"),
                 lambda done, of: status.show(f"{item.about}: observation {done} of {of}", done),
             )
-        # The simulator's failure, too: what a stranger's result has it do must not keep others from being looked at.
+        # Including a failure of the simulator: one hostile result must not prevent the check of others.
         except BenchbotError as error:
             return _row(item.source, item.about, UNVERIFIABLE, [f"{error.title} {error.why} {error.fix}"])
-    return _row_of(item.source, item.about, verification)
-
-
-def _row_of(source: str, about: str, verification: "Verification") -> dict[str, Any]:
-    row = _row(source, about, VERIFIED if verification.verified else DIFFERENT, list(verification.problems))
+    outcome = VERIFIED if verification.verified else DIFFERENT
     return {
-        **row,
+        **_row(item.source, item.about, outcome, list(verification.problems)),
         "observations": verification.observations,
         "not_proven": list(verification.unproven),
         "software": [str(difference) for difference in verification.software],
@@ -100,8 +95,8 @@ def _row(source: str, about: str, outcome: str, problems: list[str]) -> dict[str
     return {"source": source, "about": about, "outcome": outcome, "problems": problems}
 
 
-def _tell(row: dict[str, Any]) -> None:
-    """Say what a line on stdout cannot: problems, what stays unproven, and other software."""
+def _note_details(row: dict[str, Any]) -> None:
+    """Note problems, statements that a replay cannot show, and other software."""
     for problem in row["problems"]:
         console.note(f"{row['source']}: {problem}")
     for what in row.get("not_proven", ()):
@@ -114,9 +109,9 @@ def _tell(row: dict[str, Any]) -> None:
 def _wrong_scores(results: list[Path], stated: Path, catalog: "Catalog", ground_truth: list[Path] | None) -> list[str]:
     from benchbot.core import scores
     from benchbot.evaluation import evaluate_files
-    from benchbot.plugins.bundles import rescoring
+    from benchbot.plugins.bundles.comparing import score_contradictions
 
     document = scores.read(stated)
     method = document["method"]["name"]
     found = evaluate_files(results, catalog=catalog, method=method, ground_truth_paths=ground_truth)
-    return rescoring.contradictions(document, found)
+    return score_contradictions(document, found)

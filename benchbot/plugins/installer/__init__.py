@@ -1,1 +1,1 @@
-"""Installing plug-ins without fear: what would change is shown first, and what fails is undone to the last file."""
+"""Installs, upgrades and removes plug-ins: changes are shown first, and undone completely when anything fails."""

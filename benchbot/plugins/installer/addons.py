@@ -1,119 +1,121 @@
-"""Folders of BenchBot v2's add-ons, installed: copied into the environment, where they are found without `--addons`."""
+"""Folders of BenchBot v2's add-ons, copied into the environment, where they are found without `--addons`."""
 
 import json
+import os
 import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
-from benchbot.core import atomic
+from benchbot.core import atomic, resources
+from benchbot.core.declarations import schema
+from benchbot.core.declarations.catalog import KINDS
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.installer.checking import check, problems_in
 from benchbot.plugins.installer.plan import Action, Change
-from benchbot.plugins.installer.sources import Folder
+from benchbot.plugins.installer.post_install_check import check
+from benchbot.plugins.installer.sources import AddonFolder
 from benchbot.plugins.v2 import addons, trust
 
 _NOT_COPIED = (".git", "__pycache__")
 
 
-@dataclass(frozen=True)
-class Place:
-    """Where an add-on is installed, and the file beside it that says where it came from."""
-
-    name: str
-
-    @property
-    def folder(self) -> Path:
-        """The installed copy."""
-        return addons.installed_folder() / self.name
-
-    @property
-    def note(self) -> Path:
-        """`{"from": …, "revision": …}`."""
-        return self.folder.with_name(f".{self.folder.name}.json")
-
-    @property
-    def aside(self) -> Path:
-        """Where the copy that is being replaced waits."""
-        return self.folder.with_name(f".{self.folder.name}.old")
-
-    @property
-    def new(self) -> Path:
-        """Where a copy is made before it is put into place."""
-        return self.folder.with_name(f".{self.folder.name}.new")
+def _folder(name: str) -> Path:
+    return addons.installed_folder() / name
 
 
-def name_of(folder: Path) -> str:
-    """Return what an add-on is called, as v2 does: `user/repository`, the last two folders of its path."""
-    return "/".join(folder.parts[-2:]).lstrip("/")
+def _beside(folder: Path, suffix: str) -> Path:
+    """Return a path beside an installed add-on.
+
+    `json`: a note of its origin, `{"from": …, "revision": …}`; `old`: the copy that is being replaced; `new`: the copy
+    that is not complete yet.
+    """
+    return folder.with_name(f".{folder.name}.{suffix}")
 
 
-def change_of(folder: Folder) -> Change | None:
-    """Return what installing a folder would change, or None when it is there as it is."""
+def change_of(folder: AddonFolder) -> Change | None:
+    """Return the change that installing a folder would make, or None when it is installed with the same content.
+
+    Raises BenchbotError when declarations in it are not valid.
+    """
     addon = addons.find(folder.path)
-    wrong = problems_in(folder.path)
-    if wrong:
+    problems = _problems(addon)
+    if problems:
         raise BenchbotError(
             f"The add-ons in {folder.origin} are not sound, so nothing was changed.",
-            "\n".join(wrong[:6]),
+            "\n".join(problems[:6]),
             "Mend them, or report this to their author: benchbot check FOLDER",
         )
-    name = name_of(folder.path)
-    digest = addon.content_hash()
-    old = digest_of(name)
-    if old == digest:
+    new, old = addon.content_hash(), digest_of(addon.name)
+    if old == new:
         return None
-    code = tuple(path.relative_to(folder.path).as_posix() for path in addon.code.files if path.suffix == ".py")
+    code = python_files(addon)
     action = Action.ADD if old is None else Action.REPLACE
-    versions = (None if old is None else old[:12], digest[:12])
+    versions = (None if old is None else old[:12], new[:12])
     brings = "code" if code else "declarations"
-    return Change(name, action, "add-on", *versions, brings, code[:6], digest, folder.origin)
+    return Change(addon.name, action, "add-on", *versions, brings, tuple(code[:6]), new, folder.origin)
+
+
+def _problems(addon: addons.Addon) -> list[str]:
+    found = []
+    for kind, noun in {**KINDS, "evaluation_methods": "evaluation_method"}.items():
+        for path in resources.declaration_files(addon.sources(kind)):
+            try:
+                found += [str(problem) for problem in schema.problems(schema.read(path), noun, path)]
+            except BenchbotError as error:
+                found.append(error.title)
+    return [text.replace(f"{addon.root}{os.sep}", "") for text in found]
+
+
+def python_files(addon: addons.Addon) -> list[str]:
+    """Return the paths of an add-on's Python files, relative to its folder."""
+    return [path.relative_to(addon.root).as_posix() for path in addon.code.files if path.suffix == ".py"]
 
 
 def digest_of(name: str) -> str | None:
-    """Return the hash over all files of an installed add-on, or None when there is no such."""
+    """Return the hash over all files of an installed add-on, or None when it is not installed."""
     folder = addons.installed().get(name)
     return None if folder is None else addons.find(folder).content_hash()
 
 
 @contextmanager
-def placing(folders: Sequence[Folder], *, trusted: bool) -> Iterator[None]:
-    """Copy folders into the environment, to stay there if what is done within succeeds; else they are as before.
+def installing(folders: Sequence[AddonFolder], *, trusted: bool) -> Iterator[None]:
+    """Copy folders into the environment; the copies are removed again if the body of the `with` statement fails.
 
-    It is checked that no name in them is somebody else's. `trusted` lets their code run, until it changes.
+    Raises BenchbotError when a name in them is already taken. `trusted` lets their code run, until it changes.
     """
-    places = [Place(name_of(folder.path)) for folder in folders]
-    new = [place for place in places if not place.folder.exists()]
+    pairs = [(folder, _folder(addons.find(folder.path).name)) for folder in folders]
+    added = [target for _, target in pairs if not target.exists()]
     try:
-        for folder, place in zip(folders, places, strict=True):
-            _put(folder, place)
+        for folder, target in pairs:
+            _copy(folder, target)
         if folders:
             check([])
         yield
-        for folder, place in zip(folders, places, strict=True):
-            _settle(folder, place)
+        for folder, target in pairs:
+            note = {"from": folder.origin, **({"revision": folder.revision} if folder.revision else {})}
+            atomic.write(_beside(target, "json"), json.dumps(note).encode())
     except BaseException:
-        for place in new:
-            place.note.unlink(missing_ok=True)
-        for place in places:
-            undo(place)
+        for target in added:
+            _beside(target, "json").unlink(missing_ok=True)
+        for _, target in pairs:
+            _undo(target)
         raise
-    for place in places:
-        _clear(place.aside)
+    for _, target in pairs:
+        _delete(_beside(target, "old"))
         if trusted:
-            trust.remember(addons.find(place.folder))
+            trust.remember(addons.find(target))
 
 
-def _put(folder: Folder, place: Place) -> None:
+def _copy(folder: AddonFolder, target: Path) -> None:
+    new = _beside(target, "new")
     try:
-        place.folder.parent.mkdir(parents=True, exist_ok=True)
-        _clear(place.new)
-        # Links are followed, so that the copy needs nothing but itself.
-        shutil.copytree(folder.path, place.new, ignore=shutil.ignore_patterns(*_NOT_COPIED))
-        if place.folder.exists():
-            place.folder.rename(place.aside)
-        place.new.rename(place.folder)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        _delete(new)
+        # Links are followed, so that the copy depends on no other files.
+        shutil.copytree(folder.path, new, ignore=shutil.ignore_patterns(*_NOT_COPIED))
+        if target.exists():
+            target.rename(_beside(target, "old"))
+        new.rename(target)
     except OSError as error:
         raise BenchbotError(
             f"The add-ons of {folder.origin} cannot be copied.",
@@ -122,53 +124,43 @@ def _put(folder: Folder, place: Place) -> None:
         ) from error
 
 
-def _settle(folder: Folder, place: Place) -> None:
-    note = {"from": folder.origin, **({"revision": folder.revision} if folder.revision else {})}
-    atomic.write(place.note, json.dumps(note).encode())
-
-
-def undo(place: Place) -> None:
-    """Put back what was there before, whenever placing was broken off."""
-    _clear(place.new)
-    if place.aside.exists():
-        _clear(place.folder)
-        place.aside.rename(place.folder)
-    elif not place.note.exists():
-        _clear(place.folder)
-    for folder in (*place.folder.parents,)[:4]:  # user, addons, benchbot, share
+def _undo(target: Path) -> None:
+    """Restore the previous copy, or remove one that has no note, at whichever point its installation ended."""
+    old = _beside(target, "old")
+    _delete(_beside(target, "new"))
+    if old.exists():
+        _delete(target)
+        old.rename(target)
+    elif not _beside(target, "json").exists():
+        _delete(target)
+    for folder in (*target.parents,)[:4]:  # user, addons, benchbot, share
         if folder.is_dir() and not any(folder.iterdir()):
             folder.rmdir()
 
 
 def recover() -> None:
-    """Undo what a process that is gone had begun."""
-    for path in addons.installed_folder().glob("*/.*.old"):
-        undo(_place_of(path, ".old"))
-    for path in addons.installed_folder().glob("*/.*.new"):
-        undo(_place_of(path, ".new"))
+    """Undo installations that a process which is gone has begun."""
+    for suffix in (".old", ".new"):
+        for path in addons.installed_folder().glob(f"*/.*{suffix}"):
+            _undo(path.with_name(path.name.removeprefix(".").removesuffix(suffix)))
     for name in addons.installed():
-        undo(Place(name))
+        _undo(_folder(name))
 
 
 def remove(name: str) -> None:
     """Remove an installed add-on."""
-    place = Place(name)
-    place.note.unlink(missing_ok=True)
-    undo(place)
+    _beside(_folder(name), "json").unlink(missing_ok=True)
+    _undo(_folder(name))
 
 
 def origin_of(name: str) -> str:
-    """Return where an installed add-on came from."""
+    """Return the path or address that an installed add-on came from."""
     try:
-        return str(json.loads(Place(name).note.read_text("utf-8"))["from"])
+        return str(json.loads(_beside(_folder(name), "json").read_text("utf-8"))["from"])
     except (OSError, ValueError, KeyError, TypeError):
         return "unknown"
 
 
-def _place_of(path: Path, ending: str) -> Place:
-    return Place(f"{path.parent.name}/{path.name.removeprefix('.').removesuffix(ending)}")
-
-
-def _clear(path: Path) -> None:
-    if path.exists():
-        shutil.rmtree(path)
+def _delete(folder: Path) -> None:
+    if folder.exists():
+        shutil.rmtree(folder)

@@ -1,15 +1,15 @@
-"""Whether a distribution brings declarations only, or code: decided by looking at its files, which are not run.
+"""Decides whether a distribution contains code or declarations only, from its files, without running them.
 
-Declarations only is: files of data in packages of its own, empty `__init__.py`, and entry-point modules that are
-nothing but hooks that yield paths beside them. Everything that Python could run is code, and so are the hooks of
-formats and examples: their declarations name functions and commands.
+Declarations only are: data files in packages of its own, empty `__init__.py`, and entry-point modules that consist of
+hooks that yield paths beside them. Everything that Python could run is code, and so are the hooks of formats and
+examples: their declarations name functions and commands.
 """
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from benchbot.plugins.installer.distributions import GROUP, NOTES, Distribution, placed
+from benchbot.plugins.installer.distributions import GROUP, INSTALLER_FILES, Distribution, without_parents
 
 HARMLESS_HOOKS = frozenset(
     f"benchbot_{kind}" for kind in ("tasks", "robots", "environments", "ground_truths", "batches", "episodes")
@@ -17,6 +17,7 @@ HARMLESS_HOOKS = frozenset(
 _IMPORTS = {
     "__future__": {"annotations"},
     "benchbot": {"hookimpl"},
+    "benchbot.plugin": {"hookimpl"},
     "benchbot.core.hookspecs": {"hookimpl"},
     "collections.abc": {"Iterable", "Iterator"},
     "importlib.resources": {"files"},
@@ -28,13 +29,14 @@ _DATA = frozenset({
     ".yaml", ".yml", ".json", ".md", ".txt", ".rst", ".csv", ".png", ".jpg", ".jpeg", ".webp", ".svg", ".pgm", ".hdr",
     ".exr", ".glb", ".gltf", ".bin", ".obj", ".mtl", ".ply", ".stl", ".npy", ".typed", ".pyi",
 })  # fmt: skip
-_MANY = 5
+_MAX_SHOWN = 5
 
 
 def code_in(distribution: Distribution) -> list[str]:
-    """Return what in a distribution is code or may be, in words; nothing when it brings declarations only."""
+    """Return a description of everything in a distribution that is or may be code; empty for declarations only."""
     found = [*_entry_points(distribution), *_files(distribution)]
-    return [*found[:_MANY], f"and {len(found) - _MANY} more"] if len(found) > _MANY else found
+    more = [f"and {len(found) - _MAX_SHOWN} more"] if len(found) > _MAX_SHOWN else []
+    return [*found[:_MAX_SHOWN], *more]
 
 
 def _entry_points(distribution: Distribution) -> Iterator[str]:
@@ -43,50 +45,39 @@ def _entry_points(distribution: Distribution) -> Iterator[str]:
             yield f"the command {point.name}"
         elif point.group != GROUP:
             yield f"an entry point in {point.group}"
-        elif ":" in point.value or not _entrances(point.module) & set(distribution.files):
+        elif ":" in point.value or not _sources(point.module) & set(distribution.files):
             yield f"the entry point {point.value}"
 
 
 def _files(distribution: Distribution) -> Iterator[str]:
-    modules = {point.module for point in distribution.metadata.entry_points if point.group == GROUP}
     packages = distribution.packages
-    entrances = {path for module in modules for path in _entrances(module)}
+    plugin_sources = {path for module in distribution.plugin_modules for path in _sources(module)}
     for path in sorted(distribution.files):
         parts = path.split("/")
-        suffix = Path(path).suffix
+        source = distribution.info.parent / path
         if parts[0] == distribution.info.name:
             continue  # metadata, which nothing imports
-        elif path in entrances:
-            if not _only_yields_paths(distribution.info.parent / path):
+        elif path in plugin_sources:
+            if not _consists_of(_is_harmless, source):
                 yield path
         elif parts[-1] == "__init__.py" and parts[0] in packages:
-            if not _is_empty(distribution.info.parent / path):
+            if not _consists_of(_is_constant, source):
                 yield path
-        elif placed(path).removeprefix("bin/") in distribution.scripts:
-            continue  # its entry point has been told
-        elif parts[0] not in packages or suffix not in _DATA or parts[-1] in NOTES:
+        elif without_parents(path).removeprefix("bin/") in distribution.scripts:
+            continue  # _entry_points names it
+        elif parts[0] not in packages or source.suffix not in _DATA or parts[-1] in INSTALLER_FILES:
             yield path
 
 
-def _entrances(module: str) -> set[str]:
+def _sources(module: str) -> set[str]:
     return {f"{module.replace('.', '/')}{end}" for end in (".py", "/__init__.py")}
 
 
-def _is_empty(path: Path) -> bool:
-    tree = _parsed(path)
-    return tree is not None and all(map(_is_constant, tree.body))
-
-
-def _only_yields_paths(path: Path) -> bool:
-    tree = _parsed(path)
-    return tree is not None and all(map(_is_harmless, tree.body))
-
-
-def _parsed(path: Path) -> ast.Module | None:
+def _consists_of(is_allowed: Callable[[ast.stmt], bool], source: Path) -> bool:
     try:
-        return ast.parse(path.read_bytes())
+        return all(map(is_allowed, ast.parse(source.read_bytes()).body))
     except (OSError, ValueError, SyntaxError, RecursionError):
-        return None
+        return False
 
 
 def _is_harmless(statement: ast.stmt) -> bool:
@@ -113,19 +104,19 @@ def _is_hook(function: ast.FunctionDef) -> bool:
         and _is_name(function.decorator_list[0], "hookimpl")
         and not (arguments.args or arguments.posonlyargs or arguments.kwonlyargs or arguments.vararg or arguments.kwarg)
         and (function.returns is None or all(isinstance(node, _ANNOTATION) for node in ast.walk(function.returns)))
-        and all(map(_gives_paths, function.body))
+        and all(map(_yields_paths, function.body))
     )
 
 
 _ANNOTATION = (ast.Name, ast.Subscript, ast.Constant, ast.BinOp, ast.BitOr, ast.Load, ast.Tuple)
 
 
-def _gives_paths(statement: ast.stmt) -> bool:
+def _yields_paths(statement: ast.stmt) -> bool:
     if isinstance(statement, ast.Return):
         return isinstance(statement.value, ast.List | ast.Tuple) and all(map(_is_path, statement.value.elts))
     if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Yield):
         return statement.value.value is not None and _is_path(statement.value.value)
-    return _is_text(statement)
+    return _is_docstring(statement)
 
 
 def _is_path(node: ast.expr) -> bool:
@@ -139,7 +130,7 @@ def _is_path(node: ast.expr) -> bool:
     argument = node.args[0]
     if _is_name(node.func, "Path"):
         return _is_name(argument, "__file__")
-    # `files("x")` imports x: only its own package is known to be harmless.
+    # `files("x")` imports x; only the package itself is known to be harmless.
     return _is_name(node.func, "files") and (_is_name(argument, "__name__") or _is_name(argument, "__package__"))
 
 
@@ -150,14 +141,14 @@ def _stays_inside(node: ast.expr) -> bool:
 
 
 def _is_constant(statement: ast.stmt) -> bool:
-    """Say whether a statement is a text by itself, or gives dunder names such as `__version__` a constant."""
+    """Say whether a statement is a docstring, or assigns a constant to `__version__` or `__author__`."""
     if isinstance(statement, ast.Assign):
-        names = all(isinstance(to, ast.Name) and to.id in ("__version__", "__author__") for to in statement.targets)
+        names = all(isinstance(one, ast.Name) and one.id in ("__version__", "__author__") for one in statement.targets)
         return names and isinstance(statement.value, ast.Constant)
-    return _is_text(statement)
+    return _is_docstring(statement)
 
 
-def _is_text(statement: ast.stmt) -> bool:
+def _is_docstring(statement: ast.stmt) -> bool:
     return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
 
 

@@ -4,7 +4,8 @@ import base64
 import csv
 import json
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
@@ -12,20 +13,18 @@ from importlib.metadata import PathDistribution
 from pathlib import Path
 from typing import Any
 
+from packaging.requirements import InvalidRequirement, Requirement
+from packaging.utils import canonicalize_name
+
 GROUP = "benchbot"
 _SUFFIX = ".dist-info"
-# What installers write themselves: it says how something was installed, not what.
-NOTES = frozenset({"INSTALLER", "RECORD", "REQUESTED", "direct_url.json", "uv_cache.json", "uv_build.json"})
-
-
-def normal(name: str) -> str:
-    """Return a name as packaging.python.org/specifications/name-normalization writes it."""
-    return re.sub(r"[-_.]+", "-", name).lower()
+# Installers write these files themselves: they tell how a distribution was installed and are no part of it.
+INSTALLER_FILES = frozenset({"INSTALLER", "RECORD", "REQUESTED", "direct_url.json", "uv_cache.json", "uv_build.json"})
 
 
 @dataclass(frozen=True)
 class Distribution:
-    """A distribution by its `.dist-info` folder; `name` is normal."""
+    """A distribution by its `.dist-info` folder; `name` is normalized (PEP 503)."""
 
     name: str
     version: str
@@ -33,22 +32,27 @@ class Distribution:
 
     @cached_property
     def metadata(self) -> PathDistribution:
-        """What the standard library reads of it."""
+        """The same distribution as the standard library reads it."""
         return PathDistribution(self.info)
+
+    @property
+    def plugin_modules(self) -> set[str]:
+        """The modules that BenchBot would load as plug-ins."""
+        return {point.module for point in self.metadata.entry_points if point.group == GROUP}
 
     @property
     def is_plugin(self) -> bool:
         """Whether BenchBot would load it."""
-        return any(point.group == GROUP for point in self.metadata.entry_points)
+        return bool(self.plugin_modules)
 
     @property
     def packages(self) -> set[str]:
         """The top-level packages that BenchBot loads it from."""
-        return {point.module.partition(".")[0] for point in self.metadata.entry_points if point.group == GROUP}
+        return {module.partition(".")[0] for module in self.plugin_modules}
 
     @cached_property
     def files(self) -> tuple[str, ...]:
-        """The paths of its files, relative to the folder that it is in, as RECORD lists them."""
+        """The paths of its files as RECORD lists them, relative to the folder that contains `.dist-info`."""
         try:
             text = (self.info / "RECORD").read_text("utf-8")
         except OSError:
@@ -57,13 +61,13 @@ class Distribution:
 
     @property
     def scripts(self) -> frozenset[str]:
-        """The names of the commands that its entry points ask for; installers write those."""
+        """The names of the commands that its entry points declare; installers write the files."""
         groups = ("console_scripts", "gui_scripts")
         return frozenset(point.name for point in self.metadata.entry_points if point.group in groups)
 
     @property
     def origin(self) -> dict[str, Any] | None:
-        """Where it came from when it was not an index, as PEP 610 writes it."""
+        """The content of `direct_url.json` (PEP 610), or None for a distribution from an index."""
         try:
             found = json.loads((self.info / "direct_url.json").read_text("utf-8"))
         except (OSError, ValueError):
@@ -72,50 +76,51 @@ class Distribution:
 
     @property
     def is_editable(self) -> bool:
-        """Whether it is a folder of somebody's sources, used in place."""
+        """Whether it is used in place, from a folder of sources."""
         return bool((self.origin or {}).get("dir_info", {}).get("editable"))
 
     def requires(self, extras: Collection[str] = ()) -> dict[str, frozenset[str]]:
-        """Return the normal names of what it needs with these extras of its own, and the extras of each."""
+        """Return the extras that it needs of each requirement, by normalized name, on this machine with these extras.
+
+        Requirements that are not valid (PEP 508) are left out: installers refuse them, too.
+        """
         needed: dict[str, frozenset[str]] = {}
         for text in self.metadata.requires or ():
-            requirement, _, marker = text.partition(";")
-            own = re.search(r"""extra\s*==\s*["']([^"']+)""", marker)
-            if own is None or normal(own[1]) in extras:
-                name, *asked = re.findall(r"[\w.-]+", re.sub(r"[(<>=!~@].*", "", requirement))
-                needed[normal(name)] = needed.get(normal(name), frozenset()) | frozenset(map(normal, asked))
+            with suppress(InvalidRequirement):
+                one = Requirement(text)
+                if one.marker is None or any(one.marker.evaluate({"extra": extra}) for extra in ("", *extras)):
+                    name = canonicalize_name(one.name)
+                    needed[name] = needed.get(name, frozenset()) | {canonicalize_name(extra) for extra in one.extras}
         return needed
 
     def content(self) -> str:
-        """Return the SHA-256 over paths and bytes of what it brings: the same wherever and however it is installed."""
+        """Return the SHA-256 over paths and bytes of its own files: the same wherever and however it is installed."""
         digest = sha256()
-        for place, path in sorted((placed(path), path) for path in self.files):
+        for place, path in sorted((without_parents(path), path) for path in self.files):
             is_script = place.startswith("bin/")
             generated = is_script and place.removeprefix("bin/") in self.scripts
-            # Headers are put elsewhere in a virtual environment, and are nothing that runs.
-            if generated or place.startswith("include/") or self._is_note(path):
+            is_note = path.startswith(f"{self.info.name}/") and path.rpartition("/")[2] in INSTALLER_FILES
+            # Headers go to another folder in a virtual environment, and Python does not run them.
+            if generated or is_note or place.startswith("include/"):
                 continue
             content = self.file(path).read_bytes()
-            if is_script and content.startswith(b"#!"):  # installers write there which Python runs it
+            if is_script and content.startswith(b"#!"):  # installers write the path of the interpreter there
                 content = content.partition(b"\n")[2]
             digest.update(f"{place}\0{len(content)}\0".encode())
             digest.update(content)
         return digest.hexdigest()
 
     def file(self, path: str) -> Path:
-        """Return where one of its files is."""
+        """Return the location of one of its `files`."""
         direct = self.info.parent / path
-        return direct if direct.exists() else self.info.parent / placed(path)
-
-    def _is_note(self, path: str) -> bool:
-        return path.rpartition("/")[2] in NOTES and path.startswith(f"{self.info.name}/")
+        return direct if direct.exists() else self.info.parent / without_parents(path)
 
     def rewrite_origin(self, origin: dict[str, Any] | None) -> None:
-        """Say where it came from (PEP 610), in place of a file that was there for installing only; None: an index."""
+        """Replace `direct_url.json` (PEP 610), which may name a temporary file; None: it comes from an index."""
         path, record = self.info / "direct_url.json", self.info / "RECORD"
         entry = f"{self.info.name}/direct_url.json"
         rows = [row for row in csv.reader(record.read_text("utf-8").splitlines()) if row and row[0] != entry]
-        path.unlink(missing_ok=True)  # it may be linked from elsewhere, such as an installer's cache
+        path.unlink(missing_ok=True)  # it may be a hard link into an installer's cache, as may be RECORD
         if origin is not None:
             content = json.dumps(origin).encode()
             path.write_bytes(content)
@@ -126,27 +131,39 @@ class Distribution:
             csv.writer(file, lineterminator="\n").writerows(rows)
 
 
-def placed(path: str) -> str:
-    """Return a path of RECORD from the folder of the installation on: pip and uv start elsewhere where they unpack."""
+def without_parents(path: str) -> str:
+    """Return a path of RECORD without the leading `../`, whose number depends on the folder that is unpacked into."""
     return re.sub(r"^(\.\./)+", "", path)
 
 
+def origin_text(origin: Mapping[str, Any] | None) -> str:
+    """Return an origin (PEP 610) in a word: `index`, or its address with the git commit."""
+    if origin is None:
+        return "index"
+    commit = origin.get("vcs_info", {}).get("commit_id")
+    url = str(origin["url"])
+    return f"git+{url}@{commit}" if commit else url.removeprefix("file://")
+
+
 def found_in(folders: Iterable[Path]) -> dict[str, Distribution]:
-    """Return the distributions in folders by their normal names; the first of a name wins, as it does for Python."""
+    """Return the distributions in folders by normalized name; the first of a name wins, as it does for Python."""
     found: dict[str, Distribution] = {}
-    for distribution in _all_in(folders):
-        found.setdefault(distribution.name, distribution)
+    for folder in folders:
+        for info in sorted(folder.glob(f"*{_SUFFIX}")):
+            raw_name, _, version = info.name.removesuffix(_SUFFIX).partition("-")
+            name = canonicalize_name(raw_name)
+            found.setdefault(name, Distribution(name, version.replace("_", "-"), info))
     return found
 
 
-def with_what_they_need(names: Iterable[str], available: Mapping[str, Distribution]) -> dict[str, Distribution]:
+def with_dependencies(names: Iterable[str], available: Mapping[str, Distribution]) -> dict[str, Distribution]:
     """Return the distributions of these names and all that they need, with the extras that are asked for.
 
-    What is not `available` is left out.
+    Distributions that are not `available` are left out.
     """
     found: dict[str, Distribution] = {}
     asked: dict[str, frozenset[str]] = {}
-    left = [(normal(name), frozenset[str]()) for name in names]
+    left: list[tuple[str, frozenset[str]]] = [(canonicalize_name(name), frozenset()) for name in names]
     while left:
         name, extras = left.pop()
         if name in available and (name not in found or not extras <= asked[name]):
@@ -154,10 +171,3 @@ def with_what_they_need(names: Iterable[str], available: Mapping[str, Distributi
             asked[name] = asked.get(name, frozenset()) | extras
             left += available[name].requires(asked[name]).items()
     return found
-
-
-def _all_in(folders: Iterable[Path]) -> Iterator[Distribution]:
-    for folder in folders:
-        for info in sorted(folder.glob(f"*{_SUFFIX}")):
-            name, _, version = info.name.removesuffix(_SUFFIX).partition("-")
-            yield Distribution(normal(name), version.replace("_", "-"), info)

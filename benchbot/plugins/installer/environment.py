@@ -1,11 +1,15 @@
-"""The environment that is installed into: the one that this Python runs in."""
+"""The virtual environment that is installed into, which is the one of this Python, and the lock on it."""
 
+import fcntl
 import os
 import sys
 import sysconfig
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchbot.cli.kit import console
 from benchbot.core.errors import BenchbotError
 
 _VENV = "python3 -m venv ~/benchbot && ~/benchbot/bin/pip install benchbot, then use ~/benchbot/bin/benchbot"
@@ -26,7 +30,7 @@ class Environment:
 
     @property
     def own(self) -> Path:
-        """The folder that BenchBot keeps its lock and its journal in."""
+        """The folder of BenchBot's lock and journal."""
         return self.prefix / ".benchbot"
 
 
@@ -52,3 +56,33 @@ def current() -> Environment:
                 f"Ask whom it belongs to, or make an environment of your own: {_VENV}",
             )
     return found
+
+
+@contextmanager
+def locked(environment: Environment, command: str) -> Iterator[int]:
+    """Hold the environment's lock and yield its file descriptor; waits for its holder, after a note that names it.
+
+    The kernel releases the lock when the last process that has inherited the descriptor ends, whatever ends it.
+    """
+    path = environment.own / "lock"
+    try:
+        path.parent.mkdir(exist_ok=True)
+        file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+    except OSError as error:
+        raise BenchbotError(
+            "This environment cannot be locked.",
+            f"{path}: {error.strerror}.",
+            "Make it writable for you, or use another environment.",
+        ) from error
+    try:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            holder = os.pread(file, 500, 0).decode("utf-8", "replace").strip() or "another process"
+            console.note(f"Waiting for another change of this environment to end: {holder}.")
+            fcntl.flock(file, fcntl.LOCK_EX)
+        os.ftruncate(file, 0)
+        os.pwrite(file, f"{command} (process {os.getpid()})\n".encode(), 0)
+        yield file
+    finally:
+        os.close(file)

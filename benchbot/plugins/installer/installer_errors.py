@@ -1,13 +1,12 @@
-"""What pip and uv say when they cannot do something, as errors with a title, the reason in their words, and the fix."""
+"""Failures of pip and uv as errors with a title, the reason in the words of the program, and a fix."""
 
 import re
 
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.installer.running import Done
+from benchbot.plugins.installer.subprocesses import ProcessResult
 
-_MOST_LINES = 8
-_MOST_LETTERS = 200
-_BELONGS = "See that the name and version are right: benchbot plugins search WORD"
+_MAX_LINES = 8
+_MAX_CHARACTERS = 200
 _KNOWN: tuple[tuple[str, str, str], ...] = (
     (
         r"No space left on device|os error 28\b|Errno 28",
@@ -59,7 +58,7 @@ _KNOWN: tuple[tuple[str, str, str], ...] = (
             r"no files? found for|were not found"
         ),
         "There is no such distribution.",
-        _BELONGS,
+        "See that the name and version are right: benchbot plugins search WORD",
     ),
     (
         r"no wheels? |no usable wheels|--only-binary|building from source is disabled|no-build",
@@ -74,23 +73,22 @@ _KNOWN: tuple[tuple[str, str, str], ...] = (
 )
 
 
-def complaint(installer: str, done: Done) -> BenchbotError:
-    """Return the error for an installer that failed, by the first thing known that its words tell."""
-    said = f"{done.err}\n{done.out}"
+def installer_error(installer: str, result: ProcessResult) -> BenchbotError:
+    """Return the error of an installer that failed: the first known one whose pattern its output matches."""
+    output = f"{result.err}\n{result.out}"
     for pattern, title, fix in _KNOWN:
-        if re.search(pattern, said):
-            return BenchbotError(title, _quoted(installer, said), fix)
-    ended = f"{installer} ended with exit status {done.code}."
+        if re.search(pattern, output):
+            return BenchbotError(title, _quoted(installer, output), fix)
     return BenchbotError(
         f"{installer} failed.",
-        f"{ended} {_quoted(installer, said)}",
+        f"{installer} ended with exit status {result.code}. {_quoted(installer, output)}",
         "Try the other installer with --installer uv or --installer pip.",
     )
 
 
-def _quoted(installer: str, said: str) -> str:
-    """Return the lines that tell something, the last of them where there are many."""
-    lines = [re.sub(r"^(error|ERROR|  cause|WARNING): ?", "", line).strip() for line in said.splitlines()]
-    telling = [line for line in lines if line and not re.match(r"(Using |Resolved |Prepared |\[notice\])", line)]
-    last = [f"{line[:_MOST_LETTERS]}{'…' * (len(line) > _MOST_LETTERS)}" for line in telling[-_MOST_LINES:]]
+def _quoted(installer: str, output: str) -> str:
+    """Return the last lines of an output, without those that only report progress."""
+    lines = [re.sub(r"^(error|ERROR|  cause|WARNING): ?", "", line).strip() for line in output.splitlines()]
+    relevant = [line for line in lines if line and not re.match(r"(Using |Resolved |Prepared |\[notice\])", line)]
+    last = [f"{line[:_MAX_CHARACTERS]}{'…' * (len(line) > _MAX_CHARACTERS)}" for line in relevant[-_MAX_LINES:]]
     return "\n".join([f"{installer} says:", *last]) if last else f"{installer} gave no reason."

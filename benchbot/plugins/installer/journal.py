@@ -1,8 +1,8 @@
-"""The way back: what a change of an environment replaces is kept beside it until the change has proved itself.
+"""The rollback journal: all that a change of an environment replaces is kept beside it until the change is complete.
 
-Before anything changes, the journal holds every file that will be replaced or removed (linked where the disk allows
-it, else copied) and the paths of all that will come. To undo needs no network, may be broken off and done again, and is
-done at the next start when the process that changed the environment is gone.
+Before anything changes, the journal holds every file that will be replaced or removed (a hard link where possible,
+else a copy) and the paths of all new files. Undoing a change needs no network, can be interrupted and repeated, and is
+done by the next command when the process that changed the environment is gone.
 """
 
 import json
@@ -15,50 +15,54 @@ from typing import Any
 
 from benchbot.core import atomic
 from benchbot.core.errors import BenchbotError, ExitCode
-from benchbot.plugins.installer.distributions import Distribution, placed
+from benchbot.plugins.installer.distributions import Distribution, without_parents
 from benchbot.plugins.installer.environment import Environment
 
-_PAGE = "journal.json"
-# What pip puts aside while it removes a distribution, and uv while it writes one.
-_LEFTOVERS = ("~", ".tmp")
+_FILE = "journal.json"
+# Names of pip's temporary files while it removes a distribution, and of uv's while it writes one.
+_TEMPORARY_PREFIXES = ("~", ".tmp")
 
 
 @dataclass(frozen=True)
 class Journal:
-    """The journal of one environment; there is at most one change at a time."""
+    """The journal of one environment, in which at most one change is open."""
 
     environment: Environment
 
     @property
     def folder(self) -> Path:
-        """The folder of the change under way."""
+        """The folder of the open change."""
         return self.environment.own / "journal"
 
-    def open(self, what: str, going: Iterable[Distribution], coming: Iterable[Distribution]) -> None:
-        """Keep what will be replaced, before the first change. Raises BenchbotError when that is impossible."""
+    def open(self, command: str, leaving: Iterable[Distribution], coming: Iterable[Distribution]) -> None:
+        """Keep all files that a change will replace, before it begins; raises BenchbotError when that is impossible.
+
+        `coming` are unpacked distributions.
+        """
         prefix, site = self.environment.prefix, self.environment.site
-        leaving = {path for distribution in going for path in _installed_files(distribution)}
-        arriving = {target for one in coming for path in one.files for target in _targets(site, prefix, path)}
-        arriving |= {prefix / "bin" / name for distribution in coming for name in distribution.scripts}
-        kept = sorted(path for path in leaving | arriving if path.is_file() or path.is_symlink())
+        new = self.folder.with_name("journal.new")
         try:
-            _start_afresh(self.folder.with_name("journal.new"))
-            new = self.folder.with_name("journal.new")
-            for number, path in enumerate(kept):
-                _keep(path, new / str(number))
-            page: dict[str, Any] = {
-                "what": what,
+            removed = {path for one in leaving for path in _installed_files(one)}
+            added = {target for one in coming for path in one.files for target in _targets(site, prefix, path)}
+            added |= {prefix / "bin" / name for one in coming for name in one.scripts}
+            kept = sorted(path for path in removed | added if path.is_file() or path.is_symlink())
+            parents = {folder for path in kept for folder in path.parents if prefix in folder.parents}
+            entry: dict[str, Any] = {
+                "what": command,
                 "kept": [str(path.relative_to(prefix)) for path in kept],
-                "coming": sorted(str(path.relative_to(prefix)) for path in arriving - set(kept)),
-                "new_folders": sorted(str(folder.relative_to(prefix)) for folder in _missing(arriving)),
-                "watched": sorted(str(folder.relative_to(prefix)) for folder in {site, *_above(kept, prefix)}),
-                "not_ours": [],
+                "coming": _relative(added - set(kept), prefix),
+                "new_folders": _relative(_missing_folders(added), prefix),
+                "watched": _relative({site, *parents}, prefix),
             }
-            page["not_ours"] = sorted(map(str, _put_aside(prefix, page["watched"])))
-            atomic.write(new / _PAGE, json.dumps(page).encode())
+            entry["not_ours"] = sorted(map(str, _temporary_files(prefix, entry["watched"])))
+            shutil.rmtree(new, ignore_errors=True)
+            new.mkdir(parents=True)
+            for number, path in enumerate(kept):
+                _link_or_copy(path, new / str(number))
+            atomic.write(new / _FILE, json.dumps(entry).encode())
             new.rename(self.folder)
         except OSError as error:
-            shutil.rmtree(self.folder.with_name("journal.new"), ignore_errors=True)
+            shutil.rmtree(new, ignore_errors=True)
             raise BenchbotError(
                 "The way back cannot be kept, so nothing was changed.",
                 f"{self.folder}: {error.strerror or error}.",
@@ -66,27 +70,36 @@ class Journal:
             ) from error
 
     def close(self) -> None:
-        """The change has proved itself: forget the way back."""
+        """Delete the journal of a change that is complete or undone."""
         done = self.folder.with_name("journal.done")
         shutil.rmtree(done, ignore_errors=True)
         self.folder.rename(done)
         shutil.rmtree(done, ignore_errors=True)
 
-    def left_over(self) -> str | None:
-        """Return what a process that is gone was about to do, or None."""
-        page = self._page()
-        return None if page is None else str(page["what"])
+    def unfinished(self) -> str | None:
+        """Return the command whose change is open, or None."""
+        entry = self._read()
+        return None if entry is None else str(entry["what"])
 
     def undo(self) -> None:
-        """Put the environment back to what it was; returns at once when no change is open.
+        """Restore the environment to its state before the open change, if there is one.
 
-        Raises BenchbotError for what cannot be put back; the journal then stays, to try again.
+        Raises BenchbotError for files that cannot be restored; the journal is then kept, to try again.
         """
-        page = self._page()
-        if page is None:
+        entry = self._read()
+        if entry is None:
             return
+        prefix = self.environment.prefix
         try:
-            self._undo(page)
+            for name in entry["new_folders"]:
+                _remove(prefix / name)
+            for name in entry["coming"]:
+                (prefix / name).unlink(missing_ok=True)
+            for path in _temporary_files(prefix, entry["watched"]):
+                if str(path) not in entry["not_ours"]:
+                    _remove(path)
+            for number, name in enumerate(entry["kept"]):
+                _restore(self.folder / str(number), prefix / name)
         except OSError as error:
             raise BenchbotError(
                 "The environment could not be put back to what it was.",
@@ -96,21 +109,9 @@ class Journal:
             ) from error
         self.close()
 
-    def _undo(self, page: dict[str, Any]) -> None:
-        prefix = self.environment.prefix
-        for name in page["new_folders"]:
-            _remove(prefix / name)
-        for name in page["coming"]:
-            (prefix / name).unlink(missing_ok=True)
-        for path in _put_aside(prefix, page["watched"]):
-            if str(path) not in page["not_ours"]:
-                _remove(path)
-        for number, name in enumerate(page["kept"]):
-            _put_back(self.folder / str(number), prefix / name)
-
-    def _page(self) -> dict[str, Any] | None:
+    def _read(self) -> dict[str, Any] | None:
         try:
-            page = json.loads((self.folder / _PAGE).read_text("utf-8"))
+            return dict(json.loads((self.folder / _FILE).read_text("utf-8")))
         except FileNotFoundError:
             return None
         except (OSError, ValueError) as error:
@@ -120,76 +121,60 @@ class Journal:
                 "Make the environment anew; nothing says any more what it was.",
                 exit_code=ExitCode.INTERNAL,
             ) from error
-        return dict(page)
 
 
 def _installed_files(distribution: Distribution) -> set[Path]:
-    listed = {_resolved(distribution.info.parent / path) for path in distribution.files}
+    # normpath does not follow links: what is to be kept is the link.
+    listed = {Path(os.path.normpath(distribution.info.parent / path)) for path in distribution.files}
     return listed | {path for path in distribution.info.rglob("*") if path.is_file()}
 
 
 def _targets(site: Path, prefix: Path, path: str) -> set[Path]:
-    """Return where a file of an unpacked distribution may go: commands, data and headers are not among the packages."""
-    place = placed(path)
-    first = place.partition("/")[0]
+    """Return the paths that a file of an unpacked distribution may be installed to.
+
+    Commands, data and headers go below the prefix instead of the site.
+    """
+    place = without_parents(path)
     found = set() if path.startswith("../") else {site / place}
-    if first not in ("bin", "share", "etc", "include"):
+    if place.partition("/")[0] not in ("bin", "share", "etc", "include"):
         return found or {prefix / place}
     return found | {prefix / place, prefix / "include" / "site" / "x"}
 
 
-def _above(kept: Iterable[Path], prefix: Path) -> set[Path]:
-    return {folder for path in kept for folder in path.parents if folder.is_relative_to(prefix) and folder != prefix}
+def _relative(paths: Iterable[Path], prefix: Path) -> list[str]:
+    return sorted(str(path.relative_to(prefix)) for path in paths)
 
 
-def _put_aside(prefix: Path, watched: Iterable[str]) -> list[Path]:
-    folders = (prefix / name for name in watched)
-    return [
-        entry
-        for folder in folders
-        if folder.is_dir()
-        for entry in folder.iterdir()
-        if entry.name.startswith(_LEFTOVERS)
-    ]
+def _temporary_files(prefix: Path, folders: Iterable[str]) -> list[Path]:
+    existing = (prefix / name for name in folders if (prefix / name).is_dir())
+    return [path for folder in existing for path in folder.iterdir() if path.name.startswith(_TEMPORARY_PREFIXES)]
 
 
-def _resolved(path: Path) -> Path:
-    # Without following links: what is to be kept is the link.
-    return Path(os.path.normpath(path))
-
-
-def _missing(paths: Iterable[Path]) -> set[Path]:
-    """Return the topmost folders that are not there yet and that files will bring."""
+def _missing_folders(paths: Iterable[Path]) -> set[Path]:
+    """Return the topmost folders that do not exist yet and that files will need."""
     found = set()
     for path in paths:
         missing = [folder for folder in path.parents if not folder.exists()]
-        if missing:
-            found.add(missing[-1])
+        found |= {*missing[-1:]}
     return found
 
 
-def _start_afresh(folder: Path) -> None:
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
-
-
-def _keep(path: Path, keeper: Path) -> None:
+def _link_or_copy(path: Path, target: Path) -> None:
     try:
-        keeper.hardlink_to(path) if not path.is_symlink() else _copy(path, keeper)
+        if path.is_symlink():
+            shutil.copy2(path, target, follow_symlinks=False)
+        else:
+            target.hardlink_to(path)
     except OSError:
-        _copy(path, keeper)
+        shutil.copy2(path, target, follow_symlinks=False)
 
 
-def _copy(path: Path, to: Path) -> None:
-    shutil.copy2(path, to, follow_symlinks=False)
-
-
-def _put_back(keeper: Path, path: Path) -> None:
-    if path.exists() and not path.is_symlink() and path.samefile(keeper):
+def _restore(kept: Path, path: Path) -> None:
+    if path.exists() and not path.is_symlink() and path.samefile(kept):
         return
     path.parent.mkdir(parents=True, exist_ok=True)
     path.unlink(missing_ok=True)
-    _keep(keeper, path)
+    _link_or_copy(kept, path)
 
 
 def _remove(path: Path) -> None:

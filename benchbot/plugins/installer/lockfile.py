@@ -1,4 +1,4 @@
-"""`benchbot.lock`: the plug-ins of a project and all that they need, by version and hash, the same on every machine."""
+"""`benchbot.lock`: the plug-ins of a project and all that they need, by version and hash, for use on any machine."""
 
 import json
 import tomllib
@@ -7,20 +7,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from packaging.utils import canonicalize_name
+
 import benchbot
 from benchbot.core import atomic
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.installer.distributions import Distribution, normal, with_what_they_need
+from benchbot.plugins.installer.distributions import Distribution, origin_text, with_dependencies
 from benchbot.plugins.installer.indexes import Indexes
-from benchbot.plugins.installer.installers import Installer, Pin
-from benchbot.plugins.installer.staging import describe
+from benchbot.plugins.installer.installers import Installer
 
 NAME = "benchbot.lock"
 VERSION = 1
 
 
 @dataclass(frozen=True)
-class Locked:
+class LockedDistribution:
     """One distribution of a lock: `origin` is `index` or an address, `hashes` are `sha256:…` of its files there."""
 
     name: str
@@ -31,25 +32,30 @@ class Locked:
 
     @property
     def source(self) -> str:
-        """What to ask an installer for."""
+        """The source to install it from, as `benchbot install` takes it."""
         if self.origin == "index":
             return f"{self.name}=={self.version}{''.join(f' --hash={text}' for text in self.hashes)}"
         return "#".join([self.origin, *(text.replace(":", "=") for text in self.hashes[:1])])
 
 
-def lock(installed: Mapping[str, Distribution], installer: Installer, indexes: Indexes) -> list[Locked]:
-    """Return the installed plug-ins and what they need, with hashes; raises BenchbotError where one cannot be had."""
-    wanted = _with_what_they_need(installed)
-    local = sorted(name for name in wanted if _is_local(installed[name]))
+def lock(installed: Mapping[str, Distribution], installer: Installer, indexes: Indexes) -> list[LockedDistribution]:
+    """Return the installed plug-ins and all that they need, with hashes.
+
+    Editable plug-ins are left out. Raises BenchbotError for a distribution that others could not get.
+    """
+    fetched = {name: one for name, one in installed.items() if name != "benchbot" and not one.is_editable}
+    wanted = sorted(with_dependencies([name for name, one in fetched.items() if one.is_plugin], fetched))
+    local = [name for name in wanted if "dir_info" in (installed[name].origin or {})]
     if local:
         raise BenchbotError(
             f"{', '.join(local)} cannot be locked.",
             "It was installed from a folder, which has no version that others could get.",
             "Install it from an index, a wheel or a git repository first.",
         )
-    pins = [Pin(name, installed[name].version, "") for name in wanted if installed[name].origin is None]
+    indexed = [name for name in wanted if installed[name].origin is None]
+    pins = [f"{name}=={installed[name].version}" for name in indexed]
     hashes = installer.hashes(pins, indexes) if pins else {}
-    without = sorted(pin.name for pin in pins if not hashes.get(pin.name))
+    without = [name for name in indexed if not hashes.get(name)]
     if without:
         raise BenchbotError(
             f"There are no hashes of {', '.join(without)}.",
@@ -59,8 +65,8 @@ def lock(installed: Mapping[str, Distribution], installer: Installer, indexes: I
     return [_locked(installed[name], hashes.get(name, [])) for name in wanted]
 
 
-def write(path: Path, locked: Sequence[Locked]) -> None:
-    """Write a lock, whole or not at all."""
+def write(path: Path, locked: Sequence[LockedDistribution]) -> None:
+    """Write a lock file; raises BenchbotError, when it cannot be written."""
     lines = [
         "# The plug-ins of this project and what they need. Made by: benchbot plugins lock",
         "# Applied by: benchbot plugins sync",
@@ -68,15 +74,10 @@ def write(path: Path, locked: Sequence[Locked]) -> None:
         f"benchbot = {json.dumps(benchbot.__version__)}",
     ]
     for one in locked:
-        lines += [
-            "",
-            "[[distribution]]",
-            f"name = {json.dumps(one.name)}",
-            f"version = {json.dumps(one.version)}",
-            f"plugin = {json.dumps(one.is_plugin)}",
-            f"from = {json.dumps(one.origin)}",
-            "hashes = [" + ", ".join(json.dumps(text) for text in one.hashes) + "]",
-        ]
+        row = {"name": one.name, "version": one.version, "plugin": one.is_plugin, "from": one.origin}
+        # Strings, booleans and lists of strings are written alike in JSON and TOML.
+        values = (f"{key} = {json.dumps(value)}" for key, value in {**row, "hashes": one.hashes}.items())
+        lines += ["", "[[distribution]]", *values]
     try:
         atomic.write(path, ("\n".join(lines) + "\n").encode())
     except OSError as error:
@@ -85,8 +86,8 @@ def write(path: Path, locked: Sequence[Locked]) -> None:
         ) from error
 
 
-def read(path: Path) -> list[Locked]:
-    """Read a lock; raises BenchbotError for a file that is none."""
+def read(path: Path) -> list[LockedDistribution]:
+    """Read a lock file; raises BenchbotError for one that is missing or not valid."""
     try:
         document = tomllib.loads(path.read_text("utf-8"))
     except OSError as error:
@@ -102,10 +103,10 @@ def read(path: Path) -> list[Locked]:
     return [_read_one(path, row) for row in document.get("distribution", [])]
 
 
-def _read_one(path: Path, row: Any) -> Locked:
+def _read_one(path: Path, row: Any) -> LockedDistribution:
     try:
-        found = Locked(
-            normal(str(row["name"])),
+        found = LockedDistribution(
+            canonicalize_name(str(row["name"])),
             str(row["version"]),
             bool(row["plugin"]),
             str(row["from"]),
@@ -122,17 +123,35 @@ def _no_lock(path: Path, why: str) -> BenchbotError:
     return BenchbotError(f"{path} is no lock that can be used.", why, "Make it anew with: benchbot plugins lock")
 
 
-def _with_what_they_need(installed: Mapping[str, Distribution]) -> list[str]:
-    fetched = {name: one for name, one in installed.items() if name != "benchbot" and not one.is_editable}
-    return sorted(with_what_they_need([name for name, one in fetched.items() if one.is_plugin], fetched))
-
-
-def _is_local(distribution: Distribution) -> bool:
-    return "dir_info" in (distribution.origin or {})
-
-
-def _locked(distribution: Distribution, hashes: Sequence[str]) -> Locked:
+def _locked(distribution: Distribution, hashes: Sequence[str]) -> LockedDistribution:
     origin = distribution.origin
     archive = (origin or {}).get("archive_info", {}).get("hashes", {})
     found = tuple(hashes) or tuple(f"{name}:{value}" for name, value in sorted(archive.items()))
-    return Locked(distribution.name, distribution.version, distribution.is_plugin, describe(origin), found)
+    return LockedDistribution(
+        distribution.name, distribution.version, distribution.is_plugin, origin_text(origin), found
+    )
+
+
+def difference(
+    locked: Sequence[LockedDistribution], installed: Mapping[str, Distribution]
+) -> tuple[list[str], list[str], list[str]]:
+    """Return sources to install and names to remove to get what is locked, and notes on what is left as it is.
+
+    Editable plug-ins stay: somebody works in their folders.
+    """
+    names = {one.name for one in locked} | {"benchbot"}
+    others = [one for one in installed.values() if one.is_plugin and one.name not in names]
+    notes = [
+        f"{one.name} is used from its folder of sources and stays, though it is not in the lock."
+        for one in others
+        if one.is_editable
+    ]
+    sources = []
+    for one in locked:
+        here = installed.get(one.name)
+        if here is not None and here.is_editable:
+            text = f"{one.name} is used from its folder of sources and stays"
+            notes.append(f"{text}, instead of version {one.version} of the lock.")
+        elif here is None or (here.version, origin_text(here.origin)) != (one.version, one.origin):
+            sources.append(one.source)
+    return sources, [one.name for one in others if not one.is_editable], notes

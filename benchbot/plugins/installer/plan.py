@@ -1,17 +1,26 @@
-"""What a change would do, one line per distribution, for people and for programs."""
+"""The changes that a command would make, found in distributions that are unpacked but not installed yet."""
 
-import re
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 from hashlib import sha256
+from pathlib import Path
 from typing import Any
 
+from packaging.version import InvalidVersion, Version
+
 from benchbot.core import trust
+from benchbot.core.errors import BenchbotError
+from benchbot.plugins.installer.code_scan import code_in
+from benchbot.plugins.installer.distributions import Distribution, found_in, origin_text, without_parents
+from benchbot.plugins.installer.environment import Environment
+
+# Files that installers leave beside the distributions that they unpack.
+_INSTALLER_LEFTOVERS = frozenset({".lock"})
 
 
 class Action(StrEnum):
-    """What happens to a distribution."""
+    """The kind of a change."""
 
     ADD = "add"
     UPGRADE = "upgrade"
@@ -22,10 +31,10 @@ class Action(StrEnum):
 
 @dataclass(frozen=True)
 class Change:
-    """One distribution, or folder of v2's add-ons, that comes, changes or goes.
+    """One distribution, or folder of v2's add-ons, that is installed, changed or removed.
 
-    `kind` is `plug-in`, `add-on` or `dependency`; `brings` is `declarations` or `code`, which `code` names. Nothing is
-    known of what a removed one brings. `digest` is the SHA-256 of its content.
+    `kind` is `plug-in`, `add-on` or `dependency`; `brings` is `declarations` or `code`, which `code` names, or None for
+    a removal. `digest` is the SHA-256 of its content.
     """
 
     name: str
@@ -39,37 +48,37 @@ class Change:
     origin: str = "index"
 
     @property
-    def mark(self) -> str:
-        """The hash that consent is remembered by: of its name and content."""
+    def consent_digest(self) -> str:
+        """The hash of name and content that consent is stored under."""
         return sha256(f"{self.name}\0{self.digest}".encode()).hexdigest()
 
     @property
     def needs_consent(self) -> bool:
-        """Whether its code comes here, and the user has not said yet that it may."""
-        return self.brings == "code" and self.kind != "add-on" and not trust.given(self.mark)
+        """Whether it installs code that the user has not allowed yet."""
+        return self.brings == "code" and self.kind != "add-on" and not trust.given(self.consent_digest)
 
     def __str__(self) -> str:
         signs = {Action.ADD: "+", Action.REMOVE: "-"}
         versions = " -> ".join(filter(None, (self.old, self.new)))
-        words = [f"{signs.get(self.action, '~')} {self.name} {versions}", self.kind]
+        notes = [self.kind]
         if self.brings == "declarations":
-            words.append("declarations only")
+            notes.append("declarations only")
         elif self.brings == "code":
-            words.append(f"code: {', '.join(self.code)}" if self.kind != "dependency" and self.code else "code")
+            notes.append(f"code: {', '.join(self.code)}" if self.kind != "dependency" and self.code else "code")
         if self.action is not Action.REMOVE and self.origin != "index":
-            words.append(f"from {self.origin}")
-        return f"{words[0]}  ({'; '.join(words[1:])})"
+            notes.append(f"from {self.origin}")
+        return f"{signs.get(self.action, '~')} {self.name} {versions}  ({'; '.join(notes)})"
 
 
 @dataclass(frozen=True)
 class Plan:
     """All that a command would change."""
 
-    changes: Sequence[Change] = field(default_factory=tuple)
+    changes: Sequence[Change]
 
     @property
-    def unsure(self) -> list[Change]:
-        """The changes that bring code which the user has not allowed yet."""
+    def without_consent(self) -> list[Change]:
+        """The changes that install code which the user has not allowed yet."""
         return [change for change in self.changes if change.needs_consent]
 
     def as_dict(self, *, installer: str, done: bool) -> dict[str, Any]:
@@ -84,20 +93,69 @@ class Plan:
 
 
 def action_of(old: str | None, new: str | None) -> Action:
-    """Return what leads from one version to another."""
+    """Return the action that leads from one version to another, where None is no version."""
     if old is None or new is None:
         return Action.ADD if old is None else Action.REMOVE
-    if old == new:
-        return Action.REPLACE
-    return Action.UPGRADE if _key(new) > _key(old) else Action.DOWNGRADE
+    try:
+        if Version(old) != Version(new):
+            return Action.UPGRADE if Version(new) > Version(old) else Action.DOWNGRADE
+    except InvalidVersion:  # of an old distribution, from before PEP 440
+        pass
+    return Action.REPLACE
 
 
-def _key(version: str) -> list[tuple[int, int | str]]:
-    """Order versions as far as a person would tell at a glance; installers know it exactly."""
-    found = re.findall(r"\d+|[a-z]+", version.partition("+")[0].lower())
-    # A pre-release (1.0rc1) is before its release, a post-release (1.0.post1) after it, and 1.0 before 1.0.1.
-    kinds = {"post": 2}
-    key: list[tuple[int, int | str]] = [
-        (3, int(part)) if part.isdigit() else (kinds.get(part, 0), part) for part in found
-    ]
-    return [*key, (1, "")]
+def unpacked(names: Collection[str], folder: Path) -> dict[str, Distribution]:
+    """Return the distributions that are unpacked in a folder; raises BenchbotError if one is missing or damaged."""
+    found = found_in([folder])
+    missing = sorted(set(names) - found.keys())
+    if missing:
+        raise _damaged(f"{', '.join(missing)} did not come with the metadata of a distribution of that name.")
+    listed = {without_parents(path) for one in found.values() for path in one.files}
+    infos = {one.info.name for one in found.values()}
+    others = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir()} - listed
+    unlisted = sorted(path for path in others - _INSTALLER_LEFTOVERS if path.partition("/")[0] not in infos)
+    if unlisted:
+        raise _damaged(f"It holds files that its RECORD does not name: {', '.join(unlisted[:5])}.")
+    return found
+
+
+def _damaged(why: str) -> BenchbotError:
+    return BenchbotError("A wheel is damaged.", why, "Report it to who published it; nothing was changed.")
+
+
+def change_of(staged: Distribution, installed: Distribution | None, origin: Mapping[str, Any] | None) -> Change:
+    """Return the change that installing a staged distribution over the installed one would make."""
+    code = code_in(staged)
+    old = None if installed is None else installed.version
+    return Change(
+        staged.name,
+        action_of(old, staged.version),
+        "plug-in" if staged.is_plugin else "dependency",
+        old,
+        staged.version,
+        "code" if code or not staged.is_plugin else "declarations",
+        tuple(code),
+        staged.content(),
+        origin_text(origin),
+    )
+
+
+def refuse_overwriting(
+    staged: Mapping[str, Distribution], installed: Mapping[str, Distribution], environment: Environment
+) -> None:
+    """Raise BenchbotError when a staged distribution would replace or hide files of a plug-in or of BenchBot."""
+    others = [one for one in installed.values() if one.name not in staged and one.is_plugin]
+    owners = {path: other.name for other in others for path in other.files}
+    # An editable plug-in has no files here; a package of the same name would hide it.
+    hidden = {name: other.name for other in others if other.is_editable for name in other.packages}
+    for name, distribution in staged.items():
+        for path in distribution.files:
+            owner = hidden.get(path.partition("/")[0])
+            if path in owners and (environment.site / path).is_file():
+                owner = owners[path]
+            if owner is not None:
+                raise BenchbotError(
+                    f"{name} would overwrite a file of {owner}.",
+                    f"Both bring {path}.",
+                    f"Report this to the author of {name}. Nothing was changed.",
+                )

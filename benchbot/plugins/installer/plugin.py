@@ -10,12 +10,12 @@ def benchbot_commands() -> Iterator[Command]:
     """Yield the commands."""
     yield Command(
         "install",
-        "benchbot.plugins.installer.install_command:install",
+        "benchbot.plugins.installer.commands:install",
         "Install plug-ins, and undo it when they do not work.",
     )
-    yield Command("uninstall", "benchbot.plugins.installer.uninstall_command:uninstall", "Uninstall plug-ins.")
+    yield Command("uninstall", "benchbot.plugins.installer.commands:uninstall", "Uninstall plug-ins.")
     yield Command(
-        "upgrade", "benchbot.plugins.installer.upgrade_command:upgrade", "Upgrade plug-ins to their newest versions."
+        "upgrade", "benchbot.plugins.installer.commands:upgrade", "Upgrade plug-ins to their newest versions."
     )
     yield Command(
         "plugins",

@@ -1,5 +1,6 @@
-"""`benchbot plugins`: what is installed, what there is to install, and the lock of a project."""
+"""`benchbot plugins`: list, show and search plug-ins; lock and sync those of a project."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -8,7 +9,17 @@ import typer
 from benchbot.cli import list as lists
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import QUICK, Json, group
-from benchbot.plugins.installer.prompts import DryRun, ExtraIndexUrl, FindLinks, IndexUrl, InstallerName, NoIndex, Trust
+from benchbot.plugins.installer.commands import (
+    DryRun,
+    ExtraIndexUrl,
+    FindLinks,
+    IndexUrl,
+    InstallerName,
+    NoIndex,
+    Trust,
+    indexes_of,
+    perform,
+)
 
 if TYPE_CHECKING:
     from benchbot.plugins.installer.distributions import Distribution
@@ -27,62 +38,61 @@ app.command("list", context_settings=QUICK)(lists.plugins)
 @app.command("show")
 def show(name: Annotated[str, typer.Argument(metavar="NAME", help="The distribution.")], as_json: Json = False) -> None:
     """Say what an installed plug-in is, where it came from and what it brings; nothing of it is imported."""
+    from packaging.utils import canonicalize_name
+
     from benchbot.core.errors import BenchbotError, did_you_mean
     from benchbot.core.plugin_manager import installed
-    from benchbot.plugins.installer.distributions import found_in, normal
-    from benchbot.plugins.v2 import addons as v2_addons
+    from benchbot.plugins.installer.distributions import found_in
+    from benchbot.plugins.v2 import addons
 
-    folders = [Path(folder) for folder in _paths()]
+    folders = dict.fromkeys(Path(folder) for folder in sys.path)
     found = {key: one for key, one in found_in(folders).items() if one.is_plugin}
-    if normal(name) not in found:
-        addon = v2_addons.installed_folder() / name
-        if "/" in name and addon.is_dir():
-            _print_addon(name, as_json)
-            return
-        known = sorted({normal(info.distribution) for info in installed()})
+    wanted = canonicalize_name(name)
+    if wanted in found:
+        row = _plugin_row(found[wanted])
+    elif "/" in name and (addons.installed_folder() / name).is_dir():
+        row = _addon_row(name)
+    else:
+        known = sorted({str(canonicalize_name(info.distribution)) for info in installed()})
         raise BenchbotError(
             f"{name} is not an installed plug-in.",
             f"Installed: {', '.join(known)}.{did_you_mean(name, known)}",
             f"Install it: benchbot install {name}",
         )
-    _print(_described(found[normal(name)]), as_json)
+    if as_json:
+        console.data_json(row)
+        return
+    for key, value in row.items():
+        text = ", ".join(f"{name} = {target}" for name, target in value.items()) if isinstance(value, dict) else value
+        console.data(f"{key:<13} {', '.join(text) if isinstance(text, list) else text}".rstrip())
 
 
-def _paths() -> list[str]:
-    import sys
-
-    return list(dict.fromkeys(folder or "." for folder in sys.path))
-
-
-def _described(distribution: "Distribution") -> dict[str, Any]:
+def _plugin_row(distribution: "Distribution") -> dict[str, Any]:
     from benchbot.plugins.installer.code_scan import code_in
-    from benchbot.plugins.installer.staging import describe
+    from benchbot.plugins.installer.distributions import GROUP, origin_text
 
     code = code_in(distribution)
-    headers = distribution.metadata.metadata
     return {
         "name": distribution.name,
         "version": distribution.version,
-        "summary": headers["Summary"] or "",
-        "from": describe(distribution.origin),
+        "summary": distribution.metadata.metadata["Summary"] or "",
+        "from": origin_text(distribution.origin),
         "editable": distribution.is_editable,
         "brings": "code" if code or distribution.is_editable else "declarations",
         "code": code,
-        "requires": sorted(set(distribution.requires())),
-        "entry_points": {
-            point.name: point.value for point in distribution.metadata.entry_points if point.group == "benchbot"
-        },
+        "requires": sorted(distribution.requires()),
+        "entry_points": {point.name: point.value for point in distribution.metadata.entry_points.select(group=GROUP)},
         "path": str(distribution.info.parent),
     }
 
 
-def _print_addon(name: str, as_json: bool) -> None:
+def _addon_row(name: str) -> dict[str, Any]:
     from benchbot.plugins.installer import addons
     from benchbot.plugins.v2 import addons as v2_addons
 
     addon = v2_addons.find(v2_addons.installed()[name])
-    code = sorted(path.relative_to(addon.root).as_posix() for path in addon.code.files if path.suffix == ".py")
-    row = {
+    code = sorted(addons.python_files(addon))
+    return {
         "name": name,
         "version": "v2",
         "summary": "add-ons of BenchBot v2",
@@ -91,16 +101,6 @@ def _print_addon(name: str, as_json: bool) -> None:
         "code": code,
         "path": str(addon.root),
     }
-    _print(row, as_json)
-
-
-def _print(row: dict[str, Any], as_json: bool) -> None:
-    if as_json:
-        console.data_json(row)
-        return
-    for key, value in row.items():
-        text = ", ".join(f"{name} = {target}" for name, target in value.items()) if isinstance(value, dict) else value
-        console.data(f"{key:<13} {', '.join(text) if isinstance(text, list) else text}".rstrip())
 
 
 @app.command("search")
@@ -111,13 +111,11 @@ def search(
     as_json: Json = False,
 ) -> None:
     """List what a package index offers whose names begin with benchbot- and hold a word."""
-    from benchbot.plugins.installer import search as searching
-    from benchbot.plugins.installer.indexes import public
-    from benchbot.plugins.installer.prompts import indexes_of
+    from benchbot.plugins.installer import indexes
 
     addresses = indexes_of(index_url, extra_index_url, False, None).addresses
-    console.note(f"Reading the list of names of {', '.join(map(public, addresses))} …")
-    found = searching.search(word, addresses)
+    console.note(f"Reading the list of names of {', '.join(map(indexes.without_credentials, addresses))} …")
+    found = indexes.search(word, addresses)
     if as_json:
         console.data_json([{"name": name} for name in found])
     elif found:
@@ -138,13 +136,12 @@ def lock(
     installer: InstallerName = None,
 ) -> None:
     """Write the installed plug-ins and what they need, with versions and hashes, to a file; prints its path."""
-    from benchbot.plugins.installer import environment, lockfile
-    from benchbot.plugins.installer.change import held
-    from benchbot.plugins.installer.prompts import indexes_of
+    from benchbot.plugins.installer import lockfile
+    from benchbot.plugins.installer.change import target_environment
 
     indexes = indexes_of(index_url, extra_index_url, no_index, find_links)
-    with held(environment.current(), installer, "benchbot plugins lock", console.note) as site:
-        locked = lockfile.lock(site.installed, site.installer, indexes)
+    with target_environment(installer, "benchbot plugins lock") as target:
+        locked = lockfile.lock(target.installed, target.installer, indexes)
     lockfile.write(path, locked)
     console.data(str(path))
     console.note(f"{len(locked)} distributions locked. Apply it with: benchbot plugins sync")
@@ -164,24 +161,22 @@ def sync(
 ) -> None:
     """Make the plug-ins of this environment those of a lock: install, change, uninstall. Prints what has changed."""
     from benchbot.plugins.installer import lockfile
-    from benchbot.plugins.installer.change import Site, Wish
-    from benchbot.plugins.installer.prompts import indexes_of, perform
-    from benchbot.plugins.installer.syncing import difference
+    from benchbot.plugins.installer.change import InstallRequest, TargetEnvironment
 
     locked = lockfile.read(path)
 
-    def wish(site: Site) -> Wish:
-        found = difference(locked, site.installed)
-        for note in found.notes:
+    def request(target: TargetEnvironment) -> InstallRequest:
+        sources, remove, notes = lockfile.difference(locked, target.installed)
+        for note in notes:
             console.note(note)
-        return Wish(
-            found.sources,
-            remove=found.remove,
+        return InstallRequest(
+            sources,
+            remove=remove,
             indexes=indexes_of(index_url, extra_index_url, no_index, find_links),
             require_hashes=True,
-            alone=True,
+            no_dependencies=True,
             may_build=trust,
             dry_run=dry_run,
         )
 
-    perform(f"benchbot plugins sync --lock {path}", wish, installer=installer, trust=trust, as_json=as_json)
+    perform(f"benchbot plugins sync --lock {path}", request, installer, as_json=as_json)

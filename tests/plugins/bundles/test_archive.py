@@ -46,7 +46,9 @@ def test_what_is_put_in_comes_out_and_the_same_gives_the_same_bytes(
 
     assert first == second
     with archive.opened(tmp_path / "first.zip") as opened:
-        assert {path: opened.read(path) for path in opened.paths} == {path: held for path, (held, _) in files.items()}
+        assert {path: member.read() for path, member in opened.members.items()} == {
+            path: held for path, (held, _) in files.items()
+        }
 
 
 @FEW

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from benchbot.plugins.bundles import comparing, rescoring
+from benchbot.plugins.bundles import comparing
 
 
 def changed(document: dict[str, Any], *changes: tuple[str, Any]) -> dict[str, Any]:
@@ -64,11 +64,11 @@ def test_scores_are_held_against_scores_within_the_tolerance() -> None:
         rows = [{"environment": environment, "seed": 3, "scores": {"OMQ": value}}]
         return {"method": {"name": method}, "rows": rows, "scores": {"OMQ": value}}
 
-    assert rescoring.contradictions(document(0.5), document(0.5)) == []
-    assert rescoring.contradictions(document(0.5), document(0.52), tolerance=0.03) == []
-    assert rescoring.contradictions(document(0.5), document(0.7)) == [
+    assert comparing.score_contradictions(document(0.5), document(0.5)) == []
+    assert comparing.score_contradictions(document(0.5), document(0.52), tolerance=0.03) == []
+    assert comparing.score_contradictions(document(0.5), document(0.7)) == [
         "arena:1, seed 3: OMQ is 0.7, not 0.5",
         "all: OMQ is 0.7, not 0.5",
     ]
-    assert "not among the results" in rescoring.contradictions(document(0.5), document(0.5, "arena:2"))[0]
-    assert "of the method 'other'" in rescoring.contradictions(document(0.5, method="other"), document(0.5))[0]
+    assert "not among the results" in comparing.score_contradictions(document(0.5), document(0.5, "arena:2"))[0]
+    assert "of the method 'other'" in comparing.score_contradictions(document(0.5, method="other"), document(0.5))[0]

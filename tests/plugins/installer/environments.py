@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 
-from benchbot.plugins.installer.distributions import Distribution, found_in, with_what_they_need
+from benchbot.plugins.installer.distributions import Distribution, found_in, with_dependencies
 
 HERE = Path(sysconfig.get_path("purelib"))
 SAMPLE = Path(__file__).parents[2] / "sample_plugin"
@@ -121,7 +121,7 @@ def make(folder: Path, extra: Iterable[str] = ("pip",)) -> Environment:
     environment = Environment(folder / "environment", folder / "home")
     (environment.home / "bin").mkdir(parents=True)
     venv.create(environment.prefix, symlinks=True)
-    for distribution in with_what_they_need(["benchbot", *extra], found_in([HERE])).values():
+    for distribution in with_dependencies(["benchbot", *extra], found_in([HERE])).values():
         _link(distribution, environment)
     return environment
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.plugins.installer.distributions import found_in, with_what_they_need
+from benchbot.plugins.installer.distributions import found_in, with_dependencies
 
 
 @pytest.fixture
@@ -35,11 +35,11 @@ def test_extras_are_needed_where_they_are_asked_for(site: Path) -> None:
 
     assert available["screens"].requires() == {"mark-up": frozenset({"links"}), "numbers": frozenset()}
     assert available["mark-up"].requires() == {"numbers": frozenset(), "absent": frozenset()}
-    assert sorted(with_what_they_need(["Screens"], available)) == ["links", "mark-up", "numbers", "screens"]
-    assert sorted(with_what_they_need(["mark_up"], available)) == ["mark-up", "numbers"]
+    assert sorted(with_dependencies(["Screens"], available)) == ["links", "mark-up", "numbers", "screens"]
+    assert sorted(with_dependencies(["mark_up"], available)) == ["mark-up", "numbers"]
 
 
 def test_an_extra_that_is_asked_for_later_counts(site: Path) -> None:
-    found = with_what_they_need(["screens", "mark-up"], found_in([site]))
+    found = with_dependencies(["screens", "mark-up"], found_in([site]))
 
     assert "links" in found

@@ -87,11 +87,11 @@ def test_an_upgrade_that_was_broken_off_anywhere_is_undone(
         for number, step in enumerate(steps):
             if number in done:
                 step()
-        assert journal.left_over() == "upgrade acme"
+        assert journal.unfinished() == "upgrade acme"
         journal.undo()
 
         assert listing(held.prefix) == before
-        assert journal.left_over() is None
+        assert journal.unfinished() is None
         journal.undo()  # nothing is open any more
         assert listing(held.prefix) == before
 

@@ -7,7 +7,7 @@ import pytest
 
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.installer import lockfile
-from benchbot.plugins.installer.lockfile import Locked
+from benchbot.plugins.installer.lockfile import LockedDistribution
 from tests.plugins.installer import wheels
 from tests.plugins.installer.environments import Entry, Environment
 from tests.plugins.installer.wheels import Index
@@ -85,8 +85,8 @@ def test_what_a_plugin_needs_is_code_that_must_be_allowed_too(
 def test_a_lock_is_read_as_it_was_written(tmp_path: Path) -> None:
     path = tmp_path / "benchbot.lock"
     locked = [
-        Locked("acme", "1.0", True, "index", ("sha256:1", "sha256:2")),
-        Locked("acme-lab", "2", False, 'git+https://example.org/"x"@1'),
+        LockedDistribution("acme", "1.0", True, "index", ("sha256:1", "sha256:2")),
+        LockedDistribution("acme-lab", "2", False, 'git+https://example.org/"x"@1'),
     ]
     lockfile.write(path, locked)
     assert lockfile.read(path) == locked

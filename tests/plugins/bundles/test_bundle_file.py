@@ -10,13 +10,13 @@ import pytest
 
 from benchbot.core.errors import BenchbotError
 from benchbot.evaluation.submission import Submission
-from benchbot.plugins.bundles import archive, making, reading, sources
+from benchbot.plugins.bundles import archive, bundle_file, solution_source
 from benchbot.plugins.bundles.archive import Member
 from tests.plugins.bundles.conftest import SOLUTION
 
 
 def made(target: Path, results: list[Submission], solution: Path, **options: Any) -> dict[str, Any]:
-    return making.make(target, results, sources.collect(solution), **options)
+    return bundle_file.make(target, results, solution_source.collect(solution), **options)
 
 
 def with_solution(result: Submission, **solution: Any) -> Submission:
@@ -31,11 +31,11 @@ def test_a_bundle_holds_all_that_is_needed_and_reads_back(
     path = tmp_path / "bundle.zip"
     manifest = made(path, [handed_in], solution, timeout_s=60)
 
-    with reading.opened(path) as bundle:
+    with bundle_file.opened(path) as bundle:
         assert bundle.manifest == json.loads(json.dumps(manifest))
         assert [result.document for result in bundle.results] == [handed_in.document]
         bundle.extract_solution(tmp_path / "unpacked")
-        readme = bundle.archive.read("README.md").decode()
+        readme = bundle.archive.members["README.md"].read().decode()
     assert (tmp_path / "unpacked" / "solution.py").read_text() == SOLUTION
     assert manifest["solution"] == {"command": ["python", "solution.py"], "mode": "native", "timeout_s": 60}
     assert manifest["software"]["plugins"].keys() >= {"benchbot", "benchbot-sample"}
@@ -90,8 +90,10 @@ def test_of_a_container_the_dockerfile_goes_in_and_what_the_image_was_given(
     manifest = made(tmp_path / "bundle.zip", [ran], solution)
 
     assert manifest["solution"] == {"command": ["--fast"], "mode": "container", "timeout_s": None}
-    with reading.opened(tmp_path / "bundle.zip") as bundle:
-        assert b"in a container of its Dockerfile, which was given `--fast`" in bundle.archive.read("README.md")
+    with bundle_file.opened(tmp_path / "bundle.zip") as bundle:
+        assert (
+            b"in a container of its Dockerfile, which was given `--fast`" in bundle.archive.members["README.md"].read()
+        )
 
 
 def test_a_lock_goes_in_when_it_is_of_the_same_versions(tmp_path: Path, handed_in: Submission, solution: Path) -> None:
@@ -166,12 +168,12 @@ def test_a_bundle_that_contradicts_itself_is_refused(
     path = tmp_path / "bundle.zip"
     manifest = made(path, [handed_in], solution)
     with archive.opened(path) as opened:
-        files = {name: opened.read(name) for name in opened.paths}
+        files = {name: member.read() for name, member in opened.members.items()}
     change(manifest, files)
     files["manifest.json"] = json.dumps(manifest).encode()
     archive.write(path, [Member(name, content) for name, content in files.items()])
 
-    with pytest.raises(BenchbotError), reading.opened(path):
+    with pytest.raises(BenchbotError), bundle_file.opened(path):
         pass
 
 
@@ -179,8 +181,8 @@ def test_a_bundle_that_contradicts_itself_is_refused(
 def test_any_manifest_that_is_none_is_refused(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "bundle.zip"
     archive.write(path, [Member("manifest.json", content)])
-    with pytest.raises(BenchbotError), reading.opened(path):
+    with pytest.raises(BenchbotError), bundle_file.opened(path):
         pass
     archive.write(path, [Member("other.json", content)])
-    with pytest.raises(BenchbotError, match="not a sound bundle"), reading.opened(path):
+    with pytest.raises(BenchbotError, match="not a sound bundle"), bundle_file.opened(path):
         pass

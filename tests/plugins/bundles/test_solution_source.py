@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.bundles import sources
+from benchbot.plugins.bundles import solution_source
 
 
 def names(where: Path, *leave_out: str) -> list[str]:
-    return [member.path for member in sources.collect(where, leave_out).members]
+    return [member.path for member in solution_source.collect(where, leave_out).members]
 
 
 def git(folder: Path, *words: str) -> None:
@@ -20,7 +20,7 @@ def git(folder: Path, *words: str) -> None:
 
 def test_one_file_is_enough(solution: Path) -> None:
     (solution / "other.py").touch()
-    source = sources.collect(solution / "solution.py")
+    source = solution_source.collect(solution / "solution.py")
     assert ([member.path for member in source.members], source.folder) == (["solution.py"], solution)
 
 
@@ -93,7 +93,7 @@ def test_links_are_refused(solution: Path, points_to: str) -> None:
 
 def test_too_much_is_refused_with_the_way_out(solution: Path) -> None:
     with (solution / "weights.bin").open("wb") as file:
-        file.truncate(sources.MAX_BYTES + 1)
+        file.truncate(solution_source.MAX_BYTES + 1)
     with pytest.raises(BenchbotError, match="too large for a bundle") as caught:
         names(solution)
     assert "--leave-out" in caught.value.fix
