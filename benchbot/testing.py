@@ -1,22 +1,20 @@
 """The conformance kit: does a plug-in keep the contracts that BenchBot and its users rely on?
 
-Each `check_…` returns what it looked at as findings, one per property, with the fix where something is wrong. `conform`
-raises one readable `Nonconformity` of them; in pytest, the fixture `conforms` does the same and shows what was checked.
+Each `check_…` returns findings, one per property, with the fix where something is wrong. `conform` raises one readable
+`Nonconformity` of them; in pytest, the fixture `conforms` does the same and shows what was checked.
 """
 
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from benchbot.plugins.authoring.conformance.agent import check_agent
-    from benchbot.plugins.authoring.conformance.environment import check_environment
+    from benchbot.plugins.authoring.conformance.declarations import check_environment, check_robot, check_task
     from benchbot.plugins.authoring.conformance.evaluator import Example, check_evaluator
     from benchbot.plugins.authoring.conformance.executor import check_executor
     from benchbot.plugins.authoring.conformance.platforms import check_robot_driver, check_simulator
     from benchbot.plugins.authoring.conformance.plugin import check_plugin
     from benchbot.plugins.authoring.conformance.properties import Nonconformity, as_text, conform
     from benchbot.plugins.authoring.conformance.recorder import check_recorder
-    from benchbot.plugins.authoring.conformance.robot import check_robot
-    from benchbot.plugins.authoring.conformance.task import check_task
 
 __all__ = [
     "Example",
@@ -35,28 +33,28 @@ __all__ = [
     "conform",
 ]
 
-_HOMES = {
+_MODULES = {
     "Example": "evaluator",
     "Nonconformity": "properties",
     "as_text": "properties",
     "check_agent": "agent",
-    "check_environment": "environment",
+    "check_environment": "declarations",
     "check_evaluator": "evaluator",
     "check_executor": "executor",
     "check_plugin": "plugin",
     "check_recorder": "recorder",
-    "check_robot": "robot",
+    "check_robot": "declarations",
     "check_robot_driver": "platforms",
     "check_simulator": "platforms",
-    "check_task": "task",
+    "check_task": "declarations",
     "conform": "properties",
 }
 
 
 def __getattr__(name: str) -> Any:
     # pytest imports this module in everybody's test runs, to find the fixture: it must cost next to nothing.
-    if name not in _HOMES:
+    if name not in _MODULES:
         raise AttributeError(f"module 'benchbot.testing' has no attribute '{name}'")
     from importlib import import_module
 
-    return getattr(import_module(f"benchbot.plugins.authoring.conformance.{_HOMES[name]}"), name)
+    return getattr(import_module(f"benchbot.plugins.authoring.conformance.{_MODULES[name]}"), name)

@@ -92,7 +92,7 @@ def distributions_used(selection: Selection) -> set[str]:
     """Return the distributions whose code or declarations determine a run's result."""
     loaded = plugin_manager.load()
     kind = selection.robot.data["type"]
-    # The pretended robot of the conformance kit runs on nothing.
+    # The fake robot of the conformance kit runs on nothing.
     runs_on = [pool[kind].distribution for pool in map(loaded.pool, ("simulators", "robot_drivers")) if kind in pool]
     declared = (declaration for declaration in _declared(selection) if declaration.folder is None)
     packs = (loaded.pool("asset_packs")[name].distribution for name in _assets_named(selection))

@@ -1,15 +1,12 @@
-"""`benchbot check`: what is wrong with declarations and documents, with file and line."""
+"""`benchbot check`: the problems of declarations and documents, with file and line."""
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import Json
 from benchbot.core.errors import BenchbotError, ExitCode, did_you_mean
-
-if TYPE_CHECKING:
-    from benchbot.core.findings import Problem
 
 MOST_SHOWN = 3
 
@@ -31,7 +28,7 @@ def check(
     something is wrong, warnings aside.
     """
     from benchbot.core.declarations import schema
-    from benchbot.plugins.authoring.checks.report import check_all
+    from benchbot.plugins.authoring.checks import check_all
 
     if kind is not None and kind not in schema.KINDS:
         raise BenchbotError(
@@ -41,7 +38,18 @@ def check(
         )
     report = check_all(paths, kind)
     if as_json:
-        console.data_json([_as_dict(problem) for problem in report.problems])
+        console.data_json(
+            [
+                {
+                    "path": str(problem.path),
+                    "line": problem.line,
+                    "pointer": problem.pointer,
+                    "level": "warning" if problem.warning else "error",
+                    "message": problem.message,
+                }
+                for problem in report.problems
+            ]
+        )
     elif report.problems:
         console.data("\n".join(map(str, report.problems)))
     if report.left_out:
@@ -49,26 +57,11 @@ def check(
         more = f" and {len(report.left_out) - MOST_SHOWN} more" if len(report.left_out) > MOST_SHOWN else ""
         console.note(f"Left out, since they declare nothing that BenchBot knows: {shown}{more}.")
     wrong = sum(not problem.warning for problem in report.problems)
-    console.note(f"{_count(report.files, 'file')} checked: {_verdict(wrong, len(report.problems) - wrong)}")
+    counts = ((wrong, "problem"), (len(report.problems) - wrong, "warning"))
+    verdict = ", ".join(_count(count, noun) for count, noun in counts if count) or "nothing is wrong"
+    console.note(f"{_count(report.files, 'file')} checked: {verdict}.")
     if wrong:
         raise typer.Exit(ExitCode.USAGE)
-
-
-def _as_dict(problem: "Problem") -> dict[str, Any]:
-    return {
-        "path": str(problem.path),
-        "line": problem.line,
-        "pointer": problem.pointer,
-        "level": "warning" if problem.warning else "error",
-        "message": problem.message,
-    }
-
-
-def _verdict(wrong: int, warnings: int) -> str:
-    if wrong == warnings == 0:
-        return "nothing is wrong."
-    counts = [_count(count, noun) for count, noun in ((wrong, "problem"), (warnings, "warning")) if count]
-    return f"{', '.join(counts)}."
 
 
 def _count(number: int, noun: str) -> str:

@@ -1,4 +1,4 @@
-"""`benchbot new`: a plug-in of one's own, complete and tested, to go on from."""
+"""`benchbot new`: a new plug-in, complete and tested, to start from."""
 
 from pathlib import Path
 from typing import Annotated
@@ -23,8 +23,7 @@ def new(
     Prints its folder. Nothing is overwritten.
     """
     from benchbot.core.errors import BenchbotError, did_you_mean
-    from benchbot.plugins.authoring.scaffold.kinds import KINDS
-    from benchbot.plugins.authoring.scaffold.render import create
+    from benchbot.plugins.authoring.scaffold.render import KINDS, create
 
     if kind not in KINDS:
         raise BenchbotError(

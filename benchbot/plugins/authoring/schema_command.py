@@ -62,10 +62,9 @@ def _schema(kind: str, *, plain: bool) -> dict[str, Any]:
         return schemas.schema(kind)
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
-    from benchbot.plugins.authoring.checks.here import schema_here
-    from benchbot.plugins.authoring.checks.names import Names
+    from benchbot.plugins.authoring.checks.references import KnownNames, schema_with_names
 
-    return schema_here(kind, Names(Catalog(load()), []))
+    return schema_with_names(kind, KnownNames(Catalog(load()), []))
 
 
 def _write(folder: Path, documents: dict[str, dict[str, Any]]) -> None:

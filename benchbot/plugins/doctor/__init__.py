@@ -1,4 +1,4 @@
-"""What `benchbot doctor` looks at: one function per question, each yielding what it found and how to mend it."""
+"""The checks of `benchbot doctor`: functions that return or yield findings, with the fix where something is wrong."""
 
 from collections.abc import Iterator
 
@@ -8,22 +8,22 @@ from benchbot.core.findings import Finding
 
 def diagnose(catalog: Catalog, *, warm: bool) -> Iterator[Finding]:
     """Yield everything that is worth knowing of this installation and this machine; `warm` fills the caches, too."""
-    from benchbot.plugins.doctor import containers, gpu, installation, isolation, machine, plugged, ros
+    from benchbot.plugins.doctor import installation, isolation, machine, plugins
 
-    yield from installation.python()
-    yield from installation.commands()
+    yield installation.python()
+    yield installation.commands()
     yield from installation.versions()
-    yield from plugged.installed(catalog.plugins)
-    yield from plugged.names(catalog)
-    yield from plugged.declarations(catalog)
-    yield from plugged.simulators(catalog.plugins, warm=warm)
-    yield from gpu.gpu()
-    yield from ros.ros()
-    yield from containers.containers()
+    yield from plugins.installed(catalog.plugins)
+    yield from plugins.names(catalog)
+    yield from plugins.declarations(catalog)
+    yield from plugins.simulators(catalog.plugins, warm=warm)
+    yield machine.gpu()
+    yield from installation.ros()
+    yield isolation.containers()
     yield from isolation.sandbox()
-    yield from machine.processors()
+    yield machine.processors()
     yield from machine.folders()
     yield from machine.caches()
     yield from machine.shared_memory()
-    yield from machine.clock()
-    yield from machine.default_port()
+    yield machine.clock()
+    yield machine.default_port()

@@ -1,4 +1,4 @@
-"""`benchbot doctor`: what is broken on this machine, and how to mend it."""
+"""`benchbot doctor`: the problems of this machine, and how to mend them."""
 
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -54,7 +54,7 @@ def doctor(
 
 def _found(catalog: "Catalog", *, warm: bool, robot: str | None) -> "Iterator[Finding]":
     if robot is not None:
-        from benchbot.plugins.doctor.robot import diagnose_robot
+        from benchbot.plugins.doctor.plugins import diagnose_robot
 
         return diagnose_robot(catalog, robot)
     from benchbot.plugins.doctor import diagnose

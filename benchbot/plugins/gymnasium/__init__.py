@@ -1,4 +1,4 @@
-"""BenchBot's tasks as Gymnasium environments: importing this module registers them under `benchbot/…`."""
+"""BenchBot's tasks as Gymnasium environments: importing this package registers them under `benchbot/…`."""
 
 try:
     import gymnasium
@@ -11,38 +11,17 @@ except ModuleNotFoundError as missing:
         "Install it: pip install 'benchbot[gym]'",
     ) from missing
 
-from benchbot.plugins.gymnasium.commands import Move, Velocity
-from benchbot.plugins.gymnasium.environment import TaskEnv
-from benchbot.plugins.gymnasium.rewards import Collision, Coverage, MapQuality, Reward, Transition
-from benchbot.plugins.gymnasium.wrappers import DiscreteMoves, VelocityControl
-
-__all__ = [
-    "Collision",
-    "Coverage",
-    "DiscreteMoves",
-    "MapQuality",
-    "Move",
-    "Reward",
-    "TaskEnv",
-    "Transition",
-    "Velocity",
-    "VelocityControl",
-]
-
-_ENTRY_POINT = "benchbot.plugins.gymnasium.environment:TaskEnv"
-_VECTOR_ENTRY_POINT = "benchbot.plugins.gymnasium.vector:TaskVectorEnv"
-_ON_CARTER = {"robot": "carter_lowres"}
-
-gymnasium.register("benchbot/Task-v0", _ENTRY_POINT, vector_entry_point=_VECTOR_ENTRY_POINT)
-gymnasium.register(
-    "benchbot/SemanticSlam-v0",
-    _ENTRY_POINT,
-    vector_entry_point=_VECTOR_ENTRY_POINT,
-    kwargs={**_ON_CARTER, "task": "semantic_slam:active:ground_truth:segmentation", "env": "miniroom:1"},
-)
-gymnasium.register(
-    "benchbot/SceneChange-v0",
-    _ENTRY_POINT,
-    vector_entry_point=_VECTOR_ENTRY_POINT,
-    kwargs={**_ON_CARTER, "task": "scd:active:ground_truth:segmentation"},
-)
+_CARTER = {"robot": "carter_lowres"}
+_SEGMENTATION = "active:ground_truth:segmentation"
+_CHOICES: dict[str, dict[str, str]] = {
+    "benchbot/Task-v0": {},
+    "benchbot/SemanticSlam-v0": {**_CARTER, "task": f"semantic_slam:{_SEGMENTATION}", "env": "miniroom:1"},
+    "benchbot/SceneChange-v0": {**_CARTER, "task": f"scd:{_SEGMENTATION}"},
+}
+for _name, _choices in _CHOICES.items():
+    gymnasium.register(
+        _name,
+        "benchbot.plugins.gymnasium.environment:TaskEnv",
+        vector_entry_point="benchbot.plugins.gymnasium.vector:TaskVectorEnv",
+        kwargs=_choices,
+    )

@@ -1,4 +1,4 @@
-"""What the robot can be told in one step, and the action space that the default choice of it makes."""
+"""Commands to the robot in one step, and the default action space that stands for them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,8 +12,8 @@ from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.core.selection import Selection
 
 NEXT_SCENE = "next_scene"
-# What float32 policies add to 1.
 ROUNDING = 1e-5
+"""By how much the argument of a float32 policy may exceed 1."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ Command = Move | Velocity
 
 
 def action_names(selection: Selection) -> tuple[str, ...]:
-    """Return what each number of the `action` space means: the task's actions, in the order of `channels.ACTIONS`.
+    """Return the action of each number of the `action` space: the task's, in the order of `channels.ACTIONS`.
 
     A task of several scenes has one more at the end: `next_scene`.
     """
@@ -56,7 +56,7 @@ def action_space(names: tuple[str, ...]) -> spaces.Dict:
 def decode(action: Any, names: tuple[str, ...], largest: Mapping[str, float]) -> Command:
     """Return the command that an element of the action space stands for; a command stands for itself.
 
-    `largest` is what an argument of 1 means, by action, in the action's unit. Raises BenchbotError for anything else.
+    `largest` is the value of an argument of 1, by action, in its own unit. Raises BenchbotError for anything else.
     """
     if isinstance(action, Move | Velocity):
         return action

@@ -30,7 +30,7 @@ UNAVAILABLE = "unavailable"
 
 
 class TaskEnv(gymnasium.Env[Arrays, Any]):
-    """A task on a simulated robot, in one environment or several that a reset chooses from.
+    """A task on a simulated robot, in one environment or in several, of which a reset chooses one.
 
     `task`, `robot` and `env` are names as of `benchbot list`; `env` is `name:variant[:variant…]` or a list of such.
     `reward` is a name, names with weights, a function of a `Transition`, or a class of such (see
@@ -62,24 +62,22 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
         settings: Mapping[str, Any] | None = None,
     ) -> None:
         self.render_mode = render_mode
-        self._task = task
-        self._robot = robot
-        self._limits = Limits(simulated_time_s=max_simulated_time_s)
         self._image_size = image_size
         self._platform_options = dict(platform_options or {})
-        self._settings = dict(settings or {})
         self._largest = {"move_distance": largest_distance_m, "move_angle": largest_angle_deg}
         self._reward = rewards.make(reward)
         self._catalog = Catalog(plugin_manager.load())
+        limits = Limits(simulated_time_s=max_simulated_time_s)
+        self._request = RunRequest(task, robot, "", settings=dict(settings or {}), limits=limits)
         self._selections: dict[str, Selection] = {}
         self.environments: tuple[str, ...] = (env,) if isinstance(env, str) else tuple(env)
         if not self.environments:
             raise BenchbotError("There is no environment.", "The list of environments is empty.", "Name one: env=…")
-        selection, *_ = [self._select(name) for name in self.environments]
-        self.action_names = commands.action_names(selection)
-        """What each number of `action_space["action"]` means."""
+        self._first, *_ = [self._selection(name) for name in self.environments]
+        self.action_names = commands.action_names(self._first)
+        """The action of each number of `action_space["action"]`."""
         self.action_space = commands.action_space(self.action_names)
-        self._space = observation_space(selection.observations, selection.robot.data)
+        self._space = observation_space(self._first.observations, self._first.robot.data)
         self.observation_space = cast(gymnasium.Space[Arrays], self._space)
         self._platform: Platform | None = None
         self._session: Session | None = None
@@ -94,8 +92,7 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
     @property
     def motion(self) -> MotionConfig:
         """The robot's limits and tolerances."""
-        selection = self._selections[self.environments[0]]
-        return MotionConfig.from_robot(selection.robot.data, selection.localisation)
+        return MotionConfig.from_robot(self._first.robot.data, self._first.localisation)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Arrays, Info]:
         """Start an episode in a clean scene.
@@ -107,23 +104,22 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
         name = self._choose(options or {})
         episode_seed = int(self.np_random.integers(2**31)) if seed is None else seed
         if self._session is not None and self._session.progress.state is State.FAILED:
-            self._platform = None  # closed by the session that it failed
-        selection = replace(self._select(name), seed=episode_seed)
+            self._platform = None  # the failed session has closed it
+        selection = replace(self._selection(name), seed=episode_seed)
         self._session = Session(selection, lambda: self._host(selection), digest=self._digest_type)
         self._steps = 0
         step = self._last = self._session.reset()
-        self._reward(self._transition(selection, step, None))
-        info = {"env": name, "seed": episode_seed, **constants(step.observations), **self._info(selection, step)}
+        self._reward(self._transition(step, None))
+        info = {"env": name, "seed": episode_seed, **constants(step.observations), **self._info(step)}
         return encode(step.observations, self._space), info
 
     def step(self, action: Any) -> tuple[Arrays, float, bool, bool, Info]:
-        """Take one action to its end, observe, and say what it was worth.
+        """Execute one action to its end, observe, and compute the reward.
 
         `action` is an element of `action_space`, or a `Move` or `Velocity` in physical units. An action that is not
         available now (`action_mask` in the info) moves nothing. Raises BenchbotError after the end of an episode.
         """
         session, last = self._under_way()
-        selection = session.selection
         if self._terminated(last) or self._truncated(session):
             raise BenchbotError(
                 "The episode is over.",
@@ -132,18 +128,18 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
                 failure=FailureClass.AGENT,
             )
         command = commands.decode(action, self.action_names, self._largest)
-        step, outcome = self._take(session, command)
+        step, outcome = self._execute(session, command)
         self._last = step
         self._steps += 1
-        reward = float(self._reward(self._transition(selection, step, command)))
-        info = {"outcome": outcome, **self._info(selection, step)}
+        reward = float(self._reward(self._transition(step, command)))
+        info = {"outcome": outcome, **self._info(step)}
         if command == commands.Move(NEXT_SCENE) and outcome != UNAVAILABLE:
             info |= constants(step.observations)
         observation = encode(step.observations, self._space)
         return observation, reward, self._terminated(step), self._truncated(session), info
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Return what the robot's camera sees, uint8 (H, W, 3), when `render_mode` is "rgb_array"; else None."""
+        """Return the image of the robot's camera, uint8 (H, W, 3), when `render_mode` is "rgb_array"; else None."""
         if self.render_mode is None:
             return None
         _, last = self._under_way()
@@ -157,19 +153,10 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
         if platform is not None:
             platform.close()
 
-    def _select(self, name: str) -> Selection:
+    def _selection(self, name: str) -> Selection:
         """Return the selection for an environment; the environments of one object share task and robot."""
         if name not in self._selections:
-            selection = select(
-                self._catalog,
-                RunRequest(
-                    task=self._task,
-                    robot=self._robot,
-                    environment=name,
-                    limits=self._limits,
-                    settings=self._settings,
-                ),
-            )
+            selection = select(self._catalog, replace(self._request, environment=name))
             robot = selection.robot
             if robot.data["type"] not in self._catalog.plugins.pool("simulators"):
                 raise BenchbotError(
@@ -207,7 +194,7 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
         simulator: Simulator = self._catalog.plugins.record("simulators", selection.robot.data["type"])
         return simulator.create(spec)
 
-    def _take(self, session: Session, command: Command) -> tuple[Step, str]:
+    def _execute(self, session: Session, command: Command) -> tuple[Step, str]:
         if isinstance(command, Velocity):
             return session.move_by("drive", asdict(command), lambda: self._drive(command)), "driven"
         if command.action == NEXT_SCENE:
@@ -238,7 +225,7 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
         return self._session, self._last
 
     def _terminated(self, step: Step) -> bool:
-        last_scene = step.scene_number + 1 == len(self._selections[self.environments[0]].environments)
+        last_scene = step.scene_number + 1 == len(self._first.environments)
         return step.state is State.COLLIDED or (step.state is State.FINISHED and last_scene)
 
     def _truncated(self, session: Session) -> bool:
@@ -247,7 +234,7 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
         simulated_s = session.progress.simulated_time_s
         return out_of_steps or (limits.simulated_time_s is not None and simulated_s >= limits.simulated_time_s)
 
-    def _transition(self, selection: Selection, step: Step, command: Command | None) -> rewards.Transition:
+    def _transition(self, step: Step, command: Command | None) -> rewards.Transition:
         platform = cast(Platform, self._platform)
         return rewards.Transition(
             step=self._steps,
@@ -258,21 +245,23 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
             base=platform.pose(),
             observations=step.observations,
             observe=platform.observe,
-            robot=selection.robot.data,
+            robot=self._first.robot.data,
         )
 
-    def _info(self, selection: Selection, step: Step) -> Info:
-        following = step.scene_number + 1 < len(selection.environments)
-        available = {*step.actions, *([NEXT_SCENE] if following and step.state is not State.COLLIDED else [])}
+    def _info(self, step: Step) -> Info:
+        session, collided = self.session, step.state is State.COLLIDED
+        available = set(step.actions)
+        if step.scene_number + 1 < len(session.selection.environments) and not collided:
+            available.add(NEXT_SCENE)
         info = {
             "result": step.result.value,
             "state": step.state.value,
-            "collided": step.state is State.COLLIDED,
+            "collided": collided,
             "steps": self._steps,
             "scene_number": step.scene_number,
-            "simulated_time_s": self.session.progress.simulated_time_s,
+            "simulated_time_s": session.progress.simulated_time_s,
             "action_mask": np.array([name in available for name in self.action_names], np.int8),
         }
-        if "poses" in selection.observations and selection.localisation == "ground_truth":
-            info["pose_xyyaw"] = np.array(self.session.progress.pose_xyyaw)
+        if "poses" in session.selection.observations and session.selection.localisation == "ground_truth":
+            info["pose_xyyaw"] = np.array(session.progress.pose_xyyaw)
         return info

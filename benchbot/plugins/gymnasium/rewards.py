@@ -1,4 +1,4 @@
-"""Rewards: what a step was worth. They may look at what the task hides, such as the true pose."""
+"""Rewards of steps. They may use what the task hides, such as the true pose."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -17,7 +17,7 @@ from benchbot.plugins.gymnasium.commands import Command
 
 @dataclass(frozen=True)
 class Transition:
-    """What a reset or a step led to.
+    """The state after a reset or a step.
 
     `step` counts from 1, 0 is a reset; `command` is None then. `observations` are BenchBot's, as the platform gave them
     (docs/wire.md), of the task's channels; `observe` gives others of the same instant. `base` is the true pose of the
@@ -36,13 +36,13 @@ class Transition:
 
 
 class Reward(Protocol):
-    """Anything that values a transition: a function, or an object that remembers what it has seen.
+    """A function of transitions, or a callable object that remembers earlier ones.
 
     It is called at every reset too, with `step` 0, to start over; what it returns then is not used.
     """
 
     def __call__(self, transition: Transition, /) -> float:
-        """Return what the step was worth; finite."""
+        """Return the reward of the step; finite."""
 
 
 class Collision:
@@ -76,13 +76,13 @@ class Coverage:
 
     def _swept(self, transition: Transition) -> set[tuple[int, int]]:
         laser = transition.observations.get("laser") or transition.observe(["laser"])["laser"]
-        # Beams closer together than cells at the far end say nothing new.
+        # Beams that are closer together than cells at the far end add nothing.
         every = max(1, math.floor(self._cell_m / self._range_m * len(laser["scans"]) / (2 * math.pi)))
         ranges_m, angles_rad = laser["scans"][::every].T
         along_m = np.arange(0.0, self._range_m, self._cell_m / 2)
         with np.errstate(invalid="ignore"):
             free = along_m < ranges_m[:, None]  # neither NaN nor -inf is farther than anything
-        scanner = transition.base @ _mount(transition.robot)
+        scanner = transition.base @ _laser_in_base(transition.robot)
         x, y, _ = scanner.translation_xyz
         headings = angles_rad[:, None] + scanner.yaw_rad
         points = np.stack([x + along_m * np.cos(headings), y + along_m * np.sin(headings)], -1)[free]
@@ -113,17 +113,6 @@ class MapQuality:
         return grown
 
 
-class WeightedSum:
-    """The weighted sum of other rewards."""
-
-    def __init__(self, terms: Sequence[tuple[float, Reward]]) -> None:
-        self._terms = tuple(terms)
-
-    def __call__(self, transition: Transition, /) -> float:
-        """Return the sum."""
-        return sum(weight * term(transition) for weight, term in self._terms)
-
-
 REWARDS: dict[str, Callable[[], Reward]] = {"collision": Collision, "coverage": Coverage}
 """Rewards that can be asked for by name."""
 
@@ -133,11 +122,12 @@ RewardChoice = str | Mapping[str, float] | type | Reward | None
 def make(choice: RewardChoice) -> Reward:
     """Return the reward that was asked for: a name, names with weights, a class to make one of, or a reward itself."""
     if choice is None:
-        return WeightedSum(())
+        return lambda transition: 0.0
     if isinstance(choice, str):
         return _named(choice)
     if isinstance(choice, Mapping):
-        return WeightedSum([(float(weight), _named(name)) for name, weight in choice.items()])
+        terms = [(float(weight), _named(name)) for name, weight in choice.items()]
+        return lambda transition: sum(weight * term(transition) for weight, term in terms)
     made: Reward = choice() if isinstance(choice, type) else choice
     if not callable(made):
         raise BenchbotError(
@@ -158,7 +148,7 @@ def _named(name: str) -> Reward:
     return REWARDS[name]()
 
 
-def _mount(robot: Mapping[str, Any]) -> Pose:
+def _laser_in_base(robot: Mapping[str, Any]) -> Pose:
     """Return the pose of the laser in the robot's base frame; the base itself where none is declared."""
     place = robot.get("frames", {}).get(robot.get("laser", {}).get("frame"))
     return Pose() if place is None else Pose.from_xyz_rpy_deg(place["xyz"], place.get("rpy_deg", (0.0, 0.0, 0.0)))

@@ -1,7 +1,7 @@
-"""Observations as arrays of known shape and finite bounds: the space, derived from declarations, and the way into it.
+"""The observation space, derived from declarations, and the encoding of observations as its elements.
 
-The space is one flat Dict, since most learning libraries read no nested ones. What is constant within a scene (camera
-models, beam angles, class numbers) is no observation: see `constants`.
+The space is one flat Dict of arrays, since most learning libraries read no nested ones. Values that are constant within
+a scene (camera models, beam angles, class numbers) are not part of it: see `constants`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,10 +18,10 @@ from benchbot.core.lidar import elevations_deg
 Arrays = dict[str, NDArray[Any]]
 
 # Nothing that BenchBot drives in is larger; Gymnasium asks for finite bounds.
-FARTHEST_POSITION_M = 1000.0
+MAX_POSITION_M = 1000.0
 # Ranges of common MEMS devices, +-2000 degrees/s and +-16 g, at which they saturate.
-FASTEST_TURN_RADPS = 35.0
-STRONGEST_ACCELERATION_MPS2 = 160.0
+MAX_TURN_RADPS = 35.0
+MAX_ACCELERATION_MPS2 = 160.0
 INFO_SUFFIX = "_info"
 
 
@@ -53,7 +53,7 @@ def observation_space(channels: Sequence[str], robot: Mapping[str, Any]) -> spac
 
 
 def encode(observations: Mapping[str, Any], space: spaces.Dict) -> Arrays:
-    """Return what a platform observed as an element of the space; raises BenchbotError when it does not fit.
+    """Return a platform's observations as an element of the space; raises BenchbotError when they do not fit.
 
     Depth and ranges of laser and lidar stay in metres: 0 is "nothing measured" (NaN, or nearer than the sensor's
     range), the upper bound is "as far or farther" (+inf).
@@ -61,12 +61,12 @@ def encode(observations: Mapping[str, Any], space: spaces.Dict) -> Arrays:
     arrays: Arrays = {}
     for channel, value in observations.items():
         if not channel.endswith(INFO_SUFFIX):
-            arrays |= _flat(channel, value)
-    return {name: _fitted(name, array, _box(space, name)) for name, array in arrays.items()}
+            arrays |= _flattened(channel, value)
+    return {name: _fitted(name, array, space.spaces.get(name)) for name, array in arrays.items()}
 
 
 def constants(observations: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what does not change within a scene: camera models, `class_ids`, and the scanners' angles.
+    """Return the values that do not change within a scene: camera models, `class_ids`, and the scanners' angles.
 
     They are `laser_angles_rad` (N,), `lidar_elevations_rad` (R,) and `lidar_azimuths_rad` (N,).
     """
@@ -98,67 +98,62 @@ def resized(robot: Mapping[str, Any], width: int, height: int) -> dict[str, Any]
 
 
 def _boxes(channel: str, robot: Mapping[str, Any]) -> dict[str, spaces.Box]:
-    if channel.startswith("image_"):
-        shape = (int(robot["camera"]["height"]), int(robot["camera"]["width"]))
-        if channel == "image_rgb":
-            return {channel: spaces.Box(0, 255, (*shape, 3), np.uint8)}
-        if channel == "image_depth":
-            return {channel: spaces.Box(0.0, float(robot["camera"]["range_m"][1]), shape, np.float32)}
-        return {
-            "class_segment_img": spaces.Box(0, 255, shape, np.uint8),
-            "instance_segment_img": spaces.Box(0, 65535, shape, np.uint16),
-        }
-    if channel == "laser":
-        return {channel: spaces.Box(0.0, float(robot["laser"]["range_m"][1]), (int(robot["laser"]["beams"]),))}
-    if channel == "lidar":
-        lidar = robot["lidar"]
-        shape = (len(elevations_deg(lidar["elevations_deg"])), int(lidar["beams"]))
-        return {channel: spaces.Box(0.0, float(lidar["range_m"][1]), shape)}
-    if channel == "imu":
-        return {
-            "imu_orientation_xyzw": spaces.Box(-1.0, 1.0, (4,)),
-            "imu_angular_velocity_radps": spaces.Box(-FASTEST_TURN_RADPS, FASTEST_TURN_RADPS, (3,)),
-            "imu_linear_acceleration_mps2": spaces.Box(-STRONGEST_ACCELERATION_MPS2, STRONGEST_ACCELERATION_MPS2, (3,)),
-        }
-    if channel == "poses":
-        high = np.array([FARTHEST_POSITION_M] * 3 + [1.0] * 4, np.float32)
-        # The contract of `poses`: the frames that the robot declares, and the camera's optical one.
-        return {f"pose_{frame}": spaces.Box(-high, high) for frame in {*robot["poses"], "camera"}}
-    if channel == "goal":
-        return {channel: spaces.Box(-FARTHEST_POSITION_M, FARTHEST_POSITION_M, (2,))}
+    match channel:
+        case "image_rgb" | "image_depth" | "image_segment":
+            camera = robot["camera"]
+            shape = (int(camera["height"]), int(camera["width"]))
+            if channel == "image_rgb":
+                return {channel: spaces.Box(0, 255, (*shape, 3), np.uint8)}
+            if channel == "image_depth":
+                return {channel: spaces.Box(0.0, float(camera["range_m"][1]), shape)}
+            return {
+                "class_segment_img": spaces.Box(0, 255, shape, np.uint8),
+                "instance_segment_img": spaces.Box(0, 65535, shape, np.uint16),
+            }
+        case "laser":
+            return {channel: spaces.Box(0.0, float(robot["laser"]["range_m"][1]), (int(robot["laser"]["beams"]),))}
+        case "lidar":
+            lidar = robot["lidar"]
+            shape = (len(elevations_deg(lidar["elevations_deg"])), int(lidar["beams"]))
+            return {channel: spaces.Box(0.0, float(lidar["range_m"][1]), shape)}
+        case "imu":
+            vectors = {"angular_velocity_radps": MAX_TURN_RADPS, "linear_acceleration_mps2": MAX_ACCELERATION_MPS2}
+            boxes = {f"imu_{name}": spaces.Box(-bound, bound, (3,)) for name, bound in vectors.items()}
+            return {"imu_orientation_xyzw": spaces.Box(-1.0, 1.0, (4,)), **boxes}
+        case "poses":
+            high = np.array([MAX_POSITION_M] * 3 + [1.0] * 4, np.float32)
+            # The contract of `poses`: the frames that the robot declares, and the camera's optical one.
+            return {f"pose_{frame}": spaces.Box(-high, high) for frame in {*robot["poses"], "camera"}}
+        case "goal":
+            return {channel: spaces.Box(-MAX_POSITION_M, MAX_POSITION_M, (2,))}
     raise ValueError(f"no such channel: {channel}; known: {', '.join(OBSERVATIONS)}")
 
 
-def _flat(channel: str, value: Any) -> Arrays:
-    if channel == "image_segment":
-        return {name: value[name] for name in ("class_segment_img", "instance_segment_img")}
-    if channel == "laser":
-        return {channel: value["scans"][:, 0]}
-    if channel == "lidar":
-        return {channel: value["ranges_m"]}
-    if channel == "imu":
-        return {f"imu_{name}": array for name, array in value.items()}
-    if channel == "poses":
-        return {
-            f"pose_{frame}": np.concatenate([pose["translation_xyz"], pose["rotation_xyzw"]])
-            for frame, pose in value.items()
-        }
-    if channel == "goal" and isinstance(value, str):
-        raise BenchbotError(
-            "The goal of this task is no observation that can be learnt from.",
-            f"It is the name of a class: '{value}'.",
-            "Choose a task whose goal is a point, or train without a goal.",
-        )
+def _flattened(channel: str, value: Any) -> Arrays:
+    match channel:
+        case "image_segment":
+            return {name: value[name] for name in ("class_segment_img", "instance_segment_img")}
+        case "laser":
+            return {channel: value["scans"][:, 0]}
+        case "lidar":
+            return {channel: value["ranges_m"]}
+        case "imu":
+            return {f"imu_{name}": array for name, array in value.items()}
+        case "poses":
+            keys = ("translation_xyz", "rotation_xyzw")
+            return {f"pose_{frame}": np.concatenate([pose[key] for key in keys]) for frame, pose in value.items()}
+        case "goal" if isinstance(value, str):
+            raise BenchbotError(
+                "The goal of this task is no observation that can be learnt from.",
+                f"It is the name of a class: '{value}'.",
+                "Choose a task whose goal is a point, or train without a goal.",
+            )
     return {channel: value}
 
 
-def _box(space: spaces.Dict, name: str) -> spaces.Box | None:
-    box = space.spaces.get(name)
-    return box if isinstance(box, spaces.Box) else None
-
-
-def _fitted(name: str, array: NDArray[Any], box: spaces.Box | None) -> NDArray[Any]:
-    if box is None or array.shape != box.shape:
+def _fitted(name: str, array: NDArray[Any], box: spaces.Space[Any] | None) -> NDArray[Any]:
+    """Return an array with the type of its box and values within the box's bounds."""
+    if not isinstance(box, spaces.Box) or array.shape != box.shape:
         declared = "nothing of that name" if box is None else f"the shape {box.shape}"
         raise BenchbotError(
             f"The simulator's '{name}' does not fit the robot's declaration.",

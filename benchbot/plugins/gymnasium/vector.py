@@ -1,12 +1,11 @@
-"""Many environments in one process: each robot moves by itself, and all of them look together.
+"""Many environments in one process: each robot moves separately, and all of them are observed together.
 
-Each call of an environment runs in a greenlet of its own until it asks for observations. When all have asked, the
-simulator works out everybody's at once, and each call goes on to its end. So rewards, wrappers and the session know
-nothing of it.
+Each call of an environment runs in a greenlet of its own until it requests observations. When all calls have requested
+theirs, the simulator computes them at once, and each call continues to its end. So rewards, wrappers and the session
+need not know that environments run together.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, NoReturn
 
@@ -36,6 +35,8 @@ except ModuleNotFoundError as missing:
 
 Wrap = Callable[[gymnasium.Env[Any, Any]], gymnasium.Env[Any, Any]]
 Call = Callable[[], Any]
+Request = tuple[Platform, tuple[str, ...]]
+"""A platform, and the channels that are requested of it."""
 
 
 class TaskVectorEnv(SyncVectorEnv):
@@ -58,16 +59,16 @@ class TaskVectorEnv(SyncVectorEnv):
             raise BenchbotError(
                 f"{num_envs} environments are none.", "There must be one at least.", "Pass num_envs=16, for example."
             )
-        fleet: list[_SharingEnv] = []
+        siblings: list[_SharingEnv] = []
         self._ended = np.zeros(num_envs, bool)
 
         def make() -> gymnasium.Env[Any, Any]:
-            env: gymnasium.Env[Any, Any] = _SharingEnv(fleet, **choices)
+            env: gymnasium.Env[Any, Any] = _SharingEnv(siblings, **choices)
             if max_episode_steps is not None:
                 env = TimeLimit(env, max_episode_steps)
             for wrap in env_wrappers:
                 env = wrap(env)
-            return _Ahead(env)
+            return _Precomputed(env)
 
         super().__init__([make] * num_envs)
 
@@ -78,9 +79,9 @@ class TaskVectorEnv(SyncVectorEnv):
         seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed or [None] * self.num_envs
         each = None if options is None else {name: value for name, value in options.items() if name != "reset_mask"}
         chosen = np.asarray((options or {}).get("reset_mask", np.ones(self.num_envs, bool)))
-        # What is malformed is refused below, in Gymnasium's words.
+        # Malformed arguments are refused below, in Gymnasium's words.
         if len(seeds) == self.num_envs and chosen.shape == (self.num_envs,) and chosen.dtype == np.bool_:
-            resets = zip(self._ahead(), seeds, chosen, strict=True)
+            resets = zip(self._outermost(), seeds, chosen, strict=True)
             self._run(
                 {env: partial(env.env.reset, seed=own, options=each) for env, own, is_reset in resets if is_reset}
             )
@@ -89,23 +90,23 @@ class TaskVectorEnv(SyncVectorEnv):
         return observations, infos
 
     def step(self, actions: Any) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], Info]:
-        """Take every environment's action to its end, then observe all of them."""
-        taken = zip(self._ahead(), self._ended, iterate(self.action_space, actions), strict=True)
+        """Execute every environment's action to its end, then observe all of them."""
+        taken = zip(self._outermost(), self._ended, iterate(self.action_space, actions), strict=True)
         self._run({env: env.env.reset if ended else partial(env.env.step, action) for env, ended, action in taken})
         observations, rewards, terminated, truncated, infos = super().step(actions)
         self._ended = terminated | truncated
         return observations, rewards, terminated, truncated, infos
 
-    def _ahead(self) -> list["_Ahead"]:
-        return [env for env in self.envs if isinstance(env, _Ahead)]
+    def _outermost(self) -> list["_Precomputed"]:
+        return [env for env in self.envs if isinstance(env, _Precomputed)]
 
-    def _run(self, calls: Mapping["_Ahead", Call]) -> None:
-        for env, result in zip(calls, _side_by_side(list(calls.values())), strict=True):
+    def _run(self, calls: Mapping["_Precomputed", Call]) -> None:
+        for env, result in zip(calls, _run_together(list(calls.values())), strict=True):
             env.result = result
 
 
-class _Ahead(gymnasium.Wrapper[Arrays, Any, Arrays, Any]):
-    """Answers a call with the result that was worked out ahead of it."""
+class _Precomputed(gymnasium.Wrapper[Arrays, Any, Arrays, Any]):
+    """Returns a result that was computed ahead of the call."""
 
     result: Any = None
 
@@ -118,40 +119,34 @@ class _Ahead(gymnasium.Wrapper[Arrays, Any, Arrays, Any]):
         return super().step(action) if result is None else result
 
 
-@dataclass(frozen=True)
-class _Question:
-    platform: Platform
-    channels: tuple[str, ...]
+class _CallGreenlet(greenlet):
+    """A call that pauses wherever it requests observations."""
 
 
-class _Turn(greenlet):
-    """A call that stops wherever it asks a `_Question`."""
+def _run_together(calls: Sequence[Call]) -> list[Any]:
+    """Return the results of calls; observations that they wait for at the same time are made together."""
+    greenlets = [_CallGreenlet(call) for call in calls]
+    results = [each.switch() for each in greenlets]
+    while waiting := [i for i, each in enumerate(greenlets) if not each.dead]:
+        for i, observations in zip(waiting, _observe([results[i] for i in waiting]), strict=True):
+            results[i] = greenlets[i].switch(observations)
+    return results
 
 
-def _side_by_side(calls: Sequence[Call]) -> list[Any]:
-    """Return what calls return; what they wait for at the same time is observed together."""
-    turns = [_Turn(call) for call in calls]
-    said = [turn.switch() for turn in turns]
-    while waiting := [i for i, turn in enumerate(turns) if not turn.dead]:
-        for i, answer in zip(waiting, _observe([said[i] for i in waiting]), strict=True):
-            said[i] = turns[i].switch(answer)
-    return said
-
-
-def _observe(questions: Sequence[_Question]) -> list[dict[str, Any]]:
-    first, channels = questions[0].platform, questions[0].channels
+def _observe(requests: Sequence[Request]) -> list[dict[str, Any]]:
+    first, channels = requests[0]
     if isinstance(first, ManyCameras):
-        twins: list[Any] = [question.platform for question in questions]
+        twins: list[Any] = [platform for platform, _ in requests]
         return first.observe_many(twins, channels)
-    return [question.platform.observe(channels) for question in questions]
+    return [platform.observe(wanted) for platform, wanted in requests]
 
 
-class _AskingHost(InProcessHost):
+class _RequestingHost(InProcessHost):
     def observe(self, channels: Iterable[str]) -> dict[str, Any]:
-        turn = getcurrent()
-        if not isinstance(turn, _Turn) or turn.parent is None:
+        current = getcurrent()
+        if not isinstance(current, _CallGreenlet) or current.parent is None:
             return super().observe(channels)
-        observations: dict[str, Any] = turn.parent.switch(_Question(self._platform, tuple(channels)))
+        observations: dict[str, Any] = current.parent.switch((self._platform, tuple(channels)))
         return observations
 
 
@@ -168,18 +163,18 @@ class _NoDigest(ObservationDigest):
 
 
 class _SharingEnv(TaskEnv):
-    """One of a fleet of environments, of the same choices, that share what a scene needs."""
+    """One of several environments of the same choices, whose simulators share the loaded scenes."""
 
-    _host_type = _AskingHost
+    _host_type = _RequestingHost
     _digest_type = _NoDigest
 
-    def __init__(self, fleet: list["_SharingEnv"], **choices: Any) -> None:
+    def __init__(self, siblings: list["_SharingEnv"], **choices: Any) -> None:
         super().__init__(**choices)
-        self._fleet = fleet
-        fleet.append(self)
+        self._siblings = siblings
+        siblings.append(self)
 
     def _start(self, selection: Selection, spec: PlatformSpec) -> Platform:
-        for other in self._fleet:
-            if isinstance(other._platform, ManyCameras):
-                return other._platform.twin()
+        for sibling in self._siblings:
+            if isinstance(sibling._platform, ManyCameras):
+                return sibling._platform.twin()
         return super()._start(selection, spec)

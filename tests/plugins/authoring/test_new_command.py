@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.authoring.scaffold.kinds import KINDS
-from benchbot.plugins.authoring.scaffold.naming import package_of
+from benchbot.plugins.authoring.scaffold.render import KINDS, package_of
 from tests.command_line import CommandLine, Here
 
 

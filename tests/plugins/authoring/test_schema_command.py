@@ -10,8 +10,7 @@ from jsonschema import Draft202012Validator
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.plugin_manager import load
-from benchbot.plugins.authoring.checks.here import schema_here
-from benchbot.plugins.authoring.checks.names import REFERENCES, Names
+from benchbot.plugins.authoring.checks.references import REFERENCES, KnownNames, schema_with_names
 from tests.command_line import CommandLine, Here
 
 TASK: dict[str, Any] = {"name": "tour", "actions": ["move_next"], "observations": ["image_rgb"]}
@@ -20,7 +19,7 @@ SOME = st.sampled_from(["object_map", "sample:passive", "arena:1", "a", "a:b", "
 
 @cache
 def offered(kind: str) -> dict[str, Any]:
-    return schema_here(kind, Names(Catalog(load()), []))
+    return schema_with_names(kind, KnownNames(Catalog(load()), []))
 
 
 def test_without_a_kind_all_are_listed(here: Here) -> None:

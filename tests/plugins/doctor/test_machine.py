@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 
 from benchbot.core.findings import Level
-from benchbot.plugins.doctor import children, installation, isolation, machine
+from benchbot.plugins.doctor import machine
+
+TWO = {"library": True, "cuda": 12080, "devices": [["NVIDIA H200", 139 * 2**30], ["NVIDIA T4", 15 * 2**30]]}
 
 
 @pytest.fixture
@@ -41,69 +43,62 @@ def test_whoever_listens_on_a_port_is_named() -> None:
         listening.bind(("127.0.0.1", 0))
         listening.listen()
 
-        assert (machine._holder(listening.getsockname()[1]) or "").startswith(f"process {os.getpid()} (")
+        assert (machine._listener(listening.getsockname()[1]) or "").startswith(f"process {os.getpid()} (")
 
 
 def test_this_machine_has_processors_memory_and_a_time() -> None:
-    assert [finding.subject for finding in (*machine.processors(), *machine.clock())] == ["machine", "clock"]
-
-
-def test_the_sandbox_is_told_with_all_that_holds_it() -> None:
-    told = {finding.subject: finding for finding in isolation.sandbox()}
-
-    assert told["sandbox"].detail
-    assert (told["sandbox"].level is Level.OK) == (told["sandbox"].fix == "")
-
-
-def test_versions_are_told_and_requirements_that_are_not_met(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    info = tmp_path / "needy-1.0.dist-info"
-    info.mkdir()
-    (info / "entry_points.txt").write_text("[benchbot]\nneedy = needy\n")
-    needs = ["no-such-thing>=2", "numpy<1", "pyyaml", "never>=1; python_version < '3'", "more; extra == 'all'"]
-    requirements = "".join(f"Requires-Dist: {need}\n" for need in needs)
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: needy\nVersion: 1.0\n{requirements}")
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setenv("BENCHBOT_PLUGINS", "needy")
-
-    told, *unmet = installation.versions()
-
-    assert "numpy " in told.detail
-    assert [finding.subject for finding in unmet] == ["requirements of needy"] * 2
-    assert [finding.fix for finding in unmet] == ["pip install 'no-such-thing>=2'", "pip install 'numpy<1'"]
-    assert unmet[0].detail == "no-such-thing>=2 is not installed"
-
-
-def test_a_command_of_another_environment_is_a_warning(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    other, own = tmp_path / "other", tmp_path / "own" / "bin"
-    for folder in (other, own):
-        folder.mkdir(parents=True)
-        (folder / "benchbot").write_text("#!/bin/sh\n")
-        (folder / "benchbot").chmod(0o755)
-    monkeypatch.setattr("sys.prefix", str(own.parent))
-    monkeypatch.setenv("PATH", str(own))
-    assert [finding.level for finding in installation.commands()] == [Level.OK]
-    monkeypatch.setenv("PATH", str(other))
-
-    (warning,) = installation.commands()
-
-    assert warning.fix == f"Activate this environment: source {own}/activate"
+    assert [finding.subject for finding in (machine.processors(), machine.clock())] == ["machine", "clock"]
 
 
 @pytest.mark.parametrize(
-    ("code", "problem"),
+    ("answer", "driver", "level", "detail"),
     [
-        ("import os; os.abort()", "signal 6"),
-        ("raise OSError('no such driver')", "OSError: no such driver"),
-        ("import sys; sys.exit(3)", "exit code 3"),
-        ("import time; time.sleep(600)", "no answer within 1 s"),
-        ("print('well')", ""),
+        ({"library": False}, False, Level.OK, "none, and none is needed: the ray tracer runs on the processor"),
+        (
+            {"library": False},
+            True,
+            Level.WARNING,
+            "NVIDIA's driver is loaded, and CUDA's library (libcuda.so.1) is mis",
+        ),
+        ({"library": True, "error": "CUDA_ERROR_NO_DEVICE"}, False, Level.OK, "none, and none is needed"),
+        (
+            {"library": True, "error": "CUDA_ERROR_UNKNOWN"},
+            True,
+            Level.WARNING,
+            "CUDA's library is there and does not st",
+        ),
+        ({"library": True, "cuda": 12080, "devices": []}, True, Level.OK, "none, and none is needed"),
+        (TWO, True, Level.OK, "NVIDIA H200 (139 GiB), NVIDIA T4 (15 GiB), CUDA 12.8, for the ray tracer with --set"),
     ],
 )
-def test_a_child_that_crashes_or_hangs_is_an_answer(code: str, problem: str) -> None:
-    timeout_s = 1.0 if "sleep" in code else 120.0
+def test_what_cuda_says_is_told(
+    answer: dict[str, object], driver: bool, level: Level, detail: str, tmp_path: Path
+) -> None:
+    if driver:
+        (tmp_path / "version").touch()
 
-    assert children.ask_python(code, bare=True, timeout_s=timeout_s).problem == problem
+    finding = machine.gpu(tmp_path / "version", f"import json; print(json.dumps({answer!r}))")
+
+    assert (finding.level, finding.subject) == (level, "GPU")
+    assert finding.detail.startswith(detail)
+    assert bool(finding.fix) == (level is not Level.OK)
 
 
-def test_a_program_that_is_not_there_is_an_answer() -> None:
-    assert children.ask(["/no/such/program"]).problem == "No such file or directory"
+def test_gpus_that_are_hidden_are_told_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CUDA_VISIBLE_DEVICES", "")
+
+    finding = machine.gpu(tmp_path, 'print(\'{"library": true, "error": "CUDA_ERROR_NO_DEVICE"}\')')
+
+    assert finding.detail.startswith("none to be seen, since CUDA_VISIBLE_DEVICES is ''.")
+
+
+def test_a_driver_that_crashes_takes_nothing_with_it(tmp_path: Path) -> None:
+    finding = machine.gpu(tmp_path, "import os; os.abort()")
+
+    assert (finding.level, finding.detail) == (Level.WARNING, "CUDA does not start: signal 6")
+
+
+def test_this_machine_answers() -> None:
+    finding = machine.gpu()
+
+    assert finding.detail

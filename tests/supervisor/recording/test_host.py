@@ -18,7 +18,7 @@ from benchbot.core.geometry import Pose
 from benchbot.core.motion import Outcome
 from benchbot.core.progress import ActionResult, Progress, State, Step
 from benchbot.core.recording import RecordingNote, RecordingState, problems
-from benchbot.plugins.authoring.conformance import samples
+from benchbot.plugins.authoring.conformance.fake_robot import fake_observations
 from benchbot.supervisor.recording.host import RecorderHost
 from tests.supervisor.harness import children_of, eventually
 
@@ -28,7 +28,7 @@ PATIENCE_S = 60
 def step(number: int, **observations: Any) -> tuple[str, dict[str, Any], Step, Progress]:
     """The step with a number, from 1; the robot goes 0.1 m in each."""
     base = Pose.planar(0.1 * number, 0.0, 0.0)
-    seen = observations or samples.observations(OBSERVATIONS, base, np.random.default_rng(number))
+    seen = observations or fake_observations(OBSERVATIONS, base, np.random.default_rng(number))
     taken = Step(seen, ActionResult.SUCCESS, ("move_distance",), State.DIRTY, 0, Outcome.REACHED)
     progress = Progress(State.DIRTY, frames=number, steps=number, simulated_time_s=0.5 * number, pose_xyyaw=(9, 9, 1))
     return "move_distance", {"distance": 0.1}, taken, progress

@@ -1,4 +1,4 @@
-"""What is wrong with the project of a plug-in, beside its declarations: how BenchBot is to find it."""
+"""The problems of a plug-in's project besides its declarations: whether BenchBot will find them."""
 
 import re
 import tomllib
@@ -12,13 +12,13 @@ from benchbot.core.findings import Problem
 from benchbot.core.plugin_manager import GROUP
 from benchbot.plugins.authoring.checks.documents import FOLDERS, Document
 
-_TEXT = re.compile(r"""["']([\w.:-]+)["']""")
+_STRING = re.compile(r"""["']([\w.:-]+)["']""")
 _HOOKED = frozenset(FOLDERS) - {"evaluation_methods"}
 
 
 @dataclass(frozen=True)
 class Project:
-    """What a pyproject.toml says of a plug-in, and the strings in its code."""
+    """A plug-in's pyproject.toml: the name and the problems; and the strings in the code beside it."""
 
     folder: Path
     name: str | None
@@ -27,7 +27,7 @@ class Project:
 
 
 def examine(folder: Path, documents: Iterable[Document]) -> Project:
-    """Return the name of the project in a folder and what is wrong with it."""
+    """Return the project in a folder, with what is wrong with it."""
     path = folder / "pyproject.toml"
     try:
         text = path.read_text("utf-8")
@@ -35,15 +35,15 @@ def examine(folder: Path, documents: Iterable[Document]) -> Project:
     except (OSError, UnicodeDecodeError) as error:
         return Project(folder, None, (Problem(path, None, "", f"cannot be read: {error}"),))
     except tomllib.TOMLDecodeError as error:
-        said = re.search(r"\(at line (\d+)", str(error))
-        return Project(folder, None, (Problem(path, int(said[1]) if said else None, "", f"not valid TOML: {error}"),))
+        found = re.search(r"\(at line (\d+)", str(error))
+        return Project(folder, None, (Problem(path, int(found[1]) if found else None, "", f"not valid TOML: {error}"),))
     project = written.get("project", {})
     if not isinstance(project, dict):
         return Project(folder, None, (Problem(path, _line(text, "project"), "/project", "it is not a table"),))
     name = project.get("name")
     own = [document for document in documents if document.path.absolute().is_relative_to(folder.absolute())]
-    found = _problems(folder, path, text, project, own)
-    return Project(folder, name if isinstance(name, str) else None, tuple(found), _texts(folder))
+    problems = tuple(_problems(folder, path, text, project, own))
+    return Project(folder, name if isinstance(name, str) else None, problems, _strings(folder))
 
 
 def _problems(
@@ -54,8 +54,9 @@ def _problems(
     declaring = sorted({found for document in documents if (found := document.path.parent.name) in _HOOKED})
     if not points:
         if declaring:
-            line = next((_line(text, group) for group in groups if did_you_mean(group, [GROUP])), None)
-            near = next((f" Did you mean that by '{group}'?" for group in groups if did_you_mean(group, [GROUP])), "")
+            similar = next((group for group in groups if did_you_mean(group, [GROUP])), None)
+            line = None if similar is None else _line(text, similar)
+            near = f" Did you mean that by '{similar}'?" if similar else ""
             message = f"no entry point of the group '{GROUP}': BenchBot will not find what is declared.{near}"
             yield Problem(path, line, "/project/entry-points", f"{message} Add [project.entry-points.{GROUP}]")
         return
@@ -75,9 +76,11 @@ def _problems(
                 yield Problem(source, None, "", message)
 
 
-def _texts(folder: Path) -> frozenset[str]:
+def _strings(folder: Path) -> frozenset[str]:
     root = folder / "src" if (folder / "src").is_dir() else folder
-    return frozenset(text for path in root.rglob("*.py") for text in _TEXT.findall(path.read_text("utf-8", "replace")))
+    return frozenset(
+        text for path in root.rglob("*.py") for text in _STRING.findall(path.read_text("utf-8", "replace"))
+    )
 
 
 def _source(folder: Path, module: str) -> Path | None:

@@ -1,28 +1,57 @@
-"""What platforms are tried on: one robot in one scene."""
+"""Finding the subject of a check, and the test bench for platforms: one robot in one scene."""
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from benchbot.core import resources
 from benchbot.core.channels import GIVEN_BY_EPISODES, OBSERVATIONS
 from benchbot.core.declarations import schema
-from benchbot.core.declarations.catalog import Catalog, Declaration
+from benchbot.core.declarations.catalog import KINDS, Catalog, Declaration, name_of
 from benchbot.core.geometry import Pose, wrap_angle_rad
 from benchbot.core.platform import Localisation, Platform, PlatformSpec, Scene
-from benchbot.plugins.authoring.conformance.properties import Wrong
+from benchbot.core.plugin_manager import load
+from benchbot.core.records import Evaluator, Executor, Recorder, RobotDriver, Simulator
+from benchbot.plugins.authoring.conformance.properties import Violation
 
 Declared = str | Path | Mapping[str, Any]
 """A declaration: its name among what is installed, its file, or its content."""
 
+Record = TypeVar("Record", Evaluator, Executor, Recorder, RobotDriver, Simulator)
+
 SEED = 7
+
+
+def find_record(kind: str, record: Record | str) -> Record:
+    """Return a record as it is given, or by its name among the installed ones of a kind (`evaluators`, …)."""
+    if isinstance(record, str):
+        installed: Record = load().record(kind, record)
+        return installed
+    return record
+
+
+def find_declaration(kind: str, declared: Declared, catalog: Catalog | None = None) -> Declaration:
+    """Return a declaration of a pool (`robots`, …) by name, by file or by content; raises BenchbotError, as schemas do.
+
+    Paths in content are relative to the current folder. Names are those of the `catalog`, by default of what is
+    installed, read anew.
+    """
+    if isinstance(declared, str):
+        return (catalog or Catalog(load())).get(kind, declared)
+    if isinstance(declared, Path):
+        path, data = declared, schema.read(declared)
+    else:
+        path, data = Path(f"(the {KINDS[kind]} that is checked)"), dict(declared)
+    schema.check(data, KINDS[kind], path)
+    return Declaration(kind, name_of(kind, data, path), path, "benchbot", data)
 
 
 @dataclass(frozen=True)
 class Bench:
-    """A way to make platforms of one robot, and the scene that it is put into."""
+    """A way to create platforms of one robot, and the scene that it is put into."""
 
     create: Callable[[PlatformSpec], Platform]
     spec: PlatformSpec
@@ -33,14 +62,14 @@ class Bench:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """What the robot offers to observe."""
+        """The channels that the robot offers to observe."""
         return tuple(
             name for name in OBSERVATIONS if name in self.spec.robot["connections"] and name not in GIVEN_BY_EPISODES
         )
 
     @contextmanager
     def fresh(self) -> Iterator[Platform]:
-        """Make a platform, and close it at the end."""
+        """Create a platform, and close it at the end."""
         platform = self.create(self.spec)
         try:
             yield platform
@@ -58,42 +87,17 @@ class Moved:
 
     @classmethod
     def between(cls, before: Pose, after: Pose) -> "Moved":
-        """Return the way from one pose to another."""
+        """Return the motion from one pose to another."""
         x, y, _ = (before.inverse() @ after).translation_xyz
         return cls(x, y, wrap_angle_rad(after.yaw_rad - before.yaw_rad))
 
-
-@dataclass(frozen=True)
-class Found:
-    """A declaration and the folder that its paths are relative to."""
-
-    data: Mapping[str, Any] = field(hash=False)
-    folder: Path
-    path: Path | None = None
-    distribution: str = "benchbot"
+    @property
+    def distance_m(self) -> float:
+        """The length of the straight line."""
+        return math.hypot(self.ahead_m, self.left_m)
 
 
-def find(kind: str, declared: Declared, catalog: Catalog | None = None) -> Found:
-    """Return a declaration of a pool (`robots`, …) by name, by file or as it is; raises BenchbotError, as schemas do.
-
-    What is given as it is has its paths relative to the current folder. Names are those of the `catalog`, by default
-    of what is installed, read anew.
-    """
-    from benchbot.core.declarations.catalog import KINDS
-    from benchbot.core.plugin_manager import load
-
-    if isinstance(declared, Mapping):
-        schema.check(dict(declared), KINDS[kind], Path(f"(the {KINDS[kind]} that is checked)"))
-        return Found(declared, Path.cwd())
-    if isinstance(declared, Path):
-        document = schema.read(declared)
-        schema.check(document, KINDS[kind], declared)
-        return Found(document, declared.parent, declared)
-    declaration: Declaration = (catalog or Catalog(load())).get(kind, declared)
-    return Found(declaration.data, declaration.path.parent, declaration.path, declaration.distribution)
-
-
-def bench_of(
+def make_bench(
     create: Callable[[PlatformSpec], Platform],
     robot: Declared,
     environment: Declared,
@@ -102,15 +106,16 @@ def bench_of(
     **settings: Any,
 ) -> Bench:
     """Return the bench for a robot in an environment; the cache is the user's unless one is given."""
-    place = find("environments", environment)
+    place = find_declaration("environments", environment)
     cache = cache_dir or resources.cache_dir()
     ask = print if settings.get("real") else None
-    spec = PlatformSpec(find("robots", robot).data, localisation, cache, place.data.get("options", {}), ask=ask)
-    return Bench(create, spec, Scene(place.data, place.folder), **settings)
+    declared = find_declaration("robots", robot).data
+    spec = PlatformSpec(declared, localisation, cache, place.data.get("options", {}), ask=ask)
+    return Bench(create, spec, Scene(place.data, place.path.parent), **settings)
 
 
 def drive(platform: Platform, linear_mps: float, angular_radps: float, duration_s: float) -> Moved:
-    """Hold a command for a while, come to rest, and return how far the base has moved."""
+    """Hold a command for some seconds, brake, and return how far the base has moved."""
     before = platform.pose()
     period_s = platform.control_period_s
     for _ in range(max(1, round(duration_s / period_s))):
@@ -120,11 +125,11 @@ def drive(platform: Platform, linear_mps: float, angular_radps: float, duration_
 
 
 def rest(platform: Platform) -> None:
-    """Brake until the robot is at rest; raises `Wrong` for one that does not come to rest within five seconds."""
+    """Brake until the robot is at rest; raises `Violation` for one that does not come to rest within five seconds."""
     started_s = platform.clock()
     while max(map(abs, platform.velocity)) > 1e-3:
         if platform.clock() - started_s > 5.0:
-            raise Wrong(
+            raise Violation(
                 f"It still moves at {platform.velocity} after five seconds of drive(0, 0, …).",
                 "Brake as fast as the robot's limits allow, and say in `velocity` how fast it really is.",
             )

@@ -6,50 +6,55 @@ from typing import Any
 
 from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import Platform
-from benchbot.plugins.authoring.conformance.bench import SEED, Bench, Moved, drive, rest
-from benchbot.plugins.authoring.conformance.properties import Wrong, unchecked
+from benchbot.plugins.authoring.conformance.bench import SEED, Bench, drive, rest
+from benchbot.plugins.authoring.conformance.properties import Violation, unchecked
 
 SPEED_MPS, TURN_RADPS = 0.2, 0.4
-HOLD_S, MOST_S = 1.0, 60.0
+HOLD_S, CONTACT_TIMEOUT_S = 1.0, 60.0
 
 
 def drives_straight(bench: Bench, platform: Platform) -> str:
-    """A linear velocity moves the base along its x axis: positive ahead, negative back, as far as it says."""
+    """A linear velocity moves the base by its product with the duration: ahead if positive, back if negative."""
     sign = _free_direction(bench, platform)
     platform.load(bench.scene, SEED)
-    there = drive(platform, sign * SPEED_MPS, 0.0, HOLD_S)
-    back = drive(platform, -sign * SPEED_MPS, 0.0, HOLD_S)
-    for moved, direction in ((there, sign), (back, -sign)):
-        _went(bench, moved, direction * SPEED_MPS * HOLD_S)
-    return f"{there.ahead_m:+.3f} m, then {back.ahead_m:+.3f} m, at {SPEED_MPS} m/s for {HOLD_S:g} s each"
+    moves = [
+        (speed_mps, drive(platform, speed_mps, 0.0, HOLD_S)) for speed_mps in (sign * SPEED_MPS, -sign * SPEED_MPS)
+    ]
+    for speed_mps, moved in moves:
+        seen = f"It moved by {moved.ahead_m:+.3g} m where {speed_mps * HOLD_S:+.3g} m were commanded."
+        _require_share(moved.ahead_m / (speed_mps * HOLD_S), seen, "ahead, along +x of the base frame", "m/s")
+        if abs(moved.left_m) > bench.position_tolerance_m or abs(moved.turned_rad) > bench.angle_tolerance_rad:
+            raise Violation(
+                f"It left the straight line by {moved.left_m:.3g} m and {math.degrees(moved.turned_rad):.3g} degrees.",
+                "Drive straight at an angular velocity of zero.",
+            )
+    there_m, back_m = (moved.ahead_m for _, moved in moves)
+    return f"{there_m:+.3f} m, then {back_m:+.3f} m, at {SPEED_MPS} m/s for {HOLD_S:g} s each"
 
 
 def turns_left(bench: Bench, platform: Platform) -> str:
     """A positive angular velocity turns the base counter-clockwise, on the spot."""
     platform.load(bench.scene, SEED)
-    left = drive(platform, 0.0, TURN_RADPS, HOLD_S)
-    right = drive(platform, 0.0, -TURN_RADPS, HOLD_S)
-    for moved, wanted_rad in ((left, TURN_RADPS * HOLD_S), (right, -TURN_RADPS * HOLD_S)):
-        turned = f"It turned by {math.degrees(moved.turned_rad):+.3g} degrees where "
-        turned += f"{math.degrees(wanted_rad):+.3g} were commanded."
-        if moved.turned_rad * wanted_rad <= 0:
-            raise Wrong(turned, "Positive is counter-clockwise about +z, in rad/s (REP-103).")
-        if not 0.5 <= moved.turned_rad / wanted_rad <= 1.2:
-            raise Wrong(turned, "Take the command in rad/s and hold it for duration_s, within the robot's limits.")
-        if math.hypot(moved.ahead_m, moved.left_m) > bench.position_tolerance_m:
-            raise Wrong("It left its place while it turned.", "Turn about the base frame's z axis.")
-    return f"{math.degrees(left.turned_rad):+.1f}, then {math.degrees(right.turned_rad):+.1f} degrees"
+    moves = [(turn_radps, drive(platform, 0.0, turn_radps, HOLD_S)) for turn_radps in (TURN_RADPS, -TURN_RADPS)]
+    for turn_radps, moved in moves:
+        turned_deg, wanted_deg = math.degrees(moved.turned_rad), math.degrees(turn_radps * HOLD_S)
+        seen = f"It turned by {turned_deg:+.3g} degrees where {wanted_deg:+.3g} were commanded."
+        _require_share(turned_deg / wanted_deg, seen, "counter-clockwise about +z, in rad/s", "rad/s")
+        if moved.distance_m > bench.position_tolerance_m:
+            raise Violation("It left its place while it turned.", "Turn about the base frame's z axis.")
+    left_deg, right_deg = (math.degrees(moved.turned_rad) for _, moved in moves)
+    return f"{left_deg:+.1f}, then {right_deg:+.1f} degrees"
 
 
 def keeps_time(bench: Bench, platform: Platform) -> str:
-    """The clock advances by what `drive` was told, and never jumps back."""
+    """The clock advances by the duration of each `drive`, and never jumps back."""
     platform.load(bench.scene, SEED)
     last_s = platform.clock()
     for _ in range(5):
         platform.drive(0.0, 0.1, platform.control_period_s)
         passed_s, last_s = platform.clock() - last_s, platform.clock()
         if passed_s <= 0 or (not bench.real and abs(passed_s - platform.control_period_s) > 1e-6):
-            raise Wrong(
+            raise Violation(
                 f"The clock went on by {passed_s:g} s in a drive() of {platform.control_period_s:g} s.",
                 "Count the seconds since load(): simulated ones in a simulator, in real time on a robot.",
             )
@@ -63,7 +68,7 @@ def keeps_its_limits(bench: Bench, platform: Platform) -> str:
     for _ in range(5):
         platform.drive(0.0, 100.0, platform.control_period_s)
         if abs(platform.velocity[1]) > config.angular_limit_radps * 1.01:
-            raise Wrong(
+            raise Violation(
                 f"It turns at {platform.velocity[1]:.3g} rad/s; its limit is {config.angular_limit_radps:g}.",
                 "Enforce the limits of the robot's declaration in drive().",
             )
@@ -72,7 +77,7 @@ def keeps_its_limits(bench: Bench, platform: Platform) -> str:
     platform.drive(100.0, 0.0, platform.control_period_s)
     low, high = config.linear_limits_mps
     if not low * 1.01 <= platform.velocity[0] <= high * 1.01:
-        raise Wrong(
+        raise Violation(
             f"It drives at {platform.velocity[0]:.3g} m/s; its limits are {low:g} to {high:g}.",
             "Enforce the limits of the robot's declaration in drive().",
         )
@@ -80,34 +85,36 @@ def keeps_its_limits(bench: Bench, platform: Platform) -> str:
 
 
 def stops_at_contact(bench: Bench, platform: Platform) -> str:
-    """The robot stops where it touches something, says so until the next `load`, and has seen it coming."""
+    """The robot stops where it touches something, says so until the next `load`, and has predicted the contact."""
     platform.load(bench.scene, SEED)
     speed_mps = MotionConfig.from_robot(bench.spec.robot, "ground_truth").linear_limits_mps[1]
     period_s = platform.control_period_s
     foreseen = False
     while not platform.collided:
-        if platform.clock() > MOST_S:
-            raise unchecked(f"in {MOST_S:g} s straight ahead there was nothing to hit.", "Choose a scene with a wall.")
+        if platform.clock() > CONTACT_TIMEOUT_S:
+            raise unchecked(
+                f"in {CONTACT_TIMEOUT_S:g} s straight ahead there was nothing to hit.", "Choose a scene with a wall."
+            )
         foreseen = platform.contact_ahead(speed_mps, 0.0, period_s)
         platform.drive(speed_mps, 0.0, period_s)
     if not foreseen:
-        raise Wrong(
+        raise Violation(
             "contact_ahead() was False right before the robot hit something.",
             "Say True where holding the command for horizon_s and then braking would touch something.",
         )
     into = drive(platform, speed_mps, 0.0, 1.0)
     if into.ahead_m > bench.position_tolerance_m:
-        raise Wrong(f"It went on by {into.ahead_m:.3g} m into what it had hit.", "Stop at contact.")
+        raise Violation(f"It went on by {into.ahead_m:.3g} m into what it had hit.", "Stop at contact.")
     if not platform.collided:
-        raise Wrong("It has forgotten that it hit something.", "Keep `collided` true until the next load().")
+        raise Violation("It has forgotten that it hit something.", "Keep `collided` true until the next load().")
     platform.load(bench.scene, SEED)
     if platform.collided:
-        raise Wrong("It is still collided after load().", "Forget contact in load().")
+        raise Violation("It is still collided after load().", "Forget contact in load().")
     return "stopped, told, foreseen, and forgotten by load()"
 
 
 def reaches_goals(bench: Bench, platform: Platform) -> str:
-    """The actions that solutions take come to their end, on top of `drive`."""
+    """The actions of solutions, which are sequences of `drive`, reach their goals."""
     sign = _free_direction(bench, platform)
     config = MotionConfig.from_robot(bench.spec.robot, "ground_truth")
     tasks: tuple[tuple[str, Mapping[str, Any]], ...] = (
@@ -120,7 +127,7 @@ def reaches_goals(bench: Bench, platform: Platform) -> str:
     for action, arguments in offered:
         outcome = execute(platform, action, arguments, None, config)
         if outcome is not Outcome.REACHED:
-            raise Wrong(
+            raise Violation(
                 f"{action} of {next(iter(arguments.values())):g} ended with '{outcome}'.",
                 "Follow commands closely; declare `limits` with accelerations that the robot really has.",
             )
@@ -135,14 +142,9 @@ def _free_direction(bench: Bench, platform: Platform) -> float:
     raise unchecked("there is no room to drive at the start pose.", "Choose a scene with 0.5 m of room.")
 
 
-def _went(bench: Bench, moved: Moved, wanted_m: float) -> None:
-    told = f"It moved by {moved.ahead_m:+.3g} m where {wanted_m:+.3g} m were commanded."
-    if moved.ahead_m * wanted_m <= 0:
-        raise Wrong(told, "Positive is ahead, along +x of the base frame (REP-103).")
-    if not 0.5 <= moved.ahead_m / wanted_m <= 1.2:
-        raise Wrong(told, "Take the command in m/s and hold it for duration_s, within the robot's limits.")
-    if abs(moved.left_m) > bench.position_tolerance_m or abs(moved.turned_rad) > bench.angle_tolerance_rad:
-        raise Wrong(
-            f"It left the straight line by {moved.left_m:.3g} m and {math.degrees(moved.turned_rad):.3g} degrees.",
-            "Drive straight at an angular velocity of zero.",
-        )
+def _require_share(share: float, seen: str, positive: str, unit: str) -> None:
+    """Raise `Violation` unless the share of the commanded motion that was driven is positive and near 1."""
+    if share <= 0:
+        raise Violation(seen, f"Positive is {positive} (REP-103).")
+    if not 0.5 <= share <= 1.2:
+        raise Violation(seen, f"Take the command in {unit} and hold it for duration_s, within the robot's limits.")

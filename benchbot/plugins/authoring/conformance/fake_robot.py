@@ -1,7 +1,7 @@
-"""A robot that is only pretended: it moves exactly as told in an empty world, and senses made-up things."""
+"""A fake robot: it moves exactly as told in an empty world, and observes made-up things that conform."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +14,14 @@ from benchbot.core.host import Status
 from benchbot.core.motion import Outcome
 from benchbot.core.request import Limits
 from benchbot.core.selection import Selection
-from benchbot.plugins.authoring.conformance import samples
-from benchbot.plugins.authoring.conformance.bench import Found
 
 ACTION_S = 1.0
-PASSIVE = {
+HEIGHT, WIDTH, FOCAL_PX = 48, 64, 32.0
+LABELS = ("bottle", "chair")
+BEAMS = 36
+CAMERA_IN_BASE = Pose((0.1, 0.0, 0.5), (-0.5, 0.5, -0.5, 0.5))
+
+TASK: dict[str, Any] = {
     "name": "testing:passive",
     "description": "Follow a trajectory.",
     "actions": ["move_next"],
@@ -26,31 +29,63 @@ PASSIVE = {
     "localisation": "ground_truth",
     "results_format": "object_map",
 }
+ROBOT: dict[str, Any] = {
+    "name": "fake",
+    "type": "fake",
+    "global_frame": "map",
+    "robot_frame": "base_link",
+    "poses": ["base_link", "initial_pose", "camera", "lidar"],
+    "connections": {
+        **{name: {"connection": "ros_to_api"} for name in OBSERVATIONS if name not in GIVEN_BY_EPISODES},
+        **{name: {"connection": "api_to_ros"} for name in ACTIONS},
+    },
+}
+ENVIRONMENT: dict[str, Any] = {
+    "name": "nowhere",
+    "type": "fake",
+    "start_pose": [1, 0, 0, 0, 0, 0, 0],
+    "trajectory_poses": [[1, 0, 0, 0, x_m, 0, 0] for x_m in (0.5, 1.0, 1.5)],
+    "object_labels": list(LABELS),
+}
 
 
-class PretendedHost:
-    """A host of any scene; hits something in its `collides_at`-th action, if that is not None."""
+def fake_selection(task: Declaration, results_format: Declaration | None, scenes: int, steps: int) -> Selection:
+    """Return a run of a task on the fake robot: `scenes` scenes, at most `steps` steps."""
+    nowhere = Path("nowhere.yaml")
+    return Selection(
+        task,
+        Declaration("robots", "fake", nowhere, "benchbot", ROBOT),
+        tuple(
+            Declaration("environments", f"nowhere:{number}", nowhere, "benchbot", {**ENVIRONMENT, "variant": number})
+            for number in range(1, scenes + 1)
+        ),
+        results_format,
+        limits=Limits(steps=steps),
+    )
 
-    def __init__(self, starts: Sequence[Pose], collides_at: int | None = None) -> None:
-        self._starts = starts
+
+class FakeHost:
+    """A host of scenes that start at the origin; in its `collides_at`-th action, if any, the robot hits something."""
+
+    def __init__(self, collides_at: int | None = None) -> None:
         self._collides_at = collides_at
-        self._acted = 0
+        self._action_count = 0
         self._clock_s = 0.0
         self._collided = False
-        self._base = starts[0]
+        self._base = Pose()
         self._random = np.random.default_rng(0)
 
     def load(self, scene_index: int, seed: int) -> Status:
         """Put the robot at the start of a scene."""
-        self._base, self._clock_s, self._collided = self._starts[scene_index], 0.0, False
+        self._base, self._clock_s, self._collided = Pose(), 0.0, False
         self._random = np.random.default_rng([seed, scene_index])
         return self._status()
 
     def act(self, action: str, arguments: Mapping[str, Any], goal: Pose | None) -> tuple[Outcome, Status]:
-        """Be where the action leads to."""
-        self._acted += 1
+        """Put the robot where the action leads to."""
+        self._action_count += 1
         self._clock_s += ACTION_S
-        if self._acted == self._collides_at:
+        if self._action_count == self._collides_at:
             self._collided = True
             return Outcome.COLLIDED, self._status()
         if goal is not None:
@@ -63,50 +98,61 @@ class PretendedHost:
 
     def observe(self, channels: Iterable[str]) -> dict[str, Any]:
         """Return made-up observations that conform."""
-        return samples.observations(channels, self._base, self._random)
+        return fake_observations(channels, self._base, self._random)
 
     def halt(self, why: str) -> None:
-        """Nothing moves."""
+        """Do nothing: nothing moves."""
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing: nothing is held."""
 
     def _status(self) -> Status:
         return Status(self._base, self._clock_s, self._collided)
 
 
-def selection(task: Found, results_format: Declaration | None, scenes: int, steps: int) -> Selection:
-    """Return a run of a task on the pretended robot: `scenes` scenes, at most `steps` steps."""
-    robot = {
-        "name": "pretended",
-        "type": "pretended",
-        "global_frame": "map",
-        "robot_frame": "base_link",
-        "poses": list(samples.FRAMES),
-        "connections": {
-            **{name: {"connection": "ros_to_api"} for name in OBSERVATIONS if name not in GIVEN_BY_EPISODES},
-            **{name: {"connection": "api_to_ros"} for name in ACTIONS},
+def fake_observations(channels: Iterable[str], base: Pose, random: np.random.Generator) -> dict[str, Any]:
+    """Return a new value of each channel, as a robot at `base` in the map frame might observe it."""
+    depth_m = random.uniform(0.5, 8.0, (HEIGHT, WIDTH)).astype(np.float32)
+    depth_m[0] = np.inf
+    depth_m[:, 0] = np.nan
+    classes = random.integers(0, len(LABELS) + 1, (HEIGHT, WIDTH)).astype(np.uint8)
+    azimuths_rad = np.linspace(-math.pi, math.pi, BEAMS, endpoint=False)
+    ranges_m = random.uniform(1.0, 8.0, BEAMS)
+    ranges_m[0] = np.inf
+    poses = {"base_link": base, "initial_pose": Pose(), "camera": base @ CAMERA_IN_BASE, "lidar": base}
+    values: dict[str, Any] = {
+        "image_rgb": random.integers(0, 256, (HEIGHT, WIDTH, 3), np.uint8),
+        "image_depth": depth_m,
+        "image_segment": {
+            "class_segment_img": classes,
+            "instance_segment_img": classes.astype(np.uint16) * 1000 + (classes > 0),
+            "class_ids": {name: number for number, name in enumerate(LABELS, 1)},
         },
+        "laser": {"scans": np.stack([ranges_m, azimuths_rad], 1), "range_min": 0.1, "range_max": 10.0},
+        "lidar": {
+            "frame_id": "lidar",
+            "ranges_m": np.tile(ranges_m.astype(np.float32), (4, 1)),
+            "elevations_rad": np.linspace(-0.2, 0.2, 4),
+            "azimuths_rad": azimuths_rad,
+        },
+        "imu": {
+            "orientation_xyzw": np.array(base.rotation_xyzw),
+            "angular_velocity_radps": np.zeros(3),
+            "linear_acceleration_mps2": np.array([0.0, 0.0, 9.81]),
+        },
+        "poses": {name: pose.record("map") for name, pose in poses.items()},
+        "goal": np.array([1.0, 0.5]),
     }
-    environments = [
-        {
-            "name": "nowhere",
-            "variant": number,
-            "type": "pretended",
-            "start_pose": [1, 0, 0, 0, 0, 0, 0],
-            "trajectory_poses": [[1, 0, 0, 0, 0.5 * place, 0, 0] for place in range(1, 4)],
-            "object_labels": list(samples.LABELS),
-        }
-        for number in range(1, scenes + 1)
-    ]
-    nowhere = Path("nowhere.yaml")
-    return Selection(
-        Declaration("tasks", str(task.data["name"]), task.path or nowhere, task.distribution, dict(task.data)),
-        Declaration("robots", "pretended", nowhere, "benchbot", robot),
-        tuple(
-            Declaration("environments", f"nowhere:{scene['variant']}", nowhere, "benchbot", scene)
-            for scene in environments
-        ),
-        results_format,
-        limits=Limits(steps=steps),
-    )
+    values |= {name: _camera_model() for name in ("image_rgb_info", "image_depth_info", "image_segment_info")}
+    return {name: values[name] for name in channels}
+
+
+def _camera_model() -> dict[str, Any]:
+    intrinsics = np.array([[FOCAL_PX, 0.0, WIDTH / 2], [0.0, FOCAL_PX, HEIGHT / 2], [0.0, 0.0, 1.0]])
+    return {
+        "frame_id": "camera",
+        "height": HEIGHT,
+        "width": WIDTH,
+        "matrix_intrinsics": intrinsics,
+        "matrix_projection": np.hstack([intrinsics, np.zeros((3, 1))]),
+    }

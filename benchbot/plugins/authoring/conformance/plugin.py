@@ -6,18 +6,14 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from functools import partial
-from itertools import chain
-from typing import Any
 
 from benchbot.core import records
 from benchbot.core.declarations import formats, schema
 from benchbot.core.declarations.catalog import KINDS, Catalog
 from benchbot.core.findings import Finding, Level
 from benchbot.core.plugin_manager import PluginInfo, Plugins, installed, load
-from benchbot.plugins.authoring.conformance.environment import check_environment
-from benchbot.plugins.authoring.conformance.properties import Wrong, look
-from benchbot.plugins.authoring.conformance.robot import check_robot
-from benchbot.plugins.authoring.conformance.task import check_task
+from benchbot.plugins.authoring.conformance.declarations import check_environment, check_robot, check_task
+from benchbot.plugins.authoring.conformance.properties import Violation, check_property
 
 IMPORT = """
 import json, sys
@@ -40,27 +36,26 @@ CHECKS: dict[str, Callable[..., list[Finding]]] = {
 
 
 def check_plugin(distribution: str) -> list[Finding]:
-    """Return what is right and wrong with an installed plug-in, by the name of its distribution.
+    """Return findings on an installed plug-in, by the name of its distribution.
 
-    Its tasks, robots and environments are checked, too; simulators, methods and the like have checks of their own.
+    Its tasks, robots and environments are checked, too; its simulators, methods and the like have their own checks.
     """
     infos = [info for info in installed() if info.distribution == distribution]
-    findings = [look("entry point", partial(_is_found, distribution, infos))]
+    findings = [check_property("entry point", partial(_has_an_entry_point, distribution, infos))]
     for info in infos:
-        findings += [
-            look(f"{info.name}: import", partial(_imports_quietly, info)),
-            look(f"{info.name}: hooks", partial(_has_sound_hooks, info)),
-        ]
+        findings.append(check_property(f"{info.name}: import", partial(_imports_quietly, info)))
+        findings.append(check_property(f"{info.name}: hooks", partial(_has_sound_hooks, info)))
     if infos:
-        findings.append(look("names", partial(_has_names_of_its_own, distribution)))
-        findings += _look_at_declarations(distribution)
+        catalog = Catalog(load())
+        findings.append(check_property("names", partial(_has_names_of_its_own, catalog, distribution)))
+        findings += _check_declarations(catalog, distribution)
     return findings
 
 
-def _is_found(distribution: str, infos: list[PluginInfo]) -> str:
+def _has_an_entry_point(distribution: str, infos: list[PluginInfo]) -> str:
     if not infos:
         near = sorted({info.distribution for info in installed()})
-        raise Wrong(
+        raise Violation(
             f"'{distribution}' is not installed, or has no entry point in the group 'benchbot'.",
             "Write [project.entry-points.benchbot] in its pyproject.toml and install it again. "
             f"Installed: {', '.join(near)}.",
@@ -69,7 +64,7 @@ def _is_found(distribution: str, infos: list[PluginInfo]) -> str:
 
 
 def _imports_quietly(info: PluginInfo) -> str:
-    """In a process of its own, since this one has imported everything already."""
+    """Import the plug-in in a new process, since this one has imported everything already."""
     done = subprocess.run(
         [sys.executable, "-c", IMPORT, info.module],
         capture_output=True,
@@ -79,16 +74,16 @@ def _imports_quietly(info: PluginInfo) -> str:
     )
     if done.returncode != 0:
         last = done.stderr.strip().splitlines()[-1:] or [f"exit status {done.returncode}"]
-        raise Wrong(f"It cannot be imported: {last[0]}", f"Mend it: python -c 'import {info.module}'")
+        raise Violation(f"It cannot be imported: {last[0]}", f"Mend it: python -c 'import {info.module}'")
     said, _, modules = done.stdout.rstrip().rpartition("\n")
     if said.strip() or done.stderr.strip():
-        raise Wrong(
+        raise Violation(
             f"It prints at import: {(said.strip() or done.stderr.strip())[:100]!r}",
             "Print nothing: stdout is for data.",
         )
     heavy = sorted(HEAVY & set(json.loads(modules)))
     if heavy:
-        raise Wrong(
+        raise Violation(
             f"It imports {', '.join(heavy)} at once.",
             "Import it inside `create`, `evaluate` and the like: every command imports every plug-in.",
         )
@@ -97,68 +92,52 @@ def _imports_quietly(info: PluginInfo) -> str:
 
 def _has_sound_hooks(info: PluginInfo) -> str:
     alone = Plugins([info])
-    _nothing_broken(alone)
-    counts: dict[str, int] = {}
-    for kind in (*KINDS, "ground_truths"):
-        counts[kind] = len(alone.sources(kind))
-    for kind in records.KINDS:
-        counts[kind] = len(alone.pool(kind))
-    _nothing_broken(alone)
-    used = [kind for kind, count in counts.items() if count]
+    _require_nothing_broken(alone)
+    declared = [kind for kind in (*KINDS, "ground_truths") if alone.sources(kind)]
+    used = declared + [kind for kind in records.KINDS if alone.pool(kind)]
+    _require_nothing_broken(alone)
     if not used:
-        raise Wrong(
+        raise Violation(
             "It implements no hook.", "Mark one with @hookimpl, from benchbot.plugin: see docs/reference/hooks.md."
         )
     return ", ".join(used)
 
 
-def _nothing_broken(plugins: Plugins) -> None:
+def _require_nothing_broken(plugins: Plugins) -> None:
     for broken in plugins.broken:
-        raise Wrong(broken.cause, "Names of hooks and their arguments are in docs/reference/hooks.md.")
+        raise Violation(broken.cause, "Names of hooks and their arguments are in docs/reference/hooks.md.")
 
 
-def _has_names_of_its_own(distribution: str) -> str:
-    plugins = load()
-    catalog = Catalog(plugins)
-    names = [
-        *(
-            name
-            for kind in records.KINDS
-            for name, value in plugins.pool(kind).items()
-            if value.distribution == distribution
-        ),
-        *(name for kind in KINDS for name, value in catalog.pool(kind).items() if value.distribution == distribution),
-    ]
+def _has_names_of_its_own(catalog: Catalog, distribution: str) -> str:
+    plugins = catalog.plugins
+    givers = [provided.distribution for kind in records.KINDS for provided in plugins.pool(kind).values()]
+    givers += [declared.distribution for kind in KINDS for declared in catalog.pool(kind).values()]
+    sources = [source for kind in KINDS for source in plugins.sources(kind)]
+    own = tuple(str(source.value) for source in sources if source.distribution == distribution)
     for error in catalog.broken:
-        if any(str(error.title).startswith(str(source.value)) for source in _sources(plugins, distribution)):
+        if error.title.startswith(own):
             raise error
-    return f"{len(names)} names, nobody else's"
+    return f"{givers.count(distribution)} names, nobody else's"
 
 
-def _sources(plugins: Plugins, distribution: str) -> Iterator[Any]:
-    every = chain.from_iterable(plugins.sources(kind) for kind in KINDS)
-    return (source for source in every if source.distribution == distribution)
-
-
-def _look_at_declarations(distribution: str) -> Iterator[Finding]:
-    catalog = Catalog(load())
+def _check_declarations(catalog: Catalog, distribution: str) -> Iterator[Finding]:
     for kind, singular in KINDS.items():
         for name, declaration in catalog.pool(kind).items():
             if declaration.distribution != distribution:
                 continue
             subject = f"{singular} {name}"
             if kind in CHECKS:
-                yield from _told(subject, CHECKS[kind](name, catalog=catalog))
+                yield from _summary(subject, CHECKS[kind](name, catalog=catalog))
             else:
-                yield look(subject, partial(_is_declared_well, catalog, kind, name))
+                yield check_property(subject, partial(_is_declared_well, catalog, kind, name))
 
 
-def _told(subject: str, findings: list[Finding]) -> Iterator[Finding]:
-    """Yield what is wrong, or that nothing is: a plug-in may have many."""
-    worse = [finding for finding in findings if finding.level is not Level.OK]
-    for finding in worse:
+def _summary(subject: str, findings: list[Finding]) -> Iterator[Finding]:
+    """Yield what is wrong with a declaration, or one finding that nothing is: a plug-in may have many declarations."""
+    wrong = [finding for finding in findings if finding.level is not Level.OK]
+    for finding in wrong:
         yield Finding(finding.level, f"{subject}: {finding.subject}", finding.detail, finding.fix)
-    if not worse:
+    if not wrong:
         yield Finding(Level.OK, subject, f"{len(findings)} properties")
 
 

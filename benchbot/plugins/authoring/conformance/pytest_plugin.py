@@ -1,4 +1,4 @@
-"""What pytest finds through the entry point `benchbot`: the fixture `conforms`, and reports without a traceback."""
+"""The pytest plug-in behind the entry point `benchbot`: the fixture `conforms`, and reports without a traceback."""
 
 from collections.abc import Callable, Generator, Iterable
 from typing import TYPE_CHECKING
@@ -13,7 +13,7 @@ _SECTION = "by benchbot.testing"
 
 @pytest.fixture
 def conforms(request: pytest.FixtureRequest) -> "Callable[[Iterable[Finding]], None]":
-    """Asserts that findings say that nothing is broken; `pytest -rP` shows what was checked.
+    """Assert that no finding is broken; `pytest -rP` shows what was checked.
 
     `def test_it(conforms): conforms(check_evaluator(…))`
     """

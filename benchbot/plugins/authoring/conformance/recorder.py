@@ -17,48 +17,50 @@ from benchbot.core.geometry import Pose
 from benchbot.core.progress import ActionResult, Progress, State, Step
 from benchbot.core.recording import Recording
 from benchbot.core.records import Recorder
-from benchbot.plugins.authoring.conformance import leaks, samples
-from benchbot.plugins.authoring.conformance.properties import Wrong, look, unchecked
-from benchbot.plugins.authoring.conformance.seeing import digest
+from benchbot.plugins.authoring.conformance.bench import find_record
+from benchbot.plugins.authoring.conformance.fake_robot import fake_observations
+from benchbot.plugins.authoring.conformance.observations import digest
+from benchbot.plugins.authoring.conformance.properties import Violation, check_property, leaves_nothing_open, unchecked
 
-ROOM_BYTES = 2000
-LONG, SHORT = 6, 2
-MANY = 80
+FILE_LIMIT_BYTES = 2000
+LONG, SHORT, MANY = 6, 2, 80
+"""Numbers of steps."""
 
 
 def check_recorder(recorder: Recorder | str) -> list[Finding]:
-    """Return what a recorder does and does not as `benchbot.core.recording` asks, on made-up observations."""
-    record = _installed(recorder) if isinstance(recorder, str) else recorder
-    properties: Sequence[tuple[str, Callable[[Recorder, Path], str]]] = (
-        ("a session", _records),
-        ("observations", _leaves_them_alone),
-        ("channels that a task lacks", _takes_what_there_is),
-        ("reset", _starts_over),
-        ("a run under way", _joins),
-        ("close", _closes_twice),
-        ("nothing left", _leaves_nothing_open),
-        ("full disk", _tells_of_a_full_disk),
-        ("a folder that cannot be", _tells_of_a_bad_folder),
-    )
+    """Return findings on whether a recorder conforms to `benchbot.core.recording`, on made-up observations."""
+    record = find_record("recorders", recorder)
+    properties: dict[str, Callable[[Recorder, Path], str]] = {
+        "a session": _records,
+        "observations": _leaves_observations_alone,
+        "channels that a task lacks": _records_any_channels,
+        "reset": _starts_over,
+        "a run under way": _joins,
+        "close": _closes_twice,
+        "nothing left": _leaves_nothing_open,
+        "full disk": _reports_a_full_disk,
+        "a folder that cannot be": _reports_a_bad_folder,
+    }
     findings = []
-    for subject, holds in properties:
+    for subject, holds in properties.items():
         with tempfile.TemporaryDirectory(prefix="benchbot-testing-") as folder:
-            findings.append(look(subject, partial(holds, record, Path(folder))))
+            findings.append(check_property(subject, partial(holds, record, Path(folder))))
     return findings
 
 
 def _records(recorder: Recorder, folder: Path) -> str:
     target = folder / "deep" / "recording"
-    _session(recorder, target, SHORT)
-    if _size(target) == 0:
-        raise Wrong("Nothing was written.", "Write into the folder that create is given; make it when it is not there.")
-    strangers = [path.name for path in (*folder.iterdir(), *(folder / "deep").iterdir())]
-    if strangers != ["deep", "recording"]:
-        raise Wrong(f"Beside its folder there is {strangers}.", "Write into the folder that create is given only.")
-    return f"{sum(path.is_file() for path in target.rglob('*'))} files, {_size(target)} bytes"
+    _record(recorder, target, SHORT)
+    if _size_bytes(target) == 0:
+        fix = "Write into the folder that create is given; make it when it is not there."
+        raise Violation("Nothing was written.", fix)
+    written = [path.name for path in (*folder.iterdir(), *(folder / "deep").iterdir())]
+    if written != ["deep", "recording"]:
+        raise Violation(f"Beside its folder there is {written}.", "Write into the folder that create is given only.")
+    return f"{sum(path.is_file() for path in target.rglob('*'))} files, {_size_bytes(target)} bytes"
 
 
-def _leaves_them_alone(recorder: Recorder, folder: Path) -> str:
+def _leaves_observations_alone(recorder: Recorder, folder: Path) -> str:
     steps = list(_steps(SHORT))
     before = [digest(step.observations) for step, _ in steps]
     with _recording(recorder, folder / "recording") as recording:
@@ -66,27 +68,23 @@ def _leaves_them_alone(recorder: Recorder, folder: Path) -> str:
         for step, progress in steps:
             recording.step(None, {}, step, progress)
     if [digest(step.observations) for step, _ in steps] != before:
-        raise Wrong("It altered the observations.", "Copy what you change: the solution is shown the same arrays.")
+        raise Violation("It altered the observations.", "Copy what you change: the solution is shown the same arrays.")
     return "as they were"
 
 
-def _takes_what_there_is(recorder: Recorder, folder: Path) -> str:
+def _records_any_channels(recorder: Recorder, folder: Path) -> str:
     for channels in ((), ("poses",), ("laser", "poses"), ("image_rgb",)):
-        _session(recorder, folder / f"with_{len(channels)}_{'_'.join(channels)}", SHORT, channels)
+        _record(recorder, folder / f"with_{len(channels)}_{'_'.join(channels)}", SHORT, channels=channels)
     return "with and without pictures, laser and poses"
 
 
 def _starts_over(recorder: Recorder, folder: Path) -> str:
-    _session(recorder, folder / "short", SHORT)
+    _record(recorder, folder / "short", SHORT)
     target = folder / "again"
-    with _recording(recorder, target) as recording:
-        for count in (LONG, SHORT):
-            recording.reset()
-            for step, progress in _steps(count):
-                recording.step(None, {}, step, progress)
-    short, again = _size(folder / "short"), _size(target)
+    _record(recorder, target, LONG, SHORT)
+    short, again = _size_bytes(folder / "short"), _size_bytes(target)
     if again > 1.5 * short:
-        raise Wrong(
+        raise Violation(
             f"{SHORT} steps take {short} bytes, but {again} when {LONG} others were recorded before a reset.",
             "Drop in reset() what was recorded: the session begins again.",
         )
@@ -99,68 +97,70 @@ def _joins(recorder: Recorder, folder: Path) -> str:
         for step, progress in _steps(LONG):
             progress.frames += 40 if progress.frames < LONG else 60
             recording.step("move_distance", {"distance": 0.1}, step, progress)
-    if _size(folder / "recording") == 0:
-        raise Wrong("Nothing was written.", "Begin with whatever observation comes first, and go on after a gap.")
+    if _size_bytes(folder / "recording") == 0:
+        raise Violation("Nothing was written.", "Begin with whatever observation comes first, and go on after a gap.")
     return "joined late, and with a gap"
 
 
 def _closes_twice(recorder: Recorder, folder: Path) -> str:
-    never_reset = recorder.create(folder / "unused")
-    never_reset.close()
-    never_reset.close()
-    _session(recorder, folder / "used", SHORT)
+    with _recording(recorder, folder / "unused"):
+        pass
+    _record(recorder, folder / "used", SHORT)
     return "twice, used or not"
 
 
 def _leaves_nothing_open(recorder: Recorder, folder: Path) -> str:
     numbers = iter(range(100))
-    return leaks.leaves_nothing(lambda: _session(recorder, folder / str(next(numbers)), SHORT))
+    return leaves_nothing_open(lambda: _record(recorder, folder / str(next(numbers)), SHORT))
 
 
-def _tells_of_a_full_disk(recorder: Recorder, folder: Path) -> str:
-    """Files cannot grow beyond some bytes: the error that a full disk gives comes with the first write beyond."""
-    with _little_room(ROOM_BYTES):
-        try:
-            _session(recorder, folder / "recording", MANY)
-        except BenchbotError as error:
-            told: Exception = error
-        except OSError as error:
-            told = error
-        else:
-            if any(path.is_file() and path.stat().st_size >= ROOM_BYTES for path in folder.rglob("*")):
-                raise Wrong("Nothing was told when a file could not be written.", _HOW_TO_TELL)
-            raise unchecked(
-                f"{MANY} steps fit into files of {ROOM_BYTES} bytes.", "Try it with a real disk that is full."
-            )
-    if isinstance(told, OSError):
-        raise Wrong(f"It raised {type(told).__name__}: {told}.", _HOW_TO_TELL)
-    return str(told).splitlines()[0]
+def _reports_a_full_disk(recorder: Recorder, folder: Path) -> str:
+    """The size of files is limited: the first write beyond raises the error that a full disk gives."""
+    with _limited_file_size(FILE_LIMIT_BYTES):
+        reported = _reported(recorder, folder / "recording", MANY, "step or close")
+    if reported is not None:
+        return str(reported).splitlines()[0]
+    if any(path.is_file() and path.stat().st_size >= FILE_LIMIT_BYTES for path in folder.rglob("*")):
+        raise Violation("Nothing was told when a file could not be written.", _how_to_report("step or close"))
+    raise unchecked(
+        f"{MANY} steps fit into files of {FILE_LIMIT_BYTES} bytes.", "Try it with a real disk that is full."
+    )
 
 
-_HOW_TO_TELL = "Raise BenchbotError(title, why, fix) from step or close, with failure=FailureClass.INFRASTRUCTURE."
-
-
-def _tells_of_a_bad_folder(recorder: Recorder, folder: Path) -> str:
+def _reports_a_bad_folder(recorder: Recorder, folder: Path) -> str:
     (folder / "file").write_text("not a folder")
+    reported = _reported(recorder, folder / "file" / "recording", SHORT, "create, step or close")
+    if reported is None:
+        fix = _how_to_report("create, step or close")
+        raise Violation("Nothing was told of a folder that cannot be made.", fix)
+    return reported.title
+
+
+def _reported(recorder: Recorder, folder: Path, count: int, methods: str) -> BenchbotError | None:
+    """Record steps; return the error that was raised for the user; raises `Violation` for a bare OSError."""
     try:
-        _session(recorder, folder / "file" / "recording", SHORT)
+        _record(recorder, folder, count)
     except BenchbotError as error:
-        return error.title
+        return error
     except OSError as error:
-        raise Wrong(
-            f"It raised {type(error).__name__}: {error}.", _HOW_TO_TELL.replace("step", "create, step")
-        ) from error
-    raise Wrong("Nothing was told of a folder that cannot be made.", _HOW_TO_TELL.replace("step", "create, step"))
+        raise Violation(f"It raised {type(error).__name__}: {error}.", _how_to_report(methods)) from error
+    return None
 
 
-def _session(recorder: Recorder, folder: Path, count: int, channels: Sequence[str] = tuple(OBSERVATIONS)) -> None:
+def _how_to_report(methods: str) -> str:
+    return f"Raise BenchbotError(title, why, fix) from {methods}, with failure=FailureClass.INFRASTRUCTURE."
+
+
+def _record(recorder: Recorder, folder: Path, *counts: int, channels: Sequence[str] = tuple(OBSERVATIONS)) -> None:
+    """Record a session of so many steps; with several counts, it is reset after each but the last."""
     with _recording(recorder, folder) as recording:
-        recording.reset()
-        action: str | None = None
-        arguments: Mapping[str, Any] = {}
-        for step, progress in _steps(count, channels):
-            recording.step(action, arguments, step, progress)
-            action, arguments = "move_distance", {"distance": 0.1}
+        for count in counts:
+            recording.reset()
+            action: str | None = None
+            arguments: Mapping[str, Any] = {}
+            for step, progress in _steps(count, channels):
+                recording.step(action, arguments, step, progress)
+                action, arguments = "move_distance", {"distance": 0.1}
 
 
 @contextmanager
@@ -176,33 +176,24 @@ def _recording(recorder: Recorder, folder: Path) -> Iterator[Recording]:
 def _steps(count: int, channels: Sequence[str] = tuple(OBSERVATIONS)) -> Iterator[tuple[Step, Progress]]:
     random = np.random.default_rng(count)
     for number in range(count):
-        base = Pose.planar(0.1 * number, 0.0, 0.0)
-        seen = samples.observations(channels, base, random)
+        x_m = 0.1 * number
+        observed = fake_observations(channels, Pose.planar(x_m, 0.0, 0.0), random)
         state = State.CLEAN if number == 0 else State.DIRTY
-        yield (
-            Step(seen, ActionResult.SUCCESS, ("move_distance",), state, 0),
-            Progress(
-                state, steps=number, simulated_time_s=0.5 * number, frames=number + 1, pose_xyyaw=(0.1 * number, 0, 0)
-            ),
+        progress = Progress(
+            state, steps=number, simulated_time_s=0.5 * number, frames=number + 1, pose_xyyaw=(x_m, 0, 0)
         )
+        yield Step(observed, ActionResult.SUCCESS, ("move_distance",), state, 0), progress
 
 
-def _size(folder: Path) -> int:
+def _size_bytes(folder: Path) -> int:
     return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
 
 
 @contextmanager
-def _little_room(size_bytes: int) -> Iterator[None]:
+def _limited_file_size(size_bytes: int) -> Iterator[None]:
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size_bytes, limits[1]))
     try:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-
-
-def _installed(name: str) -> Recorder:
-    from benchbot.core.plugin_manager import load
-
-    recorder: Recorder = load().record("recorders", name)
-    return recorder

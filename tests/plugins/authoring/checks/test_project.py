@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.authoring.checks.report import check_all
+from benchbot.plugins.authoring.checks import check_all
 from benchbot.plugins.authoring.scaffold.render import create
 
 ENTRY = "[project.entry-points.benchbot]"

@@ -1,4 +1,4 @@
-"""How the tests read findings."""
+"""Helpers that read findings."""
 
 from collections.abc import Iterable
 

@@ -1,4 +1,4 @@
-"""What everybody pays for the kit, whether they use it or not."""
+"""The cost of importing the kit, which every test run pays."""
 
 import subprocess
 import sys
@@ -7,7 +7,7 @@ import benchbot.testing
 
 
 def test_every_name_of_the_kit_is_where_it_says() -> None:
-    for name in benchbot.testing._HOMES:
+    for name in benchbot.testing._MODULES:
         assert getattr(benchbot.testing, name).__name__ == name
 
 

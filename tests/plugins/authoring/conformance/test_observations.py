@@ -9,20 +9,20 @@ from hypothesis import strategies as st
 
 from benchbot.core.channels import OBSERVATIONS
 from benchbot.core.geometry import Pose
+from benchbot.plugins.authoring.conformance.fake_robot import fake_observations
 from benchbot.plugins.authoring.conformance.observations import CHECKS, check_value
-from benchbot.plugins.authoring.conformance.properties import Wrong
-from benchbot.plugins.authoring.conformance.samples import observations
+from benchbot.plugins.authoring.conformance.properties import Violation
 
 
 def sample(channel: str) -> Any:
-    return observations([channel], Pose.planar(1.0, 2.0, 0.5), np.random.default_rng(0))[channel]
+    return fake_observations([channel], Pose.planar(1.0, 2.0, 0.5), np.random.default_rng(0))[channel]
 
 
 @given(
     x=st.floats(-100, 100), y=st.floats(-100, 100), yaw_rad=st.floats(-10, 10), seed=st.integers(0, 2**32),
 )  # fmt: skip
 def test_samples_conform_wherever_the_robot_is(x: float, y: float, yaw_rad: float, seed: int) -> None:
-    seen = observations(OBSERVATIONS, Pose.planar(x, y, yaw_rad), np.random.default_rng(seed))
+    seen = fake_observations(OBSERVATIONS, Pose.planar(x, y, yaw_rad), np.random.default_rng(seed))
     for channel, value in seen.items():
         assert check_value(channel, value)
 
@@ -96,6 +96,6 @@ def scans(range_m: float, angle_rad: float = 0.0) -> Any:
     ],
 )
 def test_damage_is_found_out(channel: str, value: Any, words: str) -> None:
-    with pytest.raises(Wrong) as found:
+    with pytest.raises(Violation) as found:
         check_value(channel, value)
     assert words in f"{found.value.detail} {found.value.fix}"

@@ -282,7 +282,7 @@ def test_a_missing_member_is_named() -> None:
             pass
 
     findings = check_simulator(Simulator("sim_sample", lambda spec: Half()), ROBOT, ARENA)  # type: ignore[arg-type,return-value]
-    assert "Half lacks load, observe" in broken(findings)["members"]
+    assert "Half lacks control_period_s, load, observe" in broken(findings)["members"]
 
 
 def test_a_world_without_anything_to_hit_is_a_warning() -> None:

@@ -27,7 +27,8 @@ PLAIN = """
 import sys
 
 def test_light():
-    heavy = {"numpy", "benchbot.core.plugin_manager", "benchbot.testing.properties", "yaml", "starlette"}
+    kit = "benchbot.plugins.authoring.conformance.properties"
+    heavy = {"numpy", "benchbot.core.plugin_manager", kit, "yaml", "starlette"}
     assert heavy & set(sys.modules) == set()
 """
 

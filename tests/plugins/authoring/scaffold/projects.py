@@ -7,8 +7,7 @@ import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchbot.plugins.authoring.scaffold.kinds import KINDS
-from benchbot.plugins.authoring.scaffold.render import create
+from benchbot.plugins.authoring.scaffold.render import KINDS, create
 
 SAMPLE = Path(__file__).parents[3] / "sample_plugin"
 

@@ -1,4 +1,4 @@
-"""What `benchbot new` makes is linted, typed and tested as generated, is found when installed, and runs."""
+"""Generated projects pass their linter, type checker and tests, are found when installed, and run."""
 
 import json
 import tomllib
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from benchbot.core.declarations import schema
-from benchbot.plugins.authoring.scaffold.kinds import KINDS
+from benchbot.plugins.authoring.scaffold.render import KINDS
 from tests.plugins.authoring.scaffold.projects import Projects, name_of
 
 # Wheels are built once, by the worker that has all of these.

@@ -1,4 +1,4 @@
-"""Against engines that speak HTTP over real unix sockets."""
+"""Container engines that speak HTTP over real unix sockets, and this machine's sandbox."""
 
 import socketserver
 import threading
@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from benchbot.core.findings import Finding, Level
-from benchbot.plugins.doctor import containers
+from benchbot.plugins.doctor import isolation
 
 PODMAN = '{"Version": "5.4.2", "Components": [{"Name": "Podman Engine"}]}'
 DOCKER = '{"Version": "28.2.2", "Components": [{"Name": "Engine"}]}'
@@ -48,8 +48,7 @@ def looked_at(folder: Path, monkeypatch: pytest.MonkeyPatch, clients: tuple[str,
         (commands / client).chmod(0o755)
     monkeypatch.setenv("PATH", str(commands))
     monkeypatch.setenv("DOCKER_HOST", f"unix://{folder}/engine.sock")
-    (finding,) = containers.containers()
-    return finding
+    return isolation.containers()
 
 
 @pytest.mark.parametrize(("answer", "said"), [(PODMAN, "podman 5.4.2 at "), (DOCKER, "docker 28.2.2 at ")])
@@ -83,6 +82,13 @@ def test_an_engine_that_is_gone_is_a_warning_unless_podman_is_there(
     podman = (tmp_path / "bin" / "docker").rename(tmp_path / "bin" / "podman")
 
     assert (finding.level, finding.fix) == (Level.WARNING, "Start the engine: sudo systemctl restart docker")
-    assert [found.detail for found in containers.containers()] == ["podman version 5.4.2, started when it is needed"]
+    assert isolation.containers().detail == "podman version 5.4.2, started when it is needed"
     podman.write_text("#!/bin/sh\necho no such storage >&2; exit 125\n")
-    assert [found.detail for found in containers.containers()] == ["podman does not run: no such storage"]
+    assert isolation.containers().detail == "podman does not run: no such storage"
+
+
+def test_the_sandbox_is_told_with_all_that_holds_it() -> None:
+    told = {finding.subject: finding for finding in isolation.sandbox()}
+
+    assert told["sandbox"].detail
+    assert (told["sandbox"].level is Level.OK) == (told["sandbox"].fix == "")

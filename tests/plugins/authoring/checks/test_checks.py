@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from benchbot.core.declarations import schema
 from benchbot.core.findings import Problem
+from benchbot.plugins.authoring.checks import check_all
 from benchbot.plugins.authoring.checks.documents import FOLDERS
-from benchbot.plugins.authoring.checks.report import check_all
 
 TASK = "name: tour\nactions: [move_next]\nobservations: [image_rgb]\n"
 ROBOT = "name: rover\ntype: sim_sample\nglobal_frame: map\nrobot_frame: base\nposes: [base]\n"

@@ -1,4 +1,4 @@
-"""Asking in a child process what may crash or hang a process: a driver, a library, a program of the system."""
+"""Commands in a child process: a driver, a library or a program may crash or hang the process that uses it."""
 
 import os
 import subprocess
@@ -7,14 +7,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 PATIENCE_S = 20.0
-"""How long an answer may take, on a machine that is busy with other things; usual are milliseconds."""
+"""How long a command may take on a machine that is busy with other things; milliseconds are usual."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a child said on stdout, and why it failed; `problem` is empty when it did not."""
+    """The stdout of a child process, and why it failed; `problem` is empty when it did not."""
 
-    said: str
+    output: str
     problem: str = ""
 
 

@@ -1,4 +1,4 @@
-"""Plug-ins: which there are, whether they load, whose names clash, what they declare, and whether simulators start."""
+"""Plug-ins: whether they load, their names and declarations, whether simulators start, and real robots by drivers."""
 
 from collections.abc import Callable, Iterator
 
@@ -7,6 +7,7 @@ from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import KINDS, Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.findings import Finding, Level
+from benchbot.core.platform import PlatformSpec
 
 
 def installed(loaded: plugin_manager.Plugins) -> Iterator[Finding]:
@@ -25,7 +26,9 @@ def installed(loaded: plugin_manager.Plugins) -> Iterator[Finding]:
 def names(catalog: Catalog) -> Iterator[Finding]:
     """Say which names are given twice, and what cannot be read at all."""
     clean = True
-    for kind, read in _pools(catalog):
+    readers: list[tuple[str, Callable[[str], object]]] = [(kind, catalog.plugins.pool) for kind in records.KINDS]
+    readers += [(kind, catalog.pool) for kind in KINDS]
+    for kind, read in readers:
         try:
             read(kind)
         except BenchbotError as error:
@@ -41,7 +44,7 @@ def declarations(catalog: Catalog) -> Iterator[Finding]:
         try:
             pool = catalog.pool(kind)
         except BenchbotError:
-            continue  # `names` has said it
+            continue  # `names` reports it
         problems = [
             problem
             for declaration in pool.values()
@@ -58,7 +61,7 @@ def simulators(loaded: plugin_manager.Plugins, *, warm: bool) -> Iterator[Findin
     try:
         pool = loaded.pool("simulators")
     except BenchbotError:
-        return  # `names` has said it
+        return  # `names` reports it
     if not pool:
         fix = "Install one: benchbot install benchbot-sim-taichi"
         yield Finding(Level.WARNING, "simulators", "none is installed: only real robots can be used", fix)
@@ -71,12 +74,47 @@ def simulators(loaded: plugin_manager.Plugins, *, warm: bool) -> Iterator[Findin
             continue
         try:
             yield Finding(Level.OK, subject, simulator.warm(resources.cache_dir()))
-        # A third party's code, its compiler and its driver may fail in any way at all; that is what is asked here.
+        # A third party's code, its compiler and its driver may fail in any way at all, which this check finds out.
         except Exception as error:  # noqa: BLE001
             fix = f"pip install --force-reinstall {provided.distribution}"
             yield Finding(Level.BROKEN, subject, f"it cannot start: {type(error).__name__}: {error}", fix)
 
 
-def _pools(catalog: Catalog) -> Iterator[tuple[str, Callable[[str], object]]]:
-    yield from ((kind, catalog.plugins.pool) for kind in records.KINDS)
-    yield from ((kind, catalog.pool) for kind in KINDS)
+def diagnose_robot(catalog: Catalog, name: str) -> Iterator[Finding]:
+    """Yield what a real robot's driver finds; raises BenchbotError for a robot without a diagnosis."""
+    robot = catalog.get("robots", name)
+    distribution, driver = _driver(catalog, name, robot.data["type"])
+    if driver.diagnose is None:
+        raise BenchbotError(
+            f"The robot '{name}' cannot be looked at.",
+            f"Its driver '{driver.name}' ({distribution}) offers no diagnosis.",
+            f"Try it in a run, whose log says what goes wrong: benchbot run --robot {name} …",
+        )
+    try:
+        yield from driver.diagnose(PlatformSpec(robot.data, "ground_truth", resources.cache_dir()))
+    except BenchbotError as error:
+        yield Finding(Level.BROKEN, f"robot {name}", f"{error.title} {error.why}", error.fix)
+    # A third party's code, its middleware and the robot may fail in any way at all, which this check finds out.
+    except Exception as error:  # noqa: BLE001
+        fix = f"Report it to the author of {distribution}."
+        yield Finding(Level.BROKEN, f"robot {name}", f"its diagnosis failed: {type(error).__name__}: {error}", fix)
+
+
+def _driver(catalog: Catalog, name: str, kind: str) -> tuple[str, records.RobotDriver]:
+    """Return the driver of a robot and the distribution that it comes from."""
+    drivers = catalog.plugins.pool("robot_drivers")
+    if kind in drivers:
+        driver: records.RobotDriver = drivers[kind].value
+        return drivers[kind].distribution, driver
+    if kind in catalog.plugins.pool("simulators"):
+        raise BenchbotError(
+            f"The robot '{name}' is simulated.",
+            f"It runs on the simulator '{kind}': there is no hardware to look at.",
+            "Look at the simulators of this machine: benchbot doctor --warm",
+        )
+    raise BenchbotError(
+        f"No driver for the robot '{name}' is installed.",
+        f"It is of type '{kind}'. Installed drivers: {', '.join(sorted(drivers)) or 'none'}."
+        f"{catalog.plugins.broken_hint()}",
+        f"Install it: benchbot install benchbot-robot-{kind.replace('_', '-')}",
+    )

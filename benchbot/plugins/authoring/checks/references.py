@@ -1,9 +1,11 @@
-"""The names that declarations give each other: is there what they speak of, and is a name free?"""
+"""References between declarations, by name: whether a name is known, whether it is free, and schemas that offer it."""
 
 from collections.abc import Collection, Iterable, Iterator
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
+from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import KINDS, Catalog, Declaration, name_of
 from benchbot.core.declarations.problems import pointer
 from benchbot.core.errors import BenchbotError, did_you_mean
@@ -27,11 +29,11 @@ REFERENCES: dict[str, dict[str, str]] = {
     "episodes": {"environment": "environments"},
     "evaluation_method": {"valid_result_formats": "formats", "valid_ground_truth_formats": "formats"},
 }
-"""Keys of a kind that name something, one or a list, and what: see `Names`."""
+"""The keys of a kind that hold one name or a list of names, and what they name: see `KnownNames`."""
 
 
-class Names:
-    """What there is by name: what is installed here, what the checked files declare, what their code speaks of.
+class KnownNames:
+    """The known names: of what is installed here, of what the checked files declare, and strings in their code.
 
     `texts` are the strings in the code of a project: one of them may be the name of its simulator, method or executor.
     """
@@ -40,17 +42,19 @@ class Names:
         self._catalog = catalog
         self._checked = list(documents)
         self._texts = texts
-        self._pools: dict[str, set[str]] = {}
+        self._pools: dict[str, set[str] | None] = {}
 
     def known(self, what: str) -> set[str] | None:
-        """Return the names of a kind of thing; None where installed plug-ins are at odds over them (see doctor)."""
-        try:
-            return self._pools[what] if what in self._pools else self._read(what)
-        except BenchbotError:
-            return None
+        """Return the names of a kind of thing; None where installed plug-ins conflict over one (see doctor)."""
+        if what not in self._pools:
+            try:
+                self._pools[what] = self._read(what)
+            except BenchbotError:
+                self._pools[what] = None
+        return self._pools[what]
 
     def installed(self, kind: str) -> dict[str, Declaration]:
-        """Return an installed pool, empty where plug-ins are at odds over it."""
+        """Return an installed pool, empty where plug-ins conflict over a name in it."""
         try:
             return self._catalog.pool(kind)
         except BenchbotError:
@@ -58,25 +62,23 @@ class Names:
 
     def _read(self, what: str) -> set[str]:
         plugins = self._catalog.plugins
-        platforms = set(plugins.pool("simulators")) | set(plugins.pool("robot_drivers"))
-        if what == "simulators":
-            names = platforms.union(self._texts)
-        elif what == "types of environments":
-            robots = [robot for _, robot in self._declared("robots")]
-            named = (robot.get("runs_in") for robot in robots)
-            places = {str(place) for listed in named if isinstance(listed, list) for place in listed}
-            names = platforms | places.union(self._texts)
-        elif what == "methods":
-            declared = {str(method.data.get("name")) for method in self._checked if method.kind == "evaluation_method"}
-            names = set(plugins.pool("evaluators")) | declared.union(self._texts)
-        elif what == "executors":
-            names = set(plugins.pool("executors")).union(self._texts)
-        elif what == "episodes":
-            names = {str(episodes.get("task")) for _, episodes in self._declared("episodes")}
-        else:
-            names = {name for name, _ in self._declared(what)}
-        self._pools[what] = names
-        return names
+        platforms = {*plugins.pool("simulators"), *plugins.pool("robot_drivers")}
+        match what:
+            case "simulators":
+                return platforms.union(self._texts)
+            case "types of environments":
+                named = (robot.get("runs_in") for _, robot in self._declared("robots"))
+                places = {str(place) for listed in named if isinstance(listed, list) for place in listed}
+                return platforms.union(places, self._texts)
+            case "methods":
+                methods = (document.data for document in self._checked if document.kind == "evaluation_method")
+                return {str(method.get("name")) for method in methods}.union(plugins.pool("evaluators"), self._texts)
+            case "executors":
+                return {*plugins.pool("executors"), *self._texts}
+            case "episodes":
+                return {str(episodes.get("task")) for _, episodes in self._declared("episodes")}
+            case _:
+                return {name for name, _ in self._declared(what)}
 
     def _declared(self, kind: str) -> Iterator[tuple[str, dict[str, Any]]]:
         yield from ((name, declaration.data) for name, declaration in self._catalog.pool(kind).items())
@@ -85,8 +87,8 @@ class Names:
                 yield name, document.data
 
 
-def unknown_names(document: Document, names: Names) -> Iterator[Problem]:
-    """Yield a warning for each name that nothing here has: a plug-in that is missing here may bring it."""
+def unknown_names(document: Document, names: KnownNames) -> Iterator[Problem]:
+    """Yield a warning for each name that is not known: a plug-in that is not installed here may provide it."""
     for keys, name, what in _references(document):
         known = names.known(what)
         if known is None or name in known:
@@ -95,8 +97,8 @@ def unknown_names(document: Document, names: Names) -> Iterator[Problem]:
         yield Problem(document.path, document.positions.line(keys), pointer(keys), message, warning=True)
 
 
-def taken_names(documents: Iterable[Document], names: Names, own: Collection[str | None]) -> Iterator[Problem]:
-    """Yield what two files declare alike, and what plug-ins have that are installed, other than `own` distributions."""
+def taken_names(documents: Iterable[Document], names: KnownNames, own: Collection[str | None]) -> Iterator[Problem]:
+    """Yield names that two files declare, and those that installed plug-ins other than the `own` ones have taken."""
     first: dict[tuple[str, str], Path] = {}
     kinds = {noun: kind for kind, noun in KINDS.items()}
     for document in documents:
@@ -110,13 +112,13 @@ def taken_names(documents: Iterable[Document], names: Names, own: Collection[str
             message = f"the {document.kind} '{name}' is declared in {before}, too"
             yield Problem(document.path, line, "", message)
         other = names.installed(kind).get(name)
-        if other and other.distribution not in own and not _same_file(other.path, document.path):
+        if other and other.distribution not in own and other.path.resolve() != document.path.resolve():
             message = f"the name '{name}' is taken by {other.distribution}, which is installed: {other.path}"
             yield Problem(document.path, line, "", message, warning=True)
 
 
 def _references(document: Document) -> Iterator[tuple[Keys, str, str]]:
-    """Yield the keys that lead to a name, the name, and what it is of."""
+    """Yield each name in a document: the keys that lead to it, the name, and the kind of thing that it names."""
     for key, what in REFERENCES.get(document.kind, {}).items():
         value = document.data.get(key)
         listed = enumerate(value) if isinstance(value, list) else [(None, value)]
@@ -139,9 +141,32 @@ def _nearest(name: str, known: list[str]) -> str:
 def _name(kind: str, document: Document) -> str | None:
     try:
         return name_of(kind, document.data, document.path)
-    except BenchbotError:  # its schema says so
+    except BenchbotError:  # the problems of the schema say so
         return None
 
 
-def _same_file(one: Path, other: Path) -> bool:
-    return one.resolve() == other.resolve()
+def schema_with_names(kind: str, names: KnownNames) -> dict[str, Any]:
+    """Return a schema that offers installed names where a document names something, so that editors complete them.
+
+    The same documents are valid as before: `benchbot check` warns of names that are not installed.
+    """
+    document = deepcopy(schema.schema(kind))
+    filled = False
+    for key, what in REFERENCES.get(kind, {}).items():
+        known = sorted(names.known(what) or ())
+        if not known:
+            continue
+        place = document["properties"][key]
+        holder, part = (place, "items") if place.get("type") == "array" else (document["properties"], key)
+        holder[part] = _offering(holder[part], known)
+        filled = True
+    if filled:
+        document["$id"] += ":here"
+        document["$comment"] = "With names of what is installed here; others are allowed, too."
+    return document
+
+
+def _offering(place: dict[str, Any], known: list[str]) -> dict[str, Any]:
+    described = {key: place[key] for key in ("description",) if key in place}
+    rest = {key: value for key, value in place.items() if key not in described}
+    return {**described, "anyOf": [{"enum": known}, rest]}
