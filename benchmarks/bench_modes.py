@@ -26,10 +26,8 @@ from benchbot.plugins.containers import context, engine
 from benchbot.plugins.containers import image as images
 from benchbot.plugins.containers.mode import Containerised
 from benchbot.plugins.sandbox.mode import Sandbox
-from benchbot.submission.episode import Order
 from benchbot.submission.init import tree
-from benchbot.submission.modes import Mode
-from benchbot.submission.native import NATIVE
+from benchbot.submission.modes import NATIVE, Mode, SolutionSpec
 from benchbot.wire.run_state import Connection
 from benchmarks.bench_step import install, payload_bytes
 from tests.plugins.containers import base_image
@@ -82,11 +80,11 @@ def run(mode: Mode, connection: Connection, folder: Path, steps: int) -> tuple[C
     """Run the solution once; return what its start took, and each step."""
     output = bytearray()
     program = [mode.image] if isinstance(mode, Containerised) else [sys.executable, "solution.py"]
-    order = Order([*program, str(steps)], folder, mode=mode)
+    spec = SolutionSpec([*program, str(steps)], folder, mode=mode)
     before = children()
     with tempfile.TemporaryDirectory(prefix="bb-") as exchange:
         cpu_before_s, asked_s = spent_s(), time.monotonic()
-        with mode.start(order, connection, Path(exchange), output.extend) as solution:
+        with mode.start(spec, connection, Path(exchange), output.extend) as solution:
             while (status := solution.wait(10)) is None:
                 pass
             explained = solution.explain(status)

@@ -158,9 +158,8 @@ def submit(
     from benchbot.core.request import Limits, RunRequest
     from benchbot.core.selection import select
     from benchbot.submission import episode
-    from benchbot.submission.command import order_of, split_words
-    from benchbot.submission.episode import Order
-    from benchbot.submission.modes import holder_of
+    from benchbot.submission.command import spec_of, split_words
+    from benchbot.submission.modes import SolutionSpec, holder_of
 
     if submission is not None:
         others = {"--native": native, "--sandbox": sandbox, "--example": example, "--containerised": containerised}
@@ -190,10 +189,10 @@ def submit(
     check_options(mode, readable, bounds, cpus, gpus, weak_limits)
     options = {} if mode == NATIVE else holder_of(catalog.plugins, mode).resolved(asked)
     if contained is None:
-        order = order_of(catalog, native, example, more_words, timeout, sandbox)
+        spec = spec_of(catalog, native, example, more_words, timeout, sandbox)
     else:
-        order = Order(more_words, Path.cwd(), timeout_s=timeout)
-    order = replace(order, limits=bounds)
+        spec = SolutionSpec(more_words, Path.cwd(), timeout_s=timeout)
+    spec = replace(spec, limits=bounds)
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     names = _names(task, robot, environment)
     recorded = recordings(record, results_location)
@@ -216,11 +215,11 @@ def submit(
         return
     with ExitStack() as stack:
         stack.enter_context(interruptible("the solution and its back end have been ended."))
-        order = stack.enter_context(held(catalog, order, mode, options))
+        spec = stack.enter_context(held(catalog, spec, mode, options))
         if request is not None:
             console.note(summary)
-        connection, died = _back_end(stack, request, order.mode)
-        ended = episode.run(order, connection, died, stack.enter_context(StatusLine(display)))
+        connection, died = _back_end(stack, request, spec.mode)
+        ended = episode.run(spec, connection, died, stack.enter_context(StatusLine(display)))
     kept = _kept(ended, results_location)
     tell_recordings(recorded)
     if ended.problem is not None or kept is None or evaluate_with is None:

@@ -7,18 +7,18 @@ from pathlib import Path
 
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.submission.episode import Order
+from benchbot.submission.modes import SolutionSpec
 from benchbot.submission.solution import cannot_start, python_first
 
 
-def order_of(
+def spec_of(
     catalog: Catalog,
     native: str | None,
     example: str | None,
     words: list[str],
     timeout_s: float | None,
     sandbox: str | None = None,
-) -> Order:
+) -> SolutionSpec:
     """Return what to run, natively; raises BenchbotError unless exactly one was chosen and its command exists."""
     commands = {"--native": native, "--sandbox": sandbox}
     given = [name for name, value in {**commands, "--example": example}.items() if value is not None]
@@ -30,17 +30,17 @@ def order_of(
             "or --example NAME (benchbot list examples).",
         )
     if example is None:
-        order = Order([*split_words(given[0], commands[given[0]]), *words], Path.cwd(), timeout_s=timeout_s)
+        spec = SolutionSpec([*split_words(given[0], commands[given[0]]), *words], Path.cwd(), timeout_s=timeout_s)
     else:
         found = catalog.get("examples", example)
         command = [*split_words("native_command", found.data["native_command"]), *words]
-        order = Order(command, found.path.parent, python_first(), timeout_s)
-    if not order.command:
+        spec = SolutionSpec(command, found.path.parent, python_first(), timeout_s)
+    if not spec.command:
         raise cannot_start(["(nothing)"], "there is no command")
-    path = order.variables.get("PATH", os.environ.get("PATH"))
-    if os.sep not in order.command[0] and shutil.which(order.command[0], path=path) is None:
-        raise cannot_start(order.command, "there is no such program on PATH")
-    return order
+    path = spec.variables.get("PATH", os.environ.get("PATH"))
+    if os.sep not in spec.command[0] and shutil.which(spec.command[0], path=path) is None:
+        raise cannot_start(spec.command, "there is no such program on PATH")
+    return spec
 
 
 def split_words(origin: str, text: str | None) -> list[str]:

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -17,8 +17,7 @@ from benchbot.core.selection import Selection
 from benchbot.core.session import Session
 from benchbot.submission import result_file
 from benchbot.submission.exchange import exchange_folder
-from benchbot.submission.modes import DEFAULT_LIMITS, RESULT, Mode, ProcessLimits
-from benchbot.submission.native import NATIVE
+from benchbot.submission.modes import NATIVE, RESULT, SolutionSpec
 from benchbot.submission.output_log import OutputLog
 from benchbot.submission.solution import describe_exit
 from benchbot.wire.run_state import Connection
@@ -29,18 +28,6 @@ EXIT_CODES = {
     FailureClass.INFRASTRUCTURE: ExitCode.INTERNAL,
 }
 """What `benchbot submit` exits with, by the class of failure; the others mean that the submission failed."""
-
-
-@dataclass(frozen=True)
-class Order:
-    """What to run: a command in a folder, with variables of its own, for at most `timeout_s` seconds; and how."""
-
-    command: list[str]
-    folder: Path
-    variables: Mapping[str, str] = field(default_factory=dict)
-    timeout_s: float | None = None
-    mode: Mode = NATIVE
-    limits: ProcessLimits = DEFAULT_LIMITS
 
 
 class Watcher(Protocol):
@@ -65,7 +52,9 @@ class Episode:
     problem: BenchbotError | None
 
 
-def run(order: Order, connection: Connection, died: Callable[[], BenchbotError | None], watcher: Watcher) -> Episode:
+def run(
+    spec: SolutionSpec, connection: Connection, died: Callable[[], BenchbotError | None], watcher: Watcher
+) -> Episode:
     """Run a solution to its end; `died` tells why the back end is gone, if it knows.
 
     Whatever happens there is a result document, and no process is left. Raises BenchbotError when the solution cannot
@@ -73,12 +62,12 @@ def run(order: Order, connection: Connection, died: Callable[[], BenchbotError |
     """
     client = Client(connection)
     session = client.session()
-    solution = solution_details(order.command, order.folder)
-    if order.mode.name != NATIVE.name:
-        solution["mode"] = order.mode.name
+    solution = solution_details(spec.command, spec.folder)
+    if spec.mode.name != NATIVE.name:
+        solution["mode"] = spec.mode.name
     with exchange_folder() as exchange:
         seen: dict[str, Any] = {}
-        problem = _watch(order, client, connection, exchange, watcher, session, seen)
+        problem = _watch(spec, client, connection, exchange, watcher, session, seen)
         if problem is None:
             try:
                 answer = client.result(result_file.read(exchange / RESULT), solution)
@@ -106,7 +95,7 @@ def run(order: Order, connection: Connection, died: Callable[[], BenchbotError |
 
 
 def _watch(
-    order: Order,
+    spec: SolutionSpec,
     client: Client,
     connection: Connection,
     exchange: Path,
@@ -119,7 +108,7 @@ def _watch(
     `seen` holds the run's progress as it was seen last.
     """
     looked_s = time.monotonic()
-    deadline_s = None if order.timeout_s is None else looked_s + order.timeout_s
+    deadline_s = None if spec.timeout_s is None else looked_s + spec.timeout_s
     with ExitStack() as stack:
         kept = stack.enter_context(OutputLog.of(connection))
 
@@ -127,7 +116,7 @@ def _watch(
             kept.write(chunk)
             watcher.write(chunk)
 
-        solution = stack.enter_context(order.mode.start(order, connection, exchange, printed))
+        solution = stack.enter_context(spec.mode.start(spec, connection, exchange, printed))
         watcher.started(solution.process)
         while (ended := solution.wait(WATCH_PERIOD_S)) is None:
             try:
@@ -144,7 +133,7 @@ def _watch(
             if deadline_s is not None and looked_s > deadline_s:
                 return BenchbotError(
                     "The solution did not end in time.",
-                    f"It was still running after {order.timeout_s:g} seconds, and was ended.",
+                    f"It was still running after {spec.timeout_s:g} seconds, and was ended.",
                     "Give it more with --timeout SECONDS, or look for what it waits for.",
                     failure=FailureClass.TIMEOUT,
                 )

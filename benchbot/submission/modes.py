@@ -5,16 +5,14 @@ import pkgutil
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import Plugins
+from benchbot.submission.solution import Solution
 from benchbot.wire.run_state import Connection
-
-if TYPE_CHECKING:
-    from benchbot.submission.episode import Order
 
 RESULT = "result.json"
 """The file in the exchange folder that a solution's result is read from."""
@@ -74,7 +72,7 @@ class Mode(Protocol):
         """Raise BenchbotError when this machine cannot do it; called before anything is started."""
 
     def start(
-        self, order: "Order", connection: Connection, exchange: Path, output: Callable[[bytes], object]
+        self, spec: "SolutionSpec", connection: Connection, exchange: Path, output: Callable[[bytes], object]
     ) -> AbstractContextManager[Running]:
         """Return the solution, which starts on entering and ends on leaving.
 
@@ -82,6 +80,43 @@ class Mode(Protocol):
         there, which BENCHBOT_RESULT names as the solution sees it. `output` takes what it prints, chunk by chunk, in a
         thread of its own. Entering raises BenchbotError when the solution cannot be started.
         """
+
+
+@dataclass(frozen=True)
+class Native:
+    """Runs a solution with everything that the user who submits it has."""
+
+    name = "native"
+    needs_socket = False
+
+    def describe(self) -> str:
+        """Return how the solution is held."""
+        return "with all rights of its user"
+
+    def check(self) -> None:
+        """Do nothing: it is always possible."""
+
+    def start(
+        self, spec: "SolutionSpec", connection: Connection, exchange: Path, output: Callable[[bytes], object]
+    ) -> AbstractContextManager[Running]:
+        """Return the solution as a process."""
+        variables = {**connection.environment(), "BENCHBOT_RESULT": str(exchange / RESULT), **spec.variables}
+        return Solution(spec.command, spec.folder, {**_environment(), **variables}, output)
+
+
+NATIVE = Native()
+
+
+@dataclass(frozen=True)
+class SolutionSpec:
+    """A solution to run: a command in a folder, with variables of its own, for at most `timeout_s` seconds; and how."""
+
+    command: list[str]
+    folder: Path
+    variables: Mapping[str, str] = field(default_factory=dict)
+    timeout_s: float | None = None
+    mode: "Mode" = NATIVE
+    limits: ProcessLimits = DEFAULT_LIMITS
 
 
 class Holder(Protocol):
@@ -94,8 +129,8 @@ class Holder(Protocol):
         """Return the options complete and checked; raise BenchbotError for what cannot be."""
 
     def prepared(
-        self, order: "Order", options: Mapping[str, Any], tell: Callable[[str], object]
-    ) -> AbstractContextManager["Order"]:
+        self, spec: "SolutionSpec", options: Mapping[str, Any], tell: Callable[[str], object]
+    ) -> AbstractContextManager["SolutionSpec"]:
         """Yield the order as it is run in the mode, after proving that this machine can; `tell` hears of progress."""
 
     def files(self, options: Mapping[str, Any]) -> Mapping[str, str] | None:
@@ -131,3 +166,9 @@ def private_socket() -> Iterator[Path]:
     with tempfile.TemporaryDirectory(prefix="benchbot-", dir=place) as folder:
         Path(folder).chmod(0o711)
         yield Path(folder) / "s"
+
+
+def _environment() -> dict[str, str]:
+    """Return this process's environment without the folders of add-ons: ground truths are in them."""
+    kept = {name: value for name, value in os.environ.items() if name != "BENCHBOT_ADDONS"}
+    return {**kept, "PYTHONUNBUFFERED": "1"}

@@ -43,10 +43,10 @@ def main() -> int:
             timeouts=request.timeouts,
             record=_folders(request.run),
             following=parent.plans,
-            on_ready=parent.tell,
+            on_ready=parent.answer,
         )
     except BenchbotError as error:
-        parent.refuse(error)
+        parent.answer(error)
         return error.exit_code
     except EOFError:
         return ExitCode.INTERRUPTED
@@ -60,13 +60,13 @@ class Parent:
     socket: socket.socket
     plans: "SimpleQueue[RunPlan]" = field(default_factory=SimpleQueue)
 
-    def tell(self, state: RunState) -> None:
-        """Answer that a run is ready."""
-        messages.send(self.socket, messages.encode_reply(state))
-
-    def refuse(self, error: BenchbotError) -> None:
-        """Answer that a run is not possible."""
-        messages.send(self.socket, messages.encode_reply(messages.Failed.of(error)))
+    def answer(self, reply: RunState | BenchbotError) -> None:
+        """Answer that a run is ready, or why it is not possible."""
+        if isinstance(reply, BenchbotError):
+            data = messages.encode(messages.Failed.of(reply))
+        else:
+            data = messages.encode_value(reply)
+        messages.send(self.socket, data)
 
     def listen(self, catalog: Catalog) -> None:
         """Put the runs that are asked for into the queue, until the parent is gone: then end this process."""
@@ -80,7 +80,7 @@ class Parent:
             try:
                 plan = RunPlan(select(catalog, following), _folders(following))
             except BenchbotError as error:
-                self.refuse(error)
+                self.answer(error)
             else:
                 self.plans.put(plan)
 

@@ -5,7 +5,7 @@ import subprocess
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, Any, Self
 
@@ -34,16 +34,14 @@ class BackendRequest(msgspec.Struct, frozen=True):
     timeouts: Timeouts
 
 
+@dataclass
 class Backend:
     """A back end that runs as a child process of this one."""
 
-    def __init__(
-        self, process: "subprocess.Popen[bytes]", child: socket.socket, log: IO[bytes], state: RunState
-    ) -> None:
-        self._process = process
-        self._child = child
-        self._log = log
-        self.state = state
+    _process: "subprocess.Popen[bytes]"
+    _child: socket.socket
+    _log: IO[bytes]
+    state: RunState
 
     @property
     def pid(self) -> int:

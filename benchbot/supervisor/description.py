@@ -1,5 +1,6 @@
-"""What a run is and where it stands, as plain data for those who ask (docs/wire.md)."""
+"""A run and its progress as plain data, for clients (docs/wire.md)."""
 
+from dataclasses import asdict
 from typing import Any
 
 from benchbot.core import results
@@ -24,11 +25,7 @@ def selection_document(selection: Selection) -> dict[str, Any]:
             "seed": selection.seed,
             "episode": None if selection.episode is None else selection.episode.number,
             "settings": dict(selection.settings),
-            "limits": {
-                "steps": selection.limits.steps,
-                "simulated_time_s": selection.limits.simulated_time_s,
-                "wall_time_s": selection.limits.wall_time_s,
-            },
+            "limits": asdict(selection.limits),
         },
         "observations": {name: OBSERVATIONS[name].value for name in selection.observations},
         "actions": {

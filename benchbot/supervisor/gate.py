@@ -1,4 +1,4 @@
-"""The gate before the robot: whoever runs a solution may hold its next step, let single ones through, or drive."""
+"""The gate before the robot: the host of a run may hold a solution's next step, let single ones through, or drive."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -15,7 +15,7 @@ DRIVE_WAIT_S = 10.0
 
 @dataclass(frozen=True)
 class GateState:
-    """Where the gate stands: whether it is closed, how many more steps it lets through, and whether one waits."""
+    """The state of a gate: closed or not, the number of steps that it still lets through, whether a request waits."""
 
     paused: bool
     steps_left: int
@@ -23,9 +23,9 @@ class GateState:
 
 
 class Gate:
-    """Open at first. Safe to use from any thread.
+    """A gate that a solution's requests pass one by one; it is open at first. Safe to use from any thread.
 
-    Requests of a solution pass through it one by one; what does not move the robot is held only while the host drives.
+    A request that does not move the robot is held only while the host drives.
     """
 
     def __init__(self) -> None:
@@ -44,7 +44,7 @@ class Gate:
             return GateState(self._paused, self._steps_left, self._waiting > 0)
 
     def close(self) -> None:
-        """Hold what comes from now on; what is under way goes on to its end."""
+        """Hold the requests that come from now on; those under way go on to their end."""
         self._set(paused=True, steps=0)
 
     def open(self) -> None:
@@ -56,13 +56,13 @@ class Gate:
         self._set(paused=True, steps=steps)
 
     def end(self) -> None:
-        """Hold nothing any more: the run is over, and whoever waits learns of it."""
+        """Hold nothing any more: the run is over, and requests that wait are refused."""
         with self._changed:
             self._ended = True
             self._changed.notify_all()
 
     def look_again(self) -> None:
-        """Have whoever waits see whether somebody still waits for them."""
+        """Wake the requests that wait, so that each checks whether its client is still there."""
         with self._changed:
             self._changed.notify_all()
 
@@ -70,7 +70,7 @@ class Gate:
     def passing(self, is_gone: Callable[[], bool], *, moves: bool) -> Iterator[None]:
         """Wait until a request may pass, and hold the host's driving until it is done.
 
-        It passes, too, when the run ends or the client `is_gone`: to be refused by whoever comes next. Raises
+        It passes, too, when the run ends or the client `is_gone`: the run then refuses the request. Raises
         RefusedError (409) when too many wait already.
         """
         with self._changed:

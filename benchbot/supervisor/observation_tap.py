@@ -1,19 +1,18 @@
-"""Observations for those who watch a run: copies, thinned out, and made only while somebody asks for them."""
+"""Observations for those who watch a run: copies, thinned out, and made only while there are requests for them."""
 
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchbot.supervisor.platform import borrowed
 
 PERIOD_S = 0.1
 ATTENTION_S = 2.0
-"""Snapshots that nobody has asked for in so long are made no more."""
+"""Snapshots for which there was no request in so long are made no more."""
 MAX_REQUESTS = 8
 IMAGES = frozenset({"image_rgb", "image_depth", "image_segment"})
 
@@ -53,7 +52,7 @@ class ObservationTap:
         self._subscriptions: dict[SnapshotRequest, _Subscription] = {}
         self._observations: Mapping[str, Any] | None = None
         self.number = 0
-        """How many observations there have been."""
+        """The number of observations so far."""
 
     def offer(self, observations: Mapping[str, Any]) -> None:
         """Take in an observation, which stays as it is until it is withdrawn."""
@@ -105,13 +104,9 @@ def thinned(observations: Mapping[str, Any], request: SnapshotRequest, number: i
     )
 
 
-def _images(value: Any) -> Sequence[NDArray[Any]]:
-    values = value.values() if isinstance(value, dict) else [value]
-    return [each for each in values if isinstance(each, np.ndarray) and each.ndim >= 2]
-
-
 def _width(value: Any) -> int:
-    return max((image.shape[1] for image in _images(value)), default=1)
+    images = value.values() if isinstance(value, dict) else [value]
+    return max((image.shape[1] for image in images if isinstance(image, np.ndarray) and image.ndim >= 2), default=1)
 
 
 def _thinned(value: Any, stride: int) -> Any:

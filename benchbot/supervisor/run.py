@@ -50,19 +50,14 @@ class Caller:
 class Run:
     """A session behind a lock. Methods block: call them in worker threads. `describe` and `progress` never wait.
 
-    Those that may move the robot are given their caller, so that a real robot does not move for nobody: see `hang_up`.
-    They return the answer as `convert` returns it: its arrays may be borrowed, and stay as they are until then.
+    Methods that may move the robot take their caller, so that a real robot stops when that one is gone: see `hang_up`.
+    They return the value of `convert` for the answer, whose arrays may be borrowed: they are valid until it returns.
 
-    No answer waits for what follows it: log, events and the digest of what was shown. Whoever has sent an answer calls
-    `follow_up`; the next request that uses the session does it first, where that has not happened.
+    An answer does not wait for the log, the events and the digest of what was shown. Call `follow_up` for them when it
+    has been sent; otherwise the next request that uses the session does so first.
     """
 
-    def __init__(
-        self,
-        selection: Selection,
-        start_host: Callable[[], Host],
-        result_path: Path,
-    ) -> None:
+    def __init__(self, selection: Selection, start_host: Callable[[], Host], result_path: Path) -> None:
         self.selection = selection
         self.events = Events()
         self.gate = Gate()
@@ -83,7 +78,8 @@ class Run:
             before_observing=self.observation_tap.withdraw,
         )
         self.recordings = Recordings(self.session, self.events.publish, result_path.parent)
-        self._due: deque[Callable[[], object]] = deque()
+        self.due: deque[Callable[[], object]] = deque()
+        """What the answers so far did not wait for, in order: see `follow_up`."""
         self._following_up = threading.Lock()
         self._lock = threading.Lock()
         self._callers = threading.Lock()
@@ -96,7 +92,7 @@ class Run:
 
     @property
     def progress(self) -> Progress:
-        """What can be watched of the session by who runs it. It holds the true pose: it is not for solutions."""
+        """The progress of the session. It holds the true pose: it is not for solutions."""
         return self.session.progress
 
     def public_progress(self) -> dict[str, Any]:
@@ -110,7 +106,7 @@ class Run:
             self._noting_failures(self.session.prepare)
 
     def reset(self, caller: Caller | None = None, convert: borrowed.Converter[T] = borrowed.copy_answer) -> T:
-        """Start anew in the first scene. Waits for an action that a solution, maybe a dead one, has left under way."""
+        """Start anew in the first scene. Waits for an action that a solution, maybe a dead one, has left unfinished."""
         with self._moving(ACTION_WAIT_S, caller):
             self.last_action = None
             step = self._noting_failures(self.session.reset)
@@ -143,7 +139,7 @@ class Run:
             return self._deliver(step, lambda answer, arena: dict(self.last_action or {}))
 
     def note_pause(self) -> None:
-        """Have the session's clock stand still while the gate is closed."""
+        """Stop the session's clock while the gate is closed."""
         # The last of several callers sees the gate as it is, and the clock that a reset may have made meanwhile.
         with self._clock:
             (self.progress.pause if self.gate.state.paused else self.progress.go_on)()
@@ -194,9 +190,8 @@ class Run:
 
     def describe(self) -> dict[str, Any]:
         """Return what is run and where it stands, without ground truth (docs/wire.md, GET /api/v1/session)."""
-        told = description.selection_document(self.selection)
         return {
-            **told,
+            **description.selection_document(self.selection),
             "scene_count": len(self.session.scenes),
             "started": self._started,
             **description.state_document(self.session),
@@ -204,9 +199,9 @@ class Run:
         }
 
     def hang_up(self, caller: Caller) -> None:
-        """Note that a caller is gone. Where it is their request that is under way, a real robot stops, for good.
+        """Note that a caller has disconnected. If the request under way is theirs, a real robot stops, for good.
 
-        A simulator finishes what it does: nobody is in danger, and the next request finds it well. A request that still
+        A simulator finishes the action: nobody is in danger, and the next request finds it well. A request that still
         waits for its turn is dropped when that comes.
         """
         with self._callers:
@@ -218,9 +213,9 @@ class Run:
             self.session.halt(HUNG_UP)
 
     def confirm(self) -> str:
-        """Say that the operator has done what they were asked, and return what that was.
+        """Confirm that the operator has done what the platform asked of them; return the request.
 
-        Raises RefusedError (409) when they were asked nothing.
+        Raises RefusedError (409) when there was none.
         """
         request = self.operator.confirm()
         if request is None:
@@ -233,18 +228,17 @@ class Run:
         return request
 
     def stop(self, *, by_solution: bool = False) -> None:
-        """End the run because somebody asked for it: the emergency stop, for whoever uses the robot just then.
+        """End the run at a client's request: the emergency stop, also in the middle of another client's action.
 
-        Where that is the solution, it has failed: else it could have an episode that goes badly tried again.
+        A solution that stops its own run has failed: otherwise it could have an episode that goes badly tried again.
         """
         with self._callers:
             under_way = self._caller is not None or self.gate.state.held
+        self.stopped_in_use |= by_solution or under_way
         if by_solution:
             self.session.fail(FailureClass.AGENT, STOPPED_BY_SOLUTION)
-            self.stopped_in_use = True
         elif under_way:
             self.session.fail(FailureClass.PLATFORM, STOPPED)
-            self.stopped_in_use = True
         self.close()
 
     def close(self) -> None:
@@ -259,7 +253,7 @@ class Run:
                 self.follow_up()
 
     def release(self) -> Host | None:
-        """End the run, and give away its platform for the next one; None when it is dead, or busy for too long."""
+        """End the run, and return its platform for the next one; None when it is dead, or busy for too long."""
         if not self._lock.acquire(timeout=RELEASE_WAIT_S):
             self.close()
             return None
@@ -275,13 +269,13 @@ class Run:
             self._lock.release()
 
     def follow_up(self) -> None:
-        """Do, in order, what the answers so far did not wait for; return when all of it is done, whoever does it."""
+        """Do, in order, what the answers so far did not wait for; wait for a thread that is just doing so."""
         with self._following_up:
-            while self._due:
-                self._due.popleft()()
+            while self.due:
+                self.due.popleft()()
 
     def _step(self, action: str | None, arguments: Mapping[str, Any], *, by_hand: bool = False) -> dict[str, Any]:
-        """Take one action to its end, and return the answer; called by who has the session to themselves."""
+        """Take one action to its end, and return the answer. The caller holds the session's lock."""
         taken = {"action": action, "arguments": arguments, "by_hand": by_hand}
         if action is not None:
             self.last_action = {**taken, "outcome": None, "result": None}
@@ -309,7 +303,7 @@ class Run:
                 self.observation_tap.offer(answer["observations"])
             return convert(answer, self._host.arena if isinstance(self._host, ChildHost) else None)
         finally:
-            self._due.append(self._digest.begin)
+            self.due.append(self._digest.begin)
 
     @contextmanager
     def _moving(self, wait_s: float = 0.0, caller: Caller | None = None, *, moves: bool = True) -> Iterator[None]:
@@ -334,7 +328,12 @@ class Run:
             with self._callers:
                 self._caller = caller
                 if caller is not None and caller.gone:
-                    raise _gone()
+                    raise RefusedError(
+                        409,
+                        "Nobody waits for the answer.",
+                        "The client hung up while another request was using the session.",
+                        "Send it again, and wait for the answer.",
+                    )
             yield
         finally:
             with self._callers:
@@ -359,8 +358,8 @@ class Run:
         self._announce("operator")  # at once: the action under way waits
 
     def _tell(self, kind: str) -> None:
-        """Have an event announced when the answer has been sent."""
-        self._due.append(partial(self._announce, kind))
+        """Announce an event when the answer has been sent."""
+        self.due.append(partial(self._announce, kind))
 
     def _announce(self, kind: str) -> None:
         """Log and publish an event with the progress, without a pose that the task hides."""
@@ -372,15 +371,6 @@ class Run:
     def _step_document(self, step: Step) -> dict[str, Any]:
         state = description.state_document(self.session)
         return {"observations": step.observations, "outcome": step.outcome, **state}
-
-
-def _gone() -> BenchbotError:
-    return RefusedError(
-        409,
-        "Nobody waits for the answer.",
-        "The client hung up while another request was using the session.",
-        "Send it again, and wait for the answer.",
-    )
 
 
 def ended() -> BenchbotError:

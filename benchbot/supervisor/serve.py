@@ -1,4 +1,4 @@
-"""Serving runs in this process until told to stop: one after the other, on one address and one platform."""
+"""Serving runs in this process, one after the other on one address and one platform, until they are stopped."""
 
 import logging
 import os
@@ -11,8 +11,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from starlette.types import Receive, Scope, Send
 
@@ -50,25 +49,13 @@ class ConsecutiveRuns:
         self._options = options
         self._timeouts = timeouts
         self._base = RunFolder()
-        self._folder = self._base
+        self.folder = self._base
+        """The folder of the current run."""
+        self.platform_log = self._base.path / "platform.log"
+        self.supervisor_log = self._base.path / "supervisor.log"
         self._run: Run | None = None
         self._warm: Host | None = None
         self._platform_failed = False
-
-    @property
-    def platform_log(self) -> Path:
-        """The output of the platform's process."""
-        return self._base.path / "platform.log"
-
-    @property
-    def supervisor_log(self) -> Path:
-        """The log of the supervisor."""
-        return self._base.path / "supervisor.log"
-
-    @property
-    def folder(self) -> RunFolder:
-        """The folder of the run that there is."""
-        return self._folder
 
     def begin(self, plan: RunPlan) -> Run:
         """End the run that there is, but not its platform, and return the next one."""
@@ -76,8 +63,8 @@ class ConsecutiveRuns:
             self._warm = self._run.release()
             self._note_failure()
             self._leave_folder()
-            self._folder = RunFolder()
-        self._run = run = Run(plan.selection, lambda: self._start_host(run), self._folder.result)
+            self.folder = RunFolder()
+        self._run = run = Run(plan.selection, lambda: self._start_host(run), self.folder.result)
         run.recordings.begin(plan.record)
         return run
 
@@ -86,15 +73,13 @@ class ConsecutiveRuns:
         if self._run is not None:
             self._run.close()
             self._note_failure()
-        self._close_warm()
+        warm, self._warm = self._warm, None
+        if warm is not None:
+            warm.close()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._folder is not self._base:
+    def close(self) -> None:
+        """Leave the folders; those with a result are kept, and the logs of a platform that failed."""
+        if self.folder is not self._base:
             self._leave_folder()
         self._base.close(keep=self._platform_failed or self._base.result.exists())
 
@@ -118,15 +103,10 @@ class ConsecutiveRuns:
         self._platform_failed |= self._run is not None and self._run.platform_failed
 
     def _leave_folder(self) -> None:
-        if self._folder is self._base:
+        if self.folder is self._base:
             self._base.unpublish()
         else:
-            self._folder.close(keep=self._folder.result.exists())
-
-    def _close_warm(self) -> None:
-        warm, self._warm = self._warm, None
-        if warm is not None:
-            warm.close()
+            self.folder.close(keep=self.folder.result.exists())
 
 
 def serve(
@@ -165,7 +145,8 @@ def serve(
         )
     with ExitStack() as stack:
         received = stack.enter_context(_received_signals())
-        runs = stack.enter_context(ConsecutiveRuns(options, timeouts))
+        runs = ConsecutiveRuns(options, timeouts)
+        stack.callback(runs.close)
         run = runs.begin(RunPlan(selection, record or {}))
         stack.enter_context(_logging_to(runs.supervisor_log))
         listeners, connection = _listen(stack, host, port, unix_socket, allow_remote=allow_remote)

@@ -1,1 +1,1 @@
-"""What client and supervisor share: the encoding of messages, shared memory, and how a run is found on this machine."""
+"""Shared by client and supervisor: the encoding of messages, shared memory, and finding a run on this machine."""

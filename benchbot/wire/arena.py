@@ -42,39 +42,59 @@ def create() -> int:
     return handle
 
 
+class Layout:
+    """Places for arrays in shared memory, one after the other from `start` on, in bytes."""
+
+    def __init__(self, start: int = HEADER_BYTES) -> None:
+        self.end = start
+        self._arrays: list[tuple[int, NDArray[Any]]] = []
+
+    def add(self, array: NDArray[Any]) -> int:
+        """Return the offset at which an array will lie."""
+        offset, self.end = self.end, self.end + aligned(array.nbytes)
+        self._arrays.append((offset, array))
+        return offset
+
+    @property
+    def is_empty(self) -> bool:
+        """True when no array has been added."""
+        return not self._arrays
+
+    def write(self, memory: mmap.mmap, base: int = 0) -> None:
+        """Copy the arrays in C order to their places, counted from byte `base` on."""
+        for offset, array in self._arrays:
+            if array.size:
+                target = np.frombuffer(memory, array.dtype, array.size, base + offset).reshape(array.shape)
+                np.copyto(target, array)
+
+
+def aligned(size_bytes: int) -> int:
+    """Return the size rounded up to whole cache lines."""
+    return -(-size_bytes // ALIGNMENT_BYTES) * ALIGNMENT_BYTES
+
+
 class ArenaWriter:
-    """The child's end: places arrays one after the other, and grows the file when they do not fit."""
+    """The child's end: writes arrays, and grows the file when they do not fit."""
 
     def __init__(self, handle: int) -> None:
         self._handle = handle
         self._map = mmap.mmap(handle, os.fstat(handle).st_size)
         (self._sequence,) = _SEQUENCE.unpack_from(self._map, NONCE_BYTES)
 
-    def write(self, arrays: Sequence[NDArray[Any]]) -> list[int]:
-        """Write the arrays in C order and return their offsets in bytes. What was written before is overwritten."""
-        if not arrays:
-            return []
-        offsets, end = [], HEADER_BYTES
-        for array in arrays:
-            offsets.append(end)
-            end += -(-array.nbytes // ALIGNMENT_BYTES) * ALIGNMENT_BYTES
-        memory = self._memory(end)
-        self._count(memory)
-        for offset, array in zip(offsets, arrays, strict=True):
-            target = np.frombuffer(memory, array.dtype, array.size, offset).reshape(array.shape)
-            np.copyto(target, array)
-        self._count(memory)
-        return offsets
+    def write(self, layout: Layout) -> None:
+        """Write arrays, if there are any, over those that were written before."""
+        if layout.is_empty:
+            return
+        if len(self._map) < layout.end:
+            os.ftruncate(self._handle, layout.end)
+            self._map = mmap.mmap(self._handle, layout.end)
+        self._count()
+        layout.write(self._map)
+        self._count()
 
-    def _count(self, memory: mmap.mmap) -> None:
+    def _count(self) -> None:
         self._sequence += 1
-        _SEQUENCE.pack_into(memory, NONCE_BYTES, self._sequence)
-
-    def _memory(self, size: int) -> mmap.mmap:
-        if len(self._map) < size:
-            os.ftruncate(self._handle, size)
-            self._map = mmap.mmap(self._handle, size)
-        return self._map
+        _SEQUENCE.pack_into(self._map, NONCE_BYTES, self._sequence)
 
 
 class ArenaReader:

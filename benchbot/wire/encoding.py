@@ -37,7 +37,8 @@ Fetch = Callable[[str, list[int], int], NDArray[Any]]
 """Returns the array of a dtype and shape that lies at an offset in shared memory; raises ValueError for none."""
 
 _header_decoder = msgspec.msgpack.Decoder(tuple[str, list[int]])
-_place_decoder = msgspec.msgpack.Decoder(tuple[str, list[int], int])
+decode_place = msgspec.msgpack.Decoder(tuple[str, list[int], int]).decode
+"""Returns dtype, shape and offset of an array in shared memory, from the data of its extension."""
 
 
 def encode(value: Any, locate: Locate | None = None) -> bytes:
@@ -74,6 +75,11 @@ def decode(data: bytes | bytearray | memoryview, fetch: Fetch | None = None) -> 
         ) from error
 
 
+def place_of(dtype: str, shape: Sequence[int], offset: int) -> msgspec.msgpack.Ext:
+    """Return the extension that stands for an array in shared memory."""
+    return msgspec.msgpack.Ext(PLACE_CODE, _encoder.encode((dtype, shape, offset)))
+
+
 def _joined(value: Any) -> bytes:
     message = _Message()
     message.append(value)
@@ -91,7 +97,7 @@ def _placed(value: Any, locate: Locate) -> bytes:
         if offset is None:
             header = _encoder.encode((dtype.str, item.shape))
             return msgspec.msgpack.Ext(ARRAY_CODE, bytes([len(header)]) + header + item.astype(dtype).tobytes())
-        return msgspec.msgpack.Ext(PLACE_CODE, _encoder.encode((dtype.str, item.shape, offset)))
+        return place_of(dtype.str, item.shape, offset)
 
     return msgspec.msgpack.Encoder(enc_hook=place).encode(value)
 
@@ -217,7 +223,7 @@ def _decoder_with(fetch: Fetch) -> "msgspec.msgpack.Decoder[Any]":
     def hook(code: int, data: memoryview) -> NDArray[Any]:
         if code != PLACE_CODE:
             return _decode_hook(code, data)
-        dtype, shape, offset = _place_decoder.decode(data)
+        dtype, shape, offset = decode_place(data)
         _check(dtype, shape)
         return fetch(dtype, shape, offset)
 

@@ -22,7 +22,7 @@ STATE_FILE = "run.json"
 
 @dataclass(frozen=True)
 class Connection:
-    """How to reach a supervisor: a URL on loopback and/or a unix socket, and the run's bearer token."""
+    """The address of a supervisor: a URL on loopback and/or a unix socket, and the run's bearer token."""
 
     url: str | None
     socket: str | None
@@ -36,7 +36,7 @@ class Connection:
 
 @dataclass(frozen=True)
 class RunState:
-    """What the state file of a run says. Paths are absolute; `started_s` is seconds since the epoch.
+    """The content of a run's state file. Paths are absolute; `started_s` is seconds since the epoch.
 
     `operator_token` is for the person beside the robot: a solution is not given it.
     """

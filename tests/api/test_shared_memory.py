@@ -24,6 +24,7 @@ from benchbot.supervisor.backend import Backend
 from benchbot.wire import arena, encoding
 from benchbot.wire.run_state import Connection
 from tests.supervisor.harness import alive, children_of, eventually
+from tests.wire.test_arena import write
 
 StartBackend = Callable[..., Backend]
 
@@ -134,7 +135,7 @@ def test_an_arena_that_cannot_be_reached_is_done_without(
 def offered() -> Iterator[dict[str, Any]]:
     """An offer of an arena of this process."""
     handle = arena.create()
-    arena.ArenaWriter(handle).write([np.arange(3, dtype="<u2")])
+    write(arena.ArenaWriter(handle), [np.arange(3, dtype="<u2")])
     yield {"pid": os.getpid(), "descriptor": handle, "nonce": arena.ArenaReader(handle).nonce}
     os.close(handle)
 

@@ -1,7 +1,8 @@
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,9 +20,17 @@ def handle() -> Iterator[int]:
     os.close(handle)
 
 
+def write(writer: arena.ArenaWriter, arrays: Sequence[NDArray[Any]]) -> list[int]:
+    """Write arrays and return their offsets."""
+    layout = arena.Layout()
+    offsets = [layout.add(array) for array in arrays]
+    writer.write(layout)
+    return offsets
+
+
 def transfer(handle: int, *sent: NDArray[np.generic]) -> list[NDArray[np.generic]]:
     writer, reader = arena.ArenaWriter(handle), arena.ArenaReader(handle)
-    offsets = writer.write(sent)
+    offsets = write(writer, sent)
     return [reader.read(array.dtype.str, array.shape, offset) for array, offset in zip(sent, offsets, strict=True)]
 
 
@@ -46,15 +55,15 @@ def test_the_memory_grows_with_what_is_written(handle: int) -> None:
     writer, reader = arena.ArenaWriter(handle), arena.ArenaReader(handle)
     for size in (10, 10_000, 3_000_000, 5):
         array = np.arange(size, dtype=np.uint32)
-        (offset,) = writer.write([array])
+        (offset,) = write(writer, [array])
         np.testing.assert_array_equal(reader.read("<u4", [size], offset), array)
 
 
 def test_what_was_read_is_the_readers_to_keep(handle: int) -> None:
     writer, reader = arena.ArenaWriter(handle), arena.ArenaReader(handle)
-    (offset,) = writer.write([np.zeros(4)])
+    (offset,) = write(writer, [np.zeros(4)])
     kept = reader.read("<f8", [4], offset)
-    writer.write([np.ones(4)])
+    write(writer, [np.ones(4)])
     assert kept.tolist() == [0, 0, 0, 0]
     kept[0] = 7
 
@@ -72,13 +81,13 @@ def test_what_was_read_is_the_readers_to_keep(handle: int) -> None:
     ],
 )
 def test_nothing_outside_of_the_memory_is_read(handle: int, dtype: str, shape: list[int], offset: int) -> None:
-    arena.ArenaWriter(handle).write([np.zeros(8)])
+    write(arena.ArenaWriter(handle), [np.zeros(8)])
     with pytest.raises(ValueError, match="array"):
         arena.ArenaReader(handle).read(dtype, shape, offset)
 
 
 def test_the_child_cannot_pull_the_memory_away(handle: int) -> None:
-    arena.ArenaWriter(handle).write([np.zeros(8)])
+    write(arena.ArenaWriter(handle), [np.zeros(8)])
     sealed = hasattr(os, "memfd_create")
     with pytest.raises(PermissionError) if sealed else nullcontext():
         os.ftruncate(handle, 0)
@@ -86,17 +95,17 @@ def test_the_child_cannot_pull_the_memory_away(handle: int) -> None:
 
 def test_a_view_is_not_copied_cannot_be_written_and_is_found_again(handle: int) -> None:
     writer, reader = arena.ArenaWriter(handle), arena.ArenaReader(handle)
-    offsets = writer.write([np.zeros(4), np.ones((2, 3), np.float32)])
+    offsets = write(writer, [np.zeros(4), np.ones((2, 3), np.float32)])
     view = reader.view("<f4", [2, 3], offsets[1])
     assert not view.flags.writeable
     assert reader.offset_of(view) == offsets[1]
-    writer.write([np.zeros(4), np.full((2, 3), 7, np.float32)])
+    write(writer, [np.zeros(4), np.full((2, 3), 7, np.float32)])
     assert view.tolist() == [[7] * 3] * 2
 
 
 def test_only_whole_arrays_of_the_memory_are_found_in_it(handle: int) -> None:
     writer, reader = arena.ArenaWriter(handle), arena.ArenaReader(handle)
-    (offset,) = writer.write([np.arange(12).reshape(3, 4)])
+    (offset,) = write(writer, [np.arange(12).reshape(3, 4)])
     view = reader.view("<i8", [3, 4], offset)
     assert reader.offset_of(view[1:]) == offset + 32
     assert reader.offset_of(view[:, 1:]) is None
@@ -108,10 +117,10 @@ def test_every_writing_has_an_even_number_of_its_own(handle: int) -> None:
     writer, reader = arena.ArenaWriter(handle), arena.ArenaReader(handle)
     numbers = []
     for size in (1, 10_000, 3):
-        writer.write([np.zeros(size)])
+        write(writer, [np.zeros(size)])
         numbers.append(reader.sequence)
     assert numbers == [2, 4, 6]
-    writer.write([])
+    write(writer, [])
     assert reader.sequence == 6
 
 

@@ -13,8 +13,7 @@ from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
     from benchbot.core.declarations.catalog import Catalog
-    from benchbot.submission.episode import Order
-    from benchbot.submission.modes import ProcessLimits
+    from benchbot.submission.modes import ProcessLimits, SolutionSpec
 
 SandboxCommand = Annotated[
     str | None, typer.Option("--sandbox", metavar="COMMAND", help="Run this command, held in a sandbox.")
@@ -156,13 +155,13 @@ def check_options(mode: str, readable: object, limits: "ProcessLimits", *contain
 
 
 @contextmanager
-def held(catalog: "Catalog", order: "Order", mode: str, options: Mapping[str, Any]) -> Iterator["Order"]:
+def held(catalog: "Catalog", spec: "SolutionSpec", mode: str, options: Mapping[str, Any]) -> Iterator["SolutionSpec"]:
     """Yield the order as it is run in a mode, after proving that this machine can; says how the solution is held.
 
     A build of an image, which takes time, is followed on stderr. Raises BenchbotError when the mode does not work here.
     """
     if mode == NATIVE:
-        yield order
+        yield spec
         return
     from benchbot.cli.kit.status_line import StatusLine
     from benchbot.submission.modes import holder_of
@@ -173,6 +172,6 @@ def held(catalog: "Catalog", order: "Order", mode: str, options: Mapping[str, An
             def tell(line: str) -> None:
                 status.show(line, line, urgent=line.upper().startswith(("STEP ", "BUILDING ", "THE IMAGE ")))
 
-            prepared = stack.enter_context(holder_of(catalog.plugins, mode).prepared(order, options, tell))
+            prepared = stack.enter_context(holder_of(catalog.plugins, mode).prepared(spec, options, tell))
         console.note(f"The solution runs {prepared.mode.describe()}.")
         yield prepared

@@ -17,7 +17,7 @@ from benchbot.plugins.batch import solutions
 from benchbot.plugins.batch.plan import Plan, PlannedEpisode, PlannedSolution, plan_hash
 from benchbot.plugins.batch.request import Request
 from benchbot.plugins.batch.source_files import SourceFiles
-from benchbot.submission.command import order_of
+from benchbot.submission.command import spec_of
 
 LABEL_LENGTH = 100
 
@@ -63,7 +63,7 @@ def _command(request: Request, catalog: Catalog, folder: Path) -> tuple[list[str
     """Return the command, and where it runs; an image says itself what runs in its container."""
     if request.hold.context is not None:
         return [solutions.IMAGE, *request.words], folder
-    order = order_of(catalog, request.native, request.example, list(request.words), request.timeout_s)
+    order = spec_of(catalog, request.native, request.example, list(request.words), request.timeout_s)
     return order.command, folder if request.native is not None else order.folder
 
 

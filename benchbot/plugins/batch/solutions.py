@@ -9,40 +9,39 @@ from benchbot.cli.kit.holding import NATIVE
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.plugins.batch.plan import Hold, Plan
 from benchbot.plugins.batch.source_files import SourceFiles, find
-from benchbot.submission.command import order_of, split_words
-from benchbot.submission.episode import Order
-from benchbot.submission.modes import holder_of
+from benchbot.submission.command import spec_of, split_words
+from benchbot.submission.modes import SolutionSpec, holder_of
 
 IMAGE = "container"
 """The word for a container's command in a plan."""
 
 
 @contextmanager
-def prepared(plan: Plan, catalog: Catalog, tell: Callable[[str], object], gpus: int = 0) -> Iterator[Order]:
+def prepared(plan: Plan, catalog: Catalog, tell: Callable[[str], object], gpus: int = 0) -> Iterator[SolutionSpec]:
     """Yield what is run in each episode of a plan, after proving that this machine can; `tell` hears of a build.
 
     Raises BenchbotError when its command is not there, or nothing here can hold it as the plan says.
     """
     mode, options = plan.solution.hold.in_mode(gpus)
-    order = unheld(plan, catalog)
+    spec = unheld(plan, catalog)
     if mode == NATIVE:
-        yield order
+        yield spec
     else:
-        with holder_of(catalog.plugins, mode).prepared(order, options, tell) as held:
+        with holder_of(catalog.plugins, mode).prepared(spec, options, tell) as held:
             yield held
 
 
-def unheld(plan: Plan, catalog: Catalog) -> Order:
+def unheld(plan: Plan, catalog: Catalog) -> SolutionSpec:
     """Return what a plan's solution runs, before a mode holds it; an image says itself what runs in its container."""
     solution, hold = plan.solution, plan.solution.hold
     if hold.context is not None:
-        order = Order(list(solution.words), Path(solution.folder), timeout_s=plan.timeout_s)
+        spec = SolutionSpec(list(solution.words), Path(solution.folder), timeout_s=plan.timeout_s)
     elif solution.native is None:
-        order = order_of(catalog, None, solution.example, list(solution.words), plan.timeout_s)
+        spec = spec_of(catalog, None, solution.example, list(solution.words), plan.timeout_s)
     else:
         words = [*split_words("--native", solution.native), *solution.words]
-        order = Order(words, Path(solution.folder), timeout_s=plan.timeout_s)
-    return replace(order, limits=hold.limits)
+        spec = SolutionSpec(words, Path(solution.folder), timeout_s=plan.timeout_s)
+    return replace(spec, limits=hold.limits)
 
 
 def files(command: list[str], folder: Path, hold: Hold, catalog: Catalog) -> SourceFiles:

@@ -26,8 +26,7 @@ from benchbot.plugins.batch.plan import Plan, PlannedEpisode
 from benchbot.plugins.batch.processes import ProcessId
 from benchbot.plugins.batch.warm import WarmBackend
 from benchbot.submission import episode as submission
-from benchbot.submission.episode import Order
-from benchbot.submission.native import NATIVE
+from benchbot.submission.modes import NATIVE, SolutionSpec
 from benchbot.supervisor.recording.host import CLOSE_TIMEOUT_S
 from benchbot.wire.run_state import RunState
 
@@ -45,7 +44,7 @@ class Desk:
     events: EventLog
     worker: str
     memory: MemoryWatch
-    order: Order
+    order: SolutionSpec
 
 
 def finish(desk: Desk, planned: PlannedEpisode, is_wanted: Callable[[], bool]) -> FailureClass | None:
@@ -126,7 +125,7 @@ def _finish_recordings(state: RunState, record: Mapping[str, Path]) -> None:
         operator.close()
 
 
-def _solution(order: Order) -> dict[str, Any]:
+def _solution(order: SolutionSpec) -> dict[str, Any]:
     mode = order.mode.name
     return {**solution_details(order.command, order.folder), **({} if mode == NATIVE.name else {"mode": mode})}
 

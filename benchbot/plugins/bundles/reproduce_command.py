@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from benchbot.plugins.bundles.bundle_file import Bundle
     from benchbot.plugins.bundles.comparing import SoftwareDifference
     from benchbot.plugins.bundles.reproducing import Reproduction, Scoring
-    from benchbot.submission.episode import Order
+    from benchbot.submission.modes import SolutionSpec
 
 
 def reproduce(
@@ -102,22 +102,22 @@ def reproduce(
         with ExitStack() as stack:
             stack.enter_context(interruptible("the solution and its back end have been ended."))
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="benchbot-")))
-            order = stack.enter_context(unpacked(catalog, opened, folder / "solution", choice))
-            found = _run(opened, chosen, order, results_location or folder / "results")
+            spec = stack.enter_context(unpacked(catalog, opened, folder / "solution", choice))
+            found = _run(opened, chosen, spec, results_location or folder / "results")
             found, scoring = reproducing.score(opened, found, catalog, ground_truth, tolerance)
     _print(found, scoring, [str(difference) for difference in software], as_json=as_json)
     if scoring.false or any(one.likeness is reproducing.Likeness.DIFFERENT for one in found):
         raise typer.Exit(ExitCode.SUBMISSION_FAILED)
 
 
-def _run(bundle: "Bundle", chosen: "Sequence[Selection]", order: "Order", target: Path) -> "list[Reproduction]":
+def _run(bundle: "Bundle", chosen: "Sequence[Selection]", spec: "SolutionSpec", target: Path) -> "list[Reproduction]":
     """Run the solution again for each result, with a note on each."""
     from benchbot.cli.kit.status_line import StatusLine
     from benchbot.plugins.bundles import reproducing
 
     found = []
     with StatusLine() as status:
-        for number, one in enumerate(reproducing.run(bundle, chosen, order, target, status), 1):
+        for number, one in enumerate(reproducing.run(bundle, chosen, spec, target, status), 1):
             console.note(f"{number} of {len(chosen)}: {one.about}: {'differs' if one.differences else one.likeness}")
             found.append(one)
     return found

@@ -18,8 +18,8 @@ from benchbot.plugins.bundles import comparing
 from benchbot.plugins.bundles.bundle_file import Bundle
 from benchbot.plugins.bundles.comparing import SoftwareDifference
 from benchbot.submission import episode
-from benchbot.submission.episode import Order, Watcher
-from benchbot.submission.modes import private_socket
+from benchbot.submission.episode import Watcher
+from benchbot.submission.modes import SolutionSpec, private_socket
 from benchbot.supervisor.backend import Backend
 
 
@@ -95,15 +95,15 @@ def other_software(bundle: Bundle, chosen: Sequence[Selection]) -> list[Software
 
 
 def run(
-    bundle: Bundle, chosen: Sequence[Selection], order: Order, target: Path, watcher: Watcher
+    bundle: Bundle, chosen: Sequence[Selection], spec: SolutionSpec, target: Path, watcher: Watcher
 ) -> Iterator[Reproduction]:
-    """Run the unpacked solution again for each result, as `order` says; new results are written below `target`.
+    """Run the unpacked solution again for each result, as `spec` says; new results are written below `target`.
 
     Raises BenchbotError when the simulator or the machine fails; a solution that fails is a result, too.
     """
-    order.mode.check()
+    spec.mode.check()
     for row, before, selection in zip(bundle.manifest["results"], bundle.results, chosen, strict=True):
-        document = _run_once(selection, order, watcher)
+        document = _run_once(selection, spec, watcher)
         path = target / Path(row["file"]).name
         results.write_json(path, document)
         yield Reproduction(row["file"], before.about, path, tuple(comparing.differences(before.document, document)))
@@ -154,9 +154,9 @@ def _scores_of(document: Mapping[str, Any], path: Path) -> Mapping[str, float] |
     return rows[0] if rows else None
 
 
-def _run_once(selection: Selection, order: Order, watcher: Watcher) -> dict[str, Any]:
+def _run_once(selection: Selection, spec: SolutionSpec, watcher: Watcher) -> dict[str, Any]:
     with ExitStack() as stack:
-        socket = stack.enter_context(private_socket()) if order.mode.needs_socket else None
+        socket = stack.enter_context(private_socket()) if spec.mode.needs_socket else None
         backend = stack.enter_context(
             Backend.start(
                 selection.request,
@@ -164,7 +164,7 @@ def _run_once(selection: Selection, order: Order, watcher: Watcher) -> dict[str,
                 unix_socket=socket,
             )
         )
-        ended = episode.run(order, backend.state.connection, backend.died, watcher)
+        ended = episode.run(spec, backend.state.connection, backend.died, watcher)
     if ended.problem is not None and ended.problem.exit_code is ExitCode.INTERNAL:
         raise ended.problem
     return ended.document

@@ -17,8 +17,7 @@ from benchbot.core.errors import BenchbotError
 if TYPE_CHECKING:
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.plugins.bundles.bundle_file import Bundle
-    from benchbot.submission.episode import Order
-    from benchbot.submission.modes import ProcessLimits
+    from benchbot.submission.modes import ProcessLimits, SolutionSpec
 
 
 @dataclass(frozen=True)
@@ -36,13 +35,12 @@ class Choice:
 
 
 @contextmanager
-def unpacked(catalog: "Catalog", bundle: "Bundle", folder: Path, choice: Choice) -> Iterator["Order"]:
+def unpacked(catalog: "Catalog", bundle: "Bundle", folder: Path, choice: Choice) -> Iterator["SolutionSpec"]:
     """Unpack the solution into a new folder, and yield how it is run there.
 
     Raises BenchbotError when it cannot be confined as chosen, and when it is to run natively without consent.
     """
-    from benchbot.submission.episode import Order
-    from benchbot.submission.modes import holder_of
+    from benchbot.submission.modes import SolutionSpec, holder_of
     from benchbot.submission.solution import python_first
 
     solution = bundle.manifest["solution"]
@@ -53,16 +51,16 @@ def unpacked(catalog: "Catalog", bundle: "Bundle", folder: Path, choice: Choice)
     bundle.extract_solution(folder)
     mode = _mode(solution["mode"], native=choice.native)
     check_options(mode, choice.readable, choice.limits, choice.cpus, choice.gpus, choice.weak_limits)
-    order = Order(solution["command"], folder, timeout_s=timeout_s, limits=choice.limits)
+    spec = SolutionSpec(solution["command"], folder, timeout_s=timeout_s, limits=choice.limits)
     asked: dict[str, Any] = {}
     if mode == CONTAINER:
         asked = {"folder": str(folder), "weak_limits": choice.weak_limits}
         asked |= {"processors": choice.cpus, "gpus": choice.gpus}
     else:
         asked = {"readable": choice.readable or ()}
-        order = replace(order, variables=python_first())
+        spec = replace(spec, variables=python_first())
     options = {} if mode == NATIVE else holder_of(catalog.plugins, mode).resolved(asked)
-    with held(catalog, order, mode, options) as prepared:
+    with held(catalog, spec, mode, options) as prepared:
         yield prepared
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from benchbot.plugins.containers import context, mode
 from benchbot.plugins.containers.context import Context
-from benchbot.submission.episode import Order
+from benchbot.submission.modes import SolutionSpec
 
 IMAGE = "container"
 """The name of all files that an image is built from, taken together."""
@@ -27,7 +27,7 @@ def resolved(options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 @contextmanager
-def prepared(order: Order, options: Mapping[str, Any], tell: Callable[[str], object]) -> Iterator[Order]:
+def prepared(spec: SolutionSpec, options: Mapping[str, Any], tell: Callable[[str], object]) -> Iterator[SolutionSpec]:
     """Yield the order as a container of its image; the words of its command go to the image's own.
 
     `tell` hears of the build. Raises BenchbotError when there is no engine, it would ignore the limits, or the image
@@ -41,7 +41,7 @@ def prepared(order: Order, options: Mapping[str, Any], tell: Callable[[str], obj
         processors=options.get("processors"),
         gpus=options.get("gpus", 0),
     ) as held:
-        yield replace(order, command=[held.image, *order.command], folder=source.folder, mode=held)
+        yield replace(spec, command=[held.image, *spec.command], folder=source.folder, mode=held)
 
 
 def files(options: Mapping[str, Any]) -> Mapping[str, str] | None:

@@ -19,7 +19,7 @@ from benchbot.submission.limits import with_defaults
 from benchbot.wire.run_state import Connection
 
 if TYPE_CHECKING:
-    from benchbot.submission.episode import Order
+    from benchbot.submission.modes import SolutionSpec
 
 
 @dataclass(frozen=True)
@@ -46,16 +46,16 @@ class Containerised:
         return f"in a container ({self.engine.name}){weaker}"
 
     def start(
-        self, order: "Order", connection: Connection, exchange: Path, output: Callable[[bytes], object]
+        self, spec: "SolutionSpec", connection: Connection, exchange: Path, output: Callable[[bytes], object]
     ) -> AbstractContextManager[modes.Running]:
         """Return the solution as a container. Its image says what runs; the words after its name are in `args`."""
-        return self._started(order, connection, exchange, output)
+        return self._started(spec, connection, exchange, output)
 
     @contextmanager
     def _started(
-        self, order: "Order", connection: Connection, exchange: Path, output: Callable[[bytes], object]
+        self, spec: "SolutionSpec", connection: Connection, exchange: Path, output: Callable[[bytes], object]
     ) -> Iterator[modes.Running]:
-        limits = with_defaults(order.limits)
+        limits = with_defaults(spec.limits)
         user = settings.user()
         ignored = strength.check(self.engine, weak_limits=self.weak_limits)
         variables = {
@@ -64,8 +64,8 @@ class Containerised:
             "BENCHBOT_RESULT": f"{settings.OUTBOX}/{modes.RESULT}",
             "HOME": "/tmp",  # noqa: S108  the one folder that can be written
             "PYTHONUNBUFFERED": "1",
-            "args": " ".join(order.command[1:]),
-            **order.variables,
+            "args": " ".join(spec.command[1:]),
+            **spec.variables,
         }
         with (
             _lent(modes.unix_socket_of(self, connection), user) as socket,

@@ -11,7 +11,7 @@ from typing import Any
 
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.sandbox.mode import Sandbox
-from benchbot.submission.episode import Order
+from benchbot.submission.modes import SolutionSpec
 
 
 def resolved(options: Mapping[str, Any]) -> dict[str, Any]:
@@ -24,11 +24,11 @@ def resolved(options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 @contextmanager
-def prepared(order: Order, options: Mapping[str, Any], tell: Callable[[str], object]) -> Iterator[Order]:
+def prepared(spec: SolutionSpec, options: Mapping[str, Any], tell: Callable[[str], object]) -> Iterator[SolutionSpec]:
     """Yield the order held by a sandbox; raises BenchbotError when there can be none on this machine."""
     sandbox = Sandbox(tuple(map(Path, options["readable"])))
     sandbox.check()
-    yield replace(order, mode=sandbox)
+    yield replace(spec, mode=sandbox)
 
 
 def files(options: Mapping[str, Any]) -> Mapping[str, str] | None:

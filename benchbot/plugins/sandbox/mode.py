@@ -26,7 +26,7 @@ from benchbot.submission.solution import CODE, Leading, Solution
 from benchbot.wire.run_state import Connection
 
 if TYPE_CHECKING:
-    from benchbot.submission.episode import Order
+    from benchbot.submission.modes import SolutionSpec
 
 PASSED_ON = ("LANG", "LANGUAGE", "TZ", "PYTHONHASHSEED", "PYTHONUTF8")
 PASSED_ON_ENDS = ("_NUM_THREADS",)
@@ -67,21 +67,21 @@ class Sandbox:
         return "in a sandbox (bubblewrap)" if problem is None else f"{fallback.WEAKER}. {_sentence(problem)}"
 
     def start(
-        self, order: "Order", connection: Connection, exchange: Path, output: Callable[[bytes], object]
+        self, spec: "SolutionSpec", connection: Connection, exchange: Path, output: Callable[[bytes], object]
     ) -> AbstractContextManager[Running]:
         """Return the solution in its sandbox; see `docs/sandbox.md`."""
-        return self._started(order, connection, exchange, output)
+        return self._started(spec, connection, exchange, output)
 
     @contextmanager
     def _started(
-        self, order: "Order", connection: Connection, exchange: Path, output: Callable[[bytes], object]
+        self, spec: "SolutionSpec", connection: Connection, exchange: Path, output: Callable[[bytes], object]
     ) -> Iterator[Running]:
         self.check()
         socket = unix_socket_of(self, connection)
-        bounds = limits.with_defaults(order.limits)
-        path = order.variables.get("PATH", os.environ.get("PATH", os.defpath))
-        hidden = hidden_paths(Catalog(load()), order.folder)
-        view = view_of(order.command, order.folder, path, self.readable, hidden)
+        bounds = limits.with_defaults(spec.limits)
+        path = spec.variables.get("PATH", os.environ.get("PATH", os.defpath))
+        hidden = hidden_paths(Catalog(load()), spec.folder)
+        view = view_of(spec.command, spec.folder, path, self.readable, hidden)
         environment = {**_environment(view, path), "BENCHBOT_TOKEN": connection.token}
         user = _spare_user() if os.geteuid() == 0 else None
         with ExitStack() as stack:
@@ -103,8 +103,8 @@ class Sandbox:
                 handles=() if made.pipe is None else (made.pipe.input,),
                 told={"alone": made.alone, "handover": made.handover, "confinement": confinement},
             )
-            variables = {**environment, **made.places, **_safe(order.variables, view)}
-            solution = Solution(order.command, order.folder, variables, output, leading)
+            variables = {**environment, **made.places, **_safe(spec.variables, view)}
+            solution = Solution(spec.command, spec.folder, variables, output, leading)
             held = stack.enter_context(_Held(solution, bounds, group))
             if made.pipe is not None:
                 made.pipe.close_input()

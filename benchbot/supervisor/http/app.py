@@ -45,11 +45,11 @@ class StepRequest(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class EmptyRequest(msgspec.Struct, forbid_unknown_fields=True):
-    """The body of a request that has nothing to say."""
+    """An empty body."""
 
 
 class Failure(msgspec.Struct, forbid_unknown_fields=True, rename={"failure": "class"}):
-    """Why an episode failed, as told by who ran the solution."""
+    """The failure of an episode, as reported by the program that ran the solution."""
 
     failure: FailureClass
     why: str
@@ -78,7 +78,7 @@ class RecordRequest(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class OperatorRequest(msgspec.Struct, forbid_unknown_fields=True):
-    """The body of the operator's word that what they were asked is done."""
+    """The body of the operator's confirmation that the request is done."""
 
     done: bool
 
@@ -86,9 +86,9 @@ class OperatorRequest(msgspec.Struct, forbid_unknown_fields=True):
 def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = False) -> Starlette:
     """Return the application of one run. Every route but `/` and `/api/v1/health` needs the bearer token.
 
-    The operator's route and those of who watches need a token of their own: a solution must not confirm what a person
-    is asked to do, nor see more than it is shown. With `open_to_v2`, the routes of BenchBot v2 need none, since v2's
-    client has none.
+    The routes of the operator and the host need a token of their own: a solution must not confirm what a person is
+    asked to do, nor see more than it is shown. With `open_to_v2`, the routes of BenchBot v2 need none: v2's client has
+    none.
     """
 
     access = Access(token, operator_token, without_token=open_to_v2)
@@ -155,7 +155,7 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
         if by_solution:
             access.check_solution(request)
         await bodies.read(request, EmptyRequest)
-        # It is the emergency stop: the robot does not wait for whoever serves the run to wake up and end it in order.
+        # It is the emergency stop: the robot does not wait until the thread that serves the run ends it in order.
         asyncio.get_running_loop().run_in_executor(None, partial(run.stop, by_solution=by_solution))
         return bodies.respond(request, {"stopping": True})
 
@@ -222,7 +222,8 @@ def _following_up(app: ASGIApp, run: Run) -> ASGIApp:
 
     async def answer(scope: Scope, receive: Receive, send: Send) -> None:
         await app(scope, receive, send)
-        await run_in_threadpool(run.follow_up)
+        if run.due:
+            await run_in_threadpool(run.follow_up)
 
     return answer
 

@@ -27,7 +27,12 @@ async def read(request: Request, kind: type[T], max_bytes: int = encoding.MAX_BO
     elif (media_type := content_type(request)) == MSGPACK:
         value = encoding.decode(body)
     elif media_type == JSON:
-        value = _decode_json(bytes(body))
+        try:
+            value = msgspec.json.decode(body)
+        except (msgspec.DecodeError, RecursionError) as error:
+            raise RefusedError(
+                400, "The request's body is not JSON.", f"{error}.", "Mend it, or send another Content-Type."
+            ) from error
     else:
         raise RefusedError(
             415,
@@ -124,12 +129,3 @@ async def _limited(request: Request, max_bytes: int) -> bytearray:
         if len(body) > max_bytes:
             raise too_large
     return body
-
-
-def _decode_json(body: bytes) -> Any:
-    try:
-        return msgspec.json.decode(body)
-    except (msgspec.DecodeError, RecursionError) as error:
-        raise RefusedError(
-            400, "The request's body is not JSON.", f"{error}.", "Mend it, or send another Content-Type."
-        ) from error

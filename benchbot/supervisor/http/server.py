@@ -51,7 +51,7 @@ def bind_tcp(host: str, port: int, *, allow_remote: bool = False) -> socket.sock
     try:
         # Without it, a port stays taken for a minute after a run has ended (TIME_WAIT).
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        _probe(listener)
+        _keep_alive(listener)
         listener.bind(address[4])
         listener.listen()
     except OSError as error:
@@ -65,7 +65,7 @@ def bind_unix(path: Path) -> socket.socket:
 
     Raises BenchbotError when something else is there, or somebody still listens.
     """
-    listener = _RoomyListener(socket.AF_UNIX, socket.SOCK_STREAM)
+    listener = _BufferedListener(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         _remove_dead(path)
@@ -159,7 +159,7 @@ async def while_connected(request: Request, run: Run, call: Callable[[Caller], T
 
 
 class _Uvicorn(uvicorn.Server):
-    """uvicorn that says when it listens."""
+    """A uvicorn server that sets an event when it listens."""
 
     def __init__(self, config: uvicorn.Config, ready: threading.Event) -> None:
         super().__init__(config)
@@ -170,7 +170,7 @@ class _Uvicorn(uvicorn.Server):
         self._ready.set()
 
 
-class _RoomyListener(socket.socket):
+class _BufferedListener(socket.socket):
     """A listener whose connections hold a whole observation; Linux lets the buffers of TCP grow, but not of others."""
 
     def accept(self) -> tuple[socket.socket, Any]:
@@ -179,8 +179,8 @@ class _RoomyListener(socket.socket):
         return connection, address
 
 
-def _probe(listener: socket.socket) -> None:
-    """Have the kernel notice when the other end of a connection vanishes without a word (tcp(7))."""
+def _keep_alive(listener: socket.socket) -> None:
+    """Enable TCP keep-alive, which detects that the other end of a connection has vanished (tcp(7))."""
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 1)
     listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPINTVL, 1)

@@ -35,7 +35,7 @@ _OUTCOME = messages.decoder(tuple[Outcome, Status])
 
 @dataclass(frozen=True)
 class Timeouts:
-    """How long the platform may take, in seconds of wall time, before it counts as hung.
+    """Seconds of wall time after which a platform that has not answered counts as hung.
 
     Loading a scene is long, and so is the first look at it: a simulator may compile its kernels and work out the light.
     """
@@ -119,7 +119,14 @@ class ChildHost:
         self._observations: messages.Decoder[dict[str, Any]] = (
             borrowed.BorrowingDecoder(self.arena) if zero_copy else messages.decoder(dict[str, Any], self.arena.read)
         )
-        self._start: messages.Start | None = _start_message(selection, options or {}, can_ask=operator is not None)
+        self._start: messages.Start | None = messages.Start(
+            robot=selection.robot.data,
+            scenes=_scene_messages(selection),
+            localisation=selection.localisation,
+            cache_dir=str(resources.cache_dir()),
+            options=dict(options or {}),
+            can_ask=operator is not None,
+        )
         self._looked = False
 
     @property
@@ -195,12 +202,14 @@ class ChildHost:
                 return messages.value_of(self._reply(timeout_s), decoder)
             except TimeoutError as error:
                 self._kill()
-                raise self._hung(request, timeout_s) from error
+                name = type(request).__name__.lower()
+                why = f"It did not answer to '{name}' for {timeout_s:g} s, and was ended."
+                raise self._error("hangs", why) from error
             except (EOFError, OSError) as error:
                 raise self._died() from error
             except (msgspec.MsgspecError, ValueError) as error:
                 self._kill()
-                raise self._garbled(error) from error
+                raise self._error("sent something unreadable", f"{error}. It was ended.") from error
 
     def _reply(self, timeout_s: float) -> messages.Reply:
         """Return the child's reply. What the operator is asked meanwhile takes as long as it takes."""
@@ -220,7 +229,7 @@ class ChildHost:
 
     def _send(self, message: messages.Request | messages.ControlMessage) -> None:
         with self._sending:
-            messages.send(self._socket, messages.encode_request(message))
+            messages.send(self._socket, messages.encode(message))
 
     def _send_control(self, message: messages.ControlMessage) -> None:
         """Send a message in the middle of a call. A child that is gone does not need it, a deaf one is ended."""
@@ -246,13 +255,6 @@ class ChildHost:
             code = self._process.returncode
         return self._error("died", f"Its process {how_it_ended(code)}.")
 
-    def _hung(self, request: messages.Request, timeout_s: float) -> BenchbotError:
-        name = type(request).__name__.lower()
-        return self._error("hangs", f"It did not answer to '{name}' for {timeout_s:g} s, and was ended.")
-
-    def _garbled(self, error: Exception) -> BenchbotError:
-        return self._error("sent something unreadable", f"{error}. It was ended.")
-
     def _error(self, what: str, why: str) -> BenchbotError:
         # Lines of an earlier child in the same log are not this one's last words.
         with self._log.open("rb") as log:
@@ -267,17 +269,6 @@ class ChildHost:
             failure=FailureClass.PLATFORM,
             ends_run=self._real,
         )
-
-
-def _start_message(selection: Selection, options: Mapping[str, Any], *, can_ask: bool) -> messages.Start:
-    return messages.Start(
-        robot=selection.robot.data,
-        scenes=_scene_messages(selection),
-        localisation=selection.localisation,
-        cache_dir=str(resources.cache_dir()),
-        options=dict(options),
-        can_ask=can_ask,
-    )
 
 
 def _scene_messages(selection: Selection) -> list[messages.SceneMessage]:

@@ -1,4 +1,4 @@
-"""What the supervisor and the platform's process say to each other: typed messages over a socket pair.
+"""The messages between the supervisor and the platform's process: typed, over a socket pair.
 
 A message is its length (4 bytes, little-endian) and MessagePack. Arrays travel in the arena; the message then holds
 extension type 2, as on the wire: MessagePack `[dtype.str, [size, …], offset]`.
@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.geometry import Pose
 from benchbot.core.platform import Localisation
-from benchbot.wire.arena import ArenaWriter
-from benchbot.wire.encoding import PLACE_CODE, Fetch
+from benchbot.wire.arena import ArenaWriter, Layout
+from benchbot.wire.encoding import PLACE_CODE, Fetch, decode_place, place_of
 
 MAX_MESSAGE_BYTES = 64 * 2**20
 
@@ -125,7 +125,7 @@ class Failed(msgspec.Struct, tag="failed", frozen=True):
 
 
 class Question(msgspec.Struct, tag="question", frozen=True):
-    """What the operator is asked to do; the reply to the request under way comes some time after the answer."""
+    """A request to the operator; the reply to the request under way comes some time after their answer."""
 
     text: str
 
@@ -136,53 +136,38 @@ class Resumed(msgspec.Struct, tag="resumed", frozen=True):
 
 Reply = Done | Failed
 
-_request_decoder: msgspec.msgpack.Decoder[Request | ControlMessage] = msgspec.msgpack.Decoder(Request | ControlMessage)
-_message_decoder: msgspec.msgpack.Decoder[Reply | Question | Resumed] = msgspec.msgpack.Decoder(
-    Reply | Question | Resumed
-)
-_place_decoder = msgspec.msgpack.Decoder(tuple[str, list[int], int])
+_Incoming = Request | ControlMessage
+_Outgoing = Reply | Question | Resumed
+
+decode_request = msgspec.msgpack.Decoder[_Incoming](_Incoming).decode
+"""Returns the request or control message in the bytes; raises msgspec.DecodeError for anything else."""
+decode_message = msgspec.msgpack.Decoder[_Outgoing](_Outgoing).decode
+"""Returns the reply in the bytes, or what may come before it; raises msgspec.DecodeError for anything else."""
 
 
-def encode_request(request: Request | ControlMessage) -> bytes:
-    """Return the bytes of a request or a control message."""
-    return msgspec.msgpack.encode(request, enc_hook=_scalar)
+def encode(message: Request | ControlMessage | Failed | Question | Resumed) -> bytes:
+    """Return the bytes of a message that is no value."""
+    return msgspec.msgpack.encode(message, enc_hook=_scalar)
 
 
-def decode_request(data: bytes | bytearray) -> Request | ControlMessage:
-    """Return the request or control message in the bytes; raises msgspec.DecodeError for anything else."""
-    return _request_decoder.decode(data)
-
-
-def encode_question(question: Question | Resumed) -> bytes:
-    """Return the bytes of a question, or of its end."""
-    return msgspec.msgpack.encode(question)
-
-
-def encode_reply(reply: Any, arena: ArenaWriter | None = None) -> bytes:
-    """Return the bytes of a reply: `Failed`, or any value, whose arrays go to the arena (without one, it has none)."""
-    if isinstance(reply, Failed):
-        return msgspec.msgpack.encode(reply)
-    arrays: list[NDArray[Any]] = []
-    _collect_arrays(reply, arrays)
-    offsets = iter(arena.write(arrays) if arena else ())
+def encode_value(reply: Any, arena: ArenaWriter | None = None) -> bytes:
+    """Return the bytes of a reply with a value, whose arrays go to the arena; without one, it has none."""
+    layout = Layout()
 
     def place(value: Any) -> Any:
         if arena and isinstance(value, np.ndarray):
-            where = (value.dtype.str, value.shape, next(offsets))
-            return msgspec.msgpack.Ext(PLACE_CODE, msgspec.msgpack.encode(where))
+            return place_of(value.dtype.str, value.shape, layout.add(value))
         return _scalar(value)
 
-    return msgspec.msgpack.encode(Done(msgspec.Raw(msgspec.msgpack.encode(reply, enc_hook=place))))
+    value = msgspec.Raw(msgspec.msgpack.encode(reply, enc_hook=place))
+    if arena:
+        arena.write(layout)
+    return msgspec.msgpack.encode(Done(value))
 
 
 def decode_reply(data: bytes | bytearray, kind: type[T]) -> T:
     """Return the value of the reply in the bytes, which has no arrays, or raise the BenchbotError in it."""
     return value_of(msgspec.msgpack.decode(data, type=Reply), decoder(kind))
-
-
-def decode_message(data: bytes | bytearray) -> Reply | Question | Resumed:
-    """Return the reply in the bytes, or what may come before it; raises msgspec.DecodeError for anything else."""
-    return _message_decoder.decode(data)
 
 
 def decoder(kind: type[T], fetch: Fetch | None = None) -> "msgspec.msgpack.Decoder[T]":
@@ -191,13 +176,13 @@ def decoder(kind: type[T], fetch: Fetch | None = None) -> "msgspec.msgpack.Decod
     def array(code: int, where: memoryview) -> NDArray[Any]:
         if fetch is None or code != PLACE_CODE:
             raise ValueError(f"extension type {code} is not known")
-        return fetch(*_place_decoder.decode(where))
+        return fetch(*decode_place(where))
 
     return msgspec.msgpack.Decoder(kind, ext_hook=array)
 
 
 class Decoder(Protocol[T_co]):
-    """What makes a value of its encoding."""
+    """Decodes values of one type."""
 
     def decode(self, message: msgspec.Raw, /) -> T_co:
         """Return the value; raises ValueError or msgspec.MsgspecError when it is none."""
@@ -208,18 +193,6 @@ def value_of(reply: Reply, decoder: Decoder[T]) -> T:
     if isinstance(reply, Failed):
         raise reply.error()
     return decoder.decode(reply.value)
-
-
-def _collect_arrays(value: Any, arrays: list[NDArray[Any]]) -> None:
-    """Append the arrays of nested dicts, lists and tuples in the order in which they are encoded."""
-    if isinstance(value, np.ndarray):
-        arrays.append(value)
-    elif isinstance(value, dict):
-        for item in value.values():
-            _collect_arrays(item, arrays)
-    elif isinstance(value, list | tuple):
-        for item in value:
-            _collect_arrays(item, arrays)
 
 
 def _scalar(value: Any) -> Any:

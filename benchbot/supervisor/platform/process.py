@@ -87,12 +87,12 @@ class ControlChannel:
         self._answers.put(message)
 
     def ask(self, request: str) -> None:
-        """Have the operator do something, and wait until it is done: `PlatformSpec.ask`.
+        """Ask the operator for something, and wait until it is done: `PlatformSpec.ask`.
 
         Raises the BenchbotError of a safety stop when the robot is halted instead.
         """
         if self._halted is None:
-            self._send(messages.encode_question(messages.Question(request)))
+            self._send(messages.encode(messages.Question(request)))
             self._answers.get()
         if self._halted is not None:
             raise BenchbotError(
@@ -103,7 +103,7 @@ class ControlChannel:
                 failure=FailureClass.PLATFORM,
                 ends_run=True,
             )
-        self._send(messages.encode_question(messages.Resumed()))
+        self._send(messages.encode(messages.Resumed()))
 
 
 def _halt(host: Host, why: str) -> None:
@@ -154,13 +154,13 @@ def _serve(
                 reply: Any = None
             else:
                 reply = _answer(host, request)
-            data = messages.encode_reply(reply, arena)
+            data = messages.encode_value(reply, arena)
         except BenchbotError as error:
-            data = messages.encode_reply(messages.Failed.of(error), arena)
+            data = messages.encode(messages.Failed.of(error))
         # A plug-in may fail in any way at all: the supervisor must hear of it, in words.
         except Exception as error:  # noqa: BLE001
             traceback.print_exc()
-            data = messages.encode_reply(messages.Failed.of(_failure(error, real=real)), arena)
+            data = messages.encode(messages.Failed.of(_failure(error, real=real)))
         signal.signal(signal.SIGIO, signal.SIG_IGN)
         send(data)
         if isinstance(request, messages.Close):

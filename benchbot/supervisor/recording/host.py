@@ -15,10 +15,13 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.progress import Progress, Step
 from benchbot.core.session import Session
 from benchbot.process import how_it_ended, last_words, start_module
+from benchbot.supervisor.platform.messages import Failed
 from benchbot.supervisor.recording.messages import (
     DROPPED,
     ENTRY,
@@ -30,8 +33,8 @@ from benchbot.supervisor.recording.messages import (
     TOOK,
     Entry,
     Parcel,
+    RecordedStep,
     Ring,
-    Told,
 )
 from benchbot.wire import arena
 
@@ -40,7 +43,7 @@ QUEUE_BYTES = 256 * 2**20
 START_TIMEOUT_S = 60.0
 FINISH_TIMEOUT_S, STALL_TIMEOUT_S, HURRY_TIMEOUT_S = 60.0, 15.0, 5.0
 CLOSE_TIMEOUT_S = FINISH_TIMEOUT_S + HURRY_TIMEOUT_S
-"""How long it may take at most to finish recordings; without any progress, it takes less."""
+"""The longest time that finishing recordings may take; without any progress, it is given up sooner."""
 
 LIST_FILE = "recordings.json"
 """A file in a run's folder: the folders of all recordings that it has begun, one in a line, as JSON."""
@@ -48,7 +51,7 @@ LIST_FILE = "recordings.json"
 log = logging.getLogger("benchbot.supervisor")
 
 OnEnded = Callable[[str], None]
-"""Is told, in words, that a recording has ended before its run."""
+"""Called with the reason, in words, when a recording has ended before its run."""
 
 
 def recorded_folders(run_folder: Path) -> list[Path]:
@@ -70,14 +73,14 @@ class Recordings:
         self._hosts: list[RecorderHost] = []
 
     def begin(self, folders: Mapping[str, Path]) -> None:
-        """Have recorders, by name, write into folders from the next observation on.
+        """Begin recorders, by name, which write into folders from the next observation on.
 
         Raises BenchbotError when one cannot begin; then none of them does.
         """
         if not folders:
             return
         folders = {name: folder.absolute() for name, folder in folders.items()}
-        # First of all: what starts from now on must not be shown them.
+        # First of all: solutions that start from now on must not see the folders.
         with self._list.open("a", encoding="utf-8") as file:
             file.writelines(f"{json.dumps(str(folder))}\n" for folder in folders.values())
         host = RecorderHost(folders, self._ended)
@@ -88,7 +91,7 @@ class Recordings:
         log.info("recording: %s", ", ".join(f"{name} into {folder}" for name, folder in folders.items()))
 
     def result(self, document: Mapping[str, Any]) -> None:
-        """Tell recorders that show results of one."""
+        """Pass a result on to the recorders that show results."""
         shown = {key: value for key, value in document.items() if key not in ("track", "actions")}
         for host in list(self._hosts):
             host.result(shown)
@@ -116,7 +119,7 @@ class Recordings:
 
 
 class RecorderHost:
-    """Recordings in a process of their own (`recorder_process`). It is a `Recording` that neither raises nor waits.
+    """Recordings in a process of their own (`recording.process`). It is a `Recording` that neither raises nor waits.
 
     A step for which the queue has no room is dropped and counted. What ends a recording early is told to `on_ended`,
     the next time that there is a step or at the end. Methods may be called from several threads. Raises BenchbotError
@@ -152,7 +155,7 @@ class RecorderHost:
 
     @property
     def ended(self) -> bool:
-        """Whether it takes nothing more: it is finished, or its process has died."""
+        """True when it takes nothing more: it is finished, or its process has died."""
         return self._finished
 
     def reset(self) -> None:
@@ -172,7 +175,7 @@ class RecorderHost:
             self._listen()
             if self._silent:
                 self._give_up()
-            elif not (self._send_reset() and self._queue(Told(action, arguments, step, progress))):
+            elif not (self._send_reset() and self._queue(RecordedStep(action, arguments, step, progress))):
                 self._count_dropped(self.dropped + 1)
 
     def result(self, document: Mapping[str, Any]) -> None:
@@ -189,7 +192,7 @@ class RecorderHost:
                     self._ring.untake()
 
     def close(self) -> None:
-        """Have the queue written and the recordings finished; what a stuck disk does not take in time is given up."""
+        """Finish the recordings with all that is queued; what a stuck disk does not take in time is given up."""
         with self._lock:
             if self._finished:
                 return
@@ -201,7 +204,7 @@ class RecorderHost:
                     self._memory[HURRY_AT] = 1
                     if not self._await("closed", HURRY_TIMEOUT_S):
                         self._on_ended(
-                            f"The recordings in {self._places()} are not finished: the disk does not answer."
+                            f"The recordings in {self._folder_list()} are not finished: the disk does not answer."
                         )
             except BenchbotError as error:
                 self._on_ended(f"{error.title} {error.why}")
@@ -224,7 +227,7 @@ class RecorderHost:
             os.close(replies)
         stack.callback(self._end)
 
-    def _places(self) -> str:
+    def _folder_list(self) -> str:
         return ", ".join(map(str, self.folders.values()))
 
     def _count_dropped(self, dropped: int) -> None:
@@ -237,8 +240,8 @@ class RecorderHost:
             self._reset_due = not self._send(Entry(RESET, 0, 0, 0))
         return not self._reset_due
 
-    def _queue(self, told: Told) -> bool:
-        parcel = Parcel(told)
+    def _queue(self, step: RecordedStep) -> bool:
+        parcel = Parcel(step)
         place = self._ring.take(parcel.size_bytes)
         if place is None:
             return False
@@ -287,7 +290,7 @@ class RecorderHost:
             if "failed" in message:
                 self._on_ended(message["failed"])
             elif "refused" in message:
-                raise _refused(**message["refused"])
+                raise msgspec.convert(message["refused"], Failed).error()
         return kinds
 
     def _await(self, kind: str, timeout_s: float, stall_s: float = math.inf) -> bool:
@@ -311,7 +314,7 @@ class RecorderHost:
         self._end()
         how = how_it_ended(self._process.returncode)
         return BenchbotError(
-            f"The recordings in {self._places()} ended early.",
+            f"The recordings in {self._folder_list()} ended early.",
             f"The process that writes them {how}. {last_words(self._log)}",
             "Record again; if it happens again, report it to the author of the recorder.",
             exit_code=ExitCode.INTERNAL,
@@ -323,8 +326,3 @@ class RecorderHost:
             self._process.wait(1.0 if self._finished or self._silent else 0.0)
         self._process.kill()
         self._process.wait()
-
-
-def _refused(title: str, why: str, fix: str, exit_code: int, failure: str | None) -> BenchbotError:
-    kind = None if failure is None else FailureClass(failure)
-    return BenchbotError(title, why, fix, exit_code=ExitCode(exit_code), failure=kind)

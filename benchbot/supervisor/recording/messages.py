@@ -1,4 +1,4 @@
-"""What the supervisor and the process that writes its recordings say to each other.
+"""The messages between the supervisor and the process that writes its recordings, in shared memory and pipes.
 
 The memory that they share begins with 64 bytes: whether to hurry (1), and from byte 8 on how many steps were dropped
 since the last reset (8, little-endian). The queue lies behind. Through a pipe go its entries, `(kind, offset, size,
@@ -23,19 +23,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.core.motion import Outcome
-from benchbot.core.progress import ActionResult, Progress, State, Step
+from benchbot.core.progress import Progress, Step
 from benchbot.wire import encoding
+from benchbot.wire.arena import Layout, aligned
 
 STEP, RESET, RESULT = range(3)
 HEADER_BYTES = 64
-ALIGNMENT_BYTES = 64
 HURRY_AT = 0
 DROPPED = struct.Struct("<8xQ")
 TOOK = b'{"took": 1}'
 ENTRY = struct.Struct("<BQQQ")
 _MESSAGE_SIZE = struct.Struct("<Q")
-_place_encoder = msgspec.msgpack.Encoder()
 
 
 class Entry(NamedTuple):
@@ -47,8 +45,8 @@ class Entry(NamedTuple):
     dropped: int
 
 
-class Told(NamedTuple):
-    """What a recording is told of a step."""
+class RecordedStep(NamedTuple):
+    """The arguments of `Recording.step`."""
 
     action: str | None
     arguments: Mapping[str, Any]
@@ -97,45 +95,19 @@ class Ring:
         return 0 if size <= first else None
 
 
-def aligned(size_bytes: int) -> int:
-    """Return the size rounded up to whole cache lines."""
-    return -(-size_bytes // ALIGNMENT_BYTES) * ALIGNMENT_BYTES
-
-
 class Parcel:
     """A step on its way into shared memory."""
 
-    def __init__(self, told: Told) -> None:
-        self._arrays: list[tuple[int, NDArray[Any]]] = []
-        self._end = 0
-        step = told.step
-        # Not by `wire.encode`: this is done while a step waits, and what is checked there has been checked before.
-        self._message = msgspec.msgpack.Encoder(enc_hook=self._placed).encode(
-            {
-                "action": told.action,
-                "arguments": dict(told.arguments),
-                "step": {
-                    "observations": step.observations,
-                    "result": step.result.value,
-                    "actions": list(step.actions),
-                    "state": step.state.value,
-                    "scene_number": step.scene_number,
-                    "outcome": None if step.outcome is None else step.outcome.value,
-                },
-                "progress": vars(told.progress),
-                "sent_s": time.monotonic(),
-            }
-        )
-        self.size_bytes = self._end + len(self._message) + _MESSAGE_SIZE.size
+    def __init__(self, step: RecordedStep) -> None:
+        self._layout = Layout(0)
+        # Not by `encoding.encode`: this is done while a step waits, and what is checked there has been checked before.
+        self._message = msgspec.msgpack.Encoder(enc_hook=self._placed).encode((step, time.monotonic()))
+        self.size_bytes = self._layout.end + len(self._message) + _MESSAGE_SIZE.size
 
     def write(self, memory: mmap.mmap, offset: int) -> None:
         """Copy it into a region that begins at `offset`: the only copy that is made while the step waits."""
-        for start, array in self._arrays:
-            if not array.size:
-                continue
-            target = np.frombuffer(memory, array.dtype, array.size, offset + start).reshape(array.shape)
-            np.copyto(target, array)
-        start = offset + self._end
+        self._layout.write(memory, offset)
+        start = offset + self._layout.end
         memory[start : start + len(self._message)] = self._message
         _MESSAGE_SIZE.pack_into(memory, start + len(self._message), len(self._message))
 
@@ -149,44 +121,22 @@ class Parcel:
                 "Report it to the author of the simulator or driver.",
                 failure=FailureClass.PLATFORM,
             )
-        start, self._end = self._end, self._end + aligned(value.nbytes)
-        self._arrays.append((start, value))
-        return msgspec.msgpack.Ext(encoding.PLACE_CODE, _place_encoder.encode((value.dtype.str, value.shape, start)))
+        return encoding.place_of(value.dtype.str, value.shape, self._layout.add(value))
 
 
-def unpack(memory: mmap.mmap, offset: int, size: int) -> Told:
-    """Return the step that lies in a region, with copies of its arrays; raises BenchbotError when it is none."""
+def unpack(memory: mmap.mmap, offset: int, size: int) -> RecordedStep:
+    """Return the step that lies in a region, with copies of its arrays; raises msgspec.DecodeError when it is none."""
     end = offset + size - _MESSAGE_SIZE.size
     (length,) = _MESSAGE_SIZE.unpack_from(memory, end)
 
-    def fetch(dtype: str, shape: list[int], start: int) -> NDArray[Any]:
+    def array(_code: int, place: memoryview) -> NDArray[Any]:
+        dtype, shape, start = encoding.decode_place(place)
         if 0 in shape:
             return np.empty(shape, dtype)
-        lent = np.frombuffer(memory, dtype, math.prod(shape), offset + start)
-        return lent.reshape(shape).copy()
+        return np.frombuffer(memory, dtype, math.prod(shape), offset + start).reshape(shape).copy()
 
-    document = encoding.decode(memory[end - length : end], fetch)
-    step, progress = document["step"], document["progress"]
+    message = memory[end - length : end]
+    step, sent_s = msgspec.msgpack.decode(message, type=tuple[RecordedStep, float], ext_hook=array)
     # What waits in the queue must not count as time of the run: `wall_time_s` is what it was.
-    waited_s = time.monotonic() - document["sent_s"]
-    return Told(
-        document["action"],
-        document["arguments"],
-        Step(
-            step["observations"],
-            ActionResult(step["result"]),
-            tuple(step["actions"]),
-            State(step["state"]),
-            step["scene_number"],
-            None if step["outcome"] is None else Outcome(step["outcome"]),
-        ),
-        Progress(
-            **{
-                **progress,
-                "started_s": progress["started_s"] + waited_s,
-                "state": State(progress["state"]),
-                "pose_xyyaw": tuple(progress["pose_xyyaw"]),
-                "failure": None if progress["failure"] is None else FailureClass(progress["failure"]),
-            }
-        ),
-    )
+    step.progress.started_s += time.monotonic() - sent_s
+    return step

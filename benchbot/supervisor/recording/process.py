@@ -12,16 +12,19 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from benchbot.core import plugin_manager
 from benchbot.core.errors import BenchbotError
 from benchbot.core.recording import Noted
+from benchbot.supervisor.platform.messages import Failed
 from benchbot.supervisor.recording.messages import DROPPED, ENTRY, HURRY_AT, RESET, RESULT, STEP, TOOK, Entry, unpack
 
 NICENESS = 10
 
 
 class Writer:
-    """Tells recordings what comes out of the queue, and the supervisor what becomes of them."""
+    """Passes entries of the queue on to recordings, and reports to the supervisor."""
 
     def __init__(self, replies: int, memory: mmap.mmap) -> None:
         self._replies = replies
@@ -35,15 +38,13 @@ class Writer:
                 recording = plugin_manager.load().record("recorders", name).create(Path(folder))
                 self._recordings.append(Noted(name, recording, Path(folder)))
         except BenchbotError as error:
-            failure = None if error.failure is None else error.failure.value
-            document = {"title": error.title, "why": error.why, "fix": error.fix}
-            self._say({"refused": {**document, "exit_code": int(error.exit_code), "failure": failure}})
+            self._say({"refused": msgspec.to_builtins(Failed.of(error))})
             return False
         self._say({"started": True})
         return True
 
     def write(self, entries: Iterator[Entry]) -> None:
-        """Write until the queue is closed, which it also is when nobody is there any more who could fill it."""
+        """Write until the queue is closed, as it also is when the supervisor is gone."""
         skipped = 0
         for entry in entries:
             if entry.kind == RESET:
@@ -56,10 +57,10 @@ class Writer:
                 self._send(TOOK)
                 self._tell(recording.result(document) for recording in self._recordings)
             else:
-                told = unpack(self._memory, entry.offset, entry.size)
+                step = unpack(self._memory, entry.offset, entry.size)
                 # From here on its place is free: what takes long is the writing.
                 self._send(TOOK)
-                self._tell(recording.step(*told, entry.dropped) for recording in self._recordings)
+                self._tell(recording.step(*step, entry.dropped) for recording in self._recordings)
         (dropped,) = DROPPED.unpack_from(self._memory)
         self._tell(recording.close(dropped + skipped) for recording in self._recordings)
         self._say({"closed": True})
@@ -79,7 +80,7 @@ class Writer:
 
 
 def main() -> int:
-    """Write recordings until told to stop."""
+    """Write recordings until the queue is closed."""
     entries, replies, memory = map(int, sys.argv[1:4])
     os.nice(NICENESS)
     writer = Writer(replies, mmap.mmap(memory, os.fstat(memory).st_size, access=mmap.ACCESS_READ))

@@ -11,8 +11,7 @@ import pytest
 from benchbot.core.errors import FailureClass
 from benchbot.plugins.containers import context, mode
 from benchbot.plugins.containers.mode import Containerised
-from benchbot.submission.episode import Order
-from benchbot.submission.modes import ProcessLimits
+from benchbot.submission.modes import ProcessLimits, SolutionSpec
 from benchbot.supervisor.backend import Backend
 from tests.plugins.containers import solutions
 from tests.submission.submitting import back_end, submit
@@ -83,8 +82,8 @@ def told(engine_variables: dict[str, str], tmp_path: Path) -> Iterator[Container
         yield prepared
 
 
-def order(code: str, told: Containerised, timeout_s: float | None = None) -> Order:
-    return Order([told.image], Path("/"), {"args": code}, timeout_s, told, LIMITS)
+def spec(code: str, told: Containerised, timeout_s: float | None = None) -> SolutionSpec:
+    return SolutionSpec([told.image], Path("/"), {"args": code}, timeout_s, told, LIMITS)
 
 
 def containers_left(told: Containerised) -> list[str]:
@@ -103,7 +102,7 @@ def test_a_solution_in_a_container_from_its_first_step_to_its_limits(told: Conta
 
 
 def reaches_its_goal(told: Containerised, backend: Backend) -> None:
-    ended, spectator = submit(order(PASSIVE, told), backend)
+    ended, spectator = submit(spec(PASSIVE, told), backend)
     assert ended.problem is None, spectator.text
     assert ended.document["provenance"]["steps"] == 3
     assert ended.document["provenance"]["solution"]["mode"] == "container"
@@ -112,7 +111,7 @@ def reaches_its_goal(told: Containerised, backend: Backend) -> None:
 
 
 def sees_nothing_but_itself(told: Containerised, backend: Backend) -> None:
-    _, spectator = submit(order(LOOKS_AROUND, told), backend)
+    _, spectator = submit(spec(LOOKS_AROUND, told), backend)
     seen = json.loads(spectator.text.splitlines()[-1])
     assert seen.pop("processes") in (["1", str(pid)] for pid in range(2, 30))
     assert set(seen.pop("variables")) <= {
@@ -139,14 +138,14 @@ def is_bounded(told: Containerised, backend: Backend) -> None:
         (WRITES_MUCH, "a file larger than it may: 1 MiB", FailureClass.AGENT),
         ("import sys; print('no idea'); sys.exit(7)", "exit status 7.\nno idea", FailureClass.AGENT),
     ):
-        ended, _ = submit(order(code, told), backend)
+        ended, _ = submit(spec(code, told), backend)
         assert ended.problem is not None
         assert why in ended.problem.why
         assert ended.problem.failure == failure
-    _, spectator = submit(order(FORKS, told), backend)
+    _, spectator = submit(spec(FORKS, told), backend)
     children = int(spectator.text.split()[-1])
     assert 10 < children < 40
-    ended, spectator = submit(order("print('x' * 10**6); print('end')", told), backend)
+    ended, spectator = submit(spec("print('x' * 10**6); print('end')", told), backend)
     assert len(spectator.output) == 10**6 + 5
     assert ended.problem is not None
     assert ended.problem.title == "The solution saved no result."
@@ -155,7 +154,7 @@ def is_bounded(told: Containerised, backend: Backend) -> None:
 def ends_with_all_that_it_has_started(told: Containerised, backend: Backend) -> None:
     stubborn = "import signal, time; signal.signal(15, signal.SIG_IGN); print('here'); time.sleep(1000)"
     double_fork = f"import os\nif os.fork() == 0:\n os.setsid()\n if os.fork() == 0:\n  {stubborn}\nelse:\n {stubborn}"
-    ended, spectator = submit(order(double_fork, told, timeout_s=0.5), backend)
+    ended, spectator = submit(spec(double_fork, told, timeout_s=0.5), backend)
     assert ended.problem is not None
     assert ended.problem.failure == FailureClass.TIMEOUT
     assert not Path(f"/proc/{spectator.process}").exists()

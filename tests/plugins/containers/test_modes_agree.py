@@ -12,8 +12,7 @@ import benchbot.plugins
 from benchbot.plugins.containers import context
 from benchbot.plugins.containers import mode as containers
 from benchbot.plugins.sandbox.mode import Sandbox
-from benchbot.submission.episode import Order
-from benchbot.submission.native import NATIVE
+from benchbot.submission.modes import NATIVE, SolutionSpec
 from tests.plugins.containers import base_image
 from tests.submission.submitting import back_end, submit
 
@@ -37,9 +36,9 @@ def test_the_same_example_comes_to_the_same_result_in_every_mode(
     native = [sys.executable, "hello_passive.py"]
     with containers.prepared(context.find(folder), print) as container:
         found = [
-            result_of(Order(native, folder)),
-            result_of(Order(native, folder, mode=Sandbox())),
-            result_of(Order([container.image], folder, mode=container)),
+            result_of(SolutionSpec(native, folder)),
+            result_of(SolutionSpec(native, folder, mode=Sandbox())),
+            result_of(SolutionSpec([container.image], folder, mode=container)),
         ]
     modes = [result["provenance"].pop("solution").get("mode", NATIVE.name) for result in found]
     assert modes == ["native", "sandbox", "container"]
@@ -47,10 +46,10 @@ def test_the_same_example_comes_to_the_same_result_in_every_mode(
     assert others == [native_bytes, native_bytes]
 
 
-def result_of(order: Order) -> dict[str, Any]:
+def result_of(spec: SolutionSpec) -> dict[str, Any]:
     """Return the result of a solution that has a back end for itself."""
     with back_end() as backend:
-        ended, spectator = submit(order, backend)
+        ended, spectator = submit(spec, backend)
     assert ended.problem is None, spectator.text
     assert ended.document["provenance"]["steps"] > 0
     return ended.document

@@ -15,8 +15,7 @@ from typing import Any
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.sandbox import mode
 from benchbot.plugins.sandbox.mode import Sandbox
-from benchbot.submission.episode import Order
-from benchbot.submission.modes import RESULT, ProcessLimits, private_socket
+from benchbot.submission.modes import RESULT, ProcessLimits, SolutionSpec, private_socket
 from benchbot.wire.run_state import Connection
 
 WAIT_S = 60.0
@@ -35,11 +34,9 @@ def run(case: Mapping[str, Any], folder: Path, path: Path) -> dict[str, Any]:
     limits = ProcessLimits(**case.get("limits", {}))
     ended: dict[str, Any] = {"status": None, "explained": None}
     sandbox = Sandbox(tuple(Path(name) for name in case.get("readable", ())))
-    order = Order([sys.executable, "solution.py"], work, limits=limits, mode=sandbox)
+    spec = SolutionSpec([sys.executable, "solution.py"], work, limits=limits, mode=sandbox)
     try:
-        with sandbox.start(
-            order, Connection("http://127.0.0.1:1", str(path), "token"), exchange, output.extend
-        ) as held:
+        with sandbox.start(spec, Connection("http://127.0.0.1:1", str(path), "token"), exchange, output.extend) as held:
             ended["status"] = held.wait(WAIT_S)
             explained = held.explain(ended["status"]) if ended["status"] is not None else None
             ended["explained"] = None if explained is None else f"{explained.title} {explained.why} {explained.fix}"

@@ -21,8 +21,7 @@ import benchbot
 from benchbot.plugins.containers import context
 from benchbot.plugins.containers import mode as containers
 from benchbot.plugins.sandbox.mode import Sandbox
-from benchbot.submission.episode import Order
-from benchbot.submission.native import NATIVE
+from benchbot.submission.modes import NATIVE, SolutionSpec
 from tests.plugin_factory import DECLARES, PluginFactory
 from tests.plugins.containers import solutions
 from tests.submission.attacks import table
@@ -267,7 +266,7 @@ def test_a_result_that_is_none_is_told_and_harms_nobody(
                 (Sandbox(), native, {}),
                 (container, [container.image], {"args": program}),
             ):
-                ended, spectator = run(Order(command, telling, variables, 60, mode), backend)
+                ended, spectator = run(SolutionSpec(command, telling, variables, 60, mode), backend)
                 assert ended.problem is not None, (name, mode.name)
                 assert ended.document["provenance"]["failure"]["class"] == "agent", spectator.text
                 assert prey.secret not in json.dumps(ended.document) + str(ended.problem)

@@ -114,6 +114,53 @@ def test_what_follows_an_answer_is_whole_and_in_order_whoever_comes_next(serve: 
     assert told == [("scene", 0), *looked, ("result", 0)]
 
 
+def test_an_answer_does_not_wait_for_its_event_but_the_next_request_does(serve: Serve) -> None:
+    served = serve(sample_selection("sample:active"))
+    begun, go_on, told = threading.Event(), threading.Event(), list[str]()
+
+    def slow(kind: str, data: dict[str, Any]) -> None:
+        begun.set()
+        go_on.wait(60)
+        told.append(kind)
+
+    first, second = Raw(served), Raw(served)
+    served.run.events.publish = slow  # type: ignore[method-assign]
+    assert first.ask(message("reset"))[0] == 200
+    assert begun.wait(60)
+    with ThreadPoolExecutor() as executor:
+        stepping = executor.submit(second.ask, message("step", TURN))
+        assert eventually(lambda: second_is_under_way(served))
+        assert (told, stepping.done()) == ([], False)
+        go_on.set()
+        assert stepping.result()[1]["steps"] == 1
+    assert told[0] == "scene"
+
+
+def second_is_under_way(served: Served) -> bool:
+    return Raw(served).ask(message("step"))[0] == 409
+
+
+def test_a_follow_up_that_fails_keeps_no_other_from_being_done(serve: Serve) -> None:
+    served = serve(sample_selection("sample:active"))
+    told: list[str] = []
+
+    def failing(kind: str, data: dict[str, Any]) -> None:
+        told.append(kind)
+        raise ZeroDivisionError
+
+    publish, served.run.events.publish = served.run.events.publish, failing  # type: ignore[method-assign]
+    assert Raw(served).ask(message("reset"))[0] == 200
+    assert eventually(lambda: told == ["scene"])
+    served.run.events.publish = publish  # type: ignore[method-assign]
+    shown = ObservationDigest()
+    for route, steps in (("reset", 0), ("step", 1)):
+        status, answer = Raw(served).ask(message(route, TURN if steps else None))
+        assert (status, answer["steps"]) == (200, steps)
+        shown.update(answer["observations"])
+    document = Client(Connection(served.url, None, TOKEN)).failed(FailureClass.AGENT, "Enough.")["document"]
+    assert document["provenance"]["observation_digest"] == shown.hexdigest()
+
+
 @pytest.mark.parametrize("pieces", [1, 2, 100])
 def test_a_request_in_pieces_is_answered_all_the_same(serve: Serve, pieces: int) -> None:
     raw = Raw(serve(sample_selection("sample:active")))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from benchbot.supervisor.platform import borrowed, messages
 from benchbot.wire import encoding
 from benchbot.wire.arena import ArenaReader, ArenaWriter, create
+from tests.wire.test_arena import write
 
 
 class Borrowed:
@@ -21,12 +22,12 @@ class Borrowed:
     def __init__(self, handle: int) -> None:
         self.arena = ArenaReader(handle)
         self._writer = ArenaWriter(handle)
-        (offset,) = self._writer.write([np.zeros((2, 3), np.uint8)])
+        (offset,) = write(self._writer, [np.zeros((2, 3), np.uint8)])
         self.image = self.arena.view("|u1", [2, 3], offset)
         self.answer: dict[str, Any] = {"observations": {"image": self.image, "poses": [self.image, "map"]}}
 
     def overwrite(self) -> None:
-        self._writer.write([np.full((2, 3), 9, np.uint8)])
+        write(self._writer, [np.full((2, 3), 9, np.uint8)])
 
 
 @pytest.fixture
@@ -75,7 +76,7 @@ VALUES = st.recursive(
 def test_what_the_platform_says_of_places_is_what_a_client_would_be_told(observations: dict[str, Any]) -> None:
     handle = create()
     try:
-        message = messages.encode_reply(observations, ArenaWriter(handle))
+        message = messages.encode_value(observations, ArenaWriter(handle))
         arena = ArenaReader(handle)
         observed = messages.value_of(
             cast(messages.Done, messages.decode_message(message)), borrowed.BorrowingDecoder(arena)

@@ -3,7 +3,8 @@ from collections import deque
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchbot.supervisor.recording.messages import ALIGNMENT_BYTES, Ring, aligned
+from benchbot.supervisor.recording.messages import Ring
+from benchbot.wire.arena import ALIGNMENT_BYTES, aligned
 
 SIZE = 40 * ALIGNMENT_BYTES
 

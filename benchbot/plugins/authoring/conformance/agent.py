@@ -138,11 +138,12 @@ def _run_here(make: Callable[[], Agent], url: str, token: str, folder: Path) -> 
 
 def _run_command(case: _Case, command: Sequence[str], url: str, token: str) -> dict[str, Any]:
     from benchbot.submission import episode
+    from benchbot.submission.modes import SolutionSpec
     from benchbot.submission.solution import python_first
     from benchbot.wire.run_state import Connection
 
-    order = episode.Order(list(command), Path.cwd(), python_first(), case.timeout_s)
-    ended = episode.run(order, Connection(url, None, token), lambda: None, _SilentWatcher())
+    spec = SolutionSpec(list(command), Path.cwd(), python_first(), case.timeout_s)
+    ended = episode.run(spec, Connection(url, None, token), lambda: None, _SilentWatcher())
     if ended.problem is not None:
         raise ended.problem
     return ended.document
