@@ -1,0 +1,1 @@
+"""The first solutions to read and to run."""
