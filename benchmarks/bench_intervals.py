@@ -17,10 +17,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 
-from benchbot.evaluation import comparison, intervals, student_t
-from benchbot.evaluation.permutation import sign_flip
+from benchbot.evaluation import comparison, intervals
 from benchbot.evaluation.result_sets import ResultSet
+from benchbot.evaluation.significance import sign_flip
 from benchbot_eval_omq import omq
 from benchbot_eval_omq.plugin import benchbot_evaluators
 
@@ -64,18 +65,19 @@ def bootstraps(statistic: intervals.Linear) -> dict[str, Ends]:
     draws = random.multinomial(count, np.full(count, 1 / count), DRAWS)
     totals = draws @ statistic.sizes
     values = draws @ statistic.sums / totals
-    t = student_t.quantile(0.975, count - 1)
+    t = stdtrit(count - 1, 0.975)
     tail = NormalDist().cdf(-t * (count / (count - 1)) ** 0.5)
     squares = (draws * (statistic.sums - values[:, None] * statistic.sizes) ** 2).sum(axis=1)
     errors = np.sqrt(count / (count - 1) * squares) / totals
     with np.errstate(divide="ignore", invalid="ignore"):
         studentised = np.nan_to_num((values - statistic.value) / errors, nan=0.0, posinf=1e9, neginf=-1e9)
     low, high = np.quantile(studentised, [0.025, 0.975]) * statistic.standard_error
+    interval = intervals.limits(statistic, draws=DRAWS)
     return {
         "percentile": tuple(np.quantile(values, [0.025, 0.975])),
         "expanded": tuple(np.quantile(values, [tail, 1 - tail])),
         "t": (statistic.value - high, statistic.value - low),
-        "benchbot": intervals.bootstrap_t(statistic, draws=DRAWS),
+        "benchbot": (interval["low"], interval["high"]),
     }
 
 

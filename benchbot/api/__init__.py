@@ -1,4 +1,4 @@
-"""What solutions import: `Agent`, `ActionResult`, `BenchBot`. It is light, and knows of no server."""
+"""The API of solutions: `Agent`, `ActionResult`, `BenchBot`. Importing it imports no server."""
 
 from typing import TYPE_CHECKING
 

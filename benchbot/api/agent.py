@@ -1,4 +1,4 @@
-"""What a solution implements, and what it is told after each action."""
+"""`Agent`, which a solution implements, and `ActionResult`, which it gets after each action."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -7,7 +7,7 @@ from typing import Any
 
 
 class ActionResult(Enum):
-    """How things stand after an action."""
+    """The state after an action."""
 
     SUCCESS = auto()
     """The action was carried out; go on."""

@@ -1,4 +1,4 @@
-"""What BenchBot v2's client did to observations as they arrived. Ours arrive done; solutions may still call these."""
+"""Conversions that v2's client applied to observations. Ours arrive converted; solutions may still call these."""
 
 import base64
 import io

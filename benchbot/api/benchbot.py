@@ -1,4 +1,4 @@
-"""The class that a solution talks to; its surface is that of BenchBot v2."""
+"""The class through which a solution acts and observes; its surface is that of BenchBot v2."""
 
 import json
 import os
@@ -11,16 +11,23 @@ from typing import Any, cast
 
 from benchbot.api.agent import ActionResult, Agent
 from benchbot.api.client import Client
-from benchbot.api.errors import WrongMomentError, WrongValueError, raised_as
-from benchbot.core import resources
+from benchbot.core import atomic, resources
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.wire.run_state import Connection, find
 
 Observations = dict[str, Any]
 
 
+class WrongValueError(BenchbotError, ValueError):
+    """An argument of the solution that cannot be used, where v2 raised ValueError: an unavailable action, say."""
+
+
+class WrongMomentError(BenchbotError, RuntimeError):
+    """A call that is impossible in the current state, where v2 raised RuntimeError."""
+
+
 def result_location() -> str:
-    """Return where a solution writes its result: `$BENCHBOT_RESULT`, or `result.json` in the user's state folder."""
+    """Return the path of the solution's result: `$BENCHBOT_RESULT`, or `result.json` in the user's state folder."""
     return os.environ.get("BENCHBOT_RESULT") or str(resources.state_dir() / "result.json")
 
 
@@ -33,7 +40,7 @@ class BenchBot:
     """
 
     class RouteType(StrEnum):
-        """The parts of v2's supervisor, by their path. This client needs none of them; v2's had them."""
+        """The parts of v2's supervisor, by their path. Only v2's client needed them."""
 
         CONNECTION = "connections"
         CONFIG = "config"
@@ -52,7 +59,7 @@ class BenchBot:
         self._session: dict[str, Any] = {}
         self._state: dict[str, Any] = {}
         self._clean = False
-        self._unseen: Observations | None = None
+        self._undelivered: Observations | None = None
         if auto_start:
             self.start()
 
@@ -70,7 +77,7 @@ class BenchBot:
 
     @property
     def last_outcome(self) -> str | None:
-        """How the last step's action ended: `reached`, `blocked`, `collided`, `timeout`; None without an action.
+        """The outcome of the last step's action: `reached`, `blocked`, `collided`, `timeout`; None without an action.
 
         A robot that stops in front of obstacles is `blocked` there: it has not gone as far as it was told, and its
         action result is SUCCESS, since it may go on.
@@ -81,7 +88,7 @@ class BenchBot:
 
     @property
     def config(self) -> dict[str, Any]:
-        """What is run: `task`, `robot`, `environments` and `results` (the results format)."""
+        """The declarations of the run: `task`, `robot`, `environments` and `results` (the results format)."""
         self._running()
         return {
             "task": self._session["task"],
@@ -98,13 +105,13 @@ class BenchBot:
 
     @property
     def environment_details(self) -> list[dict[str, Any]]:
-        """What a solution may know of each scene of the environment."""
+        """The public details of each scene of the environment."""
         details: list[dict[str, Any]] = self.config["environments"]
         return details
 
     @property
     def result_filename(self) -> str:
-        """Where the result is to be written; its folder exists."""
+        """The path at which the result is to be written; its folder exists."""
         location = result_location()
         Path(location).parent.mkdir(parents=True, exist_ok=True)
         return location
@@ -116,7 +123,7 @@ class BenchBot:
             self._session = client.session()
             self._client = client
             print("Connected!", flush=True)
-        self._take(client.reset)
+        self._request(client.reset)
 
     def set_agent(self, agent: Agent | None) -> None:
         """Set the agent that `run` runs, or none; raises WrongValueError for something that is not an Agent."""
@@ -134,11 +141,11 @@ class BenchBot:
         client = self._running()
         if not self._clean:
             with _announced("Dirty robot state detected. Performing reset"):
-                self._take(client.reset)
+                self._request(client.reset)
                 print("Complete.", flush=True)
-        elif self._unseen is None:
-            self._take(lambda: client.step(None))
-        return self._give()
+        elif self._undelivered is None:
+            self._request(lambda: client.step(None))
+        return self._deliver()
 
     def step(
         self, action: str | None, arguments: Mapping[str, Any] | None = None, **action_kwargs: Any
@@ -152,15 +159,15 @@ class BenchBot:
         kwargs = {**(arguments or {}), **action_kwargs}
         if action is not None:
             print(f"Sending action '{action}' with args: {kwargs}", flush=True)
-        with raised_as(WrongValueError):
-            self._take(lambda: client.step(action, kwargs))
-        return self._give()
+        with _raised_as(WrongValueError):
+            self._request(lambda: client.step(action, kwargs))
+        return self._deliver()
 
     def next_scene(self) -> bool:
         """Advance to the next scene; return False when there is none. Raises WrongMomentError after a collision."""
         client = self._running()
-        with _announced("Moving to next scene"), raised_as(WrongMomentError):
-            self._take(client.next_scene)
+        with _announced("Moving to next scene"), _raised_as(WrongMomentError):
+            self._request(client.next_scene)
             advanced = bool(self._state["advanced"])
             print("Done." if advanced else "Failed.", flush=True)
         return advanced
@@ -203,22 +210,18 @@ class BenchBot:
             # A collision ends the whole episode; what was seen until then is still worth a result.
             if result is ActionResult.COLLISION or not self.next_scene():
                 break
-            observations, result = self._give()
+            observations, result = self._deliver()
         filename = self.result_filename
         Path(filename).unlink(missing_ok=True)
         agent.save_result(filename, self.empty_results(), self.results_functions())
         self._complete_result(Path(filename))
 
     def _complete_result(self, path: Path) -> None:
-        from benchbot.core import results
-
         if not path.exists():
-            raise BenchbotError(
+            raise _unusable_result(
                 "The agent saved no result.",
                 f"There is no file {path} after save_result.",
                 "Write the results to the filename that save_result is given.",
-                exit_code=ExitCode.SUBMISSION_FAILED,
-                failure=FailureClass.AGENT,
             )
         why = ""
         # Not schema.read, which tells JSON from YAML by the suffix: v2's name of the file has none.
@@ -227,15 +230,16 @@ class BenchBot:
         except ValueError as error:
             document, why = None, f"{error}."
         if not isinstance(document, dict):
-            raise BenchbotError(
+            raise _unusable_result(
                 f"The agent's result {path} is not a JSON object.",
                 why or f"It holds a {type(document).__name__}.",
                 "Fill in what save_result is given as empty_results, and write it with json.dump.",
-                exit_code=ExitCode.SUBMISSION_FAILED,
-                failure=FailureClass.AGENT,
             )
-        answer = self._running().result(document)
-        results.write_json(path, answer["document"])
+        completed = self._running().result(document)["document"]
+        try:
+            atomic.write(path, (json.dumps(completed, indent=1, sort_keys=True, allow_nan=False) + "\n").encode())
+        except OSError as error:
+            raise atomic.cannot_write(path, error) from error
 
     def _running(self) -> Client:
         """Return the client; without auto_start, the first use starts."""
@@ -249,31 +253,53 @@ class BenchBot:
         token = os.environ.get("BENCHBOT_TOKEN")
         return Connection(self._address, None, token or find().token)
 
-    def _take(self, ask: Callable[[], dict[str, Any]]) -> None:
-        """Keep what the supervisor answers. When it answers with an error, only a reset is sure to help."""
+    def _request(self, ask: Callable[[], dict[str, Any]]) -> None:
+        """Send a request and keep the answer. After an error, the state is dirty: only a reset is sure to help."""
         self._clean = False
         answer = ask()
         self._clean = answer["state"] == "clean"
         self._state = answer
-        self._unseen = answer.pop("observations", None)
-        if self._unseen is not None:
-            self._unseen["scene_number"] = answer["scene_number"]
+        self._undelivered = answer.pop("observations", None)
+        if self._undelivered is not None:
+            self._undelivered["scene_number"] = answer["scene_number"]
 
-    def _give(self) -> tuple[Observations, ActionResult]:
-        """Hand out the observations of the last answer, once."""
-        observations, self._unseen = self._unseen, None
+    def _deliver(self) -> tuple[Observations, ActionResult]:
+        """Return the observations of the last answer, once, and the action's result."""
+        observations, self._undelivered = self._undelivered, None
         return observations or {}, ActionResult[self._state["result"]]
 
 
 @contextmanager
 def _announced(what: str) -> Iterator[None]:
-    """Print what is about to be done, on a line that ends with how it went; an error is told on a line of its own."""
+    """Print what is begun; the caller ends the line with the outcome, an error ends it without."""
     print(f"{what} ... ", end="", flush=True)
     try:
         yield
     except BenchbotError:
         print(flush=True)
         raise
+
+
+@contextmanager
+def _raised_as(kind: type[BenchbotError]) -> Iterator[None]:
+    """Raise a BenchbotError that the solution has caused as `kind`, others as they are."""
+    try:
+        yield
+    except BenchbotError as error:
+        if error.failure not in (FailureClass.AGENT, FailureClass.COLLISION):
+            raise
+        raise kind(
+            error.title,
+            error.why,
+            error.fix,
+            exit_code=error.exit_code,
+            failure=error.failure,
+            ends_run=error.ends_run,
+        ) from error
+
+
+def _unusable_result(title: str, why: str, fix: str) -> BenchbotError:
+    return BenchbotError(title, why, fix, exit_code=ExitCode.SUBMISSION_FAILED, failure=FailureClass.AGENT)
 
 
 def _call_remote(client: Client, name: str, *args: Any, **kwargs: Any) -> Any:

@@ -1,22 +1,25 @@
-"""The client of the v1 API: one method per route, errors raised as the supervisor said them."""
+"""The client of the v1 API: one method per route, errors raised as the supervisor reports them."""
 
 import json
+import os
+import weakref
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 from urllib.parse import quote
 
-from benchbot.api.shared_memory import SharedMemory
+from numpy.typing import NDArray
+
 from benchbot.api.transport import Transport
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.wire import encoding
+from benchbot.wire import arena, encoding
 from benchbot.wire.run_state import Connection, find
 
 MSGPACK = "application/msgpack"
 
 
 class Client:
-    """A keep-alive connection to a supervisor; every method raises BenchbotError as the supervisor said it.
+    """A keep-alive connection to a supervisor; every method raises BenchbotError as the supervisor reports it.
 
     A lost connection is a BenchbotError with failure `infrastructure`, and so is an answer that does not come within
     `answer_timeout_s`, if given: an action may take as long as it takes. Not thread-safe: one client per thread.
@@ -37,11 +40,11 @@ class Client:
         self._transport = Transport(self.connection.url, self.connection.socket, answer_timeout_s)
 
     def health(self) -> dict[str, Any]:
-        """Return who answers: name, version, process number. Needs no token."""
+        """Return the server's name, version and process number. Needs no token."""
         return self._call("GET", "health")
 
     def session(self) -> dict[str, Any]:
-        """Return what is run and where it stands: task, environments, robot, state, progress (see docs/wire.md)."""
+        """Return the session: task, environments, robot, state, progress (see docs/wire.md)."""
         return self._call("GET", "session")
 
     def reset(self) -> dict[str, Any]:
@@ -80,14 +83,14 @@ class Client:
         self._call("POST", "stop")
 
     def confirm(self) -> str:
-        """Say that the operator has done what they were asked, and return what that was.
+        """Confirm that the operator has done the requested work, and return the request.
 
         Needs a connection with the operator's token.
         """
         return str(self._call("POST", "operator", {"done": True})["confirmed"])
 
     def record(self, begin: Mapping[str, Path] | None = None, finish: Sequence[Path] = ()) -> list[dict[str, Any]]:
-        """Finish the recordings in some folders, begin others, by recorder; return those that go on.
+        """Finish the recordings in some folders, begin others, by recorder; return those that continue.
 
         Needs a connection with the operator's token.
         """
@@ -99,7 +102,7 @@ class Client:
     def close(self) -> None:
         """Close the connection."""
         self._transport.close()
-        self._forget_memory()
+        self._close_memory()
 
     def _observe(self, route: str, body: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Send a request that is answered with observations, which may lie in shared memory (docs/wire.md)."""
@@ -112,19 +115,25 @@ class Client:
         if not isinstance(told, dict):
             return answer
         if "descriptor" in told:
-            self._forget_memory()
+            self._close_memory()
             self._memory = SharedMemory.open(told)
             self._shares_memory = self._memory is not None
             return answer
         if memory is None or told.get("nonce") != memory.nonce:
-            raise _foreign_memory(told.get("nonce"), opened)
+            raise BenchbotError(
+                "The answer lies in memory that this client has not opened.",
+                f"It names the arena {told.get('nonce')!r}, and the client has opened {opened!r}.",
+                "Run again; if it happens again, report it.",
+                exit_code=ExitCode.INTERNAL,
+                failure=FailureClass.INFRASTRUCTURE,
+            )
         if "observations" in answer and not memory.holds(told.get("sequence")):
-            # Another client has observed meanwhile. What is asked for again belongs together, and comes as bytes.
+            # Another client has observed meanwhile, so the arrays are overwritten. The second answer comes as bytes.
             again = self._call("POST", "step", {"action": None})
             return {**answer, **again, "outcome": answer["outcome"]}
         return answer
 
-    def _forget_memory(self) -> None:
+    def _close_memory(self) -> None:
         if self._memory is not None:
             self._memory.close()
             self._memory = None
@@ -141,7 +150,15 @@ class Client:
         data = b""
         if body is not None:
             headers["Content-Type"] = MSGPACK
-            data = _within_cap(encoding.encode(body))
+            data = encoding.encode(body)
+            if len(data) > encoding.MAX_BODY_BYTES:
+                raise BenchbotError(
+                    "The request is too large.",
+                    f"It has {len(data)} bytes, and the supervisor reads at most {encoding.MAX_BODY_BYTES}.",
+                    "Send less: a result of this size is most likely not what the task asks for.",
+                    exit_code=ExitCode.SUBMISSION_FAILED,
+                    failure=FailureClass.AGENT,
+                )
         status, content_type, content = self._transport.request(method, f"/api/v1/{route}", data, headers)
         if status >= 300 or content_type != MSGPACK:
             raise _error(status, bytes(content))
@@ -151,26 +168,51 @@ class Client:
         return answer
 
 
-def _within_cap(data: bytes) -> bytes:
-    if len(data) > encoding.MAX_BODY_BYTES:
-        raise BenchbotError(
-            "The request is too large.",
-            f"It has {len(data)} bytes, and the supervisor reads at most {encoding.MAX_BODY_BYTES}.",
-            "Send less: a result of this size is most likely not what the task asks for.",
-            exit_code=ExitCode.SUBMISSION_FAILED,
-            failure=FailureClass.AGENT,
-        )
-    return data
+class SharedMemory:
+    """An arena (docs/wire.md) that a supervisor has offered, open for reading; `nonce` names it."""
 
+    def __init__(self, handle: int) -> None:
+        self._reader = arena.ArenaReader(handle)
+        self.nonce = self._reader.nonce
+        # A client that is dropped without close() must not leak the descriptor.
+        self._close = weakref.finalize(self, os.close, handle)
 
-def _foreign_memory(named: Any, opened: str) -> BenchbotError:
-    return BenchbotError(
-        "The answer lies in memory that this client has not opened.",
-        f"It names the arena {named!r}, and the client has opened {opened!r}.",
-        "Run again; if it happens again, report it.",
-        exit_code=ExitCode.INTERNAL,
-        failure=FailureClass.INFRASTRUCTURE,
-    )
+    @classmethod
+    def open(cls, offered: Any) -> Self | None:
+        """Return the offered arena, or None when it cannot be reached: another user, container or system.
+
+        Nothing is opened but an anonymous file of that name, so an offer cannot lead anywhere else.
+        """
+        try:
+            path = f"/proc/{int(offered['pid'])}/fd/{int(offered['descriptor'])}"
+            if str(Path(path).readlink()) != f"/memfd:{arena.NAME} (deleted)":
+                return None
+            handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+        except (OSError, KeyError, TypeError, ValueError):
+            return None
+        try:
+            memory = cls(handle)
+        except ValueError:
+            os.close(handle)
+            return None
+        # Elsewhere, this process number may belong to another supervisor.
+        if memory.nonce != offered.get("nonce"):
+            memory.close()
+            return None
+        return memory
+
+    def read(self, dtype: str, shape: list[int], offset: int) -> NDArray[Any]:
+        """Return a copy of an array; raises ValueError when it lies outside of the memory."""
+        return self._reader.read(dtype, shape, offset)
+
+    def holds(self, sequence: Any) -> bool:
+        """Say whether the arena still holds what a supervisor wrote as number `sequence`."""
+        return bool(self._reader.sequence == sequence)
+
+    def close(self) -> None:
+        """Unmap the memory and close its file."""
+        self._reader.close()
+        self._close()
 
 
 def _error(status: int, content: bytes) -> BenchbotError:

@@ -1,7 +1,7 @@
 """HTTP/1.1 to a supervisor on loopback or a unix socket, over one connection that is kept open.
 
-A request leaves in one piece. An answer of a supervisor, whose length is told, is read here; every other one is left to
-`http.client`, which knows all of HTTP and takes its time.
+A request is sent in one piece. An answer with a Content-Length, as the supervisor's, is parsed here, which is faster;
+every other one is left to `http.client`, which knows all of HTTP.
 """
 
 import http.client
@@ -43,7 +43,7 @@ class Transport:
             self.close()
             raise self._gone(error) from error
         except BaseException:
-            # Interrupted between question and answer: the next answer on this connection would be the wrong one.
+            # Interrupted between request and answer: the next answer on this connection would be the wrong one.
             self.close()
             raise
         if told.get("connection", "").lower() == "close":

@@ -63,8 +63,9 @@ def evaluate(
     from benchbot.core import scores
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
-    from benchbot.evaluation import explanation, intervals, validate_files
-    from benchbot.evaluation.score import score_files
+    from benchbot.evaluation import intervals, validate_files
+    from benchbot.evaluation.score import explain as explain_scores
+    from benchbot.evaluation.score import score_files, write_explanation
 
     requirements = requirement.parse(require)
     catalog = Catalog(load())
@@ -92,12 +93,12 @@ def evaluate(
         over=intervals.Over(over),
     )
     document = evaluation.document
-    explained = None if explain is None else explanation.explain(evaluation)
+    explained = None if explain is None else explain_scores(evaluation)
     scores.write(output, document)
     console.note(scoring.table(document))
     console.note(f"Scores: {output}")
     if explain is not None and explained is not None:
-        explanation.write(explain, explained)
+        write_explanation(explain, explained)
         console.note(f"Explanation, with ground truth: {explain}")
     console.data_json(document) if as_json else console.data(scoring.headline(document))
     requirement.check(requirements, document["scores"])

@@ -1,4 +1,4 @@
-"""Evaluation: is it valid, how good is it, and what is missing?"""
+"""Evaluation of results: validity, scores, intervals, comparisons, and coverage."""
 
 from benchbot.evaluation.score import evaluate, evaluate_files, validate_files
 

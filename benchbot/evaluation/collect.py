@@ -1,19 +1,18 @@
-"""Collecting what is to be scored: results read, filtered by task and environment, and checked."""
+"""Collecting the results to score: read, filtered by task and environment, one for each episode, and checked."""
 
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from benchbot.core import overrides
 from benchbot.core.declarations import formats
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.evaluation import inputs
+from benchbot.evaluation import result_files
 from benchbot.evaluation.coverage import Coverage
-from benchbot.evaluation.duplicates import distinct
-from benchbot.evaluation.inputs import Other, Submission, Unreadable
-
-_SHOWN = 5
+from benchbot.evaluation.result_document import ResultDocument, listed
+from benchbot.evaluation.result_files import DerivedFile, Unreadable
 
 
 def collect(
@@ -22,8 +21,8 @@ def collect(
     required_task: str | None,
     required_envs: Sequence[str] | None,
     coverage: Coverage,
-) -> list[Submission]:
-    """Return the submissions that count, all of one task and one for each episode, those of failed ones included.
+) -> list[ResultDocument]:
+    """Return the results that count, all of one task and one for each episode, those of failed ones included.
 
     Notes the others in `coverage`, and required environments without any result. Raises BenchbotError for an unknown
     required task or environment, for results of several tasks, and when none counts.
@@ -32,11 +31,11 @@ def collect(
         catalog.get("tasks", required_task)
     for environment in required_envs or ():
         catalog.environments(environment)
-    wanted: list[Submission] = []
-    for item in inputs.read(paths):
+    wanted: list[ResultDocument] = []
+    for item in result_files.read(paths):
         if isinstance(item, Unreadable):
             coverage.unreadable(item.source, item.error, counts=required_envs is None)
-        elif isinstance(item, Other):
+        elif isinstance(item, DerivedFile):
             coverage.skip(item.source, item.why)
         elif required_task is not None and item.task != required_task:
             coverage.skip(item.source, f"It is of the task '{item.task}'.")
@@ -45,7 +44,9 @@ def collect(
         else:
             wanted.append(item)
     if not wanted:
-        raise _nothing(coverage)
+        items = [*coverage.missing, *coverage.skipped]
+        fix = "Give at least one result file of the right task and environment."
+        raise coverage.nothing("There is nothing to score.", items, fix)
     _require_one_task(wanted)
     found = distinct(wanted, coverage)
     coverage.absent(required_envs or (), wanted)
@@ -53,60 +54,79 @@ def collect(
     return found
 
 
-def has_valid_results(submission: Submission, catalog: Catalog, coverage: Coverage) -> bool:
-    """Say whether a submission can be scored: it has results, and they keep to their format. Notes why not."""
+def has_valid_results(result: ResultDocument, catalog: Catalog, coverage: Coverage) -> bool:
+    """Say whether a result can be scored: it has results, and they keep to their format. Notes why not."""
+    flaw = result.flaw()
+    if flaw is None and result.failure is not None and result.document.get("results") is None:
+        coverage.failed(result)
+        return False
     try:
-        _require_no_flaw(submission)
-        if submission.failure is not None and submission.document.get("results") is None:
-            coverage.failed(submission)
-            return False
-        _validate(submission, catalog)
+        _validate(result, flaw, catalog)
     except BenchbotError as error:
-        coverage.broken(submission, error)
+        coverage.broken(result, error)
         return False
     return True
 
 
-def _require_no_flaw(submission: Submission) -> None:
-    flaw = submission.flaw()
+def distinct(results: Sequence[ResultDocument], coverage: Coverage) -> list[ResultDocument]:
+    """Return one result for each episode, in order; notes what became of the others in `coverage`.
+
+    Equal ones count once. Of those that say that they are of the same episode (all that provenance names as selected:
+    robot, environment, seed, …) and differ, none is scored, since none can be told to be the right one. Those that do
+    not say their seed, as v2's, cannot be told to be of one episode: they are repeats.
+    """
+    groups: dict[tuple[Any, ...], list[ResultDocument]] = {}
+    for result in results:
+        groups.setdefault(_episode(result), []).append(result)
+    kept: list[ResultDocument] = []
+    for group in groups.values():
+        different = _without_copies(group, coverage)
+        if len(different) == 1 or different[0].numbers["seed"] is None:
+            kept += different
+            _warn_of_unknown_seeds(different, coverage)
+        else:
+            coverage.broken(different[0], _contradiction(different))
+    # By identity: documents are large, and do not hash.
+    places = {id(result): place for place, result in enumerate(results)}
+    return sorted(kept, key=lambda result: places[id(result)])
+
+
+def _validate(result: ResultDocument, flaw: str | None, catalog: Catalog) -> None:
     if flaw is not None:
         raise BenchbotError(
-            f"{submission.source} is not a valid result.",
+            f"{result.source} is not a valid result.",
             flaw,
             "Save a document that is JSON: finite numbers only, and a few levels of lists and mappings.",
         )
-
-
-def _validate(submission: Submission, catalog: Catalog) -> None:
-    if "results" not in submission.document:
+    if "results" not in result.document:
         raise BenchbotError(
-            f"{submission.source} has no results.",
+            f"{result.source} has no results.",
             "The key 'results' is missing.",
             "Save results that were begun with BenchBot.empty_results().",
         )
-    names = {str(scene["name"]) for scene in submission.document["environment_details"]}
+    names = {str(scene["name"]) for scene in result.document["environment_details"]}
     if len(names) > 1:
         raise BenchbotError(
-            f"{submission.source} cannot be scored.",
+            f"{result.source} cannot be scored.",
             f"Its scenes are of different environments: {', '.join(sorted(names))}.",
             "Run the task in variants of one environment.",
         )
-    if submission.results_format is None:
+    if result.results_format is None:
         raise BenchbotError(
-            f"{submission.source} cannot be scored.",
-            f"Its task '{submission.task}' has no results_format.",
+            f"{result.source} cannot be scored.",
+            f"Its task '{result.task}' has no results_format.",
             "Run a task that has one: benchbot list tasks",
         )
-    formats.validate(catalog.get("formats", submission.results_format), submission.document["results"])
+    formats.validate(catalog.get("formats", result.results_format), result.document["results"])
 
 
-def _require_one_task(submissions: Sequence[Submission]) -> None:
+def _require_one_task(results: Sequence[ResultDocument]) -> None:
     sources: dict[tuple[str, str | None], list[str]] = {}
-    for submission in submissions:
-        sources.setdefault((submission.task, submission.results_format), []).append(submission.source)
+    for result in results:
+        sources.setdefault((result.task, result.results_format), []).append(result.source)
     if len(sources) > 1:
         lines = [
-            f"of '{task}' ({results_format}): {_listed(names)}" for (task, results_format), names in sources.items()
+            f"of '{task}' ({results_format}): {listed(names)}" for (task, results_format), names in sources.items()
         ]
         most, _ = max(sources, key=lambda key: len(sources[key]))
         raise BenchbotError(
@@ -116,24 +136,40 @@ def _require_one_task(submissions: Sequence[Submission]) -> None:
         )
 
 
-def _warn_of_settings(submissions: Sequence[Submission], coverage: Coverage) -> None:
-    counts = Counter(overrides.label(submission.settings) for submission in submissions)
+def _warn_of_settings(results: Sequence[ResultDocument], coverage: Coverage) -> None:
+    counts = Counter(overrides.label(result.settings) for result in results)
     if len(counts) > 1:
         said = "; ".join(f"{count} with {settings or 'none'}" for settings, count in sorted(counts.items()))
         coverage.warnings.append(f"The results differ in their settings (--set), and are scored together: {said}")
 
 
-def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
-    return ", ".join(names[:_SHOWN]) + more
+def _episode(result: ResultDocument) -> tuple[Any, ...]:
+    return result.environment, *sorted((key, repr(value)) for key, value in result.selection.items())
 
 
-def _nothing(coverage: Coverage) -> BenchbotError:
-    if len(coverage.errors) == 1 == len(coverage.missing) + len(coverage.skipped):
-        return coverage.errors[0]
-    reasons = [f"{item['source']}: {item['reason']}" for item in [*coverage.missing, *coverage.skipped]]
+def _without_copies(group: Sequence[ResultDocument], coverage: Coverage) -> list[ResultDocument]:
+    kept: list[ResultDocument] = []
+    for result in group:
+        equal = next((other for other in kept if other.document == result.document), None)
+        if equal is None:
+            kept.append(result)
+        else:
+            coverage.skip(result.source, f"It is the same result as {equal.source}, and counts once.")
+    return kept
+
+
+def _warn_of_unknown_seeds(group: Sequence[ResultDocument], coverage: Coverage) -> None:
+    if len(group) > 1:
+        sources = ", ".join(result.source for result in group)
+        coverage.warnings.append(
+            f"{len(group)} results of {group[0].environment} do not say their seed, and count as repeats: {sources}"
+        )
+
+
+def _contradiction(group: Sequence[ResultDocument]) -> BenchbotError:
+    sources = " and ".join(result.source for result in group)
     return BenchbotError(
-        "There is nothing to score.",
-        "\n".join(reasons) or "No result was given.",
-        "Give at least one result file of the right task and environment.",
+        f"There are {len(group)} different results of one episode.",
+        f"{sources} are all of {group[0].about}, and differ: it cannot be told which one counts.",
+        "Keep one of them; or, if the episodes were separate, number them in provenance.selection.repeat.",
     )

@@ -1,4 +1,4 @@
-"""Comparing sets of results, pair by pair: how much higher one scores, and how sure that is."""
+"""Comparing sets of results, pair by pair: differences, their intervals, tests and verdicts."""
 
 import math
 from collections.abc import Sequence
@@ -7,12 +7,13 @@ from itertools import combinations
 from typing import Any
 
 from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.core.records import Combine, Evaluator
-from benchbot.evaluation import intervals, permutation, student_t
+from benchbot.core.records import Evaluator
+from benchbot.evaluation import intervals, significance
 from benchbot.evaluation.intervals import Over
 from benchbot.evaluation.pairing import Pair, label, pair, settings
+from benchbot.evaluation.result_document import listed
 from benchbot.evaluation.result_sets import ResultSet
-from benchbot.evaluation.verdicts import ALPHA, Finding
+from benchbot.evaluation.significance import ALPHA, Finding
 
 VERSION = 1
 POWER = 0.8
@@ -22,7 +23,7 @@ Document = dict[str, Any]
 
 @dataclass(frozen=True)
 class Design:
-    """What is compared: a score, the method that makes it, and what the clusters and the pairs are."""
+    """The score that is compared, the method that makes it, the clusters, and how results are paired."""
 
     evaluator: Evaluator
     score: str
@@ -50,7 +51,7 @@ def compare(
     for results in sets:
         _require_score(results, design.score)
     found = [_comparison(a, b, design) for a, b in combinations(sets, 2)]
-    adjusted = permutation.holm([comparison["p"] for comparison in found])
+    adjusted = significance.holm([comparison["p"] for comparison in found])
     comparisons = [_judged(item, p, len(found), design) for item, p in zip(found, adjusted, strict=True)]
     return {
         "version": VERSION,
@@ -70,26 +71,29 @@ def compare(
 def _comparison(a: ResultSet, b: ResultSet, design: Design) -> Document:
     paired = pair(a.rows, b.rows, ignore_seeds=design.ignore_seeds, ignore_settings=design.ignore_settings)
     valued = [(item, _values(item, design)) for item in paired.pairs]
-    pairs = [item for item, values in valued if values is not None]
-    if not pairs:
+    scored = [(item, values) for item, values in valued if values is not None]
+    if not scored:
         raise BenchbotError(
             f"'{a.name}' and '{b.name}' have no result in common.",
-            f"'{a.name}' has: {_listed(a)}. '{b.name}' has: {_listed(b)}.",
+            f"'{a.name}' has: {_labels(a)}. '{b.name}' has: {_labels(b)}.",
             "Run both in the same environments with the same seeds and settings, "
             "or compare with --ignore-seeds or --ignore-settings.",
         )
     combine, score = design.evaluator.combine, design.score
 
     def difference(drawn: Sequence[Pair]) -> dict[str, float]:
-        scores_a, scores_b = (combine([row["scores"] for row in rows]) for rows in _sides(drawn))
+        scores_a = combine([item.a["scores"] for item in drawn])
+        scores_b = combine([item.b["scores"] for item in drawn])
         return {score: scores_a[score] - scores_b[score]}
 
+    pairs = [item for item, _ in scored]
     clusters = intervals.grouped(pairs, lambda item: item.environment, design.over)
     means = [difference(cluster)[score] for cluster in clusters]
     weighted = [mean * len(cluster) for mean, cluster in zip(means, clusters, strict=True)]
-    test = permutation.sign_flip(weighted)
-    smallest_p = permutation.smallest_p(weighted)
-    interval, detectable = _precision(clusters, difference, score, _bounded(valued, design))
+    test = significance.sign_flip(weighted)
+    smallest_p = significance.smallest_p(weighted)
+    low, high = intervals.bounds([value for _, values in scored for value in values], design.evaluator.score(score))
+    interval, detectable = _precision(clusters, difference, score, high - low)
     return {
         "a": a.name,
         "b": b.name,
@@ -105,8 +109,7 @@ def _comparison(a: ResultSet, b: ResultSet, design: Design) -> Document:
         "minimum_detectable": detectable if smallest_p < ALPHA else None,
         "rows": [
             {"pair": item.label, "a": values[0], "b": values[1], "difference": values[0] - values[1]}
-            for item, values in valued
-            if values is not None
+            for item, values in scored
         ],
         "unpaired": {
             "a": [label(row) for row in paired.only_a],
@@ -117,7 +120,7 @@ def _comparison(a: ResultSet, b: ResultSet, design: Design) -> Document:
 
 
 def _judged(comparison: Document, p_holm: float, comparisons: int, design: Design) -> Document:
-    """Return the comparison, one of so many, with what may be said of it."""
+    """Return the comparison, one of so many, with its verdict and sentence."""
     interval = comparison["interval"]
     finding = Finding(
         a=comparison["a"],
@@ -139,26 +142,10 @@ def _judged(comparison: Document, p_holm: float, comparisons: int, design: Desig
     return {**comparison, "p_holm": p_holm, **said}
 
 
-def _sides(pairs: Sequence[Pair]) -> tuple[list[Document], list[Document]]:
-    return [item.a for item in pairs], [item.b for item in pairs]
-
-
 def _values(item: Pair, design: Design) -> tuple[float, float] | None:
     """Return the score of each side as the method counts it, None where it gives a missing result none."""
-    a, b = (_value(row, design.evaluator.combine, design.score) for row in (item.a, item.b))
-    return None if a is None or b is None else (a, b)
-
-
-def _value(row: Document, combine: Combine, score: str) -> float | None:
-    value = combine([row["scores"]]).get(score)
-    return value if value is not None and math.isfinite(value) else None
-
-
-def _bounded(valued: Sequence[tuple[Pair, tuple[float, float] | None]], design: Design) -> float:
-    """Return how large a difference can be."""
-    found = [value for _, values in valued if values is not None for value in values]
-    low, high = intervals.bounds(found, design.evaluator.score(design.score))
-    return high - low
+    a, b = (design.evaluator.combine([row["scores"]]).get(design.score, math.nan) for row in (item.a, item.b))
+    return (a, b) if math.isfinite(a) and math.isfinite(b) else None
 
 
 def _precision(
@@ -171,10 +158,10 @@ def _precision(
     statistic = intervals.linear(clusters, difference).get(score)
     if statistic is None or not statistic.varies or not statistic.is_usable:
         return None, None
-    low, high = intervals.bootstrap_t(statistic)
-    t = student_t.quantile(1 - ALPHA / 2, count - 1) + student_t.quantile(POWER, count - 1)
-    interval = {"low": max(low, -bound), "high": min(high, bound), "level": intervals.LEVEL}
-    return interval, t * statistic.standard_error
+    from scipy.special import stdtrit
+
+    t = stdtrit(count - 1, 1 - ALPHA / 2) + stdtrit(count - 1, POWER)
+    return intervals.limits(statistic, (-bound, bound)), float(t * statistic.standard_error)
 
 
 def _standardised(means: Sequence[float]) -> float | None:
@@ -201,7 +188,7 @@ def _summary(results: ResultSet, design: Design) -> Document:
 
 
 def _notes(sets: Sequence[ResultSet]) -> list[str]:
-    """Return what else differs between the sets, so that it may be the reason."""
+    """Return the other differences between the sets, which may be the reason."""
     notes = []
     robots = {results.name: ", ".join(results.robots) for results in sets if results.robots}
     if len(set(robots.values())) > 1:
@@ -223,7 +210,5 @@ def _require_score(results: ResultSet, score: str) -> None:
         )
 
 
-def _listed(results: ResultSet) -> str:
-    labels = sorted(label(row) for row in results.rows)
-    more = f" and {len(labels) - 5} more" if len(labels) > 5 else ""
-    return "; ".join(labels[:5]) + more
+def _labels(results: ResultSet) -> str:
+    return listed(sorted(label(row) for row in results.rows), "; ")

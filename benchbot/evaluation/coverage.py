@@ -1,4 +1,4 @@
-"""Coverage: what was expected, what was scored, and why the rest is missing, so that no mean hides a gap."""
+"""Coverage: the expected, the scored and the missing results, with reasons, so that no mean hides a gap."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -6,17 +6,17 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.evaluation.inputs import Submission
+from benchbot.evaluation.result_document import NUMBERS, ResultDocument
 
 Missing = Literal["zero", "leave-out"]
-"""How results that are missing count."""
+"""Whether missing results count as zero or not at all."""
 
 
 @dataclass
 class Coverage:
-    """A tally, filled while results are read and scored. What is skipped never counts, what is missing as chosen."""
+    """A tally, filled while results are read and scored. Skipped results never count."""
 
-    scored: list[Submission] = field(default_factory=list)
+    scored: list[ResultDocument] = field(default_factory=list)
     missing: list[dict[str, Any]] = field(default_factory=list)
     skipped: list[dict[str, Any]] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
@@ -24,48 +24,50 @@ class Coverage:
     missing_counts: Missing = "zero"
 
     def skip(self, source: str, reason: str) -> None:
-        """Note something that was handed in and does not count."""
+        """Note a file or result that does not count."""
         self.skipped.append({"source": source, "reason": reason})
 
     def unreadable(self, source: str, error: BenchbotError, *, counts: bool) -> None:
-        """Note a file that holds no result; it counts unless what is missing is known by environment."""
+        """Note a file that holds no result: missing when it `counts`, else skipped."""
         self.errors.append(error)
         if counts:
             self._miss(source, None, error.why, {}, None)
         else:
             self.skip(source, error.why)
 
-    def broken(self, submission: Submission, error: BenchbotError) -> None:
+    def broken(self, result: ResultDocument, error: BenchbotError) -> None:
         """Note a result that cannot be scored."""
         self.errors.append(error)
         why = f"{error.title} {error.why}"
-        self._miss(submission.source, submission.environment, why, submission.condition, submission.failure)
+        self._miss(result.source, result.environment, why, result.condition, result.failure)
 
-    def failed(self, submission: Submission) -> None:
+    def failed(self, result: ResultDocument) -> None:
         """Note an episode that ended without a result."""
-        reason = f"The episode failed: {submission.failure_why}"
-        self._miss(submission.source, submission.environment, reason, submission.condition, submission.failure)
+        reason = f"The episode failed: {result.failure_why}"
+        self._miss(result.source, result.environment, reason, result.condition, result.failure)
 
-    def absent(self, required: Iterable[str], handed_in: Sequence[Submission]) -> None:
+    def absent(self, required: Iterable[str], handed_in: Sequence[ResultDocument]) -> None:
         """Note the required environments that nothing was handed in for.
 
         Each is missing as often as the environment with the most results is there, so that it weighs as much.
         """
-        counts = Counter(submission.environment for submission in handed_in)
+        counts = Counter(result.environment for result in handed_in)
         fullest = max(counts, key=lambda environment: counts[environment], default=None)
-        conditions = [submission.condition for submission in handed_in if submission.environment == fullest] or [{}]
+        conditions = [result.condition for result in handed_in if result.environment == fullest] or [{}]
         for environment in dict.fromkeys(required):
             for said in conditions if environment not in counts else ():
                 self._miss(None, environment, "There is no result of this environment.", said, None)
 
-    def rows_of_missing(self) -> list[dict[str, Any]]:
-        """Return what is missing and counts, as rows without scores."""
-        counts = self.missing_counts == "zero"
-        return [{**item, "scores": {}} for item in self.missing] if counts else []
+    def nothing(self, title: str, items: Sequence[Mapping[str, Any]], fix: str) -> BenchbotError:
+        """Return the error that nothing of `items` counts: the only error noted if there is one item, else a list."""
+        if len(self.errors) == 1 == len(items):
+            return self.errors[0]
+        reasons = [f"{item['source'] or item['environment']}: {item['reason']}" for item in items]
+        return BenchbotError(title, "\n".join(reasons) or "No result was given.", fix)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return what a scores document says of it."""
-        failures = [submission.failure for submission in self.scored] + [item["failure"] for item in self.missing]
+        """Return the `coverage` of a scores document."""
+        failures = [result.failure for result in self.scored] + [item["failure"] for item in self.missing]
         tally = Counter(failure.value for failure in failures if failure is not None)
         return {
             "expected": len(self.scored) + len(self.missing),
@@ -85,6 +87,12 @@ class Coverage:
         condition: Mapping[str, Any],
         failure: FailureClass | None,
     ) -> None:
-        numbers: dict[str, Any] = dict.fromkeys(("seed", "episode", "repeat"))
+        numbers: dict[str, Any] = dict.fromkeys(NUMBERS)
         about = {"source": source, "environment": environment, **numbers, **condition}
         self.missing.append({**about, "reason": reason, "failure": failure})
+
+
+def counted_rows(rows: Iterable[dict[str, Any]], coverage: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the rows of a scores document that count: the missing ones in its `coverage` have no scores."""
+    missing = coverage["missing"] if coverage.get("missing_counts", "zero") == "zero" else []
+    return [*rows, *({**item, "scores": {}} for item in missing)]

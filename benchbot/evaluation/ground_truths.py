@@ -1,4 +1,4 @@
-"""Ground truths by environment: those that plug-ins declare, or files that were named."""
+"""Ground truths by environment: those that plug-ins declare, or those in files."""
 
 import json
 from collections.abc import Collection, Sequence

@@ -1,23 +1,25 @@
-"""Intervals of combined scores: how far they may be from what other places would give.
+"""Confidence intervals of combined scores: how far these may be from the scores that other places would give.
 
 The places are a sample of those that a method might meet; the variants of a place, and the seeds and repeats in each,
-are measurements within it and resemble one another. So places are what is drawn, each with all that it holds (Davison
-and Hinkley 1997, §3.8; Field and Welsh 2007): counting variants as places would promise more than was learnt.
+are measurements within it and resemble one another. So places are drawn, each with all its results (Davison and Hinkley
+1997, §3.8; Field and Welsh 2007): counting variants as places would promise more than was learnt.
 
 With few places the percentile bootstrap is too narrow (Hesterberg 2015), and the bootstrap-t with multinomial draws
 needlessly wide, or infinite. Here places get random weights, beta(1/2, 3/2), in a bootstrap-t (Owen 2025,
 arXiv:2508.10083), and the standard error is the jackknife's (Efron and Tibshirani 1993, §11). docs/statistics.md shows
-what it covers.
+its coverage.
 """
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from benchbot.core import overrides
 from benchbot.core.records import Score
+from benchbot.evaluation.result_document import NUMBERS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,7 +36,6 @@ _CHECKS = 20
 _TOLERATED_ERROR = 0.25
 _BLOCK = 1_000
 _UNKNOWN = Score()
-_NOTHING: Mapping[str, Score] = {}
 
 Document = dict[str, Any]
 Item = TypeVar("Item")
@@ -42,13 +43,13 @@ Statistic = Callable[[Sequence[Item]], Mapping[str, float]]
 
 
 class Over(StrEnum):
-    """What is taken as a sample of many: the units that are drawn, and whose signs are flipped."""
+    """The clusters: the units that are drawn as a sample of many, and whose signs are flipped."""
 
     PLACES = "places"
     ENVIRONMENTS = "environments"
 
     def unit(self, environment: str | None) -> str:
-        """Return the unit that an environment string belongs to; what is of no known environment is one together."""
+        """Return the unit of an environment string; rows of no known environment are one unit together."""
         text = environment or ""
         return text.partition(":")[0] if self is Over.PLACES else text
 
@@ -79,7 +80,11 @@ class Linear:
 
 
 def of_rows(
-    rows: Sequence[Document], combine: "Combine", *, over: Over = Over.PLACES, scores: Mapping[str, Score] = _NOTHING
+    rows: Sequence[Document],
+    combine: "Combine",
+    *,
+    over: Over = Over.PLACES,
+    scores: Mapping[str, Score] = MappingProxyType({}),
 ) -> Document:
     """Return `{"intervals": …, "statistics": …}` of a scores document whose combined scores are `combine` of its rows.
 
@@ -120,7 +125,7 @@ def grouped(items: Sequence[Item], environment: Callable[[Item], str | None], ov
     return [groups[name] for name in sorted(groups)]
 
 
-def linear(clusters: Sequence[Sequence[Item]], statistic: Statistic[Item], seed: int = SEED) -> dict[str, Linear]:
+def linear(clusters: Sequence[Sequence[Item]], statistic: Statistic[Item]) -> dict[str, Linear]:
     """Return the statistic's scores as functions of the clusters, from what they are without each cluster in turn.
 
     Needs two clusters. A score that is undefined without some cluster is left out.
@@ -128,7 +133,7 @@ def linear(clusters: Sequence[Sequence[Item]], statistic: Statistic[Item], seed:
     import numpy as np
 
     count = len(clusters)
-    draws = np.random.default_rng(seed).multinomial(count, np.full(count, 1 / count), _CHECKS)
+    draws = np.random.default_rng(SEED).multinomial(count, np.full(count, 1 / count), _CHECKS)
     whole = statistic([item for cluster in clusters for item in cluster])
     without = [
         statistic([item for other, cluster in enumerate(clusters) if other != left_out for item in cluster])
@@ -152,27 +157,11 @@ def linear(clusters: Sequence[Sequence[Item]], statistic: Statistic[Item], seed:
     return found
 
 
-def limits(
-    statistic: Linear,
-    within: tuple[float, float],
-    *,
-    level: float = LEVEL,
-    draws: int = DRAWS,
-    seed: int = SEED,
-) -> Document:
-    """Return `{low, high, level}`, kept within bounds."""
-    low, high = bootstrap_t(statistic, level=level, draws=draws, seed=seed)
-    lowest, highest = within
-    return {"low": max(low, lowest), "high": min(high, highest), "level": level}
-
-
-def bootstrap_t(
-    statistic: Linear, *, level: float = LEVEL, draws: int = DRAWS, seed: int = SEED
-) -> tuple[float, float]:
-    """Return the ends of the bootstrap-t interval, which know of no bounds."""
+def limits(statistic: Linear, within: tuple[float, float] = (-math.inf, math.inf), *, draws: int = DRAWS) -> Document:
+    """Return `{low, high, level}` of the bootstrap-t interval, kept within bounds."""
     import numpy as np
 
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(SEED)
     count = len(statistic.sums)
     studentised = []
     for start in range(0, draws, _BLOCK):
@@ -183,11 +172,10 @@ def bootstrap_t(
         residuals = statistic.sums - values[:, None] * statistic.sizes
         errors = np.sqrt(count / (count - 1) * (weights * residuals**2).sum(axis=1)) / totals
         studentised.append((values - statistic.value) / np.maximum(errors, np.finfo(float).tiny))
-    below, above = np.quantile(np.concatenate(studentised), [(1 - level) / 2, (1 + level) / 2])
-    return (
-        float(statistic.value - above * statistic.standard_error),
-        float(statistic.value - below * statistic.standard_error),
-    )
+    below, above = np.quantile(np.concatenate(studentised), [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+    low = float(statistic.value - above * statistic.standard_error)
+    high = float(statistic.value - below * statistic.standard_error)
+    return {"low": max(low, within[0]), "high": min(high, within[1]), "level": LEVEL}
 
 
 def bounds(values: Sequence[float], score: Score = _UNKNOWN) -> tuple[float, float]:
@@ -212,7 +200,7 @@ def counted(number: int, over: Over) -> str:
 
 def _canonical(row: Document) -> str:
     """Return a text by which rows sort: where one was read from, and when, does not matter."""
-    about = [row.get(name) for name in ("seed", "episode", "repeat")] + [overrides.label(row.get("settings") or {})]
+    about = [row.get(name) for name in NUMBERS] + [overrides.label(row.get("settings") or {})]
     return repr((row["environment"], about, sorted(row["scores"].items())))
 
 

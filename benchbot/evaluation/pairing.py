@@ -1,11 +1,11 @@
-"""Pairs of results: what two sets have of the same episode under the same settings."""
+"""Pairing the rows of two sets of results that are of the same episode under the same settings."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from benchbot.core import overrides
-from benchbot.evaluation.submission import described
+from benchbot.evaluation.result_document import NUMBERS, describe
 
 Row = dict[str, Any]
 
@@ -24,7 +24,7 @@ class Pair:
 
     @property
     def label(self) -> str:
-        """What the pair is of, in words."""
+        """The environment and the condition of the pair in words."""
         row = self.a if self.a.get("seed") is not None else self.b
         return label(row if settings(self.a) == settings(self.b) else {**row, "settings": {}})
 
@@ -45,7 +45,7 @@ def pair(
 
     A row that does not say its seed pairs with one of its environment that is left, in the order of seeds; with
     `ignore_seeds` all do. Rows whose runs overrode their environment differently (`--set`) do not pair unless
-    `ignore_settings`. What is of no known environment has no counterpart.
+    `ignore_settings`. A row of no known environment has no counterpart.
     """
     pairs: list[Pair] = []
     left_a: list[Row] = []
@@ -55,20 +55,22 @@ def pair(
     for condition in sorted({*all_a, *all_b}):
         here_a, here_b = all_a.get(condition, []), all_b.get(condition, [])
         if not ignore_seeds:
-            pairs += _take(here_a, here_b, lambda a, b: _numbers(a) == _numbers(b))
-        pairs += _take(here_a, here_b, lambda a, b: ignore_seeds or a.get("seed") is None or b.get("seed") is None)
+            pairs += _take_pairs(here_a, here_b, lambda a, b: _numbers(a) == _numbers(b))
+        pairs += _take_pairs(
+            here_a, here_b, lambda a, b: ignore_seeds or a.get("seed") is None or b.get("seed") is None
+        )
         left_a += here_a
         left_b += here_b
     return Pairing(pairs, left_a + unknown_a, left_b + unknown_b)
 
 
 def label(row: Row) -> str:
-    """Return what a row is of, in words: `miniroom:1, seed 3, lighting.time=21:30`."""
-    return described(str(row["environment"] or row.get("source")), row)
+    """Return the environment and the condition of a row in words: `miniroom:1, seed 3, lighting.time=21:30`."""
+    return describe(str(row["environment"] or row.get("source")), row)
 
 
 def settings(row: Row) -> str:
-    """Return what a row's run overrode of its environment, in words; nothing for nothing."""
+    """Return the overrides (`--set`) of a row's run in words, empty without any."""
     return overrides.label(row.get("settings") or {})
 
 
@@ -86,11 +88,11 @@ def _order(row: Row) -> tuple[Any, ...]:
     return *numbers, settings(row), str(row.get("source"))
 
 
-def _take(rows_a: list[Row], rows_b: list[Row], belong: Callable[[Row, Row], bool]) -> list[Pair]:
-    """Take the rows that belong together out of both lists."""
+def _take_pairs(rows_a: list[Row], rows_b: list[Row], match: Callable[[Row, Row], bool]) -> list[Pair]:
+    """Remove the rows that match from both lists and return them by pairs."""
     pairs = []
     for row in list(rows_a):
-        other = next((other for other in rows_b if belong(row, other)), None)
+        other = next((other for other in rows_b if match(row, other)), None)
         if other is not None:
             rows_a[:] = [kept for kept in rows_a if kept is not row]
             rows_b[:] = [kept for kept in rows_b if kept is not other]
@@ -99,5 +101,5 @@ def _take(rows_a: list[Row], rows_b: list[Row], belong: Callable[[Row, Row], boo
 
 
 def _numbers(row: Row) -> dict[str, Any]:
-    """Return what tells apart the results of an environment; None for each number that is not said."""
-    return {name: row.get(name) for name in ("seed", "episode", "repeat")}
+    """Return the numbers that tell results of an environment apart, None for each that is not said."""
+    return {name: row.get(name) for name in NUMBERS}

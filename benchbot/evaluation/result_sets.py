@@ -1,4 +1,4 @@
-"""Named sets of results, as they are compared: each was scored, or is scored now, by one method on one task."""
+"""Named sets of results to compare, read as scores documents or scored now, all by one method on one task."""
 
 import json
 import math
@@ -12,7 +12,8 @@ from benchbot.core import scores
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.records import Evaluator
-from benchbot.evaluation.inputs import SIZE_LIMIT_BYTES
+from benchbot.evaluation.coverage import counted_rows
+from benchbot.evaluation.result_files import SIZE_LIMIT_BYTES
 from benchbot.evaluation.score import Options, evaluate_files
 
 Document = dict[str, Any]
@@ -29,21 +30,18 @@ class ResultSet:
 
     @property
     def rows(self) -> list[Document]:
-        """The rows that count: what is missing is among them with no scores, unless it was left out."""
-        coverage = self.document["coverage"]
-        counts = coverage.get("missing_counts", "zero") == "zero"
-        missing = [{**item, "scores": {}} for item in coverage["missing"]] if counts else []
-        return [*self.document["rows"], *missing]
+        """The rows that count: the missing ones among them without scores, unless they were left out."""
+        return counted_rows(self.document["rows"], self.document["coverage"])
 
     @property
     def failures(self) -> dict[str, int]:
-        """How many episodes failed, by class."""
+        """The number of failed episodes by class."""
         items = [*self.document["rows"], *self.document["coverage"]["missing"]]
         return dict(sorted(Counter(str(item["failure"]) for item in items if item["failure"] is not None).items()))
 
     @property
     def robots(self) -> list[str]:
-        """The robots that it was run on, as far as the results say."""
+        """The names of the robots, as far as the results say."""
         selections = [(row["provenance"] or {}).get("selection") or {} for row in self.document["rows"]]
         return sorted({str(selection["robot"]) for selection in selections if "robot" in selection})
 
@@ -109,7 +107,7 @@ def _scored(path: Path, options: Options) -> Document:
 
 
 def _holds_scores(path: Path) -> bool:
-    """Say whether a file is a scores document; what cannot be read is none, and is told of when it is scored."""
+    """Say whether a file is a scores document. An unreadable file is none; scoring it raises the error."""
     try:
         document = json.loads(path.read_bytes()) if path.stat().st_size <= SIZE_LIMIT_BYTES else None
     except (OSError, ValueError, RecursionError):
@@ -126,7 +124,7 @@ def _require_alike(a: ResultSet, b: ResultSet) -> None:
                 f"The {what} differs: {value} and {alike_b[what]}.",
                 "Compare results of one task that were scored alike; given as results, they are scored anew.",
             )
-    truths = _truths(a)
+    truths = {truth["environment"]: truth["sha256"] for row in a.document["rows"] for truth in row["ground_truths"]}
     for row in b.document["rows"]:
         for truth in row["ground_truths"]:
             if truths.get(truth["environment"], truth["sha256"]) != truth["sha256"]:
@@ -156,7 +154,3 @@ def _must_agree(results: ResultSet) -> dict[str, str]:
         "version of the method": method["version"],
         "way in which missing results count": coverage.get("missing_counts", "zero"),
     }
-
-
-def _truths(results: ResultSet) -> dict[str, str]:
-    return {truth["environment"]: truth["sha256"] for row in results.document["rows"] for truth in row["ground_truths"]}

@@ -1,4 +1,4 @@
-"""Scoring: one result against its ground truths, or many files into one summary with its coverage."""
+"""Scoring: one result against its ground truths, or many files into one summary with its coverage and explanation."""
 
 import math
 from collections.abc import Sequence
@@ -6,15 +6,19 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Required, TypedDict, Unpack
 
-from benchbot.core import plugin_manager, scores
+from benchbot.core import plugin_manager, results, scores
+from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.records import Evaluator
-from benchbot.evaluation import intervals, methods
+from benchbot.evaluation import intervals
 from benchbot.evaluation.collect import collect, has_valid_results
-from benchbot.evaluation.coverage import Coverage, Missing
+from benchbot.evaluation.coverage import Coverage, Missing, counted_rows
 from benchbot.evaluation.ground_truths import GroundTruths, digest, environment_of
-from benchbot.evaluation.inputs import Submission
+from benchbot.evaluation.result_document import ResultDocument
+
+EXPLANATION_VERSION = 1
+_CHECKED_OBJECTS = 1000
 
 Document = dict[str, Any]
 
@@ -24,15 +28,15 @@ def evaluate(result: Document, ground_truths: Sequence[Document], method: str = 
 
     Raises BenchbotError for a method that is not installed and for a result that breaks its format.
     """
-    submission = Submission("", result)
-    evaluator = methods.choose(plugin_manager.load(), method, submission.results_format)
-    row = _row(evaluator, submission, ground_truths) | {"source": None}
-    coverage = Coverage(scored=[submission])
+    scored = ResultDocument("", result)
+    evaluator = choose_method(plugin_manager.load(), method, scored.results_format)
+    row = _row(evaluator, scored, ground_truths) | {"source": None}
+    coverage = Coverage(scored=[scored])
     return _document(evaluator, result, result["environment_details"], [row], row["scores"], coverage)
 
 
 class Options(TypedDict, total=False):
-    """How files are scored; `catalog` is required."""
+    """Options of `score_files`; `catalog` is required."""
 
     catalog: Required[Catalog]
     method: str | None
@@ -44,18 +48,18 @@ class Options(TypedDict, total=False):
     required_envs: Sequence[str] | None
     """Leave out results of other environments, and count those of these that are missing."""
     missing: Missing
-    """How results count that are missing, broken or of failed episodes; zero without it."""
+    """How results count that are missing, broken or of failed episodes: as zero without it."""
     over: intervals.Over
-    """What intervals take for a sample of many; places without it."""
+    """The units that intervals take for a sample of many; places without it."""
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What came of scoring files: the scores document, and every scored result with its ground truths, as its rows."""
+    """The scores document of files, and every scored result with its ground truths, in the order of the rows."""
 
     document: Document
     evaluator: Evaluator
-    scored: Sequence[tuple[Submission, Sequence[Document]]]
+    scored: Sequence[tuple[ResultDocument, Sequence[Document]]]
 
 
 def evaluate_files(paths: Sequence[Path], **options: Unpack[Options]) -> Document:
@@ -69,33 +73,33 @@ def evaluate_files(paths: Sequence[Path], **options: Unpack[Options]) -> Documen
 
 
 def score_files(paths: Sequence[Path], **options: Unpack[Options]) -> Evaluation:
-    """Score as `evaluate_files` does, and keep what the scores came from."""
+    """Score as `evaluate_files` does; return the results and the ground truths with the scores document."""
     catalog, missing = options["catalog"], options.get("missing", "zero")
     coverage = Coverage(missing_counts=missing)
-    submissions = collect(paths, catalog, options.get("required_task"), options.get("required_envs"), coverage)
-    if not submissions:
+    collected = collect(paths, catalog, options.get("required_task"), options.get("required_envs"), coverage)
+    if not collected:
         raise _nothing_scored(coverage)
-    evaluator = methods.for_task(catalog, options.get("method"), submissions[0].document["task_details"])
+    evaluator = method_for_task(catalog, options.get("method"), collected[0].document["task_details"])
     truths = GroundTruths.of(catalog, options.get("ground_truth_paths"))
-    scored: list[tuple[Submission, Sequence[Document]]] = []
+    scored: list[tuple[ResultDocument, Sequence[Document]]] = []
     rows: list[Document] = []
-    for submission in submissions:
-        if not has_valid_results(submission, catalog, coverage):
+    for result in collected:
+        if not has_valid_results(result, catalog, coverage):
             continue
         try:
-            scenes = submission.document["environment_details"] if evaluator.ground_truth_formats else []
+            scenes = result.document["environment_details"] if evaluator.ground_truth_formats else []
             found = [truths.find(environment_of(scene), evaluator.ground_truth_formats) for scene in scenes]
-            rows.append(_row(evaluator, submission, found))
-            scored.append((submission, found))
+            rows.append(_row(evaluator, result, found))
+            scored.append((result, found))
         except BenchbotError as error:
-            coverage.broken(submission, error)
+            coverage.broken(result, error)
     if not rows and (coverage.errors or missing == "leave-out"):
         raise _nothing_scored(coverage)
-    coverage.scored = [submission for submission, _ in scored]
-    counted = [*rows, *coverage.rows_of_missing()]
+    coverage.scored = [result for result, _ in scored]
+    counted = counted_rows(rows, coverage.as_dict())
     combined = evaluator.combine([row["scores"] for row in counted])
-    details = [submission.document["environment_details"] for submission in coverage.scored]
-    document = _document(evaluator, submissions[0].document, details, rows, combined, coverage)
+    details = [result.document["environment_details"] for result in coverage.scored]
+    document = _document(evaluator, collected[0].document, details, rows, combined, coverage)
     over = options.get("over", intervals.Over.PLACES)
     document |= intervals.of_rows(counted, evaluator.combine, over=over, scores=evaluator.scores)
     return Evaluation(document, evaluator, scored)
@@ -110,30 +114,105 @@ def validate_files(
 ) -> Document:
     """Return the coverage of `evaluate_files` before any scoring: how many results are valid, why others are not."""
     coverage = Coverage()
-    submissions = collect(paths, catalog, required_task, required_envs, coverage)
-    coverage.scored = [submission for submission in submissions if has_valid_results(submission, catalog, coverage)]
+    collected = collect(paths, catalog, required_task, required_envs, coverage)
+    coverage.scored = [result for result in collected if has_valid_results(result, catalog, coverage)]
     return coverage.as_dict()
 
 
-def _row(evaluator: Evaluator, submission: Submission, ground_truths: Sequence[Document]) -> Document:
-    values = evaluator.evaluate(submission.document, ground_truths)
+def method_for_task(catalog: Catalog, name: str | None, task_details: Document) -> Evaluator:
+    """Return the named method, or the task's `evaluation_method`, or the only one that scores its results format.
+
+    The task is the one in the result, else the installed one of its name. Raises BenchbotError as `choose_method`.
+    """
+    named = name or task_details.get("evaluation_method")
+    if named is None and task_details["name"] in catalog.names("tasks"):
+        named = catalog.get("tasks", task_details["name"]).data.get("evaluation_method")
+    return choose_method(catalog.plugins, named, task_details.get("results_format"))
+
+
+def choose_method(plugins: plugin_manager.Plugins, name: str | None, results_format: str | None) -> Evaluator:
+    """Return the named method, or the only installed one that scores results of this format.
+
+    Raises BenchbotError when there is none, when there are several, and when the named one does not read the format.
+    """
+    if name is not None:
+        method: Evaluator = plugins.record("evaluators", name)
+        if results_format not in method.result_formats:
+            raise BenchbotError(
+                f"The method '{name}' cannot score these results.",
+                f"They have the format {results_format!r}; it reads: {', '.join(sorted(method.result_formats))}.",
+                "Leave the method out to have the right one chosen.",
+            )
+        return method
+    installed: list[Evaluator] = [provided.value for provided in plugins.pool("evaluators").values()]
+    fitting = [method for method in installed if results_format in method.result_formats]
+    if len(fitting) == 1:
+        return fitting[0]
+    if fitting:
+        raise BenchbotError(
+            "There are several methods that score these results.",
+            f"For the format '{results_format}': {', '.join(sorted(method.name for method in fitting))}.",
+            "Choose one with --method.",
+        )
+    known = ", ".join(sorted(method.name for method in installed)) or "none"
+    raise BenchbotError(
+        "There is no method that scores these results.",
+        f"They have the format {results_format!r}. Installed methods: {known}.{plugins.broken_hint()}",
+        "Install one, for object maps: benchbot install benchbot-eval-omq",
+    )
+
+
+def explain(evaluation: Evaluation) -> Document:
+    """Return how the scores of all results came about (schema `explanation`), in the order of rows; holds ground truth.
+
+    Raises BenchbotError for a method that does not explain its scores.
+    """
+    evaluator = evaluation.evaluator
+    if evaluator.explain is None:
+        raise BenchbotError(
+            f"The method '{evaluator.name}' does not explain its scores.",
+            "It has no function 'explain'.",
+            "Leave --explain out.",
+        )
+    entries = []
+    for result, ground_truths in evaluation.scored:
+        entry = evaluator.explain(result.document, ground_truths)
+        about = {"source": result.source, "environment": result.environment, **result.condition}
+        entries.append({**entry, **about})
+    method = {"name": evaluator.name, "version": evaluator.version}
+    return {"version": EXPLANATION_VERSION, "method": method, "results": entries}
+
+
+def write_explanation(path: Path, document: Document) -> None:
+    """Write an explanation atomically; raises BenchbotError when it is not valid or cannot be written."""
+    # Checking takes 0.3 ms for each object, and all are alike.
+    entries = [
+        {**entry, "objects": entry["objects"][:_CHECKED_OBJECTS]} if isinstance(entry.get("objects"), list) else entry
+        for entry in document["results"]
+    ]
+    schema.check({**document, "results": entries}, "explanation", path)
+    results.write_json(path, document)
+
+
+def _row(evaluator: Evaluator, result: ResultDocument, ground_truths: Sequence[Document]) -> Document:
+    values = evaluator.evaluate(result.document, ground_truths)
     for name, value in values.items():
         if not math.isfinite(value):
             raise BenchbotError(
                 f"The method '{evaluator.name}' gave no usable score.",
-                f"{name} of {submission.source or 'the result'} is {value}.",
+                f"{name} of {result.source or 'the result'} is {value}.",
                 f"Report this to the author of the method '{evaluator.name}'.",
             )
     return {
-        "source": submission.source,
-        "environment": submission.environment,
-        **submission.condition,
+        "source": result.source,
+        "environment": result.environment,
+        **result.condition,
         "scores": {name: float(value) for name, value in values.items()},
         "ground_truths": [
             {"environment": environment_of(truth["environment"]), "sha256": digest(truth)} for truth in ground_truths
         ],
-        "failure": submission.failure,
-        "provenance": submission.document.get("provenance"),
+        "failure": result.failure,
+        "provenance": result.document.get("provenance"),
     }
 
 
@@ -163,11 +242,6 @@ def _document(
 
 
 def _nothing_scored(coverage: Coverage) -> BenchbotError:
-    if len(coverage.errors) == 1 == len(coverage.missing):
-        return coverage.errors[0]
-    fixes = dict.fromkeys(error.fix for error in coverage.errors)
-    return BenchbotError(
-        "None of the results can be scored.",
-        "\n".join(f"{item['source'] or item['environment']}: {item['reason']}" for item in coverage.missing),
-        "\n".join(fixes) or "Hand in the result of an episode that did not fail, or count what is missing as zero.",
-    )
+    fixes = "\n".join(dict.fromkeys(error.fix for error in coverage.errors))
+    otherwise = "Hand in the result of an episode that did not fail, or count what is missing as zero."
+    return coverage.nothing("None of the results can be scored.", coverage.missing, fixes or otherwise)

@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchbot.api.client import Client
-from benchbot.api.shared_memory import SharedMemory
+from benchbot.api.client import Client, SharedMemory
 from benchbot.core import resources
 from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.supervisor.backend import Backend
@@ -124,7 +123,7 @@ def test_an_arena_that_cannot_be_reached_is_done_without(
 
     client = client_of(start_backend())
     with monkeypatch.context() as patch:
-        patch.setattr("benchbot.api.shared_memory.os.open", refuse)
+        patch.setattr("benchbot.api.client.os.open", refuse)
         first = client.reset()["observations"]
     assert not shares(client)
     np.testing.assert_equal(client.step(None)["observations"], first)

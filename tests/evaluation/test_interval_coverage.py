@@ -27,8 +27,8 @@ def coverage(count: int, samples: int) -> float:
     held = 0
     for _ in range(samples):
         found = intervals.linear(places(random, count), lambda drawn: {"score": sum(drawn) / len(drawn)})["score"]
-        low, high = intervals.bootstrap_t(found, draws=499)
-        held += low <= TRUTH <= high
+        interval = intervals.limits(found, draws=499)
+        held += interval["low"] <= TRUTH <= interval["high"]
     return held / samples
 
 

@@ -201,7 +201,10 @@ def test_an_interval_moves_and_stretches_with_the_scores(values: list[list[float
     def ends(transform: float, factor: float) -> tuple[float, float] | None:
         clusters = [[transform + factor * value for value in cluster] for cluster in values]
         found = intervals.linear(clusters, lambda drawn: {"score": math.fsum(drawn) / len(drawn)})["score"]
-        return intervals.bootstrap_t(found, draws=199) if found.standard_error > 1e-6 else None
+        if found.standard_error <= 1e-6:
+            return None
+        interval = intervals.limits(found, draws=199)
+        return interval["low"], interval["high"]
 
     straight, moved = ends(0.0, 1.0), ends(shift, scale)
     if straight is not None and moved is not None:

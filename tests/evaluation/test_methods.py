@@ -10,8 +10,7 @@ import pytest
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import Plugins, installed
-from benchbot.evaluation import evaluate_files
-from benchbot.evaluation.methods import for_task
+from benchbot.evaluation.score import evaluate_files, method_for_task
 from tests.made_results import Make, Save
 from tests.plugin_factory import PluginFactory
 
@@ -78,12 +77,12 @@ def catalog(tmp_path: Path) -> Iterator[Catalog]:
 def test_the_named_method_goes_before_the_task_s_own_and_that_before_the_only_one(
     catalog: Catalog, task: dict[str, Any], name: str | None, method: str
 ) -> None:
-    assert for_task(catalog, name, task).name == method
+    assert method_for_task(catalog, name, task).name == method
 
 
 def test_of_several_methods_none_is_chosen_silently(catalog: Catalog) -> None:
     with pytest.raises(BenchbotError, match="several methods") as caught:
-        for_task(catalog, None, {"name": "mapping", "results_format": "object_map"})
+        method_for_task(catalog, None, {"name": "mapping", "results_format": "object_map"})
 
     assert "count, length, omq" in caught.value.why
     assert "--method" in caught.value.fix
@@ -91,7 +90,7 @@ def test_of_several_methods_none_is_chosen_silently(catalog: Catalog) -> None:
 
 def test_a_task_whose_method_is_not_installed_is_told(catalog: Catalog) -> None:
     with pytest.raises(BenchbotError, match="'cuont' is not an installed evaluator"):
-        for_task(catalog, None, {"name": "m", "results_format": "object_map", "evaluation_method": "cuont"})
+        method_for_task(catalog, None, {"name": "m", "results_format": "object_map", "evaluation_method": "cuont"})
 
 
 def test_a_method_without_ground_truth_is_given_none(catalog: Catalog, make_result: Make, save: Save) -> None:

@@ -4,15 +4,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from benchbot.evaluation import permutation
-from benchbot.evaluation.permutation import holm, sign_flip
+from benchbot.evaluation.significance import PermutationTest, holm, sign_flip, smallest_p
 
 numbers = st.lists(st.floats(-10, 10, allow_subnormal=False), min_size=1, max_size=9)
 
 
 def test_three_differences_by_hand() -> None:
     # Of the sums ±1 ±2 ±3, 6 and -6 are as far from zero as 6: 2 of 8.
-    assert sign_flip([1, 2, 3]) == permutation.Outcome(p=0.25, arrangements=8, exact=True)
+    assert sign_flip([1, 2, 3]) == PermutationTest(p=0.25, arrangements=8, exact=True)
     # 1 + 2 - 3 = 0: every sum is as far from zero.
     assert sign_flip([1, 2, -3]).p == 1.0
     # The sums ±1 ±2 -(±4): 5 and 7 of {1, 3, 5, 7} are as far as 5, in both directions.
@@ -26,17 +25,17 @@ def test_a_p_value_is_above_zero_and_does_not_depend_on_direction_or_order(value
     assert 0 < test.p <= 1
     assert sign_flip([-value for value in values]).p == test.p
     assert sign_flip(values[::-1]).p == test.p
-    assert test.p >= permutation.smallest_p(values)
+    assert test.p >= smallest_p(values)
 
 
 def test_no_difference_gives_one() -> None:
     assert sign_flip([0.0] * 5).p == 1.0
     assert sign_flip([0.0] * 30).p == 1.0
-    assert permutation.smallest_p([0.0] * 5) == 1.0
+    assert smallest_p([0.0] * 5) == 1.0
 
 
 def test_what_agrees_reaches_the_smallest_p_value() -> None:
-    assert sign_flip([0.1] * 5).p == 0.0625 == permutation.smallest_p([0.1] * 5)
+    assert sign_flip([0.1] * 5).p == 0.0625 == smallest_p([0.1] * 5)
     assert sign_flip([0.1] * 6).p == 0.03125
 
 

@@ -1,1 +1,1 @@
-"""How the environments are made: procedural models and rooms, written as GLB, YAML and ground truth."""
+"""The baker of the environments: procedural models and rooms, written as GLB, YAML and ground truth."""

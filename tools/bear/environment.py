@@ -34,7 +34,7 @@ ROBOT_HEIGHTS_M = (0.03, 1.10)
 
 @dataclass(frozen=True)
 class Environment:
-    """What an environment is made of: a layout of models from packs, or objects of its own.
+    """An environment to write: a layout of models from packs, or objects of its own.
 
     Poses are [qw, qx, qy, qz, x, y, z] on the floor, turned about z only.
     """

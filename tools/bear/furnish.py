@@ -25,7 +25,7 @@ WALL_GAP_M = 0.003
 
 @dataclass(frozen=True)
 class Choice:
-    """What a published object is made of, and where it faces: models face +x, turned by quarters."""
+    """The model of a published object and its direction: models face +x, turned by quarters."""
 
     model: str
     yaw_deg: float = 0.0
@@ -92,6 +92,6 @@ def hanging(name: str, model: str, at: tuple[float, float], ceiling_m: float) ->
 
 
 def _stretch(size: Size, wanted: Size) -> float:
-    """How unevenly a size is scaled to another one: how far two axes' scales are apart, and a little of the scale."""
+    """The unevenness of scaling a size to another one: the ratio of two axes' scales, and a little of the scale."""
     scale = np.log(np.array(wanted) / np.array(size))
     return float(np.ptp(scale) + 0.2 * abs(scale.mean()))

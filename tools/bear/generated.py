@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Place:
-    """How a place is drawn; `north_deg` is where north lies in its map."""
+    """The parameters of a place; `north_deg` is the direction of north in its map."""
 
     kind: str
     rooms: int

@@ -1,4 +1,4 @@
-"""What makes the house look lived in, and its lamps; nothing of it is in any map of objects."""
+"""The decoration and the lamps of the house; none of it is in any map of objects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the house's published objects are made of, and where they face; by class."""
+"""The models of the house's published objects, and their directions, by class."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def miniroom(layout: Published) -> list[SceneObject]:
 
 
 def _makers() -> dict[str, Maker]:
-    """How each published object is made, facing the right way, from its published extent."""
+    """The maker of each published object, facing the right way, from its published extent."""
     oak, dark = materials.wood("oak", tint=_PALE_OAK), materials.wood("walnut", tint=_WALNUT)
     spindle, padded = spindle_chair(oak), upholstered_chair(dark, materials.linen("seat linen", "#75836f"))
     return {

@@ -23,7 +23,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Published:
-    """What was published of an environment. Poses are [qw, qx, qy, qz, x, y, z] on the floor, turned about z only."""
+    """An environment as published. Poses are [qw, qx, qy, qz, x, y, z] on the floor, turned about z only."""
 
     name: str
     variant: str

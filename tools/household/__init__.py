@@ -1,1 +1,1 @@
-"""How the models are made: shapes, textures and materials by code, written as GLB with a catalogue."""
+"""The baker of the household models: shapes, textures and materials by code, written as GLB with a catalogue."""

@@ -12,7 +12,7 @@ import benchbot_assets_household
 def main() -> int:
     """Make the named models again, or all of them, and write the catalogue; by default into the package itself."""
     try:
-        from tools.household.household import items
+        from tools.household.catalogue import items
         from tools.household.pack import own_entries, write_catalogue, write_models
     except ModuleNotFoundError as error:
         sys.stderr.write(

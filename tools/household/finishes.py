@@ -10,12 +10,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-import pygltflib
 from PIL import Image
 
 import benchbot_assets_household
 from tools.household import textures
-from tools.household.gltf import _Writer
+from tools.household.gltf import ObjectWriter
 from tools.household.model import Color, Material, Texture
 from tools.household.textures import coverings
 from tools.household.textures.noise import hex_color, linear_color
@@ -63,16 +62,12 @@ def finishes() -> Iterator[Material]:
 
 def write_finishes(path: Path) -> None:
     """Write all of them, always the same bytes."""
-    writer = _Writer("benchbot-assets-household")
-    document = writer.document
+    writer = ObjectWriter("benchbot-assets-household")
     for material in finishes():
-        entry = document.materials[writer._material(material)]
         texture = material.base_color_texture
         size = [1.0, 1.0] if texture is None else [texture.width_m, texture.height_m]
-        entry.extras = {"benchbot": {"tile_m": size}}
-    document.set_binary_blob(bytes(writer.blob))
-    document.buffers = [pygltflib.Buffer(byteLength=len(writer.blob))]
-    path.write_bytes(b"".join(document.save_to_bytes()))
+        writer.material(material, {"benchbot": {"tile_m": size}})
+    path.write_bytes(writer.to_bytes())
 
 
 def reduced(texture: Texture, size_px: int) -> Texture:

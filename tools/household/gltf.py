@@ -6,103 +6,93 @@ import io
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pygltflib
 from PIL import Image
 
+from benchbot_scenes.glb_writer import INDICES, VERTICES, GlbWriter
 from tools.household.model import Material, Mesh, SceneObject, Texture, compact
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
 _COLOR_QUALITY, _NORMAL_QUALITY = 82, 76
+_LINEAR, _LINEAR_MIPMAP_LINEAR, _REPEAT = 9729, 9987, 10497
 
 
 def write_glb(path: Path, objects: Sequence[SceneObject], generator: str = "benchbot-assets-household") -> None:
     """Write one node per object; the map frame (x, y, z) becomes glTF's (x, z, -y)."""
-    writer = _Writer(generator)
+    writer = ObjectWriter(generator)
     for item in objects:
         writer.add(item)
-    writer.document.set_binary_blob(bytes(writer.blob))
-    writer.document.buffers = [pygltflib.Buffer(byteLength=len(writer.blob))]
-    writer.document.scenes = [pygltflib.Scene(nodes=list(range(len(writer.document.nodes))))]
-    path.write_bytes(b"".join(writer.document.save_to_bytes()))
+    path.write_bytes(writer.to_bytes())
 
 
-class _Writer:
-    """The growing document, its binary blob, and what has been written already."""
+class ObjectWriter:
+    """A growing GLB of objects; a material, and a picture of equal bytes, is written once."""
 
     def __init__(self, generator: str) -> None:
-        self.document = pygltflib.GLTF2(
-            asset=pygltflib.Asset(version="2.0", generator=generator), scene=0, scenes=[], buffers=[]
-        )
-        self.document.samplers = [
-            pygltflib.Sampler(
-                magFilter=pygltflib.LINEAR,
-                minFilter=pygltflib.LINEAR_MIPMAP_LINEAR,
-                wrapS=pygltflib.REPEAT,
-                wrapT=pygltflib.REPEAT,
-            )
-        ]
-        self.blob = bytearray()
-        self.materials: dict[int, int] = {}
-        self.textures: dict[bytes, int] = {}
-        self.kept: list[Material] = []
+        self._glb = GlbWriter(generator, deduplicates=False)
+        sampler = {"magFilter": _LINEAR, "minFilter": _LINEAR_MIPMAP_LINEAR, "wrapS": _REPEAT, "wrapT": _REPEAT}
+        self._glb.append("samplers", sampler)
+        # By identity; the material is kept so that its number stays its own.
+        self._materials: dict[int, tuple[int, Material]] = {}
+        self._textures: dict[bytes, int] = {}
+
+    def to_bytes(self) -> bytes:
+        """The finished file."""
+        return self._glb.to_bytes()
 
     def add(self, item: SceneObject) -> None:
         """Append an object's node and mesh."""
-        document = self.document
         primitives = [self._primitive(part.mesh, part.material) for part in compact(item.model)]
-        document.meshes.append(pygltflib.Mesh(name=item.instance, primitives=primitives))
-        tag: dict[str, Any] = {"class": item.category, "instance": item.instance, "group": item.is_group}
-        if item.on_wall:
-            tag["mounted"] = True
-        document.nodes.append(
-            pygltflib.Node(name=item.instance, mesh=len(document.meshes) - 1, extras={"benchbot": tag})
-        )
+        tag = {
+            **({} if item.category is None else {"class": item.category}),
+            "instance": item.instance,
+            "group": item.is_group,
+            **({"mounted": True} if item.on_wall else {}),
+        }
+        mesh = self._glb.append("meshes", {"primitives": primitives, "name": item.instance})
+        self._glb.node(item.instance, mesh, tag)
 
-    def _primitive(self, mesh: Mesh, material: Material) -> Any:
+    def material(self, material: Material, extras: Mapping[str, Any] | None = None) -> int:
+        """Append a material unless it was appended before; returns its index."""
+        if id(material) not in self._materials:
+            entry = material_entry(
+                material.name,
+                material.base_color,
+                material.metallic,
+                material.roughness,
+                emissive=material.emissive,
+                emissive_strength=None if material.emissive_strength == 1.0 else material.emissive_strength,
+                transmission=material.transmission,
+                double_sided=material.double_sided,
+                normal_scale=material.normal_scale,
+                baseColorTexture=self._texture(material.base_color_texture),
+                metallicRoughnessTexture=self._texture(material.metallic_roughness_texture),
+                normalTexture=self._texture(material.normal_texture, _NORMAL_QUALITY),
+                emissiveTexture=self._texture(material.emissive_texture),
+            )
+            number = self._glb.material(({"extras": dict(extras)} if extras else {}) | entry)
+            self._materials[id(material)] = number, material
+        return self._materials[id(material)][0]
+
+    def _primitive(self, mesh: Mesh, material: Material) -> dict[str, Any]:
         vertices, normals = (array[:, [0, 2, 1]] * [1.0, 1.0, -1.0] for array in (mesh.vertices, mesh.normals))
-        index_type = np.uint16 if len(vertices) < 65535 else np.uint32
-        attributes = pygltflib.Attributes(
-            POSITION=self._accessor(vertices.astype(np.float32), pygltflib.VEC3, with_bounds=True),
-            NORMAL=self._accessor(normals.astype(np.float32), pygltflib.VEC3),
-        )
+        attributes = {
+            "POSITION": self._glb.accessor(vertices.astype("<f4"), VERTICES, has_bounds=True),
+            "NORMAL": self._glb.accessor(normals.astype("<f4"), VERTICES),
+        }
         texture = _any_texture(material)
         if texture is not None:
             uvs = mesh.uvs / [texture.width_m, texture.height_m]
             uvs = uvs - np.floor(uvs.min(axis=0))
             uvs[:, 1] = np.ceil(uvs[:, 1].max()) - uvs[:, 1]
-            attributes.TEXCOORD_0 = self._accessor(uvs.astype(np.float32), pygltflib.VEC2)
-        indices = self._accessor(mesh.triangles.reshape(-1).astype(index_type), pygltflib.SCALAR, indices=True)
-        return pygltflib.Primitive(attributes=attributes, indices=indices, material=self._material(material))
+            attributes["TEXCOORD_0"] = self._glb.accessor(uvs.astype("<f4"), VERTICES)
+        index_type = "<u2" if len(vertices) < 65535 else "<u4"
+        indices = self._glb.accessor(mesh.triangles.reshape(-1).astype(index_type), INDICES)
+        return {"attributes": attributes, "indices": indices, "mode": 4, "material": self.material(material)}
 
-    def _view(self, data: bytes, target: int | None = None) -> int:
-        self.blob.extend(bytes(-len(self.blob) % 4))
-        self.document.bufferViews.append(
-            pygltflib.BufferView(buffer=0, byteOffset=len(self.blob), byteLength=len(data), target=target)
-        )
-        self.blob.extend(data)
-        return len(self.document.bufferViews) - 1
-
-    def _accessor(self, array: NDArray[Any], kind: str, with_bounds: bool = False, indices: bool = False) -> int:
-        components = {"float32": pygltflib.FLOAT, "uint16": pygltflib.UNSIGNED_SHORT, "uint32": pygltflib.UNSIGNED_INT}
-        view = self._view(array.tobytes(), pygltflib.ELEMENT_ARRAY_BUFFER if indices else pygltflib.ARRAY_BUFFER)
-        self.document.accessors.append(
-            pygltflib.Accessor(
-                bufferView=view,
-                componentType=components[array.dtype.name],
-                count=len(array),
-                type=kind,
-                min=array.min(axis=0).tolist() if with_bounds else None,
-                max=array.max(axis=0).tolist() if with_bounds else None,
-            )
-        )
-        return len(self.document.accessors) - 1
-
-    def _texture(self, texture: Texture | None, quality: int = _COLOR_QUALITY) -> Any:
+    def _texture(self, texture: Texture | None, quality: int = _COLOR_QUALITY) -> int | None:
         if texture is None:
             return None
         stream = io.BytesIO()
@@ -114,51 +104,44 @@ class _Writer:
             image.save(stream, "JPEG", quality=quality, subsampling=0, optimize=True)
             mime = "image/jpeg"
         data = stream.getvalue()
-        if data not in self.textures:
-            self.document.images.append(pygltflib.Image(bufferView=self._view(data), mimeType=mime))
-            self.document.textures.append(pygltflib.Texture(sampler=0, source=len(self.document.images) - 1))
-            self.textures[data] = len(self.document.textures) - 1
-        return self.textures[data]
+        if data not in self._textures:
+            picture = self._glb.append("images", {"mimeType": mime, "bufferView": self._glb.view(data)})
+            self._textures[data] = self._glb.append("textures", {"sampler": 0, "source": picture})
+        return self._textures[data]
 
-    def _material(self, material: Material) -> int:
-        if id(material) in self.materials:
-            return self.materials[id(material)]
-        self.kept.append(material)
-        base = self._texture(material.base_color_texture)
-        rough = self._texture(material.metallic_roughness_texture)
-        normal = self._texture(material.normal_texture, _NORMAL_QUALITY)
-        glow = self._texture(material.emissive_texture)
-        extensions: dict[str, Any] = {}
-        if material.transmission > 0:
-            extensions["KHR_materials_transmission"] = {"transmissionFactor": material.transmission}
-        if material.emissive_strength != 1.0:
-            extensions["KHR_materials_emissive_strength"] = {"emissiveStrength": material.emissive_strength}
-        for name in extensions:
-            if name not in self.document.extensionsUsed:
-                self.document.extensionsUsed.append(name)
-        self.document.materials.append(
-            pygltflib.Material(
-                name=material.name,
-                pbrMetallicRoughness=pygltflib.PbrMetallicRoughness(
-                    baseColorFactor=[*material.base_color, 1.0],
-                    baseColorTexture=None if base is None else pygltflib.TextureInfo(index=base),
-                    metallicFactor=material.metallic,
-                    roughnessFactor=material.roughness,
-                    metallicRoughnessTexture=None if rough is None else pygltflib.TextureInfo(index=rough),
-                ),
-                normalTexture=None
-                if normal is None
-                else pygltflib.NormalMaterialTexture(index=normal, scale=material.normal_scale),
-                emissiveFactor=list(material.emissive),
-                emissiveTexture=None if glow is None else pygltflib.TextureInfo(index=glow),
-                doubleSided=material.double_sided,
-                alphaMode=None,
-                alphaCutoff=None,
-                extensions=extensions,
-            )
-        )
-        self.materials[id(material)] = len(self.document.materials) - 1
-        return self.materials[id(material)]
+
+def material_entry(
+    name: str,
+    base_color: Sequence[float],
+    metallic: float,
+    roughness: float,
+    *,
+    emissive: Sequence[float],
+    emissive_strength: float | None,
+    transmission: float,
+    double_sided: bool,
+    normal_scale: float | None = None,
+    **textures: int | None,
+) -> dict[str, Any]:
+    """Return the glTF entry of a material; `textures` are indices by glTF's names, such as `baseColorTexture`."""
+    extensions: dict[str, Any] = {}
+    if transmission > 0:
+        extensions["KHR_materials_transmission"] = {"transmissionFactor": transmission}
+    if emissive_strength is not None:
+        extensions["KHR_materials_emissive_strength"] = {"emissiveStrength": emissive_strength}
+    given = {role: {"index": index, "texCoord": 0} for role, index in textures.items() if index is not None}
+    surface: dict[str, Any] = {
+        "baseColorFactor": [*base_color, 1.0],
+        "metallicFactor": metallic,
+        "roughnessFactor": roughness,
+    }
+    surface |= {role: given.pop(role) for role in ("baseColorTexture", "metallicRoughnessTexture") if role in given}
+    entry: dict[str, Any] = {"extensions": extensions} if extensions else {}
+    entry["pbrMetallicRoughness"] = surface
+    if "normalTexture" in given:
+        scale = {} if normal_scale is None else {"scale": normal_scale}
+        entry["normalTexture"] = {"index": given.pop("normalTexture")["index"], **scale}
+    return entry | {"emissiveFactor": list(emissive), **given, "doubleSided": double_sided, "name": name}
 
 
 def _any_texture(material: Material) -> Texture | None:

@@ -1,4 +1,4 @@
-"""What a model is made of: meshes with materials, in metres, z up, with texture coordinates in metres."""
+"""The parts of a model: meshes with materials, in metres, z up, with texture coordinates in metres."""
 
 from __future__ import annotations
 
@@ -173,5 +173,5 @@ def fit_to_box(
 
 
 def triangle_count(model: Model) -> int:
-    """How many triangles a model has."""
+    """The number of triangles of a model."""
     return sum(len(part.mesh.triangles) for part in model)

@@ -1,4 +1,4 @@
-"""What carries things: chest of drawers, deep sill, kitchen counter with its cabinets, sink and tap.
+"""Furniture for storage: chest of drawers, deep sill, kitchen counter with its cabinets, sink and tap.
 
 Fronts face +x; the assembly turns them.
 """

@@ -35,7 +35,7 @@ def draw_depth(axes: Any, depth_m: NDArray[np.float32]) -> None:
 
 
 def draw_classes(axes: Any, segments: Mapping[str, Any]) -> None:
-    """Draw which class each pixel belongs to; what has no class is black."""
+    """Draw the class of each pixel; a pixel without a class is black."""
     axes.imshow(_colors(segments["class_segment_img"], "gist_rainbow"), interpolation="nearest")
     _as_image(axes, "image_class")
 
@@ -50,7 +50,7 @@ def draw_instances(axes: Any, segments: Mapping[str, Any]) -> None:
 
 
 def draw_laser(axes: Any, laser: Mapping[str, Any]) -> None:
-    """Draw where the beams ended, in the scanner's frame, metres; beams that met nothing are left out."""
+    """Draw the ends of the beams in the scanner's frame, metres; beams that met nothing are left out."""
     ranges_m, angles_rad = np.asarray(laser["scans"], np.float64).reshape(-1, 2).T
     met = np.isfinite(ranges_m)
     ranges_m, angles_rad = ranges_m[met], angles_rad[met]
@@ -61,7 +61,7 @@ def draw_laser(axes: Any, laser: Mapping[str, Any]) -> None:
 
 
 def draw_lidar(axes: Any, lidar: Mapping[str, Any]) -> None:
-    """Draw the ranges as the lidar looks around, from the nearest, dark, to the farthest, bright; what is none in grey.
+    """Draw the ranges by direction, from the nearest, dark, to the farthest, bright; missing ones in grey.
 
     Rings by elevation, the highest on top; ahead in the middle, the left on the left.
     """
@@ -146,9 +146,8 @@ def _distinct(poses: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
 
 
 def _axes_of(rotation_xyzw: Sequence[float]) -> NDArray[np.float64]:
-    """Return the unit vectors of a rotated frame, one a row (3, 3)."""
-    from benchbot.core.geometry import Pose
-
-    x, y, z, w = (float(value) for value in rotation_xyzw)
-    axes: NDArray[np.float64] = Pose(rotation_xyzw=(x, y, z, w)).matrix()[:3, :3].T
+    """Return the unit vectors of a frame rotated by a unit quaternion, one a row (3, 3)."""
+    *vector, w = np.asarray(rotation_xyzw, np.float64)
+    turned = np.cross(vector, np.eye(3))
+    axes: NDArray[np.float64] = np.eye(3) + 2 * (w * turned + np.cross(vector, turned))
     return axes

@@ -11,7 +11,7 @@ from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
     from benchbot.core.declarations.catalog import Catalog
-    from benchbot.evaluation.submission import Submission
+    from benchbot.evaluation.result_document import ResultDocument
     from benchbot.plugins.bundles.solution_source import Source
 
 
@@ -108,14 +108,15 @@ def _lock_in(source: "Source") -> Path | None:
     return path if any(member.path == NAME for member in source.members) else None
 
 
-def _submissions(paths: list[Path]) -> "list[Submission]":
-    from benchbot.evaluation import inputs
+def _submissions(paths: list[Path]) -> "list[ResultDocument]":
+    from benchbot.evaluation import result_files
+    from benchbot.evaluation.result_document import ResultDocument
 
     found = []
-    for item in inputs.read(paths):
-        if isinstance(item, inputs.Unreadable):
+    for item in result_files.read(paths):
+        if isinstance(item, result_files.Unreadable):
             raise item.error
-        if isinstance(item, inputs.Submission):
+        if isinstance(item, ResultDocument):
             found.append(item)
     if not found:
         raise BenchbotError("There is nothing to bundle.", "No result was given.", "Name result files, or a folder.")
@@ -123,7 +124,7 @@ def _submissions(paths: list[Path]) -> "list[Submission]":
 
 
 def _scores(
-    submissions: "list[Submission]",
+    submissions: "list[ResultDocument]",
     paths: list[Path],
     stated: Path | None,
     method: str | None,

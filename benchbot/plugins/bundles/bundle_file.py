@@ -18,8 +18,8 @@ import benchbot
 from benchbot.core import overrides
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
-from benchbot.evaluation.inputs import SIZE_LIMIT_BYTES
-from benchbot.evaluation.submission import Submission, parse
+from benchbot.evaluation.result_document import ResultDocument, parse
+from benchbot.evaluation.result_files import SIZE_LIMIT_BYTES
 from benchbot.plugins.bundles import archive
 from benchbot.plugins.bundles.archive import Archive, Member, damaged
 from benchbot.plugins.bundles.solution_source import CONTAINER, Source, portable_command
@@ -31,7 +31,7 @@ MANIFEST, README, SCORES = "manifest.json", "README.md", "scores.json"
 
 def make(
     target: Path,
-    submissions: Sequence[Submission],
+    submissions: Sequence[ResultDocument],
     source: Source,
     *,
     scores: Mapping[str, Any] | None = None,
@@ -94,7 +94,7 @@ def make(
     return manifest
 
 
-def _provenance(item: Submission) -> dict[str, Any]:
+def _provenance(item: ResultDocument) -> dict[str, Any]:
     provenance: dict[str, Any] | None = item.document.get("provenance")
     if provenance is None:
         raise BenchbotError(
@@ -105,7 +105,7 @@ def _provenance(item: Submission) -> dict[str, Any]:
     return provenance
 
 
-def _software(submissions: Sequence[Submission]) -> dict[str, Any]:
+def _software(submissions: Sequence[ResultDocument]) -> dict[str, Any]:
     """Return the software of all results together; raises BenchbotError where two of them ran on other versions."""
     found: dict[str, dict[str, Any]] = {"plugins": {}, "assets": {}}
     for item in submissions:
@@ -134,7 +134,7 @@ def _require_agreement(lock: Path, software: Mapping[str, Any]) -> None:
             )
 
 
-def _result_row(number: int, item: Submission) -> dict[str, Any]:
+def _result_row(number: int, item: ResultDocument) -> dict[str, Any]:
     provenance = _provenance(item)
     flaw = item.flaw()
     if flaw is not None:
@@ -143,7 +143,7 @@ def _result_row(number: int, item: Submission) -> dict[str, Any]:
     return _row(f"results/{number:04d}-{name[:100]}.json", item)
 
 
-def _row(file: str, item: Submission) -> dict[str, Any]:
+def _row(file: str, item: ResultDocument) -> dict[str, Any]:
     """Return the entry of a result in the manifest."""
     provenance = item.document.get("provenance") or {}
     return {
@@ -224,7 +224,7 @@ class Bundle:
     """A bundle that has been checked: files are as the manifest says, and results and scores are valid."""
 
     manifest: Mapping[str, Any]
-    results: tuple[Submission, ...]
+    results: tuple[ResultDocument, ...]
     """In the order of the manifest."""
     scores: Mapping[str, Any] | None
     archive: Archive
@@ -265,7 +265,7 @@ def _check_files(found: Archive, files: Mapping[str, Any]) -> None:
             raise damaged(found.source, f"{path!r:.100} is not as its manifest says.")
 
 
-def _checked_result(found: Archive, row: Mapping[str, Any]) -> Submission:
+def _checked_result(found: Archive, row: Mapping[str, Any]) -> ResultDocument:
     path = row["file"]
     item = parse(f"{found.source}:{path}", _content(found, path))
     if _row(path, item) != row:

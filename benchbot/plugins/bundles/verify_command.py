@@ -12,7 +12,8 @@ from benchbot.core.errors import BenchbotError, ExitCode
 
 if TYPE_CHECKING:
     from benchbot.core.declarations.catalog import Catalog
-    from benchbot.evaluation.inputs import Submission, Unreadable
+    from benchbot.evaluation.result_document import ResultDocument
+    from benchbot.evaluation.result_files import Unreadable
 
 VERIFIED, DIFFERENT, UNVERIFIABLE = "verified", "different", "unverifiable"
 
@@ -36,11 +37,11 @@ def verify(
     """
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
-    from benchbot.evaluation import inputs
+    from benchbot.evaluation import result_files
 
     catalog = Catalog(load())
     with interruptible("the simulator has been ended."):
-        items = (item for item in inputs.read(results) if not isinstance(item, inputs.Other))
+        items = (item for item in result_files.read(results) if not isinstance(item, result_files.DerivedFile))
         found = [_verified(item, catalog) for item in items]
         wrong_scores = None if scores is None else _wrong_scores(results, scores, catalog, ground_truth)
     if as_json:
@@ -61,11 +62,11 @@ def verify(
         raise typer.Exit(ExitCode.USAGE)
 
 
-def _verified(item: "Submission | Unreadable", catalog: "Catalog") -> dict[str, Any]:
+def _verified(item: "ResultDocument | Unreadable", catalog: "Catalog") -> dict[str, Any]:
     import tempfile
 
     from benchbot.cli.kit.status_line import StatusLine
-    from benchbot.evaluation.inputs import Unreadable
+    from benchbot.evaluation.result_files import Unreadable
     from benchbot.plugins.bundles import replay
     from benchbot.supervisor.platform.host import ChildHost
 

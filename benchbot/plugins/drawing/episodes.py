@@ -10,9 +10,9 @@ from benchbot.core.declarations.catalog import Catalog, Declaration
 from benchbot.core.episodes import digest
 from benchbot.core.errors import BenchbotError
 from benchbot.core.records import Evaluator
-from benchbot.evaluation import inputs
+from benchbot.evaluation import result_files
 from benchbot.evaluation.ground_truths import GroundTruths, environment_of
-from benchbot.evaluation.inputs import Submission
+from benchbot.evaluation.result_document import ResultDocument
 from benchbot.evaluation.score import Evaluation
 
 Document = dict[str, Any]
@@ -136,8 +136,8 @@ def gather(
         episode = _episode(row, submission, row["scores"], submission.failure_why or None)
         episodes.append(replace(episode, truths=tuple(truths), objects=tuple(objects)))
     absent = scores["coverage"]["missing"]
-    handed_in = inputs.read(paths) if any(item["source"] for item in absent) else ()
-    submissions = {item.source: item for item in handed_in if isinstance(item, Submission)}
+    handed_in = result_files.read(paths) if any(item["source"] for item in absent) else ()
+    submissions = {item.source: item for item in handed_in if isinstance(item, ResultDocument)}
     episodes += [_episode(item, submissions.get(item["source"]), None, item["reason"]) for item in absent]
 
     episodes = [replace(episode, goal=_goal(episode, catalog)) for episode in episodes]
@@ -165,7 +165,7 @@ def natural(text: str) -> list[tuple[int, int, str]]:
     return [(0, int(part), "") if part.isdecimal() and len(part) < 19 else (1, 0, part) for part in parts]
 
 
-def _episode(item: Document, submission: Submission | None, scores: Scores | None, reason: str | None) -> Episode:
+def _episode(item: Document, submission: ResultDocument | None, scores: Scores | None, reason: str | None) -> Episode:
     selection = {} if submission is None else submission.selection
     return Episode(
         environment=item["environment"] or UNKNOWN,

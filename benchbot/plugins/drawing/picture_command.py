@@ -38,15 +38,14 @@ def picture(
     from benchbot.core import results
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
-    from benchbot.evaluation import evaluate_files
     from benchbot.evaluation.ground_truths import GroundTruths, environment_of
-    from benchbot.evaluation.methods import choose
+    from benchbot.evaluation.score import choose_method, evaluate_files
     from benchbot.plugins.drawing.picture import draw
 
     console.check_output(output)
     document = results.read(result)
     catalog = Catalog(load())
-    evaluator = choose(catalog.plugins, method, document["task_details"].get("results_format"))
+    evaluator = choose_method(catalog.plugins, method, document["task_details"].get("results_format"))
     truths = None if ground_truth is None else [ground_truth]
     scores = evaluate_files([result], catalog=catalog, method=evaluator.name, ground_truth_paths=truths)
     scene = document["environment_details"][0]

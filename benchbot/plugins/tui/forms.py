@@ -129,7 +129,7 @@ _RUNS = [("on this machine, as you", "native"), ("in a sandbox: somebody else's"
 
 def offers_of(catalog: Catalog, task: str) -> Offers:
     """Return what can be submitted to a task, and how it can be scored."""
-    from benchbot.evaluation import methods
+    from benchbot.evaluation.score import method_for_task
 
     examples = {
         name: " ".join(str(declared.data.get("description", "")).split())
@@ -146,7 +146,7 @@ def offers_of(catalog: Catalog, task: str) -> Offers:
         if details.get("results_format") in provided.value.result_formats
     ]
     try:
-        own = methods.for_task(catalog, None, dict(details)).name
+        own = method_for_task(catalog, None, dict(details)).name
     except BenchbotError:
         return Offers(examples, tuple(fitting))
     return Offers(examples, (own, *(name for name in fitting if name != own)))

@@ -42,13 +42,13 @@ class ResultRow:
 
 def rows(paths: Sequence[Path]) -> Iterator[ResultRow]:
     """Yield what is in files, archives and folders, as it is read. What is no result comes with its reason."""
-    from benchbot.evaluation import inputs
+    from benchbot.evaluation import result_files
 
     known = _known_scores(paths)
-    for item in inputs.read(paths):
-        if isinstance(item, inputs.Unreadable):
+    for item in result_files.read(paths):
+        if isinstance(item, result_files.Unreadable):
             yield ResultRow(item.source, problem=f"{item.error.title} {item.error.why}")
-        elif not isinstance(item, inputs.Other):
+        elif not isinstance(item, result_files.DerivedFile):
             provenance = item.document.get("provenance") or {}
             yield ResultRow(
                 source=item.source,
@@ -82,12 +82,11 @@ def evaluate(paths: Sequence[Path], catalog: Catalog, method: str | None = None)
 def explain(path: Path, catalog: Catalog) -> str:
     """Return why a result has its scores, object by object, in lines. It shows the truth. Raises BenchbotError."""
     from benchbot.cli.kit import scoring
-    from benchbot.evaluation import explanation
-    from benchbot.evaluation.score import score_files
+    from benchbot.evaluation import score
 
-    evaluation = score_files([path], catalog=catalog)
+    evaluation = score.score_files([path], catalog=catalog)
     said: list[str] = [scoring.table(evaluation.document)]
-    for entry in explanation.explain(evaluation)["results"]:
+    for entry in score.explain(evaluation)["results"]:
         objects = entry.get("objects")
         if objects is None:
             rest = {key: value for key, value in entry.items() if key not in ("source", "environment", "seed")}

@@ -42,8 +42,8 @@ def textured(writer: GlbWriter, color: tuple[float, float, float], name: str = "
     Image.fromarray(np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [255, 255, 255]]], np.uint8)).save(
         stream, "PNG"
     )
-    image = writer._once("images", {"mimeType": "image/png", "bufferView": writer.view(stream.getvalue(), {})})
-    texture = writer._once("textures", {"source": image})
+    image = writer.append("images", {"mimeType": "image/png", "bufferView": writer.view(stream.getvalue(), {})})
+    texture = writer.append("textures", {"source": image})
     surface = {"baseColorFactor": [*color, 1.0], "baseColorTexture": {"index": texture}, "metallicFactor": 0.0}
     return {"name": name, "pbrMetallicRoughness": surface}
 

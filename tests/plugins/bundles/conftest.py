@@ -14,7 +14,7 @@ from benchbot.core.plugin_manager import load
 from benchbot.core.request import RunRequest
 from benchbot.core.selection import Selection, select
 from benchbot.core.session import Session
-from benchbot.evaluation.submission import Submission
+from benchbot.evaluation.result_document import ResultDocument
 
 Drive = Callable[[Session], object]
 StartHost = Callable[[Selection], InProcessHost]
@@ -67,9 +67,9 @@ def driven(made: Callable[..., dict[str, Any]]) -> dict[str, Any]:
 
 
 @pytest.fixture
-def handed_in(driven: dict[str, Any]) -> Submission:
+def handed_in(driven: dict[str, Any]) -> ResultDocument:
     """That result, as it is handed in."""
-    return Submission("result.json", json.loads(json.dumps(driven)))
+    return ResultDocument("result.json", json.loads(json.dumps(driven)))
 
 
 @pytest.fixture

@@ -9,24 +9,24 @@ from typing import Any
 import pytest
 
 from benchbot.core.errors import BenchbotError
-from benchbot.evaluation.submission import Submission
+from benchbot.evaluation.result_document import ResultDocument
 from benchbot.plugins.bundles import archive, bundle_file, solution_source
 from benchbot.plugins.bundles.archive import Member
 from tests.plugins.bundles.conftest import SOLUTION
 
 
-def made(target: Path, results: list[Submission], solution: Path, **options: Any) -> dict[str, Any]:
+def made(target: Path, results: list[ResultDocument], solution: Path, **options: Any) -> dict[str, Any]:
     return bundle_file.make(target, results, solution_source.collect(solution), **options)
 
 
-def with_solution(result: Submission, **solution: Any) -> Submission:
+def with_solution(result: ResultDocument, **solution: Any) -> ResultDocument:
     document = json.loads(json.dumps(result.document))
     document["provenance"]["solution"].update(solution)
-    return Submission(result.source, document)
+    return ResultDocument(result.source, document)
 
 
 def test_a_bundle_holds_all_that_is_needed_and_reads_back(
-    tmp_path: Path, handed_in: Submission, solution: Path
+    tmp_path: Path, handed_in: ResultDocument, solution: Path
 ) -> None:
     path = tmp_path / "bundle.zip"
     manifest = made(path, [handed_in], solution, timeout_s=60)
@@ -44,13 +44,15 @@ def test_a_bundle_holds_all_that_is_needed_and_reads_back(
     assert "arena:1 | 3 | - | well" in readme
 
 
-def test_the_same_gives_the_same_bytes_under_any_name(tmp_path: Path, handed_in: Submission, solution: Path) -> None:
+def test_the_same_gives_the_same_bytes_under_any_name(
+    tmp_path: Path, handed_in: ResultDocument, solution: Path
+) -> None:
     for name in ("one.zip", "two.zip"):
         made(tmp_path / name, [handed_in], solution)
     assert (tmp_path / "one.zip").read_bytes() == (tmp_path / "two.zip").read_bytes()
 
 
-def test_a_command_is_made_portable(tmp_path: Path, handed_in: Submission, solution: Path) -> None:
+def test_a_command_is_made_portable(tmp_path: Path, handed_in: ResultDocument, solution: Path) -> None:
     script = str(solution / "solution.py")
     ran = with_solution(
         handed_in,
@@ -71,7 +73,7 @@ def test_a_command_is_made_portable(tmp_path: Path, handed_in: Submission, solut
     ],
 )
 def test_another_solution_than_the_results_is_refused(
-    tmp_path: Path, handed_in: Submission, solution: Path, ran: dict[str, Any], message: str
+    tmp_path: Path, handed_in: ResultDocument, solution: Path, ran: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(BenchbotError) as caught:
         made(tmp_path / "bundle.zip", [with_solution(handed_in, **ran)], solution)
@@ -80,7 +82,7 @@ def test_another_solution_than_the_results_is_refused(
 
 
 def test_of_a_container_the_dockerfile_goes_in_and_what_the_image_was_given(
-    tmp_path: Path, handed_in: Submission, solution: Path
+    tmp_path: Path, handed_in: ResultDocument, solution: Path
 ) -> None:
     ran = with_solution(handed_in, command=["benchbot/solution:0123", "--fast"], mode="container")
     with pytest.raises(BenchbotError, match="There is no Dockerfile"):
@@ -96,7 +98,9 @@ def test_of_a_container_the_dockerfile_goes_in_and_what_the_image_was_given(
         )
 
 
-def test_a_lock_goes_in_when_it_is_of_the_same_versions(tmp_path: Path, handed_in: Submission, solution: Path) -> None:
+def test_a_lock_goes_in_when_it_is_of_the_same_versions(
+    tmp_path: Path, handed_in: ResultDocument, solution: Path
+) -> None:
     lock = tmp_path / "benchbot.lock"
     row = '[[distribution]]\nname = "benchbot-sample"\nversion = "{}"\nplugin = true\nfrom = "https://example.org/x"\n'
     lock.write_text(f"version = 1\n{row.format('1.0')}hashes = []\n")
@@ -109,7 +113,9 @@ def test_a_lock_goes_in_when_it_is_of_the_same_versions(tmp_path: Path, handed_i
     assert "locks benchbot-sample 0.9, and the results are of 1.0" in caught.value.why
 
 
-def test_results_that_do_not_belong_together_are_refused(tmp_path: Path, handed_in: Submission, solution: Path) -> None:
+def test_results_that_do_not_belong_together_are_refused(
+    tmp_path: Path, handed_in: ResultDocument, solution: Path
+) -> None:
     other = with_solution(handed_in, command=["python", "other.py"])
     with pytest.raises(BenchbotError, match="of different solutions"):
         made(tmp_path / "bundle.zip", [handed_in, other], solution)
@@ -161,7 +167,7 @@ def has_a_result_that_is_none(manifest: dict[str, Any], files: dict[str, bytes])
 )
 def test_a_bundle_that_contradicts_itself_is_refused(
     tmp_path: Path,
-    handed_in: Submission,
+    handed_in: ResultDocument,
     solution: Path,
     change: Callable[[dict[str, Any], dict[str, bytes]], None],
 ) -> None:

@@ -1,4 +1,4 @@
-"""What floors, walls and ceilings are covered with: carpet, tiles, brick, wallpaper, linoleum, concrete, panels.
+"""Coverings of floors, walls and ceilings: carpet, tiles, brick, wallpaper, linoleum, concrete, panels.
 
 Those that are called undyed are nearly white, to be coloured by the material's factor.
 """

@@ -1,4 +1,4 @@
-"""What screens and keys show; each covers its face once."""
+"""Pictures on screens and keys; each covers its face once."""
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont

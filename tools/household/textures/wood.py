@@ -11,7 +11,7 @@ from tools.household.textures.noise import Color, Field, cloud, gradient, hex_co
 
 @dataclass(frozen=True)
 class Species:
-    """How a timber looks: early wood, late wood, and how strongly rings, pores and fibres show."""
+    """The look of a timber: early wood, late wood, and the strength of rings, pores and fibres."""
 
     early: Color
     late: Color

@@ -18,7 +18,7 @@ _CASING_WIDE_M, _CASING_DEEP_M, _CASING_OVERLAP_M = 0.062, 0.016, 0.006
 _PORCH_M = 0.02
 _SILL_M, _SILL_OUT_M = 0.022, 0.025
 WINDOW_SETBACK_M = 0.11
-"""How far the middle of a window's frame lies behind the outer face of a thick wall."""
+"""Distance of the middle of a window's frame behind the outer face of a thick wall."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def has_skirting(room: Room) -> bool:
 
 
 def window_offset_m(depth_m: float, frame_m: float) -> float:
-    """How far the middle of a window's frame lies behind the near face of its wall."""
+    """The distance of the middle of a window's frame behind the near face of its wall."""
     return depth_m - min(WINDOW_SETBACK_M, depth_m / 2) if depth_m > frame_m else depth_m / 2
 
 
@@ -166,7 +166,7 @@ def _casings(passage: Passage, plan: FloorPlan, height_m: float) -> Mesh:
 def _clear_wall(
     middle: Floats, right: Floats, away: Floats, plan: FloorPlan, number: int | None
 ) -> tuple[float, float]:
-    """How far a wall's face reaches to either side of a door, before the room's next corner."""
+    """The length of a wall's face on either side of a door, up to the room's next corner."""
     if number is None:
         return -10.0, 10.0
     inside = plan.rooms[number]

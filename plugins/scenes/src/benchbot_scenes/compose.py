@@ -55,7 +55,7 @@ def compose(layout: Layout, catalogues: Mapping[str, Catalogue] | None = None, a
 
 
 def recipe(layout: Layout, catalogues: Mapping[str, Catalogue] | None = None, assets: str | None = None) -> Recipe:
-    """What a layout's scene is made of, every difference applied and every model chosen."""
+    """The parts of a layout's scene, every difference applied and every model chosen."""
     scene = furnished(layout)
 
     def pack(name: str) -> Catalogue:

@@ -89,7 +89,7 @@ def _require(name: str, objects: dict[str, tuple[str, Placement]], start: Furnis
 
 
 def unknown_object(name: str, known: list[str]) -> BenchbotError:
-    """What to raise when a difference names what the base does not have."""
+    """The error of a difference that names an object which the base does not have."""
     return BenchbotError(
         f"A layout changes '{name}', which its base does not have.",
         f"The base has {len(known)} objects.{did_you_mean(name, known)}",

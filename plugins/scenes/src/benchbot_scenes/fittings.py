@@ -36,7 +36,7 @@ class Fitting:
 
 
 def fitting(passage: Passage, catalogue: Catalogue) -> Fitting | None:
-    """What fills an opening; None where it is a passage, or where the pack has nothing of the kind."""
+    """The model that fills an opening; None in a passage, or where the pack has none of the kind."""
     opening = passage.opening
     if opening.model is not None:
         model = catalogue.model(opening.model)

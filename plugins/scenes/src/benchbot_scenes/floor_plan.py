@@ -44,7 +44,7 @@ class Edge:
         return np.array([y, -x])
 
     def coordinates(self, point: Vector) -> tuple[float, float]:
-        """How far along the edge a point is, and how far to the right of it."""
+        """The distance of a point along the edge, and its distance to the right of the edge."""
         offset = point - self.start
         return float(offset @ self.along), float(offset @ self.right)
 

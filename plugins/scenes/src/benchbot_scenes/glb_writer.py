@@ -1,9 +1,10 @@
-"""Writes glTF 2.0 binary files (Khronos glTF 2.0 specification), from meshes and from parts of other such files."""
+"""Writing glTF 2.0 binary files (Khronos glTF 2.0 specification) from meshes and from parts of other such files."""
 
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,9 @@ from benchbot_scenes.mesh import Mesh
 Matrix = npt.NDArray[np.float64]
 Entry = dict[str, Any]
 
+VERTICES, INDICES = 34962, 34963
+"""Targets of buffer views (glTF: ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER)."""
+_COMPONENT_TYPES = {"<f4": 5126, "<u2": 5123, "<u4": 5125}
 _TO_FILE = np.eye(4)
 _TO_FILE[:3, :3] = Y_UP_TO_Z_UP.T
 
@@ -34,7 +38,7 @@ class MeshNode:
 
     @property
     def tag(self) -> Entry:
-        """What the node's extras say of the object that it belongs to."""
+        """The tag of the node's object, in its extras."""
         return dict((self.entry.get("extras") or {}).get("benchbot") or {})
 
     @property
@@ -44,43 +48,44 @@ class MeshNode:
 
 
 class GlbWriter:
-    """A growing document; what occurs twice, in whichever included file, is written once."""
+    """A growing glTF document and its binary chunk.
 
-    def __init__(self) -> None:
-        self._lists: dict[str, list[Entry]] = {
-            name: [] for name in ("nodes", "meshes", "materials", "textures", "samplers", "images", "accessors")
-        }
-        self._views: list[Entry] = []
+    With `deduplicates`, equal materials, images and accessors are written once, whichever file they come from.
+    """
+
+    def __init__(self, generator: str = "benchbot-scenes", *, deduplicates: bool = True) -> None:
+        self._generator = generator
+        self._deduplicates = deduplicates
+        self._lists: dict[str, list[Entry]] = {}
         self._binary = bytearray()
-        self._known: dict[tuple[str, str], int] = {}
-        self._used: set[str] = set()
-        self._required: set[str] = set()
+        self._known: dict[tuple[str, str | None], int] = {}
+        self._used: dict[str, None] = {}
+        self._required: dict[str, None] = {}
 
     def material(self, entry: Entry) -> int:
         """Add a material whose textures are those of this document; returns its index."""
-        self._used |= set(entry.get("extensions", ()))
-        return self._once("materials", entry)
+        self._used |= dict.fromkeys(entry.get("extensions", ()))
+        return self.append("materials", entry)
 
     def mesh(self, parts: Sequence[tuple[Mesh, int]]) -> int:
         """Add a mesh in the map frame, of one primitive per material; returns its index."""
-        return self._append("meshes", {"primitives": [self._primitive(mesh, material) for mesh, material in parts]})
+        return self.append("meshes", {"primitives": [self._primitive(mesh, material) for mesh, material in parts]})
 
     def node(self, name: str, mesh: int, tag: Mapping[str, Any], matrix: Matrix | None = None) -> None:
         """Add a node; `matrix` (4, 4) is in the file's frame (y up), see `to_file_frame`. `tag` goes to its extras."""
-        entry: Entry = {"name": name, "mesh": mesh}
-        if tag:
-            entry["extras"] = {"benchbot": dict(tag)}
+        entry: Entry = {"extras": {"benchbot": dict(tag)}} if tag else {}
+        entry |= {"mesh": mesh, "name": name}
         if matrix is not None and not np.array_equal(matrix, np.eye(4)):
             entry["matrix"] = [float(value) for value in matrix.T.ravel()]
-        self._append("nodes", entry)
+        self.append("nodes", entry)
 
     def include(self, document: Entry, binary: bytes) -> list[MeshNode]:
         """Add the meshes of another file with all that they need, but not its nodes; returns those that show a mesh.
 
         Raises what `gltf_file.BROKEN` lists when the file is damaged, UnsupportedError for what cannot be taken over.
         """
-        self._used |= set(document.get("extensionsUsed", ()))
-        self._required |= set(document.get("extensionsRequired", ()))
+        self._used |= dict.fromkeys(document.get("extensionsUsed", ()))
+        self._required |= dict.fromkeys(document.get("extensionsRequired", ()))
         return _Inclusion(self, document, binary).nodes()
 
     def included_material(self, document: Entry, binary: bytes, index: int) -> Entry:
@@ -88,55 +93,65 @@ class GlbWriter:
         return _Inclusion(self, document, binary).material(index)
 
     def to_bytes(self) -> bytes:
-        """The finished file."""
-        nodes = list(range(len(self._lists["nodes"])))
+        """The finished file, its keys sorted."""
+        nodes = list(range(len(self._lists.get("nodes", ()))))
+        self._binary.extend(bytes(-len(self._binary) % 4))
         document: Entry = {
-            "asset": {"version": "2.0", "generator": "benchbot-scenes"},
+            "asset": {"generator": self._generator, "version": "2.0"},
             "scene": 0,
-            "scenes": [{"nodes": nodes}],
-            **{name: entries for name, entries in self._lists.items() if entries},
-            "bufferViews": self._views,
             "buffers": [{"byteLength": len(self._binary)}],
+            **self._lists,
+            **({"scenes": [{"nodes": nodes}]} if nodes else {}),
+            **({"extensionsUsed": list(self._used)} if self._used else {}),
+            **({"extensionsRequired": list(self._required)} if self._required else {}),
         }
-        for key, names in (("extensionsUsed", self._used), ("extensionsRequired", self._required)):
-            if names:
-                document[key] = sorted(names)
-        return join_glb(document, self._binary)
+        return join_glb(dict(sorted(document.items())), self._binary)
 
-    def view(self, data: bytes, properties: Entry) -> int:
+    def view(self, data: bytes, properties: Mapping[str, Any] = MappingProxyType({})) -> int:
         """Add a buffer view of these bytes; returns its index."""
-        key = ("bufferViews", hashlib.sha256(data).hexdigest() + repr(sorted(properties.items())))
-        if key not in self._known:
-            self._binary.extend(bytes(-len(self._binary) % 4))
-            self._views.append({"buffer": 0, "byteOffset": len(self._binary), "byteLength": len(data), **properties})
-            self._binary.extend(data)
-            self._known[key] = len(self._views) - 1
-        return self._known[key]
+        key = hashlib.sha256(data).hexdigest() + repr(sorted(properties.items())) if self._deduplicates else None
+        if ("bufferViews", key) in self._known:
+            return self._known["bufferViews", key]
+        self._binary.extend(bytes(-len(self._binary) % 4))
+        entry = {"buffer": 0, "byteOffset": len(self._binary), "byteLength": len(data), **properties}
+        self._binary.extend(data)
+        return self._add("bufferViews", entry, key)
 
-    def _once(self, name: str, entry: Entry) -> int:
-        key = (name, json.dumps(entry, sort_keys=True))
-        if key not in self._known:
-            self._known[key] = self._append(name, entry)
-        return self._known[key]
+    def append(self, name: str, entry: Entry) -> int:
+        """Add an entry to a list of the document, such as `textures`; returns its index."""
+        may_share = self._deduplicates and name not in ("meshes", "nodes")
+        key = json.dumps(entry, sort_keys=True) if may_share else None
+        return self._known[name, key] if (name, key) in self._known else self._add(name, entry, key)
 
-    def _append(self, name: str, entry: Entry) -> int:
-        self._lists[name].append(entry)
-        return len(self._lists[name]) - 1
+    def accessor(self, values: npt.NDArray[Any], target: int | None = None, *, has_bounds: bool = False) -> int:
+        """Add numbers (N, 2 or 3) or indices (N,), float32 or unsigned; returns their accessor's index."""
+        entry: Entry = {
+            "bufferView": self.view(values.tobytes(), {"target": target} if target else {}),
+            "byteOffset": 0,
+            "componentType": _COMPONENT_TYPES[values.dtype.str],
+            "normalized": False,
+            "count": len(values),
+            "type": "SCALAR" if values.ndim == 1 else f"VEC{values.shape[1]}",
+        }
+        if has_bounds:
+            entry |= {"max": values.max(axis=0).tolist(), "min": values.min(axis=0).tolist()}
+        return self.append("accessors", entry)
+
+    def _add(self, name: str, entry: Entry, key: str | None) -> int:
+        entries = self._lists.setdefault(name, [])
+        entries.append(entry)
+        if key is not None:
+            self._known[name, key] = len(entries) - 1
+        return len(entries) - 1
 
     def _primitive(self, mesh: Mesh, material: int) -> Entry:
-        positions = (mesh.vertices @ Y_UP_TO_Z_UP).astype("<f4")
-        bounds = {"min": positions.min(axis=0).tolist(), "max": positions.max(axis=0).tolist()}
-        normals = (mesh.normals @ Y_UP_TO_Z_UP).astype("<f4")
-        attributes = {"POSITION": self._floats(positions, "VEC3", bounds), "NORMAL": self._floats(normals, "VEC3", {})}
-        attributes["TEXCOORD_0"] = self._floats(mesh.uvs.astype("<f4"), "VEC2", {})
-        view = self.view(mesh.triangles.astype("<u4").tobytes(), {})
-        accessor = {"bufferView": view, "componentType": 5125, "count": mesh.triangles.size, "type": "SCALAR"}
-        return {"attributes": attributes, "indices": self._once("accessors", accessor), "material": material}
-
-    def _floats(self, values: npt.NDArray[np.float32], kind: str, bounds: Entry) -> int:
-        view = self.view(values.tobytes(), {})
-        accessor = {"bufferView": view, "componentType": 5126, "count": len(values), "type": kind, **bounds}
-        return self._once("accessors", accessor)
+        attributes = {
+            "POSITION": self.accessor((mesh.vertices @ Y_UP_TO_Z_UP).astype("<f4"), has_bounds=True),
+            "NORMAL": self.accessor((mesh.normals @ Y_UP_TO_Z_UP).astype("<f4")),
+            "TEXCOORD_0": self.accessor(mesh.uvs.astype("<f4")),
+        }
+        indices = self.accessor(mesh.triangles.astype("<u4").ravel())
+        return {"attributes": attributes, "indices": indices, "material": material}
 
 
 def to_file_frame(matrix: Matrix) -> Matrix:
@@ -168,7 +183,7 @@ class _Inclusion:
     def _mesh(self, index: int) -> int:
         if index not in self._meshes:
             primitives = [self._primitive(entry) for entry in self._document["meshes"][index]["primitives"]]
-            self._meshes[index] = self._writer._append("meshes", {"primitives": primitives})
+            self._meshes[index] = self._writer.append("meshes", {"primitives": primitives})
         return self._meshes[index]
 
     def _primitive(self, entry: Entry) -> Entry:
@@ -186,7 +201,7 @@ class _Inclusion:
             raise UnsupportedError("It has sparse accessors, which cannot be taken over.")
         if "bufferView" in entry:
             entry["bufferView"] = self._view(entry["bufferView"])
-        return self._writer._once("accessors", entry)
+        return self._writer.append("accessors", entry)
 
     def _view(self, index: int) -> int:
         entry = self._document["bufferViews"][index]
@@ -216,11 +231,11 @@ class _Inclusion:
                 for name, extension in entry["extensions"].items()
             }
         if "sampler" in entry:
-            entry["sampler"] = self._writer._once("samplers", self._document["samplers"][entry["sampler"]])
-        return self._writer._once("textures", entry)
+            entry["sampler"] = self._writer.append("samplers", self._document["samplers"][entry["sampler"]])
+        return self._writer.append("textures", entry)
 
     def _image(self, index: int) -> int:
         entry = self._document["images"][index]
         if "bufferView" not in entry:
             raise UnsupportedError("Its images are not within the file itself.")
-        return self._writer._once("images", {**entry, "bufferView": self._view(entry["bufferView"])})
+        return self._writer.append("images", {**entry, "bufferView": self._view(entry["bufferView"])})

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from benchbot.plugin import BenchbotError
 from benchbot_scenes import gltf_materials, vertex_colors
 from benchbot_scenes.gltf_file import BROKEN, GltfFile, UnsupportedError, split_glb
-from benchbot_scenes.scene import FloatArray, Instance, IntArray, Material, SceneGeometry
+from benchbot_scenes.scene import FloatArray, Instance, IntArray, Material, SceneGeometry, unit_vectors
 
 Y_UP_TO_Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
@@ -250,15 +250,11 @@ def _transform_normals(normals: npt.NDArray[np.float64], linear: npt.NDArray[np.
         ]
     )
     turned = normals @ (cofactor * (np.sign(np.linalg.det(linear)) or 1.0)).T
-    length = np.linalg.norm(turned, axis=1, keepdims=True)
-    unit: FloatArray = np.divide(turned, length, out=np.zeros_like(turned), where=length > 0).astype(np.float32)
-    return unit
+    return unit_vectors(turned)
 
 
 def flat_normals(corners: FloatArray) -> FloatArray:
     """One normal per corner, that of its triangle; `corners` (3 T, 3)."""
     shape = corners.reshape(-1, 3, 3).astype(np.float64)
     normal = np.cross(shape[:, 1] - shape[:, 0], shape[:, 2] - shape[:, 0])
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
-    return np.repeat(normal, 3, axis=0).astype(np.float32)
+    return np.repeat(unit_vectors(normal), 3, axis=0)

@@ -1,4 +1,4 @@
-"""What a glTF 2.0 file holds: its JSON document, buffers, accessors and images (Khronos glTF 2.0 specification)."""
+"""Parts of a glTF 2.0 file: its JSON document, buffers, accessors and images (Khronos glTF 2.0 specification)."""
 
 import base64
 import binascii
@@ -58,7 +58,7 @@ BROKEN = (
     UnidentifiedImageError,
     Image.DecompressionBombError,
 )
-"""What reading a damaged file may raise."""
+"""The exceptions that reading a damaged file may raise."""
 
 
 def split_glb(data: bytes) -> tuple[dict[str, Any], bytes]:
@@ -96,7 +96,7 @@ def join_glb(document: Mapping[str, Any], binary: bytes | bytearray) -> bytes:
 
 
 def refuse_other_files(uri: str) -> bytes:
-    """How a scene that must hold everything itself reads what its file refers to."""
+    """Refuse to read another file: a scene must hold everything itself."""
     raise UnsupportedError(f"It refers to another file ({uri}); a scene must hold everything itself.")
 
 

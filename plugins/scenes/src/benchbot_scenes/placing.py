@@ -12,7 +12,7 @@ from benchbot_scenes.layout import Placement
 Matrix = npt.NDArray[np.float64]
 
 _STRETCHES = (1.3, 1.6)
-"""How much a stand-in may be stretched along one axis against another: better little, at most so much."""
+"""Limits of a stand-in's stretch along one axis against another: the preferred one, and the greatest."""
 
 _TURN_PAYS = 1.6
 

@@ -1,4 +1,4 @@
-"""What this distribution offers to BenchBot."""
+"""The hook implementations of benchbot-scenes."""
 
 from collections.abc import Iterator
 

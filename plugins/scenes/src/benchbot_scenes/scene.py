@@ -1,8 +1,8 @@
-"""What a scene is once it is in memory: triangles in the map frame, materials, images and object instances."""
+"""A scene in memory: triangles in the map frame, materials, images and object instances."""
 
 import hashlib
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -91,3 +91,27 @@ class SceneGeometry:
             self.normals,
             self.uvs,
         )
+
+
+def only(geometry: SceneGeometry, is_kept: npt.NDArray[np.bool_]) -> SceneGeometry:
+    """The scene with some of its triangles, and the vertices that these need."""
+    triangles = geometry.triangles[is_kept]
+    is_used = np.zeros(len(geometry.vertices), bool)
+    is_used[triangles] = True
+    new = np.cumsum(is_used, dtype=np.int32) - 1
+    return replace(
+        geometry,
+        vertices=geometry.vertices[is_used],
+        normals=geometry.normals[is_used],
+        uvs=geometry.uvs[is_used],
+        triangles=new[triangles].astype(np.int32),
+        triangle_instance=geometry.triangle_instance[is_kept],
+        triangle_material=geometry.triangle_material[is_kept],
+    )
+
+
+def unit_vectors(vectors: npt.NDArray[np.floating]) -> FloatArray:
+    """The vectors (..., 3) with length 1; zero stays zero."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    unit: FloatArray = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0).astype(np.float32)
+    return unit

@@ -45,7 +45,7 @@ def scene_file(path: Path, cache_dir: Path, assets: str | None = None) -> Path:
 
 
 def _fingerprint(made_of: "Recipe") -> str:
-    """What a composed scene depends on, as SHA-256 in hex."""
+    """The SHA-256, in hex, of all that a composed scene depends on."""
     scene = made_of.furnished
     building = None if made_of.plan is None else repr(scene.building)
     placed = [(p.name, p.model.file.name, p.matrix.tolist(), p.class_name, p.is_group) for p in made_of.objects]

@@ -1,4 +1,4 @@
-"""What lies between two heights, seen from above: triangles clipped to a slab and dropped to the floor."""
+"""Projection of the triangles between two heights: clipped to a slab and dropped to the floor."""
 
 import numpy as np
 import numpy.typing as npt

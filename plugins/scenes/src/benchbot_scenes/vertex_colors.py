@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from benchbot_scenes.scene import FloatArray, ImageArray, IntArray, Material, SceneGeometry
+from benchbot_scenes.scene import FloatArray, ImageArray, IntArray, Material, SceneGeometry, only
 
 TRIANGLES_PER_IMAGE = 2**20
 MORTON_BITS = 10
@@ -41,18 +41,17 @@ def bake(geometry: SceneGeometry, colors: FloatArray, is_colored: npt.NDArray[np
             triangle_material[painted] = len(materials)
             materials.append(_painted(geometry.materials[material], len(images)))
         images.append(image)
-    return _without_unused_vertices(
-        replace(
-            geometry,
-            vertices=np.concatenate(vertices),
-            normals=np.concatenate(normals),
-            uvs=np.concatenate(uvs),
-            triangles=triangles,
-            triangle_material=triangle_material,
-            materials=tuple(materials),
-            images=tuple(images),
-        )
+    painted_geometry = replace(
+        geometry,
+        vertices=np.concatenate(vertices),
+        normals=np.concatenate(normals),
+        uvs=np.concatenate(uvs),
+        triangles=triangles,
+        triangle_material=triangle_material,
+        materials=tuple(materials),
+        images=tuple(images),
     )
+    return only(painted_geometry, np.ones(len(triangles), bool))
 
 
 def srgb_to_linear(values: npt.NDArray[np.floating]) -> FloatArray:
@@ -107,16 +106,3 @@ def _morton_2d(index: IntArray | npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.
         column |= ((index >> (2 * bit)) & 1) << bit
         row |= ((index >> (2 * bit + 1)) & 1) << bit
     return column, row
-
-
-def _without_unused_vertices(geometry: SceneGeometry) -> SceneGeometry:
-    is_used = np.zeros(len(geometry.vertices), bool)
-    is_used[geometry.triangles] = True
-    new = np.cumsum(is_used, dtype=np.int32) - 1
-    return replace(
-        geometry,
-        vertices=geometry.vertices[is_used],
-        normals=geometry.normals[is_used],
-        uvs=geometry.uvs[is_used],
-        triangles=new[geometry.triangles].astype(np.int32),
-    )

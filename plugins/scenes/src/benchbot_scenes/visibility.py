@@ -1,4 +1,4 @@
-"""What is seen from where: lines of sight through a scene's voxels, without a renderer."""
+"""Lines of sight through a scene's voxels, without a renderer: the surfaces that are seen from each place."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence

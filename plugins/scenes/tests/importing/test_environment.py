@@ -14,7 +14,7 @@ from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
 from benchbot_scenes.coverage import MARGIN_M
 from benchbot_scenes.gltf import load_scene
-from benchbot_scenes.importing import pictures, report
+from benchbot_scenes.importing import report
 from benchbot_scenes.importing.environment import Imported, build, write
 from benchbot_scenes.importing.guesses import Guesses, read_guesses
 from benchbot_scenes.routes import least_clearance
@@ -132,7 +132,7 @@ def test_the_report_needs_nothing_but_itself(imported: Imported) -> None:
 
 
 def test_the_map_in_the_report_shows_start_and_way(imported: Imported) -> None:
-    picture = np.asarray(pictures.map_picture(imported))
+    picture = np.asarray(report.map_picture(imported))
     assert (picture == (200, 60, 30)).all(axis=-1).any()
     assert (picture == (29, 90, 143)).all(axis=-1).any()
 

@@ -79,7 +79,7 @@ def _standing(items: Sequence[Item]) -> list[Box]:
 
 
 def _loose(items: Sequence[Item]) -> list[Item]:
-    """What can be carried away: objects that nothing stands on."""
+    """The objects that can be removed: those that carry nothing."""
     carrying = {item.carrier for item in items}
     return [
         item

@@ -29,7 +29,7 @@ def dining(room: Furnisher, table: Item, places: int) -> None:
 
 
 def worktop(room: Furnisher, tops: list[Item]) -> None:
-    """What stands about in a kitchen."""
+    """Appliances, tableware and food on the worktops of a kitchen."""
     supply, rng = room.supply, room.plot.rng
     if not tops:
         return

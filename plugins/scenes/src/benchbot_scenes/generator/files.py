@@ -28,7 +28,7 @@ LIGHTING: dict[str, Any] = {"time": "14:00", "date": "2023-04-20", "latitude_deg
 
 @dataclass(frozen=True)
 class Written:
-    """What has been written: the file of the declaration, the composed scene, and how close the robot comes."""
+    """The files of a generated place: its declaration and composed scene, with the room that its trajectory leaves."""
 
     declaration: Path
     geometry: SceneGeometry

@@ -1,4 +1,4 @@
-"""What every room has: lamps, radiators, curtains, pictures, plants."""
+"""The fixtures of every room: lamps, radiators, curtains, pictures, plants."""
 
 from benchbot_scenes.generator.furnish import Furnisher
 

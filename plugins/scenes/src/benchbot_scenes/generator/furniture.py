@@ -1,4 +1,4 @@
-"""What rooms are furnished with, by function: one programme each, most important things first."""
+"""The furniture of rooms by function: one programme each, the most important items first."""
 
 from collections.abc import Callable, Sequence
 

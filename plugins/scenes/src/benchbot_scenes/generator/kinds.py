@@ -1,4 +1,4 @@
-"""What kinds of places there are, and which rooms: data, in metres."""
+"""The kinds of places, and their rooms: data, in metres."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from benchbot.plugin import BenchbotError, did_you_mean
 
 @dataclass(frozen=True)
 class Function:
-    """What a room is for: how wide it may be along its corridor, and what it is finished with.
+    """The function of a room: its width along its corridor, and its finishes.
 
     One of `floors` and of `walls` is drawn; `furniture` names the programme in `furniture.py`.
     """

@@ -1,4 +1,4 @@
-"""What rooms of offices are furnished with, by function."""
+"""The furniture of rooms of offices, by function."""
 
 from benchbot_scenes.generator import clutter, fixtures
 from benchbot_scenes.generator.furnish import Furnisher

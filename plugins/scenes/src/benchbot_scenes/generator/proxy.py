@@ -201,7 +201,7 @@ def _quad(corners: Sequence[tuple[float, float, float]]) -> Floats:
 
 
 def class_counts(items: Sequence[Item]) -> Mapping[str, int]:
-    """How many items of each class there are."""
+    """The number of items of each class."""
     counts: dict[str, int] = {}
     for item in items:
         if item.model.class_name:

@@ -57,7 +57,7 @@ def import_environment(
 
     Unit, up axis, floor, classes and start pose are guessed; the report says how, options and --guesses correct it.
     """
-    from benchbot_scenes.importing import environment, pictures, report
+    from benchbot_scenes.importing import environment, report
 
     name = _checked_name(name if name is not None else _name_of(file))
     folder = output if output is not None else Path(name)
@@ -73,7 +73,7 @@ def import_environment(
     environment.write(imported, folder)
     if not no_pictures:
         console.note("Taking pictures for the report …")
-    views = [] if no_pictures else pictures.views(imported)
+    views = [] if no_pictures else report.views(imported)
     page = folder / "report.html"
     page.write_text(report.page(imported, file.name, views), encoding="utf-8")
     if as_json:

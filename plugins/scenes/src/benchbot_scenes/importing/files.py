@@ -1,10 +1,15 @@
 """Reading a file and what it refers to: nothing from outside its folder, nothing from the network, nothing huge."""
 
+import io
 import zipfile
 from pathlib import Path
 from urllib.parse import unquote
 
+import numpy as np
+from PIL import Image, UnidentifiedImageError
+
 from benchbot.plugin import BenchbotError
+from benchbot_scenes.scene import ImageArray
 
 MAX_FILE_BYTES = 4 * 2**30
 MAX_TEXTURE_BYTES = 256 * 2**20
@@ -80,6 +85,19 @@ class Folder:
             self.missing.append(name)
             return None
         return found.read_bytes()
+
+
+def decode_texture(data: bytes | None, name: str, images: list[ImageArray], notes: list[str]) -> int | None:
+    """Append a picture (H, W, 4) to `images` and return its number; None, with a note, for an unusable one."""
+    if data is None:
+        return None
+    try:
+        with Image.open(io.BytesIO(data)) as image:
+            images.append(np.asarray(image.convert("RGBA")))
+    except (UnidentifiedImageError, OSError, ValueError, Image.DecompressionBombError) as error:
+        notes.append(f"The texture {name} is no usable picture ({error}); a plain colour stands for it.")
+        return None
+    return len(images) - 1
 
 
 def check_usdz(path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Writes a scene as binary glTF 2.0 (Khronos glTF 2.0 specification), one node for each object."""
+"""Writing a scene as binary glTF 2.0, one node for each object."""
 
 import io
 from typing import Any
@@ -7,108 +7,58 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from benchbot_scenes.glb_writer import INDICES, VERTICES, GlbWriter
 from benchbot_scenes.gltf import Y_UP_TO_Z_UP
-from benchbot_scenes.gltf_file import join_glb
 from benchbot_scenes.scene import ImageArray, Instance, Material, SceneGeometry
 
-_FLOAT, _UNSIGNED_INT = 5126, 5125
-_ARRAY, _INDICES = 34962, 34963
 JPEG_QUALITY = 92
 SMALL_IMAGE_PIXELS = 256 * 256
 
 
 def to_glb(geometry: SceneGeometry) -> bytes:
     """The file's bytes; the same scene gives the same bytes. Objects without triangles are not in it."""
-    return _Writer(geometry).file()
+    writer = GlbWriter(deduplicates=False)
+    for instance, triangles in _by_instance(geometry):
+        primitives = _primitives(writer, geometry, triangles)
+        tag = {"class": instance.class_name, "instance": instance.name, "group": instance.is_group}
+        writer.node(instance.name, writer.append("meshes", {"name": instance.name, "primitives": primitives}), tag)
+    data_images = _data_images(geometry.materials)
+    for index, image in enumerate(geometry.images):
+        data, mime = _encoded(image, index in data_images)
+        writer.append("images", {"bufferView": writer.view(data), "mimeType": mime})
+        writer.append("textures", {"source": index})
+    for material in geometry.materials:
+        writer.material(_material(material))
+    return writer.to_bytes()
 
 
-class _Writer:
-    def __init__(self, geometry: SceneGeometry) -> None:
-        self._geometry = geometry
-        self._blob = bytearray()
-        self._views: list[dict[str, Any]] = []
-        self._accessors: list[dict[str, Any]] = []
-
-    def file(self) -> bytes:
-        meshes: list[dict[str, Any]] = []
-        nodes: list[dict[str, Any]] = []
-        for instance, triangles in _by_instance(self._geometry):
-            nodes.append({"name": instance.name, "mesh": len(meshes), "extras": {"benchbot": _tag(instance)}})
-            meshes.append({"name": instance.name, "primitives": self._primitives(triangles)})
-        data_images = _data_images(self._geometry.materials)
-        images = [self._image(image, i in data_images) for i, image in enumerate(self._geometry.images)]
-        document = {
-            "asset": {"version": "2.0", "generator": "benchbot-scenes"},
-            "scene": 0,
-            "scenes": [{"nodes": list(range(len(nodes)))}],
-            "nodes": nodes,
-            "meshes": meshes,
-            "materials": [_material(material) for material in self._geometry.materials],
-            "accessors": self._accessors,
-            "bufferViews": self._views,
-            "buffers": [{"byteLength": len(self._blob)}],
-            "extensionsUsed": [
-                "KHR_materials_emissive_strength",
-                "KHR_materials_ior",
-                "KHR_materials_transmission",
-                "KHR_materials_volume",
-            ],
-        }
-        if images:
-            document |= {"images": images, "textures": [{"source": i} for i in range(len(images))]}
-        return join_glb(document, self._blob)
-
-    def _primitives(self, triangles: npt.NDArray[np.int64]) -> list[dict[str, Any]]:
-        """One for each material."""
-        materials = self._geometry.triangle_material[triangles]
-        return [
-            self._primitive(self._geometry.triangles[triangles[materials == material]], int(material))
-            for material in np.unique(materials)
-        ]
-
-    def _primitive(self, triangles: npt.NDArray[np.int32], material: int) -> dict[str, Any]:
-        used, indices = _compact(triangles, len(self._geometry.vertices))
-        geometry, to_y_up = self._geometry, Y_UP_TO_Z_UP.astype(np.float32)
+def _primitives(writer: GlbWriter, geometry: SceneGeometry, triangles: npt.NDArray[np.int64]) -> list[dict[str, Any]]:
+    """One for each material."""
+    materials = geometry.triangle_material[triangles]
+    to_y_up = Y_UP_TO_Z_UP.astype(np.float32)
+    primitives = []
+    for material in np.unique(materials):
+        used, indices = _compact(geometry.triangles[triangles[materials == material]], len(geometry.vertices))
         attributes = {
-            "POSITION": self._accessor(geometry.vertices[used] @ to_y_up, "VEC3", bounds=True),
-            "NORMAL": self._accessor(geometry.normals[used] @ to_y_up, "VEC3"),
+            "POSITION": writer.accessor(geometry.vertices[used] @ to_y_up, VERTICES, has_bounds=True),
+            "NORMAL": writer.accessor(geometry.normals[used] @ to_y_up, VERTICES),
         }
         if _is_textured(geometry.materials[material]):
-            attributes["TEXCOORD_0"] = self._accessor(geometry.uvs[used], "VEC2")
-        order = self._accessor(indices.reshape(-1, 1), "SCALAR", kind=_UNSIGNED_INT, target=_INDICES)
-        return {"attributes": attributes, "indices": order, "material": material}
+            attributes["TEXCOORD_0"] = writer.accessor(geometry.uvs[used], VERTICES)
+        order = writer.accessor(indices.ravel(), INDICES)
+        primitives.append({"attributes": attributes, "indices": order, "material": int(material)})
+    return primitives
 
-    def _view(self, data: bytes, target: int | None = None) -> int:
-        self._blob.extend(bytes(-len(self._blob) % 4))
-        view = {"buffer": 0, "byteOffset": len(self._blob), "byteLength": len(data)}
-        self._views.append(view if target is None else view | {"target": target})
-        self._blob.extend(data)
-        return len(self._views) - 1
 
-    def _accessor(
-        self, values: npt.NDArray[Any], shape: str, kind: int = _FLOAT, target: int = _ARRAY, bounds: bool = False
-    ) -> int:
-        entry = {
-            "bufferView": self._view(np.ascontiguousarray(values).tobytes(), target),
-            "componentType": kind,
-            "count": len(values),
-            "type": shape,
-        }
-        if bounds:
-            entry |= {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
-        self._accessors.append(entry)
-        return len(self._accessors) - 1
-
-    def _image(self, image: ImageArray, is_data: bool) -> dict[str, Any]:
-        """JPEG for pictures of some size, PNG for numbers and for what is partly clear."""
-        stream = io.BytesIO()
-        if is_data or (image[..., 3] < 255).any() or image.shape[0] * image.shape[1] <= SMALL_IMAGE_PIXELS:
-            Image.fromarray(image if (image[..., 3] < 255).any() else image[..., :3]).save(
-                stream, "PNG", compress_level=3
-            )
-            return {"bufferView": self._view(stream.getvalue()), "mimeType": "image/png"}
-        Image.fromarray(image[..., :3]).save(stream, "JPEG", quality=JPEG_QUALITY, subsampling=0)
-        return {"bufferView": self._view(stream.getvalue()), "mimeType": "image/jpeg"}
+def _encoded(image: ImageArray, is_data: bool) -> tuple[bytes, str]:
+    """Encode as JPEG, or as PNG what is small, data or partly clear; returns the bytes and their MIME type."""
+    stream = io.BytesIO()
+    is_clear = bool((image[..., 3] < 255).any())
+    if is_data or is_clear or image.shape[0] * image.shape[1] <= SMALL_IMAGE_PIXELS:
+        Image.fromarray(image if is_clear else image[..., :3]).save(stream, "PNG", compress_level=3)
+        return stream.getvalue(), "image/png"
+    Image.fromarray(image[..., :3]).save(stream, "JPEG", quality=JPEG_QUALITY, subsampling=0)
+    return stream.getvalue(), "image/jpeg"
 
 
 def _compact(triangles: npt.NDArray[np.int32], count: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint32]]:
@@ -127,10 +77,6 @@ def _by_instance(geometry: SceneGeometry) -> list[tuple[Instance, npt.NDArray[np
     numbers, first = np.unique(geometry.triangle_instance[order], return_index=True)
     by_number = dict(zip(numbers.tolist(), np.split(order, first[1:]), strict=True))
     return [(found, by_number[found.index]) for found in geometry.instances if found.index in by_number]
-
-
-def _tag(instance: Instance) -> dict[str, Any]:
-    return {"class": instance.class_name, "instance": instance.name, "group": instance.is_group}
 
 
 def _is_textured(material: Material) -> bool:

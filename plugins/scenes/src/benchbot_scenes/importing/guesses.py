@@ -17,7 +17,7 @@ SUFFIX = ".import.yaml"
 
 @dataclass(frozen=True)
 class Guesses:
-    """What is known better than guessed; None is guessed. The keys mean what guesses.json says."""
+    """Values that are told, so that they need no guess; None is guessed. The keys are those of guesses.json."""
 
     units: str | float | None = None
     up: UpAxis | None = None

@@ -120,7 +120,7 @@ def _standing(geometry: SceneGeometry, axis: str) -> float:
 def _level_things(
     boxes: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]], paths: Sequence[tuple[str, ...]], axis: str
 ) -> int:
-    """How many things that should lie flat do so when an axis points up."""
+    """The number of objects that should lie flat and do so when an axis points up."""
     count = 0
     for low, high, path in zip(*boxes, paths, strict=True):
         found = names.meaning(path[-1]) if path else None
@@ -155,5 +155,5 @@ def _boxes(geometry: SceneGeometry) -> tuple[npt.NDArray[np.float64], npt.NDArra
 
 
 def _beyond(value: float, allowed: tuple[float, float]) -> float:
-    """How far, in powers of e, a size is outside its usual range."""
+    """The distance of a size from its usual range, in powers of e."""
     return max(math.log(allowed[0] / max(value, 1e-9)), math.log(max(value, 1e-9) / allowed[1]), 0.0)

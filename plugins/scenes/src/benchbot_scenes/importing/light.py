@@ -21,7 +21,7 @@ LAMP = Material("ceiling lamp", (0.9, 0.9, 0.9), emission=(1.0, 0.9, 0.78), doub
 
 
 def roofed_share(geometry: SceneGeometry, space: FreeSpace, region: npt.NDArray[np.bool_]) -> float:
-    """How much of a floor's cells has something above it that is higher than 1.8 m."""
+    """The share of a floor's cells with something above them that is higher than 1.8 m."""
     high = project_slab(geometry.vertices[geometry.triangles].astype(np.float64), ROOF_M, np.inf)
     covered = rasterise(high, space.low_m, space.shape, space.cell_m)
     return float(covered[region].mean()) if region.any() else 0.0

@@ -1,4 +1,4 @@
-"""What a file holds, before anything is guessed: triangles in its own unit and axes, and the names of its objects."""
+"""The content of a file before guesses: triangles in its own unit and axes, and the names of its objects."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot_scenes import vertex_colors
-from benchbot_scenes.scene import FloatArray, ImageArray, Instance, Material, SceneGeometry
+from benchbot_scenes.scene import FloatArray, ImageArray, Instance, Material, SceneGeometry, unit_vectors
 
 UpAxis = Literal["y", "z"]
 FAR_WIDTHS = 30.0
@@ -122,7 +122,7 @@ def _add(soup: _Soup, part: Part) -> None:
         vertices, uvs = vertices[triangles.ravel()], uvs[triangles.ravel()]
         triangles = np.arange(len(vertices)).reshape(-1, 3)
     else:
-        normals = _unit(np.asarray(part.normals, np.float64))
+        normals = unit_vectors(np.asarray(part.normals, np.float64))
     soup.vertices.append(vertices)
     soup.normals.append(normals)
     soup.uvs.append(uvs)
@@ -144,19 +144,22 @@ def _corner_normals(vertices: FloatArray, triangles: npt.NDArray[np.int64]) -> F
     summed = np.zeros((len(vertices), 3))
     for axis in range(3):
         summed[:, axis] = np.bincount(triangles.ravel(), np.repeat(weighted[:, axis], 3), minlength=len(vertices))
-    smooth, flat = _unit(summed)[triangles], _unit(weighted)[:, None, :]
+    smooth, flat = unit_vectors(summed)[triangles], unit_vectors(weighted)[:, None, :]
     is_smooth = (smooth * flat).sum(axis=2, keepdims=True) > np.cos(np.radians(SMOOTH_BELOW_DEG))
     normals: FloatArray = np.where(is_smooth, smooth, flat).reshape(-1, 3).astype(np.float32)
     return normals
-
-
-def _unit(vectors: npt.NDArray[np.float64]) -> FloatArray:
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    unit: FloatArray = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0).astype(np.float32)
-    return unit
 
 
 def renamed(model: Model, name: str) -> Model:
     """Call what the file gives no name `name`."""
     paths = tuple(tuple(step for step in path if step) or (name,) for path in model.paths)
     return replace(model, paths=paths)
+
+
+def turned(geometry: SceneGeometry, rotation: npt.NDArray[np.floating]) -> SceneGeometry:
+    """The scene after a rotation (3, 3) about the origin."""
+    return replace(
+        geometry,
+        vertices=(geometry.vertices @ rotation.T.astype(np.float32)).astype(np.float32),
+        normals=(geometry.normals @ rotation.T.astype(np.float32)).astype(np.float32),
+    )

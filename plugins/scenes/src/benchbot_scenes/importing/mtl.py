@@ -4,8 +4,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
-from benchbot_scenes.importing import textures
-from benchbot_scenes.importing.files import Folder
+from benchbot_scenes.importing.files import Folder, decode_texture
 from benchbot_scenes.scene import ImageArray, Material
 
 UNKNOWN = Material(name="unknown", base_color=(0.6, 0.6, 0.6), roughness=0.9, double_sided=True)
@@ -45,7 +44,7 @@ class Library:
     def image(self, name: str, folder: Folder) -> int | None:
         """The number of a texture, None when it is not there or no picture."""
         if name not in self._image_numbers:
-            self._image_numbers[name] = textures.decode(folder.read_texture(name), name, self.images, self.notes)
+            self._image_numbers[name] = decode_texture(folder.read_texture(name), name, self.images, self.notes)
         return self._image_numbers[name]
 
 

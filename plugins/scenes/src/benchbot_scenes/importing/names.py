@@ -1,4 +1,4 @@
-"""What names of nodes, groups and prims say: what a thing is, or that it is for physics engines only."""
+"""The meaning of names of nodes, groups and prims: the kind of object, or a collider for physics engines."""
 
 import re
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ SEVERAL = frozenset(("set", "group", "pile", "stack", "row", "collection", "bunc
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a name stands for: a `noun` of the vocabulary, its class if it has one, and whether it means several."""
+    """The meaning of a name: a `noun` of the vocabulary, its class if it has one, and whether it means several."""
 
     noun: str
     class_name: str | None
@@ -34,7 +34,7 @@ def is_collider(name: str) -> bool:
 
 
 def meaning(name: str) -> Meaning | None:
-    """What the last noun of a name says, which in English is what a thing is; None for a name without a known noun.
+    """The meaning of the last noun of a name, in English the kind of the object; None for a name without a known noun.
 
     "Chair_wood_01" is a chair, since wood is no thing here, "tv stand" a stand and "wine glass" a wine glass.
     """

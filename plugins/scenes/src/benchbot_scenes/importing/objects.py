@@ -7,8 +7,7 @@ import numpy as np
 
 from benchbot.plugin import BenchbotError
 from benchbot_scenes.importing import names
-from benchbot_scenes.importing.sanity import only
-from benchbot_scenes.scene import Instance, SceneGeometry
+from benchbot_scenes.scene import Instance, SceneGeometry, only
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,7 @@ import numpy.typing as npt
 from benchbot.plugin import BenchbotError
 from benchbot_scenes.coverage import MARGIN_M, Coverage, plan_coverage
 from benchbot_scenes.free_space import FreeSpace, free_space
-from benchbot_scenes.importing.sanity import only
-from benchbot_scenes.scene import Instance, SceneGeometry
+from benchbot_scenes.scene import Instance, SceneGeometry, only
 from benchbot_scenes.visibility import Observer
 
 Bools = npt.NDArray[np.bool_]
@@ -113,7 +112,7 @@ def plan(geometry: SceneGeometry, start: Start, robot: Observer) -> Coverage:
 
 
 def _near(geometry: SceneGeometry, start: Start) -> SceneGeometry:
-    """What matters for planning: the rest of a large place would take too much memory."""
+    """The part of a scene that planning needs: the rest of a large place would take too much memory."""
     corners = geometry.vertices[geometry.triangles]
     off = np.abs(corners[..., :2] - np.array(start[:2], np.float32))
     is_near = (off.min(axis=1) < REACH_M).all(axis=1)

@@ -9,7 +9,7 @@ import numpy as np
 from benchbot.plugin import BenchbotError, did_you_mean
 from benchbot_scenes.importing import files
 from benchbot_scenes.importing.guesses import SUFFIX
-from benchbot_scenes.importing.model import Model, renamed
+from benchbot_scenes.importing.model import Model, renamed, turned
 from benchbot_scenes.importing.sanity import sound
 
 _USD = (".usd", ".usda", ".usdc", ".usdz")
@@ -93,7 +93,6 @@ def _read_gltf(path: Path) -> Model:
 
     from benchbot_scenes.gltf import Y_UP_TO_Z_UP, geometry_of
     from benchbot_scenes.gltf_file import BROKEN, GltfFile, UnsupportedError, split_glb
-    from benchbot_scenes.importing.placing import turned
 
     data = path.read_bytes()
     folder = files.Folder(path)

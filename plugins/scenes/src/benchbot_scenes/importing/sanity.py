@@ -1,4 +1,4 @@
-"""What is wrong with a file's triangles, and leaving out what cannot be used."""
+"""Checking a file's triangles, and leaving out those that cannot be used."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from benchbot.plugin import BenchbotError
 from benchbot_scenes.importing.model import Model
-from benchbot_scenes.scene import SceneGeometry
+from benchbot_scenes.scene import only
 
 MAX_TRIANGLES = 20_000_000
 FAR = 1e9
@@ -45,20 +45,3 @@ def sound(model: Model, path: Path) -> Model:
     if (has_places & ~is_kept).any():
         notes.append(f"{int((has_places & ~is_kept).sum())} triangles without area are left out.")
     return model if is_kept.all() else replace(model, geometry=only(geometry, is_kept), notes=tuple(notes))
-
-
-def only(geometry: SceneGeometry, is_kept: npt.NDArray[np.bool_]) -> SceneGeometry:
-    """The scene with some of its triangles, and the vertices that these need."""
-    triangles = geometry.triangles[is_kept]
-    is_used = np.zeros(len(geometry.vertices), bool)
-    is_used[triangles] = True
-    new = np.cumsum(is_used, dtype=np.int32) - 1
-    return replace(
-        geometry,
-        vertices=geometry.vertices[is_used],
-        normals=geometry.normals[is_used],
-        uvs=geometry.uvs[is_used],
-        triangles=new[triangles].astype(np.int32),
-        triangle_instance=geometry.triangle_instance[is_kept],
-        triangle_material=geometry.triangle_material[is_kept],
-    )

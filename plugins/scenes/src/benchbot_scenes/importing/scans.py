@@ -18,7 +18,7 @@ PAINTED = Material(name="painted", base_color=(1.0, 1.0, 1.0), roughness=0.9, do
 
 
 class _Beside:
-    """What trimesh asks for files beside a scan."""
+    """The resolver that trimesh asks for files beside a scan."""
 
     def __init__(self, folder: Folder) -> None:
         self._folder = folder

@@ -1,21 +1,24 @@
 """A file understood: brought to metres, z up, its floor at z = 0, its objects named and sorted into classes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from benchbot.plugin import BenchbotError
-from benchbot_scenes.importing import guesses, guessing, objects, placing, reading
+from benchbot_scenes.gltf import Y_UP_TO_Z_UP
+from benchbot_scenes.importing import guesses, guessing, objects, reading
 from benchbot_scenes.importing.glb import to_glb
 from benchbot_scenes.importing.guesses import Guesses
-from benchbot_scenes.importing.model import UpAxis
+from benchbot_scenes.importing.model import UpAxis, turned
 from benchbot_scenes.importing.objects import Recognised
-from benchbot_scenes.importing.sides import with_sides
 from benchbot_scenes.scene import SceneGeometry
 
 LARGEST_M, SMALLEST_M = 2000.0, 0.5
 _MOSTLY_Y_UP = (".obj",)
+# Odd multipliers, of which the first is 2^64 over the golden ratio (Knuth, The Art of Computer Programming, 6.4).
+_MIX = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
 
 
 @dataclass(frozen=True)
@@ -61,16 +64,65 @@ def understand(path: Path, known: Guesses) -> Understood:
         unit_m, reasons["units"] = model.unit_m, "the file says so"
         unit = next((name for name, size in guessing.UNITS_M.items() if np.isclose(size, unit_m)), unit_m)
     elif unit_m is None:
-        upright = placing.upright(seen, 1.0, up)
+        upright = _upright(seen, 1.0, up)
         unit, reasons["units"] = guessing.unit(upright, paths, is_gltf=suffix in (".glb", ".gltf"))
         unit_m = guessing.UNITS_M[unit]
-    geometry = placing.upright(seen, unit_m, up)
+    geometry = _upright(seen, unit_m, up)
     _check_size(geometry, path)
     floor_z_m = known.floor_z_m
     if floor_z_m is None:
         floor_z_m, reasons["floor_z_m"] = guessing.floor_z_m(geometry)
-    geometry = placing.shifted(geometry, (0.0, 0.0, -floor_z_m))
+    geometry = _shifted(geometry, (0.0, 0.0, -floor_z_m))
     return Understood(with_sides(geometry), unit or unit_m, up, floor_z_m, recognised, reasons, model.notes)
+
+
+def with_sides(geometry: SceneGeometry) -> SceneGeometry:
+    """Mark materials as one-sided where they are on closed bodies only, as both-sided elsewhere.
+
+    What a file says of it is not believed: which side of a scanned or drawn wall is its front is often left to chance.
+    """
+    closed = is_closed(geometry)
+    open_materials = set(np.unique(geometry.triangle_material[~closed]).tolist())
+    materials = tuple(
+        replace(material, double_sided=number in open_materials) for number, material in enumerate(geometry.materials)
+    )
+    return replace(geometry, materials=materials)
+
+
+def is_closed(geometry: SceneGeometry) -> npt.NDArray[np.bool_]:
+    """Say of each triangle (T,) whether its instance is closed and faces outwards.
+
+    Closed: every edge is between two triangles that run along it in opposite directions. Outwards: the volume that it
+    encloses is positive.
+    """
+    place = _places(geometry)
+    corners = place[geometry.triangles]
+    edges = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2).astype(np.int64)
+    count = len(geometry.vertices)
+    low, high = edges.min(axis=1), edges.max(axis=1)
+    owner = np.repeat(geometry.triangle_instance.astype(np.int64), 3)
+    # The balance of each edge of each instance, one way counting up and the other down, is 0 in a closed body.
+    _, edge = np.unique((owner * count + low) * count + high, return_inverse=True)
+    balance = np.bincount(edge, np.where(edges[:, 0] < edges[:, 1], 1.0, -1.0))
+    is_open = np.zeros(int(geometry.triangle_instance.max()) + 1, bool)
+    is_open[owner[balance[edge] != 0]] = True
+    points = geometry.vertices[geometry.triangles].astype(np.float64)
+    volume = np.bincount(geometry.triangle_instance, (points[:, 0] * np.cross(points[:, 1], points[:, 2])).sum(axis=1))
+    closed: npt.NDArray[np.bool_] = (~is_open & (volume > 0))[geometry.triangle_instance]
+    return closed
+
+
+def _upright(geometry: SceneGeometry, unit_m: float, up: UpAxis) -> SceneGeometry:
+    """The scene in metres with z up; y up turns as glTF's axes do: (x, y, z) becomes (x, -z, y)."""
+    scaled = replace(geometry, vertices=(geometry.vertices.astype(np.float64) * unit_m).astype(np.float32))
+    return scaled if up == "z" else turned(scaled, Y_UP_TO_Z_UP)
+
+
+def _shifted(geometry: SceneGeometry, by_m: tuple[float, float, float]) -> SceneGeometry:
+    """The scene moved by a vector."""
+    if by_m == (0.0, 0.0, 0.0):
+        return geometry
+    return replace(geometry, vertices=(geometry.vertices.astype(np.float64) + by_m).astype(np.float32))
 
 
 def _check_size(geometry: SceneGeometry, path: Path) -> None:
@@ -82,3 +134,11 @@ def _check_size(geometry: SceneGeometry, path: Path) -> None:
             f"It is {size[0]:.4g} x {size[1]:.4g} x {size[2]:.4g} m.",
             "Say which unit it has (--units), or take away what lies far off.",
         )
+
+
+def _places(geometry: SceneGeometry) -> npt.NDArray[np.int64]:
+    """A number for each vertex, equal for vertices at the same place."""
+    x, y, z = (geometry.vertices + np.float32(0.0)).view(np.uint32).astype(np.uint64).T  # -0.0 becomes 0.0
+    hashed = (x * _MIX[0]) ^ (y * _MIX[1] + _MIX[2]) ^ (z * _MIX[2] + (x ^ y) * _MIX[0])
+    _, place = np.unique(hashed, return_inverse=True)
+    return place

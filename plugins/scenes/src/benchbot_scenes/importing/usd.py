@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot.plugin import BenchbotError
-from benchbot_scenes.importing import files, textures
+from benchbot_scenes.importing import files
 from benchbot_scenes.importing.model import Model, Part, UpAxis, assemble
 from benchbot_scenes.importing.polygons import triangulate
 from benchbot_scenes.scene import ImageArray, Material
@@ -115,7 +115,7 @@ class _Reader:
         self._image_numbers: dict[str, int | None] = {}
 
     def prims(self) -> Iterator[Any]:
-        """What is shown, instances opened up."""
+        """The visible prims, instances opened up."""
         geom = self.pxr.UsdGeom
         hidden = 0
         for prim in self.stage.Traverse(self.pxr.Usd.TraverseInstanceProxies()):
@@ -283,7 +283,7 @@ class _Reader:
             return None
         if asset.path not in self._image_numbers:
             data = self._bytes(asset)
-            self._image_numbers[asset.path] = textures.decode(data, asset.path, self.images, self.notes)
+            self._image_numbers[asset.path] = files.decode_texture(data, asset.path, self.images, self.notes)
         return self._image_numbers[asset.path]
 
     def _bytes(self, asset: Any) -> bytes | None:

@@ -10,9 +10,9 @@ from PIL import Image
 
 from benchbot_scenes.importing import obj
 from benchbot_scenes.importing.model import Model
-from benchbot_scenes.importing.sanity import only, sound
+from benchbot_scenes.importing.sanity import sound
 from benchbot_scenes.packs.sh3f import Furniture
-from benchbot_scenes.scene import FloatArray, ImageArray, Instance, Material, SceneGeometry
+from benchbot_scenes.scene import ImageArray, Instance, Material, SceneGeometry, only, unit_vectors
 from benchbot_scenes.vertex_colors import srgb_to_linear
 
 MAX_TEXTURE_PIXELS = 512
@@ -38,7 +38,7 @@ def fitted(path: Path, furniture: Furniture, instance: Instance, parts: Sequence
     stretch = np.divide(furniture.size_m, high - low, out=np.ones(3), where=high - low > 1e-9) * scale
     geometry = replace(model.geometry, vertices=(turned * stretch @ _TO_MAP.T).astype(np.float32))
     normals = model.geometry.normals @ furniture.rotation.T / stretch @ _TO_MAP.T
-    geometry = replace(geometry, normals=_unit(normals))
+    geometry = replace(geometry, normals=unit_vectors(normals))
     if parts:
         geometry = only(geometry, _is_part(model, parts))
     low, high = geometry.vertices.min(axis=0), geometry.vertices.max(axis=0)
@@ -115,9 +115,3 @@ def _shrunk(image: ImageArray) -> ImageArray:
     factor = MAX_TEXTURE_PIXELS / longest
     size = (max(1, round(image.shape[1] * factor)), max(1, round(image.shape[0] * factor)))
     return np.asarray(Image.fromarray(image).resize(size, Image.Resampling.LANCZOS))
-
-
-def _unit(vectors: npt.NDArray[np.floating]) -> FloatArray:
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    unit: FloatArray = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0).astype(np.float32)
-    return unit

@@ -19,7 +19,7 @@ CATALOGUE = "PluginFurnitureCatalog.properties"
 MEMBER_LIMIT_BYTES = 128 * 2**20
 RATIO_LIMIT = 500
 CLEAR_BELOW = 0.75
-"""How much larger than its compressed form a file may be."""
+"""Limit of a file's size over its compressed size."""
 
 _NEEDED = (".obj", ".mtl", ".png", ".jpg", ".jpeg", ".bmp", ".gif")
 _ENTRY = re.compile(r"^(\w+)#(\d+)=(.*)$", re.MULTILINE)

@@ -34,7 +34,7 @@ _STANDS_ON_THE_FLOOR = {
 _HANGS_FROM_M = 0.3
 _TALL_PLANT_M = 0.45
 _RIM = 0.1
-"""How much of a top, on each side, nothing is put on."""
+"""The margin of a top, on each side, that stays empty."""
 
 _HEADROOM_M = 0.6
 
@@ -60,7 +60,7 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Installed:
-    """What an installation has made, and which models it left out, with the reasons."""
+    """The result of an installation: its models, and those left out, with the reasons."""
 
     path: Path
     models: int

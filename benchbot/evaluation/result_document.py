@@ -1,8 +1,8 @@
-"""One result document that was handed in: what it says of itself, and whether it can be one at all."""
+"""One result document: parsed and checked, with its environment, its condition and its failure read from provenance."""
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,11 +12,13 @@ from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError, FailureClass
 
 DEPTH_LIMIT = 100
+NUMBERS = ("seed", "episode", "repeat")
+"""The keys of the numbers that tell results of one environment apart."""
 
 
 @dataclass(frozen=True)
-class Submission:
-    """One result document and where it came from: a path, or `archive:member`."""
+class ResultDocument:
+    """A result document and its source: a path, or `archive:member`."""
 
     source: str
     document: dict[str, Any]
@@ -40,7 +42,7 @@ class Submission:
 
     @property
     def selection(self) -> dict[str, Any]:
-        """What ran, as provenance says: task, robot, environment, seed, and the repeat if there are several."""
+        """The selection in provenance: task, robot, environment, seed, and the repeat if there are several."""
         selection: dict[str, Any] = (self.document.get("provenance") or {}).get("selection") or {}
         return selection
 
@@ -53,33 +55,33 @@ class Submission:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """What the run overrode of its environments' declarations: dotted key to value."""
+        """The overrides of its environments' declarations (`--set`): dotted key to value."""
         settings: dict[str, Any] = self.selection.get("settings") or {}
         return settings
 
     @property
     def condition(self) -> dict[str, Any]:
-        """What tells it from other results of its environment: its numbers, and its settings if it has any."""
+        """The keys that tell it from other results of its environment: its numbers, and its settings if it has any."""
         return {**self.numbers, **({"settings": self.settings} if self.settings else {})}
 
     @property
     def about(self) -> str:
-        """What it is of, in words: `miniroom:1, seed 3`."""
-        return described(self.environment, self.condition)
+        """Its environment and condition in words: `miniroom:1, seed 3`."""
+        return describe(self.environment, self.condition)
 
     @property
     def failure(self) -> FailureClass | None:
-        """Whose fault it is that the episode did not end well, if it did not."""
+        """The class of the episode's failure, None when the episode ended well."""
         failure = self._failure()
         return None if failure is None else FailureClass(failure["class"])
 
     @property
     def failure_why(self) -> str:
-        """What went wrong, if something did."""
+        """The reason of the failure, empty without one."""
         return str((self._failure() or {}).get("why", ""))
 
     def flaw(self) -> str | None:
-        """Say what keeps it from being written as JSON again, and where: a number that is not finite, or its depth."""
+        """Return why and where it cannot be written as JSON again: a number that is not finite, or its depth."""
         left: list[tuple[int, str, Any]] = [(1, "", self.document)]
         while left:
             depth, pointer, value = left.pop()
@@ -98,16 +100,22 @@ class Submission:
         return (self.document.get("provenance") or {}).get("failure")
 
 
-def described(environment: str, condition: Mapping[str, Any]) -> str:
-    """Return what a result is of, in words: `miniroom:1, seed 3, lighting.time=21:30`."""
-    numbers = ((name, condition.get(name)) for name in ("seed", "episode", "repeat"))
+def describe(environment: str, condition: Mapping[str, Any]) -> str:
+    """Return an environment and a condition in words: `miniroom:1, seed 3, lighting.time=21:30`."""
+    numbers = ((name, condition.get(name)) for name in NUMBERS)
     said = [f"{name} {number}" for name, number in numbers if number is not None]
     settings = overrides.label(condition.get("settings") or {})
     return ", ".join(filter(None, [environment, *said, settings]))
 
 
-class MadeOfResultsError(BenchbotError):
-    """A document that was made of results, such as their scores, where a result should be."""
+def listed(labels: Sequence[str], separator: str = ", ") -> str:
+    """Return the first five labels, and how many others there are."""
+    more = f" and {len(labels) - 5} more" if len(labels) > 5 else ""
+    return separator.join(labels[:5]) + more
+
+
+class DerivedDocumentError(BenchbotError):
+    """A document that was computed from results, such as their scores, where a result should be."""
 
     def __init__(self, source: str, what: str) -> None:
         super().__init__(
@@ -115,38 +123,38 @@ class MadeOfResultsError(BenchbotError):
         )
 
 
-def parse(source: str, content: bytes) -> Submission:
-    """Return the result document in `content`; raises BenchbotError that says what is wrong, and where in it."""
+def parse(source: str, content: bytes) -> ResultDocument:
+    """Return the result document in `content`; raises BenchbotError that names the flaw and its place."""
     try:
         document = json.loads(content)
     except RecursionError as error:
-        raise refused(source, "It is nested too deeply.") from error
+        raise not_a_result(source, "It is nested too deeply.") from error
     except ValueError as error:  # broken JSON, text that is not Unicode, absurdly long numbers
-        raise refused(source, f"It is not valid JSON: {error}.") from error
+        raise not_a_result(source, f"It is not valid JSON: {error}.") from error
     if not isinstance(document, dict):
-        raise refused(source, f"It holds a {type(document).__name__} where a result's mapping should be.")
+        raise not_a_result(source, f"It holds a {type(document).__name__} where a result's mapping should be.")
     if "scores" in document and "results" not in document:
-        raise MadeOfResultsError(source, "scores")
+        raise DerivedDocumentError(source, "scores")
     if "method" in document and "task_details" not in document:
-        raise MadeOfResultsError(source, "what a method says of results")
+        raise DerivedDocumentError(source, "what a method says of results")
     version = document.get("version", results.VERSION)
     if version != results.VERSION:
-        raise refused(
+        raise not_a_result(
             source,
             f"It is a result of version {version!r:.20}; this BenchBot reads version {results.VERSION} "
             "and results of BenchBot v2.",
         )
     schema.check(document, "result", Path(source))
-    submission = Submission(source, document)
+    result = ResultDocument(source, document)
     for key in ("seed", "repeat"):
-        value = submission.selection.get(key)
+        value = result.selection.get(key)
         if value is not None and (isinstance(value, bool) or not isinstance(value, int)):
-            raise refused(source, f"{value!r:.40} is no {key}: a whole number is, at /provenance/selection/{key}.")
-    return submission
+            raise not_a_result(source, f"{value!r:.40} is no {key}: a whole number is, at /provenance/selection/{key}.")
+    return result
 
 
-def refused(source: str, why: str) -> BenchbotError:
-    """Return the error for something that is no result."""
+def not_a_result(source: str, why: str) -> BenchbotError:
+    """Return the error for a file that holds no result."""
     return BenchbotError(
         f"{source} is not a result.",
         why,

@@ -8,20 +8,21 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from benchbot.core.errors import BenchbotError
-from benchbot.evaluation import inputs
-from benchbot.evaluation.inputs import Other, Submission, Unreadable
+from benchbot.evaluation import result_files
+from benchbot.evaluation.result_document import ResultDocument
+from benchbot.evaluation.result_files import DerivedFile, Unreadable
 from tests.made_results import Make, Save
 
 
-def only(path: Path) -> inputs.Item:
-    items = list(inputs.read([path]))
+def only(path: Path) -> result_files.Item:
+    items = list(result_files.read([path]))
     assert len(items) == 1
     return items[0]
 
 
-def only_submission(path: Path) -> Submission:
+def only_submission(path: Path) -> ResultDocument:
     item = only(path)
-    assert isinstance(item, Submission)
+    assert isinstance(item, ResultDocument)
     return item
 
 
@@ -40,7 +41,7 @@ def archive_of(path: Path, content: str | bytes, compression: int = zipfile.ZIP_
 def test_a_submission_knows_its_task_environment_and_failure(failed_episode: dict[str, Any], save: Save) -> None:
     item = only(save("a.json", failed_episode))
 
-    assert isinstance(item, Submission)
+    assert isinstance(item, ResultDocument)
     assert item.task == "semantic_slam:passive:ground_truth"
     assert item.environment == "flat:2"
     assert item.failure == "agent"
@@ -80,7 +81,7 @@ def test_a_folder_counts_as_the_results_below_it_in_the_order_of_their_paths(
         save(name, "not looked at")
     archive_of(tmp_path / "a.zip", json.dumps(make_result()))
 
-    sources = [item.source for item in inputs.read([tmp_path])]
+    sources = [item.source for item in result_files.read([tmp_path])]
 
     assert sources == [f"{tmp_path}/a.zip:result.json", f"{tmp_path}/b/two.JSON", f"{tmp_path}/c.json"]
 
@@ -89,9 +90,9 @@ def test_what_was_made_of_results_is_passed_over_beside_them_and_refused_by_name
     path = save("batch_scores.json", {"task_details": {}, "environment_details": [], "scores": {"OMQ": 0.5}})
     save("why.json", {"version": 1, "method": {"name": "omq", "version": "1.0"}, "results": []})
 
-    others = list(inputs.read([tmp_path]))
+    others = list(result_files.read([tmp_path]))
 
-    assert all(isinstance(item, Other) for item in others)
+    assert all(isinstance(item, DerivedFile) for item in others)
     assert len(others) == 2
     assert only_unreadable(path).error.why == "It holds scores."
 
@@ -110,7 +111,7 @@ def test_a_seed_that_is_no_number_is_told_with_its_place(failed_episode: dict[st
 def test_an_overgrown_file_is_refused_unread(tmp_path: Path) -> None:
     path = tmp_path / "huge.json"
     with path.open("wb") as file:
-        file.truncate(inputs.SIZE_LIMIT_BYTES + 1)
+        file.truncate(result_files.SIZE_LIMIT_BYTES + 1)
 
     assert "larger than 64 MiB" in only_unreadable(path).error.why
 
@@ -143,11 +144,11 @@ def test_members_that_climb_out_of_the_archive_are_refused_and_the_others_read(
     with zipfile.ZipFile(path, "a") as archive:
         archive.writestr(name, json.dumps(make_result()))
 
-    refused, read = sorted(inputs.read([path]), key=lambda item: isinstance(item, Submission))
+    refused, read = sorted(result_files.read([path]), key=lambda item: isinstance(item, ResultDocument))
 
     assert isinstance(refused, Unreadable)
     assert "leads out of the archive" in refused.error.why
-    assert isinstance(read, Submission)
+    assert isinstance(read, ResultDocument)
     assert [entry.name for entry in tmp_path.iterdir()] == ["a.zip"]
 
 
@@ -172,6 +173,6 @@ def test_no_bytes_whatever_raise_anything_else(tmp_path: Path, content: bytes, a
     path = tmp_path / "any.json"
     path.write_bytes((b"PK\x05\x06" if as_archive else b"") + content)
 
-    for item in inputs.read([path]):
+    for item in result_files.read([path]):
         assert isinstance(item, Unreadable)
         assert isinstance(item.error, BenchbotError)

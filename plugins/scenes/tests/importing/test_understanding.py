@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchbot_scenes.importing.model import Part, assemble
-from benchbot_scenes.importing.sides import is_closed, with_sides
+from benchbot_scenes.importing.understanding import is_closed, with_sides
 from benchbot_scenes.scene import Material, SceneGeometry
 from plugins.scenes.tests.importing.places import trimesh
 

@@ -1,6 +1,12 @@
-"""What a comparison comes to, in a word and in a sentence that can be quoted."""
+"""Significance of differences between sets of results: paired permutation tests, and the verdict in a sentence.
+
+If two sets were alike, each cluster's difference could as well have had the other sign (Efron and Tibshirani 1993, §15;
+Ernst 2004). All arrangements of signs are tried when they are few, which is exact, else some drawn at random, among
+which the one that was observed counts (Phipson and Smyth 2010), so that no p-value is ever zero.
+"""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -8,10 +14,57 @@ from benchbot.evaluation.intervals import LEVEL, Over, counted
 
 ALPHA = 0.05
 """How often, at most, sets that are alike may be told apart by mistake."""
+MOST_ARRANGEMENTS = 2**16
+DRAWS = 99_999
+_BLOCK = 2**12
+
+
+@dataclass(frozen=True)
+class PermutationTest:
+    """The two-sided p-value, the number of arrangements behind it, and whether these are all that there are."""
+
+    p: float
+    arrangements: int
+    exact: bool
+
+
+def sign_flip(differences: Sequence[float], *, draws: int = DRAWS, seed: int = 0) -> PermutationTest:
+    """Test whether the differences of clusters sum to zero. Needs one at least."""
+    import numpy as np
+
+    values = np.asarray(differences, float)
+    count = len(values)
+    observed = abs(values.sum()) - 1e-12 * abs(values).sum()
+    exact = 2**count <= MOST_ARRANGEMENTS
+    if exact:
+        signs = 1 - 2 * (np.arange(2**count)[:, None] >> np.arange(count) & 1)
+        return PermutationTest(float((abs(signs @ values) >= observed).mean()), 2**count, exact=True)
+    random = np.random.default_rng(seed)
+    as_large = 0
+    for start in range(0, draws, _BLOCK):
+        signs = 1 - 2 * random.integers(0, 2, (min(_BLOCK, draws - start), count), dtype=np.int8)
+        as_large += int((abs(signs @ values) >= observed).sum())
+    return PermutationTest((as_large + 1) / (draws + 1), draws + 1, exact=False)
+
+
+def smallest_p(differences: Sequence[float]) -> float:
+    """Return the smallest p-value that these clusters can reach, were they to differ in one direction."""
+    return float(min(1.0, 2.0 ** (1 - sum(value != 0 for value in differences))))
+
+
+def holm(p_values: Sequence[float]) -> list[float]:
+    """Return the p-values adjusted for being several (Holm 1979), in order."""
+    import numpy as np
+
+    p = np.asarray(p_values, float)
+    order = np.argsort(p, kind="stable")
+    adjusted = np.empty_like(p)
+    adjusted[order] = np.minimum(np.maximum.accumulate(p[order] * np.arange(len(p), 0, -1)), 1.0)
+    return [float(value) for value in adjusted]
 
 
 class Verdict(StrEnum):
-    """What is known about the difference of two sets."""
+    """The direction of the difference of two sets, as far as it is known."""
 
     HIGHER = "higher"
     LOWER = "lower"
@@ -22,7 +75,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """What was found about `a` minus `b`, one of several comparisons; `p` and `reachable_p` are adjusted for these.
+    """The test of `a` minus `b`, one of several comparisons; `p` and `reachable_p` are adjusted for these.
 
     `interval` is that of the difference, `reachable_p` the smallest p-value that so many clusters can give,
     `detectable` the difference that would be found with a probability of 80 %.
@@ -45,7 +98,7 @@ class Finding:
 
     @property
     def verdict(self) -> Verdict:
-        """What may be said: that one scores higher only when the test says so."""
+        """The direction of the difference, claimed only when the test supports it."""
         if self.equal:
             return Verdict.EQUAL
         if self.reachable_p >= ALPHA:
@@ -73,12 +126,20 @@ class Finding:
             case Verdict.LOWER:
                 return self._told_apart(self.b, self.a, -1)
             case Verdict.TOO_FEW:
+                # The smallest p-value of n clusters is 2 to the power of 1 - n.
+                needed = 2 + math.floor(math.log2(self.comparisons / ALPHA))
                 return (
                     f"{self._sample} cannot tell {self.a} and {self.b} apart: {minus} {self._evidence()}. "
-                    f"So few give no p below {_p(self.reachable_p)}; {self._needed} {self.over} or more can."
+                    f"So few give no p below {self.reachable_p:.3g}; {needed} {self.over} or more can."
                 )
             case Verdict.UNDECIDED:
-                return f"{self.a} and {self.b} are not told apart: {minus} {self._evidence()}.{self._power}"
+                said = f"{self.a} and {self.b} are not told apart: {minus} {self._evidence()}."
+                if self.detectable is None:
+                    return said
+                found = (
+                    f"A difference of {self._written(self.detectable)} would have been found four times out of five."
+                )
+                return f"{said} {found}"
 
     def _told_apart(self, higher: str, lower: str, sign: int) -> str:
         by = self._written(sign * self.difference)
@@ -90,17 +151,6 @@ class Finding:
     def _sample(self) -> str:
         return f"{self.pairs} pair{'s' * (self.pairs != 1)} of results in {counted(self.clusters, self.over)}"
 
-    @property
-    def _needed(self) -> int:
-        """How many clusters can reach a p-value below ALPHA, the smallest of n being 2 to the power of 1 - n."""
-        return 2 + math.floor(math.log2(self.comparisons / ALPHA))
-
-    @property
-    def _power(self) -> str:
-        if self.detectable is None:
-            return ""
-        return f" A difference of {self._written(self.detectable)} would have been found four times out of five."
-
     def _evidence(self, sign: int = 1) -> str:
         return f"{self.score} ({self._basis(sign)})"
 
@@ -109,7 +159,8 @@ class Finding:
         if self.interval is not None:
             low, high = sorted(sign * end for end in self.interval)
             parts.append(f"{100 * LEVEL:g} % interval {self._written(low)} to {self._written(high)}")
-        parts.append(f"paired permutation test over {self._sample}, p {_equals(self.p)}")
+        p = "< 0.0001" if self.p < 0.0001 else f"= {self.p:.3g}"
+        parts.append(f"paired permutation test over {self._sample}, p {p}")
         if self.comparisons > 1:
             parts.append(f"adjusted for {self.comparisons} comparisons by Holm's method")
         return ", ".join(parts)
@@ -119,11 +170,3 @@ class Finding:
         scale = abs(self.difference) if self.interval is None else (self.interval[1] - self.interval[0]) / 2
         digits = min(max(1 - math.floor(math.log10(scale)), 0), 6) if scale > 0 else 2
         return f"{value:.{digits}f}".replace("-", "−")
-
-
-def _p(p: float) -> str:
-    return f"{p:.3g}"
-
-
-def _equals(p: float) -> str:
-    return "< 0.0001" if p < 0.0001 else f"= {_p(p)}"

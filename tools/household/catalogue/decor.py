@@ -1,4 +1,4 @@
-"""What makes a room a home: plants, books, lamps, pictures, textiles."""
+"""Decoration: plants, books, lamps, pictures, textiles."""
 
 from tools.household import materials, plants, small_objects, textures
 from tools.household.books import book, book_stack, magazines

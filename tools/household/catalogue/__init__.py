@@ -1,6 +1,6 @@
-"""The list of all items of the pack that we make ourselves, by room."""
+"""The items of the pack that we make ourselves, by category."""
 
-from tools.household.household import (
+from tools.household.catalogue import (
     bathroom,
     bedroom,
     decor,

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import benchbot_assets_household
-from tools.household.household import items
+from tools.household.catalogue import items
 from tools.household.pack import write_catalogue, write_models
 
 SAMPLE = ("apple_green", "interior_door_oak", "keyboard_white", "table_lamp_desk", "bookcase_oak")

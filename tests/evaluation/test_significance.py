@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from benchbot.evaluation.intervals import Over
-from benchbot.evaluation.verdicts import Finding, Verdict
+from benchbot.evaluation.significance import Finding, Verdict
 
 FOUND = Finding(
     a="new",

@@ -1,4 +1,4 @@
-"""Results as people hand them in: JSON files, ZIP archives and folders of them. Nothing is ever extracted to disk."""
+"""Reading result documents from JSON files, ZIP archives and folders of them. Nothing is ever extracted to disk."""
 
 import lzma
 import zipfile
@@ -8,22 +8,19 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from benchbot.core.errors import BenchbotError
-from benchbot.evaluation import submission
-from benchbot.evaluation.submission import MadeOfResultsError, Submission, refused
-
-__all__ = ["Item", "Other", "Submission", "Unreadable", "read"]
+from benchbot.evaluation.result_document import DerivedDocumentError, ResultDocument, not_a_result, parse
 
 SIZE_LIMIT_BYTES = 64 * 2**20
 ARCHIVE_LIMIT_BYTES = 512 * 2**20
-"""How large all members of an archive may be together; those of an archive may overlap, so that each looks harmless."""
+"""Limit of all members of an archive together: members may overlap, so that each one looks harmless."""
 FILE_LIMIT = 10_000
 RATIO_LIMIT = 500
-"""How much larger than its compressed form a member may be; JSON seldom reaches 100."""
+"""Limit of a member's size over its compressed size; JSON seldom reaches 100."""
 
 _IGNORED = ("scores.json", "submission.json")
 _RESULTS = ("results",)
 _OF_A_BUNDLE = {("manifest.json",), ("solution",), _RESULTS}
-"""What tells a bundle from other archives (see `benchbot.plugins.bundles`), and where its results are."""
+"""The top-level names by which a bundle (docs/bundles.md) is told from other archives; its results are in `results`."""
 
 
 @dataclass(frozen=True)
@@ -35,21 +32,21 @@ class Unreadable:
 
 
 @dataclass(frozen=True)
-class Other:
-    """A document of another kind that lies among results, such as their scores, and why it is none."""
+class DerivedFile:
+    """A document that was computed from results and lies among them, such as their scores, and why it is no result."""
 
     source: str
     why: str
 
 
-Item = Submission | Unreadable | Other
+Item = ResultDocument | Unreadable | DerivedFile
 
 
 def read(paths: Iterable[Path]) -> Iterator[Item]:
     """Yield the results in files, archives and folders; what cannot be read comes with its error.
 
     Folders are searched through for `*.json` and `*.zip`, sorted by path, hidden ones left out. In folders and archives
-    `scores.json` and `submission.json` are passed over, and what else was made of results comes as `Other`.
+    `scores.json` and `submission.json` are passed over, and what else was computed from results comes as `DerivedFile`.
     """
     for path in paths:
         try:
@@ -68,16 +65,16 @@ def _contents(path: Path) -> Iterator[Item]:
         if zipfile.is_zipfile(path):
             yield from _among_others(_members(path))
         else:
-            yield submission.parse(str(path), _file(path))
+            yield parse(str(path), _file(path))
     except BenchbotError as error:
         yield Unreadable(str(path), error)
 
 
 def _among_others(items: Iterable[Item]) -> Iterator[Item]:
-    """Yield the items; what was made of results is in order where it was not named but lies beside them."""
+    """Yield the items; a document computed from results is no error where it lies beside them without being named."""
     for item in items:
-        if isinstance(item, Unreadable) and isinstance(item.error, MadeOfResultsError):
-            yield Other(item.source, item.error.why)
+        if isinstance(item, Unreadable) and isinstance(item.error, DerivedDocumentError):
+            yield DerivedFile(item.source, item.error.why)
         else:
             yield item
 
@@ -92,22 +89,22 @@ def _files(folder: Path) -> list[Path]:
         if not any(part.startswith(".") for part in parts):
             found.append(path)
     if not found:
-        raise refused(str(folder), "The folder holds no JSON file and no ZIP archive.")
+        raise not_a_result(str(folder), "The folder holds no JSON file and no ZIP archive.")
     if len(found) > FILE_LIMIT:
-        raise refused(str(folder), f"It holds {len(found)} files; at most {FILE_LIMIT} are read.")
+        raise not_a_result(str(folder), f"It holds {len(found)} files; at most {FILE_LIMIT} are read.")
     return sorted(found)
 
 
-def _members(path: Path) -> Iterator[Submission | Unreadable]:
+def _members(path: Path) -> Iterator[ResultDocument | Unreadable]:
     """Yield the JSON members of an archive, sorted by name."""
     found = False
     try:
         with zipfile.ZipFile(path) as archive:
             members = archive.infolist()
             if len(members) > FILE_LIMIT:
-                raise refused(str(path), f"It has {len(members)} members; at most {FILE_LIMIT} are read.")
+                raise not_a_result(str(path), f"It has {len(members)} members; at most {FILE_LIMIT} are read.")
             if sum(member.file_size for member in members) > ARCHIVE_LIMIT_BYTES:
-                raise refused(str(path), f"Its members are larger than {ARCHIVE_LIMIT_BYTES >> 20} MiB together.")
+                raise not_a_result(str(path), f"Its members are larger than {ARCHIVE_LIMIT_BYTES >> 20} MiB together.")
             tops = {PurePosixPath(member.filename).parts[:1] for member in members}
             bundled = tops >= _OF_A_BUNDLE
             for member in sorted(members, key=lambda info: info.filename):
@@ -119,37 +116,37 @@ def _members(path: Path) -> Iterator[Submission | Unreadable]:
                 found = True
                 source = f"{path}:{member.filename}"
                 try:
-                    yield submission.parse(source, _member(archive, member, source))
+                    yield parse(source, _member(archive, member, source))
                 except BenchbotError as error:
                     yield Unreadable(source, error)
     except (zipfile.BadZipFile, OSError) as error:
-        raise refused(str(path), f"It is not a readable ZIP archive: {error}.") from error
+        raise not_a_result(str(path), f"It is not a readable ZIP archive: {error}.") from error
     if not found:
-        raise refused(str(path), "The archive holds no JSON file.")
+        raise not_a_result(str(path), "The archive holds no JSON file.")
 
 
 def _member(archive: zipfile.ZipFile, member: zipfile.ZipInfo, source: str) -> bytes:
     if member.filename.startswith("/") or ".." in PurePosixPath(member.filename).parts:
-        raise refused(source, "Its name leads out of the archive, as no result's does.")
+        raise not_a_result(source, "Its name leads out of the archive, as no result's does.")
     if member.file_size > SIZE_LIMIT_BYTES:
-        raise refused(source, f"It is larger than {SIZE_LIMIT_BYTES >> 20} MiB.")
+        raise not_a_result(source, f"It is larger than {SIZE_LIMIT_BYTES >> 20} MiB.")
     if member.file_size > RATIO_LIMIT * max(member.compress_size, 1024):
-        raise refused(source, f"It is compressed more than {RATIO_LIMIT}-fold, as no result is.")
+        raise not_a_result(source, f"It is compressed more than {RATIO_LIMIT}-fold, as no result is.")
     try:
         # zipfile never yields more than file_size bytes, whatever the compressed stream holds.
         return archive.read(member)
     except (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, OSError) as error:
-        raise refused(source, f"It is damaged: {error}.") from error
+        raise not_a_result(source, f"It is damaged: {error}.") from error
     except (RuntimeError, NotImplementedError) as error:
-        raise refused(source, f"It is encrypted or in an unknown compression: {error}.") from error
+        raise not_a_result(source, f"It is encrypted or in an unknown compression: {error}.") from error
 
 
 def _file(path: Path) -> bytes:
     if not path.is_file():
-        raise refused(str(path), "There is no such file.")
+        raise not_a_result(str(path), "There is no such file.")
     try:
         if path.stat().st_size > SIZE_LIMIT_BYTES:
-            raise refused(str(path), f"It is larger than {SIZE_LIMIT_BYTES >> 20} MiB.")
+            raise not_a_result(str(path), f"It is larger than {SIZE_LIMIT_BYTES >> 20} MiB.")
         return path.read_bytes()
     except OSError as error:
-        raise refused(str(path), f"{error.strerror}.") from error
+        raise not_a_result(str(path), f"{error.strerror}.") from error

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.evaluation import evaluate_files
+from benchbot.evaluation.collect import distinct
 from benchbot.evaluation.coverage import Coverage
-from benchbot.evaluation.duplicates import distinct
-from benchbot.evaluation.submission import Submission
+from benchbot.evaluation.result_document import ResultDocument
 from tests.made_results import Make, MakeRun, Save
 
 
@@ -123,13 +123,13 @@ kind = st.tuples(st.integers(1, 2), st.sampled_from([None, 0, 1]), st.integers(0
 def test_the_order_in_which_results_come_is_of_no_account(
     kinds: list[tuple[int, int | None, int]], random: Random
 ) -> None:
-    def outcome(submissions: list[Submission]) -> tuple[list[str], int, int]:
+    def outcome(submissions: list[ResultDocument]) -> tuple[list[str], int, int]:
         coverage = Coverage()
         kept = [str(submission.document) for submission in distinct(submissions, coverage)]
         return sorted(kept), len(coverage.missing), len(coverage.skipped)
 
     submissions = [
-        Submission(
+        ResultDocument(
             str(place),
             {
                 "environment_details": [{"name": "flat", "variant": variant}],
