@@ -1,34 +1,52 @@
 """The attempts at one episode: each in a folder of its own, noted in a journal, and one of them published.
 
 Nothing is ever deleted: what failed stays in `attempt-N`. A result is published by renaming it, last of all, into the
-episode's folder; its hash is in the journal before, so that whoever comes after a crash can finish the publication.
+episode's folder; its hash is in the journal before, so that another worker can finish the publication after a crash.
 """
 
+import json
+import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
-from benchbot.core.errors import FailureClass
+from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.plugins.batch import journal
+from benchbot.plugins.batch.machine import MemoryWatch, ProcessId
 
 RESULT, JOURNAL, PROCESS = "result.json", "attempts.jsonl", "process.json"
 LOST_LIMIT = 20
-"""How often an episode's worker may vanish before the episode itself is under suspicion."""
+"""How often an episode's worker may vanish before the episode is taken for the reason."""
 RETRIED = (FailureClass.PLATFORM, FailureClass.INFRASTRUCTURE)
 
 
 @dataclass(frozen=True)
 class Finished:
-    """What is known of a finished episode: how it failed, if it did, and how many seconds its last attempt took."""
+    """A finished episode: its failure, if it failed, its worker, and the last attempt's duration and end."""
 
     failure: FailureClass | None
     duration_s: float
     worker: str
     ended_s: float
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One attempt, in its folder; its number counts from 1, its beginning by the monotonic clock."""
+
+    folder: Path
+    number: int
+    worker: str
+    began_s: float
+
+    @property
+    def duration_s(self) -> float:
+        """The seconds since its beginning."""
+        return round(time.monotonic() - self.began_s, 3)
 
 
 class Attempts:
@@ -47,7 +65,7 @@ class Attempts:
         return journal.read(self.folder / JOURNAL)
 
     def finished(self) -> Finished | None:
-        """Return what is known of the result, or None when there is none, or none that is what was published."""
+        """Return the record of the published result; None when there is none, or the file is another one."""
         if not self.result.is_file():
             return None
         receipt = next((entry for entry in reversed(self.entries()) if entry.get("ended") == "done"), None)
@@ -61,21 +79,23 @@ class Attempts:
             float(receipt["time_s"]),
         )
 
-    def begin(self, worker: str) -> "Attempt":
+    def begin(self, worker: str) -> Attempt:
         """Make the folder of the next attempt, and note that it begins; raises OSError."""
         self.folder.mkdir(parents=True, exist_ok=True)
         self._sweep()
-        attempt = Attempt(self, self._new_folder(), worker)
+        folder = self._new_folder()
+        attempt = Attempt(folder, _number(folder), worker, time.monotonic())
         self.note(attempt, began=True)
         return attempt
 
     def recover(self) -> bool:
-        """Finish what a worker that died had nearly published; say whether there is a good result now."""
+        """Finish a publication that was cut short by a worker's death; say whether there is a good result now."""
         if self.finished() is not None:
             return True
-        receipt = next(iter(reversed(self.entries())), None)
-        if receipt is None or receipt.get("ended") != "done":
+        entries = self.entries()
+        if not entries or entries[-1].get("ended") != "done":
             return False
+        receipt = entries[-1]
         folder = self.folder / f"attempt-{receipt['attempt']}"
         if not (folder / RESULT).is_file() or _digest(folder / RESULT) != receipt.get("sha256"):
             return False
@@ -83,11 +103,11 @@ class Attempts:
         return True
 
     def failures(self) -> list[FailureClass]:
-        """Return the classes of the attempts that failed since the episode was last begun anew."""
+        """Return the failures of attempts since the episode was last begun anew."""
         return [FailureClass(entry["failure"]) for entry in self._recent() if entry.get("ended") == "failed"]
 
     def lost(self) -> int:
-        """Return how many attempts vanished with their worker. Call it while nobody else works here."""
+        """Return how many attempts vanished with their worker. Only the holder of the claim can tell."""
         recent = list(self._recent())
         began = {entry["attempt"] for entry in recent if entry.get("began")}
         return len(began - {entry["attempt"] for entry in recent if "ended" in entry})
@@ -97,27 +117,26 @@ class Attempts:
         self._sweep()
         journal.append(self.folder / JOURNAL, {"anew": True, "time_s": time.time()}, sync=True)
 
-    def note(self, attempt: "Attempt", *, sync: bool = False, **said: Any) -> None:
+    def note(self, attempt: Attempt, *, sync: bool = False, **said: Any) -> None:
         """Add an entry to the journal; raises OSError."""
         entry = {"attempt": attempt.number, "worker": attempt.worker, "time_s": round(time.time(), 3), **said}
         journal.append(self.folder / JOURNAL, entry, sync=sync)
 
-    def publish(self, attempt: "Attempt", failure: FailureClass | None) -> None:
+    def publish(self, attempt: Attempt, failure: FailureClass | None) -> None:
         """Make an attempt's result that of the episode; raises OSError, and may be called again then."""
-        self.note(
-            attempt,
-            ended="done",
-            failure=failure,
-            duration_s=round(time.monotonic() - attempt.began_s, 3),
-            sha256=_digest(attempt.folder / RESULT),
-            sync=True,
-        )
+        receipt = {"failure": failure, "duration_s": attempt.duration_s, "sha256": _digest(attempt.folder / RESULT)}
+        self.note(attempt, ended="done", **receipt, sync=True)
         self._publish(attempt.folder)
 
-    def fail(self, attempt: "Attempt", failure: FailureClass) -> None:
+    def fail(self, attempt: Attempt, failure: FailureClass) -> None:
         """Note that an attempt failed, and may be made again."""
-        duration_s = round(time.monotonic() - attempt.began_s, 3)
-        self.note(attempt, ended="failed", failure=failure, duration_s=duration_s)
+        self.note(attempt, ended="failed", failure=failure, duration_s=attempt.duration_s)
+
+    def end_orphan(self) -> None:
+        """End the solution that a dead worker has left running on this machine."""
+        for path in self.folder.glob(f"attempt-*/{PROCESS}"):
+            with suppress(OSError, ValueError, TypeError, KeyError):
+                ProcessId.from_dict(json.loads(path.read_text("utf-8"))).signal_group(signal.SIGKILL)
 
     def _publish(self, folder: Path) -> None:
         for path in sorted(folder.iterdir()):
@@ -129,7 +148,7 @@ class Attempts:
             folder.rmdir()
 
     def _sweep(self) -> None:
-        """Move what a torn publication, a broken result or one that is void has left into an attempt's own folder."""
+        """Move the remains of a torn publication, a broken result or a void one into an attempt's own folder."""
         kept = [path for path in self.folder.iterdir() if path.name != JOURNAL and not path.name.startswith("attempt-")]
         if kept:
             folder = self._new_folder()
@@ -154,19 +173,58 @@ class Attempts:
         yield from entries[anew + 1 :]
 
 
-class Attempt:
-    """One attempt, in its folder."""
+class NotWantedError(Exception):
+    """The worker is to end, or another one has taken its episode: the solution is ended, without a verdict."""
 
-    def __init__(self, attempts: Attempts, folder: Path, worker: str) -> None:
-        self.attempts = attempts
-        self.folder = folder
-        self.worker = worker
-        self.began_s = time.monotonic()
 
-    @property
-    def number(self) -> int:
-        """Its place among the attempts at the episode, from 1."""
-        return _number(self.folder)
+class AttemptWatcher:
+    """Keeps a solution's output in a folder, and ends a solution that makes no progress for `stall_s` (0: never).
+
+    It is the `Watcher` of a submission, and measures the worker's memory meanwhile.
+    """
+
+    def __init__(self, folder: Path, stall_s: float, is_wanted: Callable[[], bool], memory: MemoryWatch) -> None:
+        self._folder = folder
+        self._stall_s = stall_s
+        self._is_wanted = is_wanted
+        self._memory = memory
+        self._progress: object = None
+        self._moved_s = time.monotonic()
+
+    def __enter__(self) -> Self:
+        self._log = (self._folder / "log.txt").open("ab", buffering=0)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._log.close()
+
+    def write(self, chunk: bytes) -> None:
+        """Keep the solution's output. On a full disk it is lost: the solution must not wait for room."""
+        with suppress(OSError, ValueError):
+            self._log.write(chunk)
+
+    def started(self, process: int) -> None:
+        """Note the solution's process: should this worker die, another one ends it."""
+        with suppress(OSError):
+            (self._folder / PROCESS).write_text(json.dumps(ProcessId.of(process).as_dict()), "utf-8")
+
+    def look(self, progress: Mapping[str, Any], _scene_count: int) -> BenchbotError | None:
+        """Return a reason to end a solution that is stuck; raises NotWantedError when its result is not wanted."""
+        if not self._is_wanted():
+            raise NotWantedError
+        self._memory.sample()
+        seen = (progress["state"], progress["frames"], progress["steps"], progress["waiting_for"])
+        if seen != self._progress or progress["paused"]:
+            self._progress, self._moved_s = seen, time.monotonic()
+            return None
+        if not self._stall_s or time.monotonic() - self._moved_s < self._stall_s:
+            return None
+        return BenchbotError(
+            "The solution is stuck.",
+            f"It took no step and made no observation for {self._stall_s:g} seconds, and was ended.",
+            "Look into its log, or give it more time: --stall-after SECONDS (0: for ever).",
+            failure=FailureClass.TIMEOUT,
+        )
 
 
 def _number(folder: Path) -> int:

@@ -1,13 +1,14 @@
-"""Claims: which worker computes which episode, told by files alone, so that it works on any shared folder.
+"""Claims: which worker computes which episode, recorded in files alone, so that it works on any shared folder.
 
 A claim is a file made by O_CREAT | O_EXCL, which is atomic also on NFS (open(2)). Its worker counts in it while it
-lives. Who sees the count stand still for long enough, by a clock of their own that nobody can set, or knows that the
-worker's process is dead, takes the claim away by renaming it: of several who try, one succeeds.
+lives. An observer that sees the count stand still for long enough, by its own monotonic clock, or knows that the
+worker's process is dead, takes the claim away by renaming it: of several that try, one succeeds.
 """
 
 import json
 import os
 import secrets
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -15,14 +16,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
-from benchbot.plugins.batch.processes import ProcessId
+from benchbot.plugins.batch.machine import ProcessId
 
+HEARTBEATS_PER_SILENCE = 15
+LONGEST_HEARTBEAT_S = 2.0
 _COUNT_DIGITS = 20
 
 
 @dataclass(frozen=True)
 class Claim:
-    """What a claim file says: who holds it, a token that no other claim has, and the count of its heartbeat."""
+    """The content of a claim file: its worker, a token that no other claim has, and the count of its heartbeat."""
 
     worker: str
     token: str
@@ -52,7 +55,7 @@ class HeldClaim:
 
     @classmethod
     def take(cls, path: Path, worker: str) -> Self | None:
-        """Claim what `path` stands for, or return None when somebody has already; raises OSError."""
+        """Make the claim file at `path`, or return None when it is there already; raises OSError."""
         token = secrets.token_hex(8)
         try:
             handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
@@ -76,7 +79,7 @@ class HeldClaim:
 
     @property
     def is_mine(self) -> bool:
-        """Whether nobody has taken it away."""
+        """Whether it has not been taken away."""
         found = Claim.read(self.path)
         return found is not None and found.token == self.token
 
@@ -91,6 +94,30 @@ class HeldClaim:
         self._handle = -1
 
 
+class Heartbeat:
+    """Beats a claim in a thread for as long as the context lasts."""
+
+    def __init__(self, claim: HeldClaim, stale_s: float) -> None:
+        self._claim = claim
+        self._period_s = min(LONGEST_HEARTBEAT_S, stale_s / HEARTBEATS_PER_SILENCE)
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._beat, name="benchbot-heartbeat", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ended.set()
+        self._thread.join()
+
+    def _beat(self) -> None:
+        while not self._ended.wait(self._period_s):
+            # A shared folder may be away for a while: the observers decide whether the claim is lost.
+            with suppress(OSError):
+                self._claim.beat()
+
+
 class Observer:
     """Watches the claims of others in a folder, and takes away those of workers that are dead."""
 
@@ -100,21 +127,21 @@ class Observer:
         self._seen: dict[str, tuple[object, float]] = {}
 
     def keys(self) -> set[str]:
-        """Return what is claimed now, by the living and the dead."""
+        """Return the keys of all claims, those of dead workers among them."""
         try:
             return {path.name for path in self._folder.iterdir() if "." not in path.name}
         except FileNotFoundError:
             return set()
 
     def claims(self) -> Iterator[tuple[str, Claim]]:
-        """Yield the claims that can be read, by what they are for."""
+        """Yield the claims that can be read, by their keys."""
         for key in sorted(self.keys()):
             claim = Claim.read(self._folder / key)
             if claim is not None:
                 yield key, claim
 
     def is_stale(self, key: str) -> bool:
-        """Say whether a claim's worker is dead, or has not been heard of for too long. Call it again and again."""
+        """Say whether a claim's worker is dead, or has been silent for too long, between calls of this method."""
         path = self._folder / key
         claim = Claim.read(path)
         if claim is not None and claim.process.is_dead:
@@ -128,9 +155,9 @@ class Observer:
         return now_s - self._seen[key][1] > self._stale_s
 
     def steal(self, key: str) -> Claim | None:
-        """Take a stale claim away, so that it can be claimed anew; return what it said.
+        """Take a stale claim away, so that it can be claimed anew; return its content.
 
-        Returns None when somebody else was faster, and for one that nobody had written into.
+        Returns None when another observer was faster, and for a file that nothing was written into.
         """
         path = self._folder / key
         judged = Claim.read(path)

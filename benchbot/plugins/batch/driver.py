@@ -1,176 +1,176 @@
-"""The driver of a batch: launches workers, looks on, launches anew what is lost. It may die: the workers go on."""
+"""The driver of a batch: launches workers, watches them, launches anew what is lost. It may die: the workers go on.
 
-import json
+`python -m benchbot.plugins.batch.driver FOLDER` is a detached one, without a terminal, which also evaluates at the end.
+When it dies, a worker evaluates. SIGTERM makes it let go of the batch, for a driver that takes its place.
+"""
+
+import secrets
+import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 
-from benchbot.core import plugin_manager, results
-from benchbot.core.errors import BenchbotError, ExitCode
-from benchbot.core.records import Executor, Workers
+from benchbot.core.errors import BenchbotError, ExitCode, FailureClass, did_you_mean
 from benchbot.plugins.batch import plan as plans
-from benchbot.plugins.batch import work
-from benchbot.plugins.batch.claims import Claim
-from benchbot.plugins.batch.events import EventLog, check_writable
-from benchbot.plugins.batch.folder import Folder
+from benchbot.plugins.batch.attempts import RETRIED, Attempts
+from benchbot.plugins.batch.claims import Claim, HeldClaim
+from benchbot.plugins.batch.driver_lock import driver_lock
+from benchbot.plugins.batch.folder import Folder, check_writable
+from benchbot.plugins.batch.journal import EventLog
+from benchbot.plugins.batch.request import names
 from benchbot.plugins.batch.status import BatchStatus, Monitor
-from benchbot.plugins.batch.worker_pool import Crew
+from benchbot.plugins.batch.worker_pool import DRIVER, RunningWorkers, WorkerPool
 from benchbot.process import last_words
 
-LOOK_S = 0.5
+LOOK_PERIOD_S = 0.5
+END_TIMEOUT_S = 10.0
 FRUITLESS_LAUNCHES = 3
 """How often workers may be launched anew without any episode being finished in between."""
-
-Looker = Callable[[BatchStatus, Monitor], None]
-
-
-class Engine:
-    """The workers of a batch, those of earlier drivers among them, by what is noted in its folder."""
-
-    def __init__(self, folder: Folder, crew: Crew) -> None:
-        self.crew = crew
-        self._folder = folder
-        self._executor: Executor = plugin_manager.load().record("executors", crew.executor)
-        self._workers: list[Workers] = [
-            plugin_manager.load().record("executors", name).attach(reference) for name, reference in noted(folder)
-        ]
-
-    def alive(self) -> int:
-        """Return how many workers run or wait to run."""
-        return sum(workers.alive() for workers in self._workers)
-
-    def launch(self, count: int) -> None:
-        """Launch workers, and note who they are before anything else happens; raises BenchbotError."""
-        launched = self._executor.launch(self.crew.order(self._folder, count))
-        self._workers = [*(workers for workers in self._workers if workers.alive()), launched]
-        entries = [{"executor": self.crew.executor, "reference": workers.reference} for workers in self._workers]
-        try:
-            results.write_json(self._folder.executor, {"workers": entries})
-        except BenchbotError:
-            launched.stop()  # nobody would find them again
-            raise
-
-    def stop(self) -> None:
-        """End all workers."""
-        for workers in self._workers:
-            workers.stop()
+DETACHED_NAME = "detached driver"
 
 
-def noted(folder: Folder) -> list[tuple[str, str]]:
-    """Return executor and reference of the workers that were launched last; raises BenchbotError."""
-    try:
-        return [
-            (entry["executor"], entry["reference"]) for entry in json.loads(folder.executor.read_bytes())["workers"]
-        ]
-    except FileNotFoundError:
-        return []
-    except (OSError, ValueError, TypeError, KeyError) as error:
-        raise BenchbotError(
-            "It is not known which workers run.",
-            f"{folder.executor} cannot be read: {error}.",
-            f"See that no worker of the batch runs any more, and delete {folder.executor}.",
-        ) from error
+class LetGoError(Exception):
+    """Another driver takes the place of this one."""
 
 
-def count_alive(folder: Folder) -> int:
-    """Return how many workers of a batch run or wait to run, or -1 when their executor cannot be asked from here."""
-    executors = plugin_manager.load()
-    try:
-        return sum(executors.record("executors", name).attach(reference).alive() for name, reference in noted(folder))
-    except BenchbotError:
-        return -1
-
-
-def begin(folder: Folder, crew: Crew) -> None:
-    """Note down who computes a batch, and that nobody has ended it; raises BenchbotError. Call it inside `driving`."""
+def begin(folder: Folder, pool: WorkerPool) -> None:
+    """Note the pool of a batch, and that the batch is not cancelled; raises BenchbotError. Needs the driver lock."""
     for needed in (folder.claims, folder.events, folder.episodes, folder.workers):
         check_writable(needed)
-    crew.write(folder)
+    pool.write(folder)
     folder.cancelled.unlink(missing_ok=True)
 
 
-def drive(folder: Folder, crew: Crew, look: Looker, at_end: Callable[[], None] = lambda: None) -> BatchStatus:
-    """See a batch that has begun to its end; `look` is called again and again. Call it inside `driving.driving`.
+def drive(
+    folder: Folder,
+    pool: WorkerPool,
+    look: Callable[[BatchStatus, Monitor], None],
+    at_end: Callable[[], None] = lambda: None,
+) -> BatchStatus:
+    """Drive a batch that has begun to its end; `look` is called twice a second. Needs the driver lock.
 
     `at_end` is called when every episode is finished, before workers that still run are ended. Raises BenchbotError
-    when workers keep dying without finishing anything. On that and on KeyboardInterrupt all are ended; what else `look`
-    raises leaves them alone.
+    when workers keep dying without finishing anything. On that and on KeyboardInterrupt all are ended; other errors
+    that `look` raises leave them alone.
     """
-    plan = plans.read(folder.plan)
-    events = EventLog(folder.events, "driver")
-    engine = Engine(folder, crew)
-    monitor = Monitor(folder, plan)
+    workers = RunningWorkers(folder, pool)
+    monitor = Monitor(folder, plans.read(folder.plan))
     fruitless, finished = 0, -1
     try:
         while True:
-            alive = engine.alive()
+            alive = workers.alive()
             status = monitor.look(alive)
             look(status, monitor)
             if status.is_complete:
                 break
             if folder.cancelled.exists():
                 raise _cancelled(folder)
-            if alive == 0 and (lost := _missing(crew, status)):
-                fruitless = fruitless + 1 if status.finished == finished else 1
+            missing = _wanted(pool, status) - alive
+            if missing > 0 and (alive == 0 or status.finished > finished):
+                # Lost workers are replaced once for each sign of life, or when none is left.
+                if alive == 0:
+                    fruitless = fruitless + 1 if status.finished == finished else 1
                 finished = status.finished
                 if fruitless > FRUITLESS_LAUNCHES:
                     raise _dying(folder)
-                events.tell("launched", count=lost, executor=crew.executor)
-                engine.launch(lost)
-            elif 0 < alive < _missing(crew, status) and status.finished > finished:
-                # Some were lost, and the others get on: make up for them, once for each sign of life.
-                finished = status.finished
-                events.tell("launched", count=_missing(crew, status) - alive, executor=crew.executor)
-                engine.launch(_missing(crew, status) - alive)
-            time.sleep(LOOK_S)
+                workers.launch(missing)
+            time.sleep(LOOK_PERIOD_S)
         at_end()
-        _wait_for_ends(engine)
+        deadline_s = time.monotonic() + END_TIMEOUT_S  # workers that have nothing left to do end by themselves
+        while workers.alive() and time.monotonic() < deadline_s:
+            time.sleep(0.05)
+        workers.stop()
     except (KeyboardInterrupt, BenchbotError):
-        end(folder, engine)
+        _end(folder, workers)
         raise
     return status
 
 
-def start_detached(folder: Folder, crew: Crew) -> int:
-    """Launch the workers of a batch that has begun, unless they run already; return how many run."""
-    plan = plans.read(folder.plan)
-    engine = Engine(folder, crew)
-    missing = _missing(crew, Monitor(folder, plan).look()) - engine.alive()
-    if missing > 0:
-        EventLog(folder.events, "driver").tell("launched", count=missing, executor=crew.executor)
-        engine.launch(missing)
-    return engine.alive()
+def detach(folder: Folder, pool: WorkerPool) -> int:
+    """Launch the workers of a batch, unless they run already, and a driver without a terminal; return how many run.
+
+    Raises BenchbotError. The output of the driver is in `driver.log`.
+    """
+    with driver_lock(folder):
+        begin(folder, pool)
+        workers = RunningWorkers(folder, pool)
+        missing = _wanted(pool, Monitor(folder, plans.read(folder.plan)).look()) - workers.alive()
+        if missing > 0:
+            workers.launch(missing)
+        count = workers.alive()
+    words = [sys.executable, "-P", "-m", "benchbot.plugins.batch.driver", str(folder.path)]
+    try:
+        with folder.driver_log.open("ab") as log:
+            # When this process has ended, it is a child of the init process.
+            subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True)
+    except OSError as error:
+        raise BenchbotError(
+            "The batch's driver cannot be started; its workers run.",
+            f"{error.filename}: {error.strerror}.",
+            f"Free some disk space or memory, then: benchbot batch attach --detach {folder.path}",
+            exit_code=ExitCode.INTERNAL,
+        ) from error
+    return count
 
 
 def cancel(folder: Folder) -> None:
     """End a batch: its driver, if there is one on any machine, is told to, and all workers are ended."""
     plans.read(folder.plan)
     folder.cancelled.touch()
-    end(folder, Engine(folder, Crew.read(folder)))
+    _end(folder, RunningWorkers(folder, WorkerPool.read(folder)))
 
 
-def end(folder: Folder, engine: Engine) -> None:
-    """End all workers of a batch, and what dead ones may have left running on this machine."""
-    engine.stop()
-    EventLog(folder.events, "driver").tell("cancelled")
+def retry(folder: Folder, failed: str | None) -> int:
+    """Make finished episodes of these classes of failure pending again; return how many. Needs the driver lock.
+
+    `failed` names classes (`agent,timeout`), None is those that are nobody's fault. Raises BenchbotError for others.
+    """
+    known = [str(each) for each in FailureClass]
+    for name in names(failed or ""):
+        if name not in known:
+            raise BenchbotError(
+                f"'{name}' is not a class of failure.",
+                f"They are: {', '.join(known)}.{did_you_mean(name, known)}",
+                "Name some of them: --failed platform,infrastructure",
+            )
+    classes = set(RETRIED) if failed is None else {FailureClass(name) for name in names(failed)}
+    plan = plans.read(folder.plan)
+    check_writable(folder.claims)
+    events, me = EventLog(folder.events, DRIVER), f"retry-{secrets.token_hex(4)}"
+    count = 0
+    for episode in plan.episodes:
+        attempts = folder.attempts(episode)
+        finished = attempts.finished()
+        if finished is None or finished.failure not in classes:
+            continue
+        claim = HeldClaim.take(folder.claims / episode.key, me)
+        if claim is not None:
+            try:
+                attempts.begin_anew()
+            finally:
+                claim.release()
+            events.tell("retried", key=episode.key)
+            count += 1
+    return count
+
+
+def _wanted(pool: WorkerPool, status: BatchStatus) -> int:
+    """Return how many workers there is work for."""
+    return min(pool.jobs, status.episodes - status.finished)
+
+
+def _end(folder: Folder, workers: RunningWorkers) -> None:
+    """End all workers of a batch, and the solutions that dead ones may have left running on this machine."""
+    workers.stop()
+    EventLog(folder.events, DRIVER).tell("cancelled")
     for path in folder.claims.glob("*"):
         claim = Claim.read(path)
         if claim is not None and claim.process.is_dead:
             for episode in folder.episodes.glob(f"*-{path.name[: plans.KEY_DIGITS]}"):
-                work.end_orphan(episode)
-
-
-def _missing(crew: Crew, status: BatchStatus) -> int:
-    """Return how many workers there is work for."""
-    return min(crew.jobs, status.episodes - status.finished)
-
-
-def _wait_for_ends(engine: Engine) -> None:
-    """Give workers, which have nothing left to do, the time to end by themselves."""
-    deadline_s = time.monotonic() + 10.0
-    while engine.alive() and time.monotonic() < deadline_s:
-        time.sleep(0.05)
-    engine.stop()
+                Attempts(episode).end_orphan()
 
 
 def _cancelled(folder: Folder) -> BenchbotError:
@@ -194,3 +194,38 @@ def _dying(folder: Folder) -> BenchbotError:
         f"Mend the cause, then run the same command again. Their logs: {folder.workers}",
         exit_code=ExitCode.INTERNAL,
     )
+
+
+def main() -> int:
+    """Be the detached driver of a batch; return the exit code."""
+    from benchbot.core.declarations.catalog import Catalog
+    from benchbot.core.plugin_manager import load
+    from benchbot.plugins.batch.finalization import finalize
+
+    folder = Folder(Path(sys.argv[1]))
+    signals: list[int] = []
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, lambda received, _frame: signals.append(received))
+
+    def look(*_: object) -> None:
+        if signals:
+            raise LetGoError
+
+    try:
+        with driver_lock(folder, detached=True):
+            plan, catalog = plans.read(folder.plan), Catalog(load())
+
+            def at_end() -> None:
+                finalize(folder, plan, catalog, DETACHED_NAME, wait=True)
+
+            drive(folder, WorkerPool.read(folder), look, at_end)
+    except LetGoError:
+        return ExitCode.INTERRUPTED
+    except (BenchbotError, OSError) as error:
+        print(error, file=sys.stderr)
+        return ExitCode.INTERNAL
+    return ExitCode.OK
+
+
+if __name__ == "__main__":
+    sys.exit(main())

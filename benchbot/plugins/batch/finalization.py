@@ -1,64 +1,200 @@
-"""The end of a batch that nobody looks on at: whoever is there evaluates it, once, under a claim like an episode's."""
+"""The end of a batch: results in one place, scores, a report, test cases, an archive; and the score until then."""
 
 import json
 import time
+import zipfile
+from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from hashlib import sha256
+from io import BytesIO
+from pathlib import Path
+from typing import Any
 
-from benchbot.core import results
+from benchbot.core import atomic, results, scores
 from benchbot.core.declarations.catalog import Catalog
-from benchbot.core.errors import BenchbotError
+from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.request import digest
-from benchbot.plugins.batch.claims import HeldClaim, Observer
-from benchbot.plugins.batch.events import EventLog
-from benchbot.plugins.batch.finishing import finish
+from benchbot.evaluation.score import evaluate_files, score_files
+from benchbot.plugins.batch.claims import Heartbeat, HeldClaim, Observer
 from benchbot.plugins.batch.folder import Folder
-from benchbot.plugins.batch.heartbeat import Heartbeat
+from benchbot.plugins.batch.journal import EventLog
 from benchbot.plugins.batch.plan import Plan
-from benchbot.plugins.batch.worker_pool import Crew
+from benchbot.plugins.batch.status import Monitor, Score
+from benchbot.plugins.batch.worker_pool import WorkerPool
 
 CLAIM = "conclusion"
 POLL_S = 0.5
+LIVE_SCORE_SHARE = 0.05
+"""The largest share of the driver's time that is spent on the live score."""
+LIVE_SCORE_PERIOD_S = 5.0
+_ZIP_TIME = (1980, 1, 1, 0, 0, 0)
+"""The earliest time that the format knows: the same results make the same archive."""
 
 
-def conclude(folder: Folder, plan: Plan, catalog: Catalog, who: str, *, patient: bool = False) -> None:
-    """Evaluate a finished batch, unless that was done, or somebody else does it just now.
+@dataclass(frozen=True)
+class Products:
+    """The files that were made: results (a folder), zip, scores, report and junit; and the scores document."""
 
-    What came of it is in `conclusion.json`: `files` that were made, or the `problem` why there are none. Who is
-    `patient` returns when it is there. Raises OSError, and BenchbotError when it cannot be written.
+    files: dict[str, str]
+    scores: dict[str, Any] | None = None
+    """None when there is no method, or no result."""
+
+
+def evaluate(folder: Folder, plan: Plan, catalog: Catalog, *, archive: bool = False) -> Products:
+    """Gather the results that there are, score them if the plan names a method, and write report and test cases.
+
+    Raises BenchbotError when nothing can be scored, or something cannot be written.
     """
-    crew = Crew.read(folder)
-    evaluated = _evaluated(folder, plan, archive=crew.archive)
+    from benchbot.plugins import report
+
+    found = {
+        episode.name: folder.result(episode.name)
+        for episode in plan.episodes
+        if folder.attempts(episode).finished() is not None
+    }
+    gathered, packed = folder.path / "results", folder.path / "results.zip"
+    files = {"results": str(gathered), **({"zip": str(packed)} if archive else {})}
+    try:
+        for name, path in found.items():
+            content, copy = path.read_bytes(), gathered / f"{name}.json"
+            if not copy.is_file() or copy.read_bytes() != content:
+                atomic.write(copy, content)
+        if archive:
+            atomic.write(packed, _zipped(found))
+    except OSError as error:
+        raise BenchbotError(
+            f"The results of the batch cannot be gathered in {gathered}.",
+            f"{error.strerror}.",
+            "Free some disk space, then run the same command again: nothing is computed twice.",
+            exit_code=ExitCode.INTERNAL,
+        ) from error
+    if plan.method is None or not found:
+        return Products(files)
+    paths = list(found.values())
+    evaluation = score_files(paths, catalog=catalog, method=plan.method, required_task=plan.task)
+    made = {
+        "scores": folder.path / "scores.json",
+        "report": folder.path / "report.html",
+        "junit": folder.path / "junit.xml",
+    }
+    scores.write(made["scores"], evaluation.document)
+    material = report.gather(evaluation, paths, catalog=catalog)
+    report.write(made["report"], report.render(material, "html"))
+    report.write(made["junit"], report.render(material, "xml"))
+    return Products({**files, **{name: str(path) for name, path in made.items()}}, evaluation.document)
+
+
+def finalize(folder: Folder, plan: Plan, catalog: Catalog, who: str, *, wait: bool = False) -> None:
+    """Evaluate a finished detached batch, once, under a claim like an episode's.
+
+    `conclusion.json` then has the `files` that were made, or the `problem` why there are none. It returns at once when
+    another process evaluates just now, unless it is to `wait` for that one. Raises OSError, and BenchbotError when the
+    file cannot be written.
+    """
+    archive = WorkerPool.read(folder).archive
+    of = _inputs_hash(folder, plan, archive=archive)
     observer = Observer(folder.claims, plan.policy.stale_s)
-    while not _is_concluded(folder, evaluated):
+    while not _is_finalized(folder, of):
         claim = HeldClaim.take(folder.claims / CLAIM, who)
         if claim is not None:
             try:
                 with Heartbeat(claim, plan.policy.stale_s):
-                    if not _is_concluded(folder, evaluated):
-                        _evaluate(folder, plan, catalog, who, evaluated, archive=crew.archive)
+                    if not _is_finalized(folder, of):
+                        _write_conclusion(folder, plan, catalog, EventLog(folder.events, who), of, archive=archive)
             finally:
                 claim.release()
         elif observer.is_stale(CLAIM):
             observer.steal(CLAIM)
-        elif patient:
+        elif wait:
             time.sleep(POLL_S)
         else:
             return
 
 
-def _evaluate(folder: Folder, plan: Plan, catalog: Catalog, who: str, evaluated: str, *, archive: bool) -> None:
-    events = EventLog(folder.events, who)
+def write_v2(folder: Folder, plan: Plan, products: Products, prefix: str) -> list[Path]:
+    """Write the files that BenchBot v2 leaves in the working folder: PREFIX_0.json …, PREFIX_scores.json, PREFIX.zip.
+
+    Raises BenchbotError when they cannot be written.
+    """
+    copies = [(folder.result(episode.name), f"{prefix}_{place}.json") for place, episode in enumerate(plan.episodes)]
+    for kind, ending in (("scores", "_scores.json"), ("zip", ".zip")):
+        if kind in products.files:
+            copies.append((Path(products.files[kind]), f"{prefix}{ending}"))
+    copies = [(path, name) for path, name in copies if path.is_file()]
+    try:
+        for path, name in copies:
+            atomic.write(Path(name), path.read_bytes())
+    except OSError as error:
+        raise BenchbotError(
+            f"The results cannot be written as {prefix}_0.json and so on.",
+            f"{error.strerror}.",
+            f"They are safe in {folder.path}; choose another --prefix.",
+            exit_code=ExitCode.INTERNAL,
+        ) from error
+    return [Path(name) for _, name in copies]
+
+
+class LiveScore:
+    """Scores the results of a batch that runs, again when there are more, for a small share of the time only."""
+
+    def __init__(self, folder: Folder, method: str | None, catalog: Catalog) -> None:
+        self._folder = folder
+        self._method = method
+        self._catalog = catalog
+        self._next_s = 0.0
+        self._count = 0
+        self.value: Score | None = None
+
+    def update(self, monitor: Monitor) -> Score | None:
+        """Return the score of the results, or of those that there were when there was last time for it."""
+        began_s = time.monotonic()
+        count = len(monitor.finished)
+        if self._method is None or count == self._count or began_s < self._next_s:
+            return self.value
+        self._count = count
+        names = [episode.name for episode in monitor.plan.episodes if episode.key in monitor.finished]
+        paths = [self._folder.result(name) for name in names]
+        try:
+            document = evaluate_files(paths, catalog=self._catalog, method=self._method)
+        except BenchbotError:
+            self.value = None  # nothing to score yet; the reason is told at the end
+        else:
+            self.value = headline(document, count) or self.value
+        ended_s = time.monotonic()
+        self._next_s = ended_s + max(LIVE_SCORE_PERIOD_S, (ended_s - began_s) / LIVE_SCORE_SHARE)
+        return self.value
+
+
+def headline(document: Mapping[str, Any], results: int) -> Score | None:
+    """Return the main score of a scores document, which is of so many results; None when it has none."""
+    name = document["method"]["headline"]
+    interval = document.get("intervals", {}).get(name) or {}
+    value = document["scores"].get(name)
+    return None if value is None else Score(name, value, results, interval.get("low"), interval.get("high"))
+
+
+def _write_conclusion(
+    folder: Folder, plan: Plan, catalog: Catalog, events: EventLog, of: str, *, archive: bool
+) -> None:
     events.tell("evaluating")
     try:
-        said: dict[str, object] = {"files": finish(folder, plan, catalog, archive=archive).as_dict()}
+        said: dict[str, object] = {"files": evaluate(folder, plan, catalog, archive=archive).files}
     except BenchbotError as error:
         said = {"problem": f"{error.title} {error.why}"}
-    results.write_json(folder.conclusion, {"of": evaluated, **said})
+    results.write_json(folder.conclusion, {"of": of, **said})
     events.tell("evaluated", **said)
 
 
-def _evaluated(folder: Folder, plan: Plan, *, archive: bool) -> str:
+def _zipped(files: Mapping[str, Path]) -> bytes:
+    packed = BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, path in sorted(files.items()):
+            archive.writestr(zipfile.ZipInfo(f"{name}.json", _ZIP_TIME), path.read_bytes(), zipfile.ZIP_DEFLATED)
+    return packed.getvalue()
+
+
+def _inputs_hash(folder: Folder, plan: Plan, *, archive: bool) -> str:
     """Return a hash of all that an evaluation depends on: it is made again when episodes were computed once more."""
     found = {}
     for episode in plan.episodes:
@@ -67,8 +203,8 @@ def _evaluated(folder: Folder, plan: Plan, *, archive: bool) -> str:
     return digest([plan.hash, plan.method, archive, found])
 
 
-def _is_concluded(folder: Folder, evaluated: str) -> bool:
+def _is_finalized(folder: Folder, of: str) -> bool:
     try:
-        return bool(json.loads(folder.conclusion.read_bytes())["of"] == evaluated)
+        return bool(json.loads(folder.conclusion.read_bytes())["of"] == of)
     except (OSError, ValueError, TypeError, KeyError):
         return False

@@ -1,87 +1,174 @@
-"""Where things are in the folder of a batch. The folder is the truth: whoever drives or works can die at any moment.
+"""The folder of a batch: where things are in it, and making it ready for a plan.
 
-plan.json             what is to be computed (schema `plan`), written first
+The folder is the truth: driver and workers can die at any moment.
+
+plan.json             the plan (schema `plan`), written first
 episodes/LABEL-KEY8/  result.json (there: done), log.txt, recordings, attempts.jsonl, attempt-N/ (what failed)
-claims/KEY            who works on an episode just now
-events/WORKER.jsonl   what happened, a file per worker
-workers/WORKER.log    what the process of a worker has printed
-crew.json             how the workers are launched: which executor, how many, what each needs
-executor.json         which workers run, for drivers that come later
-cancelled             a word to the driver: end all of them
-driver.lock           held by who drives the batch; driver.log is what a detached driver has printed
-conclusion.json       of a detached batch: what was made of the results at its end
-results/, scores.json, report.html, junit.xml, results.zip    what `benchbot batch` makes of them at the end
+claims/KEY            the worker that computes an episode
+events/WORKER.jsonl   the events, a file per worker
+workers/WORKER.log    the output of a worker's process
+crew.json             the worker pool: which executor, how many workers, what each needs
+executor.json         which workers run, for later drivers
+cancelled             there: the driver has to end all workers
+driver.lock           held by the driver; driver.log is the output of a detached one
+conclusion.json       of a detached batch: the files that were made at its end, or why there are none
+results/, scores.json, report.html, junit.xml, results.zip    made of the results at the end
 """
 
+import os
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchbot.core.errors import BenchbotError
+from benchbot.plugins.batch import plan as plans
+from benchbot.plugins.batch.attempts import RESULT, Attempts
+from benchbot.plugins.batch.plan import KEY_DIGITS, Plan, PlannedEpisode
 
-@dataclass(frozen=True)
+_SHOWN = 8
+
+
 class Folder:
     """The paths in a batch's folder."""
 
-    path: Path
-
-    @property
-    def plan(self) -> Path:
-        """The plan."""
-        return self.path / "plan.json"
-
-    @property
-    def claims(self) -> Path:
-        """The folder of claims."""
-        return self.path / "claims"
-
-    @property
-    def events(self) -> Path:
-        """The folder of event logs."""
-        return self.path / "events"
-
-    @property
-    def workers(self) -> Path:
-        """The folder of what workers print."""
-        return self.path / "workers"
-
-    @property
-    def crew(self) -> Path:
-        """How the workers are launched."""
-        return self.path / "crew.json"
-
-    @property
-    def cancelled(self) -> Path:
-        """There when the batch is to be ended."""
-        return self.path / "cancelled"
-
-    @property
-    def executor(self) -> Path:
-        """Which workers run."""
-        return self.path / "executor.json"
-
-    @property
-    def driver_lock(self) -> Path:
-        """Held by who drives the batch on this machine."""
-        return self.path / "driver.lock"
-
-    @property
-    def driver_log(self) -> Path:
-        """What a detached driver has printed."""
-        return self.path / "driver.log"
-
-    @property
-    def conclusion(self) -> Path:
-        """What a detached batch's results were made into, or why they could not be."""
-        return self.path / "conclusion.json"
-
-    @property
-    def episodes(self) -> Path:
-        """The folder of episodes."""
-        return self.path / "episodes"
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.plan = path / "plan.json"
+        self.claims = path / "claims"
+        self.events = path / "events"
+        self.workers = path / "workers"
+        self.episodes = path / "episodes"
+        self.worker_pool = path / "crew.json"
+        self.executor = path / "executor.json"
+        self.cancelled = path / "cancelled"
+        self.driver_lock = path / "driver.lock"
+        self.driver_log = path / "driver.log"
+        self.conclusion = path / "conclusion.json"
 
     def episode(self, name: str) -> Path:
-        """The folder of one episode."""
+        """Return the folder of one episode."""
         return self.episodes / name
 
+    def attempts(self, episode: PlannedEpisode) -> Attempts:
+        """Return the attempts at one episode."""
+        return Attempts(self.episode(episode.name))
+
     def result(self, name: str) -> Path:
-        """The result of one episode: where it is, the episode is done."""
-        return self.episode(name) / "result.json"
+        """Return the result of one episode: where it is, the episode is done."""
+        return self.episode(name) / RESULT
+
+
+@dataclass(frozen=True)
+class Preview:
+    """The state of a folder under a plan: episodes that are done or left, and those dropped from the plan before."""
+
+    plan: Plan
+    done: tuple[PlannedEpisode, ...]
+    left: tuple[PlannedEpisode, ...]
+    dropped: tuple[PlannedEpisode, ...]
+    before: Plan | None
+
+    @property
+    def is_changed(self) -> bool:
+        """Whether the folder holds the plan of another batch."""
+        return self.before is not None and self.before.hash != self.plan.hash
+
+    @property
+    def text(self) -> str:
+        """The episodes that are done and left, in words."""
+        robots, environments = len(self.plan.robots), len(self.plan.environments)
+        counts = f"{_count(robots, 'robot')}, {_count(environments, 'environment')}"
+        lines = [
+            f"{_count(len(self.plan.episodes), 'episode')} ({counts}): {len(self.done)} done, {len(self.left)} to do"
+        ]
+        if self.dropped:
+            lines.append(
+                f"{_count(len(self.dropped), 'episode')} of the plan before are in it no more; they stay where they are"
+            )
+        return "\n".join(lines)
+
+
+def preview(folder: Folder, plan: Plan) -> Preview:
+    """Compare a plan with a folder; changes nothing."""
+    before = plans.read(folder.plan) if folder.plan.exists() else None
+    keys = {episode.key for episode in plan.episodes}
+    done: list[PlannedEpisode] = []
+    left: list[PlannedEpisode] = []
+    for episode in plan.episodes:
+        is_done = before is not None and folder.attempts(episode).finished() is not None
+        (done if is_done else left).append(episode)
+    dropped = () if before is None else tuple(episode for episode in before.episodes if episode.key not in keys)
+    return Preview(plan, tuple(done), tuple(left), dropped, before)
+
+
+def prepare(folder: Folder, plan: Plan, *, update: bool = False) -> Preview:
+    """Write the plan into its folder; return what is to be done.
+
+    Raises BenchbotError for a folder with other things in it, and for one with another plan, unless it is to `update`:
+    then what is not computed anew stays as it is, and the plan before is kept beside.
+    """
+    found = preview(folder, plan)
+    if found.before is None and folder.path.is_dir() and any(folder.path.iterdir()):
+        raise BenchbotError(
+            f"{folder.path} is not the folder of a batch.",
+            "It has something in it, but no plan.json.",
+            "Name another folder, or an empty one: --output-location FOLDER",
+        )
+    if found.before is not None and found.is_changed and not update:
+        raise BenchbotError(
+            f"{folder.path} holds another batch.",
+            _difference(found, found.before),
+            "Give --update to go on here with what has changed, or choose another folder with --output-location.",
+        )
+    check_writable(folder.path)
+    if found.before is not None and found.is_changed:
+        folder.plan.replace(folder.path / f"plan-{found.before.hash[:KEY_DIGITS]}.json")
+    plans.write(folder.plan, plan)
+    return found
+
+
+def check_writable(folder: Path) -> None:
+    """Raise BenchbotError when nothing can be written to a folder that a batch needs; makes it if it is not there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise PermissionError(13, "Permission denied")
+    except OSError as error:
+        raise BenchbotError(
+            f"The batch cannot use the folder {folder}.",
+            f"{error.strerror}.",
+            "Name one that you may write to, and that all workers can reach: --output-location FOLDER",
+        ) from error
+
+
+def _difference(found: Preview, before: Plan) -> str:
+    """Return what has changed, and what it would cost, in words."""
+    plan = found.plan
+    old = {episode.key for episode in before.episodes}
+    one, other = plan.solution, before.solution
+    changed = (name for name in {*one.files, *other.files} if one.files.get(name) != other.files.get(name))
+    reasons = [f"the file {name} of the solution" for name in sorted(changed)]
+    reasons += [
+        f"{what}: {getattr(before, what)} before, {getattr(plan, what)} now"
+        for what in ("task", "limits", "timeout_s")
+        if getattr(plan, what) != getattr(before, what)
+    ]
+    if (one.native, one.example, one.words) != (other.native, other.example, other.words):
+        reasons.append("the command of the solution")
+    if one.hold != other.hold:
+        reasons.append("what holds the solution")
+    fresh = [episode for episode in plan.episodes if episode.key not in old]
+    if not reasons and Counter(episode.label for episode in fresh) & Counter(e.label for e in found.dropped):
+        reasons.append("BenchBot, a plug-in, or an environment")
+    lines = [f"Changed: {'; '.join(reasons)}."] if reasons else []
+    lines.append(
+        f"{len(found.done)} of {_count(len(plan.episodes), 'episode')} would stay, {len(found.left)} would be computed:"
+    )
+    lines += [f"  {episode.name}" for episode in found.left[:_SHOWN]]
+    if len(found.left) > _SHOWN:
+        lines.append(f"  … and {len(found.left) - _SHOWN} more")
+    return "\n".join(lines)
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' * (number != 1)}"

@@ -1,6 +1,6 @@
-"""Following a batch: where it stands, its logs, its end, and going on with it."""
+"""The commands of `benchbot batch` for a batch that was begun: its status, its logs, ending it, and going on."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,11 +13,11 @@ from benchbot.core.errors import BenchbotError, ExitCode
 
 if TYPE_CHECKING:
     from benchbot.core.declarations.catalog import Catalog
-    from benchbot.plugins.batch.finishing import Profile
+    from benchbot.plugins.batch.finalization import Products
     from benchbot.plugins.batch.folder import Folder
     from benchbot.plugins.batch.plan import Plan
     from benchbot.plugins.batch.status import BatchStatus, Monitor
-    from benchbot.plugins.batch.worker_pool import Crew
+    from benchbot.plugins.batch.worker_pool import WorkerPool
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the batch.")]
 Detach = Annotated[
@@ -28,22 +28,23 @@ Jobs = Annotated[
     int | None,
     typer.Option("--jobs", "-j", metavar="N", min=1, help="How many workers. [default: as many as there is room for]"),
 ]
+Archive = Annotated[bool, typer.Option("--zip", "-z", help="Put the results into a ZIP archive, too.")]
 
 
 def status(directory: Directory, as_json: Json = False) -> None:
     """Say where a batch stands."""
     from benchbot.plugins.batch import plan as plans
-    from benchbot.plugins.batch.driver import count_alive
+    from benchbot.plugins.batch import status_lines
     from benchbot.plugins.batch.folder import Folder
     from benchbot.plugins.batch.status import Monitor
-    from benchbot.plugins.watching import batch_lines
+    from benchbot.plugins.batch.worker_pool import count_alive
 
     folder = Folder(directory.absolute())
     found = Monitor(folder, plans.read(folder.plan)).look(count_alive(folder))
     if as_json:
         console.data_json(found.as_dict())
     else:
-        console.data(batch_lines.page(found))
+        console.data(status_lines.page(found))
 
 
 def logs(
@@ -55,7 +56,6 @@ def logs(
 ) -> None:
     """Name the logs of a batch's episodes, or print them."""
     from benchbot.plugins.batch import plan as plans
-    from benchbot.plugins.batch.attempts import Attempts
     from benchbot.plugins.batch.folder import Folder
 
     folder = Folder(directory.absolute())
@@ -63,10 +63,10 @@ def logs(
     for planned in plans.read(folder.plan).episodes:
         if episode is not None and episode not in planned.name:
             continue
-        place = folder.episode(planned.name)
-        finished = Attempts(place).finished()
+        attempts = folder.attempts(planned)
+        finished = attempts.finished()
         state = "pending" if finished is None else finished.failure or "done"
-        kept = sorted(place.glob("attempt-*/log.txt")) + sorted(place.glob("log.txt"))
+        kept = sorted(attempts.folder.glob("attempt-*/log.txt")) + sorted(attempts.folder.glob("log.txt"))
         rows += [(planned.name, str(state), path) for path in kept]
     if episode is not None and not rows:
         raise BenchbotError(
@@ -88,18 +88,19 @@ def cancel(directory: Directory, as_json: Json = False) -> None:
     """End a batch's workers, wherever they run. What is finished stays."""
     from benchbot.plugins.batch import driver
     from benchbot.plugins.batch.folder import Folder
+    from benchbot.plugins.batch.worker_pool import count_alive
 
     folder = Folder(directory.absolute())
     driver.cancel(folder)
     if as_json:
-        console.data_json({"folder": str(folder.path), "workers": driver.count_alive(folder)})
+        console.data_json({"folder": str(folder.path), "workers": count_alive(folder)})
     console.note(f"Ended. Go on with: benchbot batch attach {directory}")
 
 
 def attach(
     directory: Directory,
     jobs: Jobs = None,
-    archive: Annotated[bool, typer.Option("--zip", "-z", help="Put the results into a ZIP archive, too.")] = False,
+    archive: Archive = False,
     detach: Detach = False,
     display: Display = "auto",
     as_json: Json = False,
@@ -119,21 +120,21 @@ def retry(
         ),
     ] = None,
     jobs: Jobs = None,
-    archive: Annotated[bool, typer.Option("--zip", "-z", help="Put the results into a ZIP archive, too.")] = False,
+    archive: Archive = False,
     detach: Detach = False,
     display: Display = "auto",
     as_json: Json = False,
 ) -> None:
     """Compute episodes that have failed once more, and go on with the batch; what they left is kept beside."""
+    from benchbot.plugins.batch import driver
     from benchbot.plugins.batch import plan as plans
-    from benchbot.plugins.batch import retrying
-    from benchbot.plugins.batch.driver_lock import driving
+    from benchbot.plugins.batch.driver_lock import driver_lock
     from benchbot.plugins.batch.folder import Folder
 
     folder = Folder(directory.absolute())
     plans.read(folder.plan)
-    with driving(folder):
-        count = retrying.begin_anew(folder, failed)
+    with driver_lock(folder):
+        count = driver.retry(folder, failed)
     console.note(f"{count} episodes are computed once more.")
     _go_on(directory, jobs, archive=archive, detach=detach, display=display, as_json=as_json)
 
@@ -143,85 +144,73 @@ def _go_on(directory: Path, jobs: int | None, *, archive: bool, detach: bool, di
     from benchbot.core.plugin_manager import load
     from benchbot.plugins.batch import plan as plans
     from benchbot.plugins.batch.folder import Folder
-    from benchbot.plugins.batch.worker_pool import Crew
+    from benchbot.plugins.batch.worker_pool import WorkerPool
 
     folder = Folder(directory.absolute())
     plan = plans.read(folder.plan)
-    crew = Crew.read(folder)
-    crew = crew if jobs is None else replace(crew, jobs=jobs)
-    archive = archive or crew.archive
-    catalog = Catalog(load())
-    drive(folder, crew, catalog, plan, archive=archive, detach=detach, display=display, as_json=as_json)
-    exit_as_it_ended(folder, plan, detached=detach)
+    pool = WorkerPool.read(folder)
+    pool = replace(pool, jobs=jobs or pool.jobs, archive=archive or pool.archive, detached=detach)
+    exit_as_it_ended(drive(folder, pool, Catalog(load()), plan, display=display, as_json=as_json).status)
+
+
+@dataclass(frozen=True)
+class Ended:
+    """The end of a batch: where it stood, None when it was detached, and what was made of its results."""
+
+    status: "BatchStatus | None" = None
+    products: "Products | None" = None
 
 
 def drive(
-    folder: "Folder",
-    crew: "Crew",
-    catalog: "Catalog",
-    plan: "Plan",
-    *,
-    archive: bool,
-    detach: bool,
-    as_json: bool,
-    display: Display = "auto",
-) -> "Profile | None":
-    """See a batch to its end and make its profile, or launch it and return None."""
+    folder: "Folder", pool: "WorkerPool", catalog: "Catalog", plan: "Plan", *, as_json: bool, display: Display = "auto"
+) -> Ended:
+    """Drive a batch to its end and evaluate it, or detach it."""
     from benchbot.cli.kit import scoring
     from benchbot.cli.kit.status_line import StatusLine
-    from benchbot.plugins.batch import detached, driver, finishing
-    from benchbot.plugins.batch.driver_lock import driving
-    from benchbot.plugins.batch.live_score import LiveScore
-    from benchbot.plugins.watching import batch_lines
+    from benchbot.plugins.batch import driver, status_lines
+    from benchbot.plugins.batch.driver_lock import driver_lock
+    from benchbot.plugins.batch.finalization import LiveScore, evaluate
 
-    crew = replace(crew, detached=detach, archive=archive)
-    if detach:
-        with driving(folder):
-            driver.begin(folder, crew)
-            count = driver.start_detached(folder, crew)
-        detached.start(folder)
+    if pool.detached:
+        count = driver.detach(folder, pool)
         console.note(f"{count} workers run by themselves. Look on: benchbot batch attach {folder.path}")
         console.data_json({"folder": str(folder.path), "workers": count}) if as_json else console.data(str(folder.path))
-        return None
+        return Ended()
     live = LiveScore(folder, plan.method, catalog)
     said = f"the workers have been ended. Go on with: benchbot batch attach {folder.path}"
-    with driving(folder), interruptible(said), StatusLine(display) as line:
+    with driver_lock(folder), interruptible(said), StatusLine(display) as line:
 
         def look(status: "BatchStatus", monitor: "Monitor") -> None:
-            status = replace(status, score=live.update(monitor))
-            batch_lines.show(line, status)
+            status_lines.show(line, replace(status, score=live.update(monitor)))
 
-        driver.begin(folder, crew)
-        ended = driver.drive(folder, crew, look)
-    console.note(batch_lines.verdict(ended))
+        driver.begin(folder, pool)
+        status = driver.drive(folder, pool, look)
+    console.note(status_lines.verdict(status))
     try:
-        profile = finishing.finish(folder, plan, catalog, archive=archive)
+        products = evaluate(folder, plan, catalog, archive=pool.archive)
     except BenchbotError as error:
-        if not ended.failures:
+        if not status.failures:
             raise
         console.error(error)  # why there is nothing to score is in the failures: they say how this ends
-        return None
-    if profile.scores is not None:
-        console.note(scoring.table(profile.scores))
-    for path in profile.as_dict().values():
+        return Ended(status)
+    if products.scores is not None:
+        console.note(scoring.table(products.scores))
+    for path in products.files.values():
         console.note(f"Wrote {path}")
     if as_json:
-        console.data_json({"status": ended.as_dict(), "files": profile.as_dict()})
+        console.data_json({"status": status.as_dict(), "files": products.files})
     else:
-        console.data(str(folder.path) if profile.scores is None else scoring.headline(profile.scores))
-    return profile
+        console.data(str(folder.path) if products.scores is None else scoring.headline(products.scores))
+    return Ended(status, products)
 
 
-def exit_as_it_ended(folder: "Folder", plan: "Plan", *, detached: bool) -> None:
-    """Exit with what the worst failure means, as `submit` would; results that came of collisions are results."""
+def exit_as_it_ended(status: "BatchStatus | None") -> None:
+    """Exit with the code of the worst failure, as `submit` would; results that came of collisions are results."""
     from benchbot.core.errors import FailureClass
-    from benchbot.plugins.batch.attempts import RETRIED, Attempts
+    from benchbot.plugins.batch.attempts import RETRIED
 
-    if detached:
-        return
-    finished = [Attempts(folder.episode(episode.name)).finished() for episode in plan.episodes]
-    failures = {each.failure for each in finished if each is not None}
-    if failures & set(RETRIED):
+    failures = () if status is None else {FailureClass(name) for name in status.failures}
+    if any(failure in RETRIED for failure in failures):
         raise typer.Exit(ExitCode.INTERNAL)
-    if failures & {FailureClass.AGENT, FailureClass.TIMEOUT}:
+    if FailureClass.AGENT in failures or FailureClass.TIMEOUT in failures:
         raise typer.Exit(ExitCode.SUBMISSION_FAILED)

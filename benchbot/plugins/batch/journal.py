@@ -1,7 +1,8 @@
-"""Journals: files of one JSON object per line that survive whoever writes them, at any moment."""
+"""Journals: files of one JSON object per line, which stay readable when their writer is killed at any moment."""
 
 import json
 import os
+import time
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -23,7 +24,7 @@ def append(path: Path, entry: dict[str, Any], *, sync: bool = False) -> None:
 
 
 def read(path: Path) -> list[dict[str, Any]]:
-    """Return the entries; what was torn by the death of a writer is passed over, and so is a file that is not there."""
+    """Return the entries, without lines that are torn; none for a file that is not there."""
     try:
         content = path.read_bytes()
     except FileNotFoundError:
@@ -32,14 +33,14 @@ def read(path: Path) -> list[dict[str, Any]]:
 
 
 class Tail:
-    """What is added to a journal from look to look."""
+    """Reads a journal as it grows."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._offset = 0
 
     def read(self) -> list[dict[str, Any]]:
-        """Return the entries that came since the last time; a line that is still being written comes next time."""
+        """Return the entries since the last call; a line that is still being written comes with the next one."""
         try:
             with self._path.open("rb") as file:
                 file.seek(self._offset)
@@ -49,6 +50,22 @@ class Tail:
         whole = content[: content.rfind(b"\n") + 1]
         self._offset += len(whole)
         return list(_entries(whole))
+
+
+class EventLog:
+    """Appends to `events/NAME.jsonl`: `{"time_s": seconds since the epoch, "who": NAME, "what": …, …}`.
+
+    Nothing depends on it: on a full disk, events are lost and the work goes on.
+    """
+
+    def __init__(self, folder: Path, name: str) -> None:
+        self._path = folder / f"{name}.jsonl"
+        self._name = name
+
+    def tell(self, what: str, **said: Any) -> None:
+        """Add an event."""
+        with suppress(OSError):
+            append(self._path, {"time_s": round(time.time(), 3), "who": self._name, "what": what, **said})
 
 
 def _entries(content: bytes) -> Iterator[dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""From what is asked to a plan: every combination of the axes, each proven possible, with the key of its result."""
+"""From a request to a plan: every combination of the axes, each proven possible, with the key of its result."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -15,28 +15,27 @@ from benchbot.core.request import RunRequest, canonical, digest
 from benchbot.core.selection import ImpossibleError, Selection, select
 from benchbot.plugins.batch import solutions
 from benchbot.plugins.batch.plan import Plan, PlannedEpisode, PlannedSolution, plan_hash
-from benchbot.plugins.batch.request import Request
+from benchbot.plugins.batch.request import BatchRequest
 from benchbot.plugins.batch.source_files import SourceFiles
 from benchbot.submission.command import spec_of
 
 LABEL_LENGTH = 100
 
 
-def make(request: Request, catalog: Catalog, folder: Path) -> Plan:
+def make(request: BatchRequest, catalog: Catalog, folder: Path) -> Plan:
     """Return the plan of a batch whose native solution runs in `folder`.
 
     Raises one BenchbotError that names all reasons why some combination is impossible.
     """
-    command, ran_in = _command(request, catalog, folder)
+    solution = PlannedSolution(request.native, request.example, tuple(request.words), str(folder), {}, request.hold)
+    command, ran_in = _command(solution, catalog)
     for name in request.record:
         catalog.plugins.record("recorders", name)
-    hold = request.hold
-    found = solutions.files(command, ran_in, hold, catalog).hashes
-    solution = PlannedSolution(request.native, request.example, tuple(request.words), str(folder), found, hold)
+    solution = replace(solution, files=solutions.files(command, ran_in, request.hold, catalog).hashes)
     selections = _selections(request, catalog)
     shared = {
         "timeout_s": request.timeout_s,
-        "solution": {"command": command, "files": dict(solution.files), **hold.determines()},
+        "solution": {"command": command, "files": dict(solution.files), **request.hold.determines()},
     }
     episodes = tuple(_episodes(request, selections, shared))
     return Plan(
@@ -54,29 +53,27 @@ def make(request: Request, catalog: Catalog, folder: Path) -> Plan:
 
 def files_of(plan: Plan, catalog: Catalog) -> SourceFiles:
     """Return the files of a plan's solution as they are now, and where there were too many."""
-    solution = plan.solution
-    request = Request(plan.task, (), (), solution.native, solution.example, solution.hold, solution.words)
-    return solutions.files(*_command(request, catalog, Path(solution.folder)), solution.hold, catalog)
+    return solutions.files(*_command(plan.solution, catalog), plan.solution.hold, catalog)
 
 
-def _command(request: Request, catalog: Catalog, folder: Path) -> tuple[list[str], Path]:
-    """Return the command, and where it runs; an image says itself what runs in its container."""
-    if request.hold.context is not None:
-        return [solutions.IMAGE, *request.words], folder
-    order = spec_of(catalog, request.native, request.example, list(request.words), request.timeout_s)
-    return order.command, folder if request.native is not None else order.folder
+def _command(solution: PlannedSolution, catalog: Catalog) -> tuple[list[str], Path]:
+    """Return the command, and where it runs; the command of a container is in its image."""
+    if solution.hold.context is not None:
+        return [solutions.IMAGE, *solution.words], Path(solution.folder)
+    spec = spec_of(catalog, solution.native, solution.example, list(solution.words), timeout_s=None)
+    return spec.command, Path(solution.folder) if solution.native is not None else spec.folder
 
 
 def select_for(plan: Plan, episode: PlannedEpisode, catalog: Catalog) -> Selection:
-    """Return what an episode runs; raises BenchbotError when that is not possible here."""
+    """Return the selection of an episode; raises BenchbotError when it is not possible here."""
     return select(catalog, plan.request_of(episode))
 
 
 Combination = tuple[str, str, dict[str, Any], int | None]
-"""What differs between selections beside their seeds: robot, environment, settings and episode."""
+"""Robot, environment, settings and episode: selections differ in these, beside their seeds."""
 
 
-def _selections(request: Request, catalog: Catalog) -> list[tuple[Combination, Selection]]:
+def _selections(request: BatchRequest, catalog: Catalog) -> list[tuple[Combination, Selection]]:
     found: list[tuple[Combination, Selection]] = []
     errors: dict[tuple[str, str], BenchbotError] = {}
     for combination in _combinations(request):
@@ -100,7 +97,13 @@ def _selections(request: Request, catalog: Catalog) -> list[tuple[Combination, S
         else:
             found.append((combination, selection))
             if selection.robot.data["type"] in catalog.plugins.pool("robot_drivers"):
-                errors.setdefault((robot, ""), _real(robot))
+                real = BenchbotError(
+                    f"The robot '{robot}' is a real one.",
+                    "A batch runs unattended and tries again what has failed; "
+                    "somebody must stand beside a robot that moves.",
+                    "Run its episodes one by one: benchbot submit",
+                )
+                errors.setdefault((robot, ""), real)
     if len(errors) == 1:
         raise next(iter(errors.values()))
     if errors:
@@ -112,16 +115,8 @@ def _selections(request: Request, catalog: Catalog) -> list[tuple[Combination, S
     return found
 
 
-def _real(robot: str) -> BenchbotError:
-    return BenchbotError(
-        f"The robot '{robot}' is a real one.",
-        "A batch runs unattended and tries again what has failed; somebody must stand beside a robot that moves.",
-        "Run its episodes one by one: benchbot submit",
-    )
-
-
-def _combinations(request: Request) -> Iterator[Combination]:
-    """Yield what shares a simulator's scene one after the other, so that workers stay where they are."""
+def _combinations(request: BatchRequest) -> Iterator[Combination]:
+    """Yield combinations of one scene one after the other, so that workers stay in the scene that is loaded."""
     axes = [[(key, value) for value in values] for key, values in request.settings.items()]
     for robot, environment, settings in product(request.robots, request.environments, product(*axes)):
         for episode in request.episodes if request.episodes is not None else [None]:
@@ -129,19 +124,19 @@ def _combinations(request: Request) -> Iterator[Combination]:
 
 
 def _episodes(
-    request: Request, selections: list[tuple[Combination, Selection]], shared: dict[str, Any]
+    request: BatchRequest, selections: list[tuple[Combination, Selection]], shared: dict[str, Any]
 ) -> Iterator[PlannedEpisode]:
     known: dict[bytes, dict[str, Any]] = {}
     for (robot, environment, settings, _), selection in selections:
-        place = canonical([robot, environment, settings])
-        if place not in known:
-            known[place] = software(selection)
+        scene = canonical([robot, environment, settings])
+        if scene not in known:
+            known[scene] = software(selection)
         number = None if selection.episode is None else selection.episode.number
         for seed, repeat in product(request.seeds, range(request.repeats)):
             counted = repeat if request.repeats > 1 else None
             determines = {
                 **shared,
-                **known[place],
+                **known[scene],
                 "request": replace(selection.request, seed=seed).determining(),
                 "repeat": counted,
                 "episode": None if selection.episode is None else selection.episode.provenance(),

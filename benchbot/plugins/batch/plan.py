@@ -1,4 +1,4 @@
-"""The plan of a batch: what is computed, episode by episode, hashed, and written before anything starts."""
+"""The plan of a batch: its episodes, hashed, and written before anything starts."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
@@ -16,21 +16,21 @@ from benchbot.submission.modes import DEFAULT_LIMITS, ProcessLimits
 VERSION = 1
 KEY_DIGITS = 8
 
-Place = tuple[str, str, str]
-"""What a simulator has loaded: robot, environment, and settings (as JSON)."""
+SceneKey = tuple[str, str, str]
+"""The scene that a simulator has loaded: robot, environment, and settings (as JSON)."""
 
 
 @dataclass(frozen=True)
 class Policy:
-    """How a batch deals with what goes wrong."""
+    """The rules for what goes wrong in a batch."""
 
     retries: int = 2
-    """After failures of platform or infrastructure; what a solution does wrong is a result."""
+    """After failures of platform or infrastructure; a failure of the solution is a result."""
     rerun_collided: int = 0
     stall_s: float = 1800.0
     """A solution that makes no progress for so long is ended; 0 is never."""
     stale_s: float = 30.0
-    """A worker that is not heard of for so long has lost its claim."""
+    """A worker that is silent for so long has lost its claim."""
     minimum_free_bytes: int = 200 * 2**20
 
 
@@ -68,7 +68,7 @@ class Hold:
 
 @dataclass(frozen=True)
 class PlannedSolution:
-    """What is run in each episode: a command or an example, or a container, and the hashes of its files."""
+    """The solution of each episode: a command or an example, or a container, and the hashes of its files."""
 
     native: str | None
     example: str | None
@@ -80,7 +80,7 @@ class PlannedSolution:
 
 @dataclass(frozen=True)
 class PlannedEpisode:
-    """One unit of work. `key` is the SHA-256 of all that determines its result; `repeat` is None when there is one."""
+    """One unit of work. `key` is the SHA-256 of all that determines its result; `repeat` is None without repeats."""
 
     key: str
     label: str
@@ -97,8 +97,8 @@ class PlannedEpisode:
         return f"{self.label}-{self.key[:KEY_DIGITS]}"
 
     @cached_property
-    def place(self) -> Place:
-        """What a simulator must have loaded for it."""
+    def scene(self) -> SceneKey:
+        """The scene that a simulator must have loaded for it."""
         return self.robot, self.environment, canonical(self.settings).decode()
 
 
@@ -144,7 +144,7 @@ class Plan:
 
 
 def plan_hash(episodes: tuple[PlannedEpisode, ...]) -> str:
-    """Return what tells one batch from another: what it computes. How that is scored may change."""
+    """Return the identity of a batch: what it computes. How that is scored may change."""
     return digest([episode.key for episode in episodes])
 
 

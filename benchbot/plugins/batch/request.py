@@ -1,21 +1,30 @@
-"""What is asked of a batch: the axes of its matrix, from the words of a command line or a file."""
+"""A request for a batch, from a YAML file (schema `batch`) and options, which override the file."""
 
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from benchbot.core import overrides
+from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
 from benchbot.core.request import Limits
 from benchbot.plugins.batch.plan import Hold, Policy
+from benchbot.submission.command import split_words
+
+Wanted = dict[str, Any]
+"""The content of a batch file, or of options by the same keys."""
+
+SOLUTIONS = ("native", "sandbox", "containerised", "example")
+"""The keys that name the solution: one of them."""
 
 _RANGE = re.compile(r"(\d+)(?:\.\.(\d+))?")
 _LONGEST_RANGE = 1_000_000
 
 
 @dataclass(frozen=True)
-class Request:
+class BatchRequest:
     """The axes of a batch, and what runs in each episode."""
 
     task: str
@@ -37,20 +46,76 @@ class Request:
     policy: Policy = field(default_factory=Policy)
 
 
-def names(text: str) -> list[str]:
-    """Return the names in `a,b,c`, each once."""
-    return list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+def read_file(path: Path) -> Wanted:
+    """Return the content of a batch file; raises BenchbotError naming file and line of everything wrong with it."""
+    document = schema.read(path)
+    schema.check(document, "batch", path)
+    return document
 
 
-def numbers(option: str, text: str) -> list[int]:
-    """Return the numbers in `0..4` or `0,2,7..9` (both ends count), each once; raises BenchbotError."""
+def merged(told: Wanted, given: Mapping[str, Any]) -> Wanted:
+    """Return the content of a file, overridden by options; an option that is None was not given."""
+    if any(given.get(key) is not None for key in SOLUTIONS):
+        told = {key: value for key, value in told.items() if key not in SOLUTIONS}
+    limits = {**told.get("limits", {}), **_not_none(given.get("limits", {}))}
+    return {**told, **_not_none(given), "limits": limits}
+
+
+def request_of(wanted: Wanted) -> BatchRequest:
+    """Return the request; raises BenchbotError that names everything that is missing."""
+    missing = [
+        option
+        for key, option in (("task", "--task"), ("robots", "--robots"), ("environments", "--envs or --envs-batch"))
+        if not wanted.get(key)
+    ]
+    if missing:
+        raise BenchbotError(
+            "It is not clear what to compute.",
+            f"Missing: {', '.join(missing)}.",
+            "Say it like this: benchbot batch --task T --robots R1,R2 --envs E1,E2 --example hello_passive",
+        )
+    settings = wanted.get("set", {})
+    return BatchRequest(
+        task=wanted["task"],
+        robots=names(wanted["robots"]),
+        environments=names(wanted["environments"]),
+        native=wanted.get("native") or wanted.get("sandbox"),
+        example=wanted.get("example"),
+        words=tuple(split_words("--args", wanted.get("args"))),
+        seeds=numbers("--seeds", wanted.get("seeds", 0)),
+        repeats=wanted.get("repeats", 1),
+        episodes=None if "episodes" not in wanted else numbers("--episodes", wanted["episodes"]),
+        settings=settings_axes(settings) if isinstance(settings, list) else _axes(settings),
+        method=wanted.get("evaluate_with"),
+        limits=Limits(**wanted.get("limits", {})),
+        timeout_s=wanted.get("timeout_s"),
+        record=tuple(name for text in wanted.get("record", ()) for name in text.split(",")),
+        policy=Policy(**{key: wanted[key] for key in Policy.__dataclass_fields__ if key in wanted}),
+    )
+
+
+def names(value: str | Sequence[str]) -> list[str]:
+    """Return the names in a list, or in `a,b,c`, each once."""
+    found = (name.strip() for name in value.split(",")) if isinstance(value, str) else value
+    return list(dict.fromkeys(name for name in found if name))
+
+
+def numbers(option: str, value: str | int | Sequence[int]) -> list[int]:
+    """Return a number, those of a list, or those in `0..4` or `0,2,7..9` (both ends count), each once.
+
+    Raises BenchbotError.
+    """
+    if isinstance(value, int):
+        return [value]
+    if not isinstance(value, str):
+        return list(dict.fromkeys(value))
     found: list[int] = []
-    for part in text.split(","):
+    for part in value.split(","):
         match = _RANGE.fullmatch(part.strip())
         first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
         if not first <= last < first + _LONGEST_RANGE:
             raise BenchbotError(
-                f"{option} {text} names no numbers.",
+                f"{option} {value} names no numbers.",
                 f"'{part.strip()}' is neither a number nor a range, such as 0..4, from low to high.",
                 f"Write it like this: {option} 0..4   or: {option} 0,3,7",
             )
@@ -94,3 +159,15 @@ def split_values(text: str) -> list[str]:
             continue
         parts[-1] += character
     return [part.strip() for part in parts]
+
+
+def _axes(settings: Mapping[str, Any]) -> dict[str, list[Any]]:
+    """Return dotted key to values from a file's mapping, in which a list stands for several values."""
+    return {
+        key: [overrides.normal({key: one})[key] for one in (value if isinstance(value, list) else [value])]
+        for key, value in settings.items()
+    }
+
+
+def _not_none(given: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in given.items() if value is not None}

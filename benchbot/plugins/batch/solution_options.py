@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 def hold_of(catalog: "Catalog", wanted: Mapping[str, Any]) -> "Hold":
     """Return what is to hold the solution; raises BenchbotError when it is not clear what, or not possible."""
-    from benchbot.plugins.batch.file import SOLUTIONS
     from benchbot.plugins.batch.plan import Hold
+    from benchbot.plugins.batch.request import SOLUTIONS
     from benchbot.submission.modes import holder_of
 
     given = [f"--{key}" for key in SOLUTIONS if wanted.get(key) is not None]

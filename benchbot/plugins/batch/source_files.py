@@ -1,4 +1,4 @@
-"""The files of a solution, as far as its command names them: what is in them is part of the key of every result."""
+"""The files of a solution, as far as its command names them: their hashes are part of the key of every result."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -9,9 +9,9 @@ from pathlib import Path
 from benchbot.core.provenance import files_named
 
 FILES_LIMIT = 500
-"""How many Python files are hashed below one folder: beyond that it is no solution's folder."""
+"""The most Python files that are hashed below one folder: one with more is no solution's."""
 ENTRIES_LIMIT = 20_000
-"""How many entries of folders are looked at for them."""
+"""The most entries of folders that are searched for them."""
 _PASSED_OVER = frozenset({"__pycache__", "node_modules", "site-packages"})
 
 
@@ -24,7 +24,7 @@ class SourceFiles:
 
     @property
     def text(self) -> str:
-        """What an edit of makes another batch, in words."""
+        """The files that make another batch when they are edited, in words."""
         if not self.hashes and not self.unread:
             return "No file of the solution is part of the keys: its command names none that is in a folder of its own."
         count = len(self.hashes)

@@ -1,4 +1,4 @@
-"""How a batch gets on: read from its folder alone, again and again, at little cost."""
+"""The progress of a batch, read from its folder alone, again and again, at little cost."""
 
 import json
 import time
@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from benchbot.plugins.batch import journal
-from benchbot.plugins.batch.attempts import Attempts, Finished
+from benchbot.plugins.batch.attempts import Finished
 from benchbot.plugins.batch.claims import Observer
 from benchbot.plugins.batch.folder import Folder
 from benchbot.plugins.batch.plan import Plan, PlannedEpisode
@@ -19,7 +19,7 @@ SCAN_PERIOD_S = 20.0
 
 @dataclass(frozen=True)
 class RunningEpisode:
-    """An episode that a worker computes just now."""
+    """An episode that a worker is computing."""
 
     episode: str
     worker: str
@@ -52,17 +52,17 @@ class BatchStatus:
     """Attempts that failed and were made again."""
     running: tuple[RunningEpisode, ...]
     workers: int
-    """Workers that run or wait to run; -1 when nobody has asked the executor."""
+    """Workers that run or wait to run; -1 when the executor was not asked."""
     idle: tuple[str, ...]
     """Workers that wait for others to finish."""
     paused: str | None
     """Why a worker waits before it begins anything, such as a full disk."""
     mean_s: float | None
-    """What an episode takes, on average."""
+    """The mean duration of an episode."""
     rate_per_hour: float | None
-    """Episodes that were finished per hour of work, lately."""
+    """Episodes finished per hour, lately."""
     left_s: float | None
-    """When the rest will be done, if it goes on like this."""
+    """The time until all are done, at the pace of now."""
     score: Score | None = None
     newest: tuple[Mapping[str, Any], ...] = field(default=())
     """The last events, oldest first."""
@@ -71,7 +71,7 @@ class BatchStatus:
 
     @property
     def pending(self) -> int:
-        """How many episodes nobody has begun yet, or are to be begun again."""
+        """The number of episodes that no worker has begun, or that are to be begun again."""
         return self.episodes - self.finished - len(self.running)
 
     @property
@@ -85,7 +85,7 @@ class BatchStatus:
 
 
 class Monitor:
-    """Looks at a batch's folder. What is finished is read once; the logs of events are read as they grow."""
+    """Reads a batch's folder: finished episodes once, the logs of events as they grow."""
 
     def __init__(self, folder: Folder, plan: Plan) -> None:
         self.plan = plan
@@ -93,7 +93,7 @@ class Monitor:
         self._observer = Observer(folder.claims, plan.policy.stale_s)
         self._left: dict[str, PlannedEpisode] = {episode.key: episode for episode in plan.episodes}
         self.finished: dict[str, Finished] = {}
-        """What is known of each finished episode, by key."""
+        """The finished episodes, by key."""
         self._tails: dict[str, journal.Tail] = {}
         self._newest: list[dict[str, Any]] = []
         self._last: dict[str, dict[str, Any]] = {}
@@ -115,7 +115,7 @@ class Monitor:
             for key in list(self._left):
                 self._check(key)
         running = tuple(
-            RunningEpisode(self._left[key].name, claim.worker, self._since(key))
+            RunningEpisode(self._left[key].name, claim.worker, _age_s(self._began.get(key)))
             for key, claim in claimed.items()
             if key in self._left and not claim.process.is_dead
         )
@@ -144,9 +144,8 @@ class Monitor:
         )
 
     def since_last_event_s(self, who: str) -> float | None:
-        """Return for how long a worker or driver has told nothing new; None for one that is not known."""
-        event = self._last.get(who)
-        return None if event is None else max(0.0, time.time() - float(event.get("time_s", 0.0)))
+        """Return the time since the last event of a worker or driver; None for one that is not known."""
+        return _age_s(self._last.get(who, {}).get("time_s"))
 
     def _conclusion(self) -> Mapping[str, Any] | None:
         try:
@@ -157,13 +156,13 @@ class Monitor:
 
     def _check(self, key: str) -> None:
         episode = self._left[key]
-        finished = Attempts(self._folder.episode(episode.name)).finished()
+        finished = self._folder.attempts(episode).finished()
         if finished is not None:
             self.finished[key] = finished
             del self._left[key]
 
     def _read_events(self) -> set[str]:
-        """Read what is new; return the keys of the episodes that are said to be finished."""
+        """Read new events; return the keys of the episodes that they call finished."""
         told: set[str] = set()
         if not self._folder.events.is_dir():
             return told
@@ -182,10 +181,6 @@ class Monitor:
         self._newest = [*self._newest, *events][-SHOWN_EVENTS:]
         return told
 
-    def _since(self, key: str) -> float | None:
-        began_s = self._began.get(key)
-        return None if began_s is None else max(0.0, time.time() - began_s)
-
     def _pace(self) -> tuple[float | None, float | None]:
         """Return the mean of the last episodes' seconds, and how many are finished per hour."""
         lately = sorted(self.finished.values(), key=lambda each: each.ended_s)[-100:]
@@ -195,3 +190,7 @@ class Monitor:
         passed_s = lately[-1].ended_s - lately[0].ended_s
         rate = (len(lately) - 1) / passed_s * 3600 if len(lately) > 1 and passed_s > 0 else None
         return mean_s, rate
+
+
+def _age_s(time_s: float | None) -> float | None:
+    return None if time_s is None else max(0.0, time.time() - float(time_s))

@@ -1,8 +1,8 @@
 """A worker of a batch: `python -m benchbot.plugins.batch.worker FOLDER --name NAME`.
 
-It claims one pending episode after another and computes it, staying where its simulator is warm; while others hold the
-last ones it waits, in case they are lost. Of a batch that nobody looks on at, whoever is the first to have nothing left
-evaluates the results. It can be killed at any moment; SIGTERM, SIGINT and SIGHUP end it in order.
+It claims one pending episode after another and computes it, preferring those of the scene that its simulator has
+loaded; while others hold the last ones it waits, in case they are lost. The first worker of a detached batch that has
+nothing left evaluates the results. It can be killed at any moment; SIGTERM, SIGINT and SIGHUP end it in order.
 Exit codes: 0 nothing is left that it may take · 3 it cannot work (its output says why) · 130 it was told to end.
 """
 
@@ -19,17 +19,15 @@ from pathlib import Path
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.plugin_manager import load
-from benchbot.plugins.batch import disk, plan, solutions, work
-from benchbot.plugins.batch.attempt_watcher import NotWantedError
-from benchbot.plugins.batch.attempts import Attempts
-from benchbot.plugins.batch.claims import HeldClaim, Observer
-from benchbot.plugins.batch.events import EventLog, check_writable
-from benchbot.plugins.batch.folder import Folder
-from benchbot.plugins.batch.heartbeat import Heartbeat
-from benchbot.plugins.batch.memory import MemoryWatch
-from benchbot.plugins.batch.plan import Place, PlannedEpisode
-from benchbot.plugins.batch.warm import WarmBackend
-from benchbot.plugins.batch.worker_pool import Crew
+from benchbot.plugins.batch import episode_run, machine, plan, solutions
+from benchbot.plugins.batch.attempts import NotWantedError
+from benchbot.plugins.batch.claims import Heartbeat, HeldClaim, Observer
+from benchbot.plugins.batch.episode_run import EpisodeContext, WarmBackend
+from benchbot.plugins.batch.folder import Folder, check_writable
+from benchbot.plugins.batch.journal import EventLog
+from benchbot.plugins.batch.machine import MemoryWatch
+from benchbot.plugins.batch.plan import PlannedEpisode
+from benchbot.plugins.batch.worker_pool import WorkerPool
 
 IDLE_S = 0.5
 THREADS = (
@@ -39,11 +37,11 @@ THREADS = (
     "NUMEXPR_NUM_THREADS",
     "TI_CPU_MAX_NUM_THREADS",
 )
-"""What numerical libraries and Taichi read their number of threads from, unless they are told by the user."""
+"""The variables that numerical libraries and Taichi read their number of threads from; a user's own stay."""
 
 
 class Worker:
-    """Takes and finishes episodes, in one process, one at a time. What its solution needs is let go with `stack`."""
+    """Takes and finishes episodes, one at a time. The resources of its solution are released with `stack`."""
 
     def __init__(self, folder: Folder, name: str, stack: ExitStack) -> None:
         self._plan = plan.read(folder.plan)
@@ -53,16 +51,16 @@ class Worker:
         self._name = name
         self._events = EventLog(folder.events, name)
         self._observer = Observer(folder.claims, self._plan.policy.stale_s)
-        catalog, gpus = Catalog(load()), Crew.read(folder).resources.gpus
-        order = stack.enter_context(solutions.prepared(self._plan, catalog, print, gpus))
-        self._backend = WarmBackend(self._plan, needs_socket=order.mode.needs_socket)
+        catalog, gpus = Catalog(load()), WorkerPool.read(folder).resources.gpus
+        spec = stack.enter_context(solutions.prepared(self._plan, catalog, print, gpus))
+        self._backend = WarmBackend(self._plan, needs_socket=spec.mode.needs_socket)
         memory = MemoryWatch(os.getpid())
-        self._desk = work.Desk(folder, self._plan, catalog, self._backend, self._events, name, memory, order)
+        self._context = EpisodeContext(folder, self._plan, catalog, self._backend, self._events, name, memory, spec)
         self._left = {episode.key: episode for episode in self._plan.episodes}
         self.told_to_end = False
 
     def stop(self, *_: object) -> None:
-        """End in order, soon. It is a signal handler: it may interrupt anything, and does no more than this."""
+        """End in order, soon. As a signal handler, it may interrupt anything, and does no more than this."""
         self.told_to_end = True
 
     def run(self, limit: int | None) -> int:
@@ -72,10 +70,16 @@ class Worker:
         idle = False
         try:
             while not self.told_to_end and (limit is None or finished < limit):
-                claim, episode = self._next_when_there_is_room() or (None, None)
-                if claim is not None and episode is not None:
+                try:
+                    taken = self._next()
+                except OSError as error:
+                    if not machine.is_disk_full(error):
+                        raise
+                    time.sleep(machine.POLL_S)
+                    taken = None
+                if taken is not None:
                     idle = False
-                    finished += self._work(claim, episode)
+                    finished += self._compute(*taken)
                 elif not self._left:
                     break
                 else:
@@ -88,22 +92,13 @@ class Worker:
             self._events.tell("ended", finished=finished, told=self.told_to_end)
         return finished
 
-    def conclude(self) -> None:
-        """Evaluate a batch that is finished, when nobody looks on at it; raises OSError and BenchbotError."""
-        if not self._left and not self.told_to_end and Crew.read(self._folder).detached:
+    def finalize(self) -> None:
+        """Evaluate a detached batch that is finished; raises OSError and BenchbotError."""
+        if not self._left and not self.told_to_end and WorkerPool.read(self._folder).detached:
             # Few workers come here, all of them at the very end.
-            from benchbot.plugins.batch.finalization import conclude
+            from benchbot.plugins.batch.finalization import finalize
 
-            conclude(self._folder, self._plan, self._desk.catalog, self._name)
-
-    def _next_when_there_is_room(self) -> tuple[HeldClaim, PlannedEpisode] | None:
-        try:
-            return self._next()
-        except OSError as error:
-            if not disk.is_full(error):
-                raise
-            time.sleep(disk.POLL_S)
-            return None
+            finalize(self._folder, self._plan, self._context.catalog, self._name)
 
     def _next(self) -> tuple[HeldClaim, PlannedEpisode] | None:
         """Return the claim of the next episode, or None when there is none that may be taken now."""
@@ -113,55 +108,56 @@ class Worker:
                 self._steal(key)
         claimed = self._observer.keys()
         for episode in self._candidates(claimed):
-            if Attempts(self._folder.episode(episode.name)).finished() is not None:
-                del self._left[episode.key]
+            if self._drop_if_finished(episode):
                 continue
             claim = HeldClaim.take(self._folder.claims / episode.key, self._name)
             if claim is None:
                 continue
-            # Between the look and the claim, its worker may have finished it.
-            if Attempts(self._folder.episode(episode.name)).finished() is not None:
-                claim.release()
-                del self._left[episode.key]
-                continue
-            return claim, episode
+            # Another worker may have finished it before the claim.
+            if not self._drop_if_finished(episode):
+                return claim, episode
+            claim.release()
         for key in claimed & self._left.keys():
-            if Attempts(self._folder.episode(self._left[key].name)).finished() is not None:
-                del self._left[key]
+            self._drop_if_finished(self._left[key])
         return None
 
+    def _drop_if_finished(self, episode: PlannedEpisode) -> bool:
+        """Forget an episode that has its result; say whether it has."""
+        finished = self._folder.attempts(episode).finished() is not None
+        if finished:
+            del self._left[episode.key]
+        return finished
+
     def _candidates(self, claimed: set[str]) -> list[PlannedEpisode]:
-        """Return what may be taken: first what is where the simulator is, then where the fewest others work."""
+        """Return the episodes without a claim: first those of the loaded scene, then of scenes with fewest workers."""
         free = [episode for key, episode in self._left.items() if key not in claimed]
-        others = Counter(self._left[key].place for key in claimed if key in self._left)
-        left = Counter(episode.place for episode in free)
-        # A worker that starts looks for a place of its own: of equal ones not all take the first.
+        others = Counter(self._left[key].scene for key in claimed if key in self._left)
+        left = Counter(episode.scene for episode in free)
+        # Workers that start spread over scenes: of equal ones not all take the first.
         chance = random.Random(self._name)  # noqa: S311
-        order: dict[Place, tuple[object, ...]] = {
-            place: (place != self._backend.place, others[place], -left[place], chance.random()) for place in left
-        }
-        return sorted(free, key=lambda episode: order[episode.place])
+        order = {scene: (scene != self._backend.scene, others[scene], -left[scene], chance.random()) for scene in left}
+        return sorted(free, key=lambda episode: order[episode.scene])
 
     def _steal(self, key: str) -> None:
         stolen = self._observer.steal(key)
         if stolen is not None:
             self._events.tell("stole", key=key, worker=stolen.worker)
-        work.end_orphan(self._folder.episode(self._left[key].name))
+        self._folder.attempts(self._left[key]).end_orphan()
 
-    def _work(self, claim: HeldClaim, episode: PlannedEpisode) -> bool:
-        """Finish an episode; say whether it is finished."""
+    def _compute(self, claim: HeldClaim, episode: PlannedEpisode) -> bool:
+        """Compute an episode; say whether it is finished."""
         began_s = time.monotonic()
         try:
             with Heartbeat(claim, self._plan.policy.stale_s):
-                failure = work.finish(self._desk, episode, lambda: not self.told_to_end and claim.is_mine)
+                failure = episode_run.finish(self._context, episode, lambda: not self.told_to_end and claim.is_mine)
         except NotWantedError:
             self._events.tell("let go", key=episode.key)
             return False
         except OSError as error:
-            if not disk.is_full(error):
+            if not machine.is_disk_full(error):
                 raise
             self._events.tell("let go", key=episode.key, why=f"{error.filename}: {error.strerror}")
-            time.sleep(disk.POLL_S)
+            time.sleep(machine.POLL_S)
             return False
         finally:
             claim.release()
@@ -172,7 +168,7 @@ class Worker:
 
 
 def main() -> int:
-    """Work as the command line says; return the exit code."""
+    """Run a worker by its command line; return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m benchbot.plugins.batch.worker", description=__doc__)
     parser.add_argument("folder", type=Path, help="the folder of the batch")
     parser.add_argument("--name", required=True, help="a name that no other worker of the batch has had")
@@ -188,7 +184,7 @@ def main() -> int:
             for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
                 signal.signal(number, worker.stop)
             worker.run(options.jobs_limit)
-        worker.conclude()
+        worker.finalize()
     except (BenchbotError, OSError) as error:
         print(error, file=sys.stderr)
         return ExitCode.INTERNAL

@@ -1,4 +1,4 @@
-"""The crew of a batch: who computes it, noted in its folder for those who come later."""
+"""The workers of a batch: the pool that is wanted, and those that run, both noted in its folder for later drivers."""
 
 import json
 import sys
@@ -6,46 +6,98 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Self
 
-from benchbot.core import results
-from benchbot.core.records import Resources, WorkOrder
+from benchbot.core import plugin_manager, results
+from benchbot.core.errors import BenchbotError
+from benchbot.core.records import Executor, Resources, Workers, WorkOrder
 from benchbot.plugins.batch.folder import Folder
+from benchbot.plugins.batch.journal import EventLog
+
+DRIVER = "driver"
+"""The name of the driver's events."""
 
 
 @dataclass(frozen=True)
-class Crew:
-    """Who computes a batch: an executor, how many workers, and what each of them needs."""
+class WorkerPool:
+    """The workers that are wanted: their executor, how many, and what each of them needs."""
 
     executor: str = "local"
     jobs: int = 1
     resources: Resources = Resources()  # noqa: RUF009 - it is frozen
     options: Mapping[str, str] = field(default_factory=dict)
     detached: bool = False
-    """Nobody looks on: who finishes the last episode evaluates the batch, too."""
+    """No person's driver waits for the end: a worker that finds nothing left evaluates the batch, too."""
     archive: bool = False
     """Whether a ZIP archive of the results is wanted at the end."""
 
     @classmethod
     def read(cls, folder: Folder) -> Self:
-        """Return the crew of a batch, that of its last driver; one local worker when it had none."""
+        """Return the pool of a batch's last driver; one local worker when it had none."""
         try:
-            document = json.loads(folder.crew.read_bytes())
+            document = json.loads(folder.worker_pool.read_bytes())
             return cls(**{**document, "resources": Resources(**document["resources"])})
         except (OSError, ValueError, TypeError, KeyError):
             return cls()
 
     def write(self, folder: Folder) -> None:
-        """Write it down for drivers that come later."""
-        results.write_json(folder.crew, asdict(self))
+        """Write it down for later drivers."""
+        results.write_json(folder.worker_pool, asdict(self))
 
-    def order(self, folder: Folder, count: int) -> WorkOrder:
-        """Return the order for some of the workers."""
-        command = (
-            sys.executable,
-            "-P",  # the folder where the driver runs must not shadow modules
-            "-m",
-            "benchbot.plugins.batch.worker",
-            str(folder.path),
-            "--cpus",
-            str(self.resources.cpus),
-        )
-        return WorkOrder(folder.path, command, count, self.resources, dict(self.options))
+
+class RunningWorkers:
+    """The workers that run or wait to run, those of earlier drivers among them; raises BenchbotError."""
+
+    def __init__(self, folder: Folder, pool: WorkerPool) -> None:
+        self._folder = folder
+        self._pool = pool
+        self._executor: Executor = plugin_manager.load().record("executors", pool.executor)
+        self._workers = _attached(folder)
+
+    def alive(self) -> int:
+        """Return how many run or wait to run."""
+        return sum(workers.alive() for workers in self._workers)
+
+    def launch(self, count: int) -> None:
+        """Launch workers, and note their reference before anything else happens; raises BenchbotError."""
+        EventLog(self._folder.events, DRIVER).tell("launched", count=count, executor=self._pool.executor)
+        # -P: the folder where the driver runs must not shadow modules.
+        module = (sys.executable, "-P", "-m", "benchbot.plugins.batch.worker")
+        command = (*module, str(self._folder.path), "--cpus", str(self._pool.resources.cpus))
+        order = WorkOrder(self._folder.path, command, count, self._pool.resources, dict(self._pool.options))
+        launched = self._executor.launch(order)
+        self._workers = [*(workers for workers in self._workers if workers.alive()), launched]
+        entries = [{"executor": self._pool.executor, "reference": workers.reference} for workers in self._workers]
+        try:
+            results.write_json(self._folder.executor, {"workers": entries})
+        except BenchbotError:
+            launched.stop()  # no later driver would find them
+            raise
+
+    def stop(self) -> None:
+        """End all workers."""
+        for workers in self._workers:
+            workers.stop()
+
+
+def count_alive(folder: Folder) -> int:
+    """Return how many workers of a batch run or wait to run, or -1 when their executor cannot be asked from here."""
+    try:
+        return sum(workers.alive() for workers in _attached(folder))
+    except BenchbotError:
+        return -1
+
+
+def _attached(folder: Folder) -> list[Workers]:
+    """Return the workers that were launched last; raises BenchbotError when they, or their executor, are not known."""
+    try:
+        noted = json.loads(folder.executor.read_bytes())["workers"]
+        references = [(entry["executor"], entry["reference"]) for entry in noted]
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise BenchbotError(
+            "It is not known which workers run.",
+            f"{folder.executor} cannot be read: {error}.",
+            f"See that no worker of the batch runs any more, and delete {folder.executor}.",
+        ) from error
+    executors = plugin_manager.load()
+    return [executors.record("executors", name).attach(reference) for name, reference in references]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.records import WorkOrder
-from benchbot.plugins.batch.processes import ProcessId
+from benchbot.plugins.batch.machine import ProcessId
 
 GRACE_S = 20.0
 POLL_S = 0.05

@@ -13,10 +13,10 @@ from textual.widgets import Footer, OptionList, Static
 from textual.widgets.option_list import Option
 
 from benchbot.core.errors import BenchbotError
+from benchbot.plugins.batch.status_lines import duration
 from benchbot.plugins.tui import jobs
 from benchbot.plugins.tui.alive import RUNNING, WELL, Started
 from benchbot.plugins.tui.question import Question
-from benchbot.plugins.watching.batch_lines import duration
 from benchbot.plugins.watching.run_feed import RunFeed
 from benchbot.plugins.watching.views import BatchEntry
 from benchbot.wire.run_state import RunState

@@ -7,13 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.batch import driver, register, retrying
+from benchbot.plugins.batch import driver
 from benchbot.plugins.batch import plan as plans
-from benchbot.plugins.batch.driver_lock import driving
+from benchbot.plugins.batch.driver_lock import driver_lock, registered
 from benchbot.plugins.batch.folder import Folder
 from benchbot.plugins.batch.plan import PlannedEpisode
 from benchbot.plugins.batch.status import BatchStatus, Monitor
-from benchbot.plugins.batch.worker_pool import Crew
+from benchbot.plugins.batch.worker_pool import WorkerPool, count_alive
 from benchbot.plugins.watching.batch_score import BatchScore
 from benchbot.plugins.watching.views import BatchView, EpisodeCell, WorkerRow
 
@@ -55,16 +55,10 @@ class BatchFeed:
 
         Raises BenchbotError while somebody drives the batch.
         """
-        from benchbot.plugins.batch import detached
-
-        with driving(self._folder):
-            count = retrying.begin_anew(self._folder, ",".join(classes) or None)
-            if count:
-                crew = replace(Crew.read(self._folder), detached=True)
-                driver.begin(self._folder, crew)
-                driver.start_detached(self._folder, crew)
+        with driver_lock(self._folder):
+            count = driver.retry(self._folder, ",".join(classes) or None)
         if count:
-            detached.start(self._folder)
+            driver.detach(self._folder, replace(WorkerPool.read(self._folder), detached=True))
         self._look_anew()
         return count
 
@@ -98,7 +92,7 @@ class BatchFeed:
         status = monitor.look(self._workers())
         self._view = replace(self._view, status=replace(status, score=self._score.value), problem=None)
         status = replace(status, score=self._score.update(monitor, status))
-        entry = register.find(self.folder)
+        entry = registered(self.folder)
         return BatchView(
             folder=self.folder,
             alive=(entry is not None and entry.is_driven) or status.workers > 0,
@@ -111,7 +105,7 @@ class BatchFeed:
     def _workers(self) -> int:
         counted_s, count = self._counted
         if time.monotonic() - counted_s > COUNT_PERIOD_S:
-            count = driver.count_alive(self._folder)
+            count = count_alive(self._folder)
             self._counted = time.monotonic(), count
         return count
 

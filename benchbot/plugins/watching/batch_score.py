@@ -7,8 +7,8 @@ from benchbot.core import scores
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
+from benchbot.plugins.batch.finalization import LiveScore, headline
 from benchbot.plugins.batch.folder import Folder
-from benchbot.plugins.batch.live_score import LiveScore, headline
 from benchbot.plugins.batch.status import BatchStatus, Monitor, Score
 
 

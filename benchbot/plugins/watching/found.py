@@ -5,7 +5,7 @@ from pathlib import Path
 
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.batch import plan as plans
-from benchbot.plugins.batch import register
+from benchbot.plugins.batch.driver_lock import REGISTER_LIMIT, registered_batches
 from benchbot.plugins.batch.folder import Folder
 from benchbot.plugins.watching.views import BatchEntry
 from benchbot.wire import run_state
@@ -20,7 +20,7 @@ def runs() -> list[RunState]:
 def batches() -> list[BatchEntry]:
     """Return the batches whose folders are still there, the one that was driven last first."""
     found = []
-    for entry in register.entries():
+    for entry in registered_batches():
         folder = Folder(entry.folder)
         try:
             names = _episodes(folder.plan, folder.plan.stat().st_mtime_ns)
@@ -31,7 +31,7 @@ def batches() -> list[BatchEntry]:
     return found
 
 
-@lru_cache(maxsize=register.KEPT)
+@lru_cache(maxsize=REGISTER_LIMIT)
 def _episodes(plan: Path, _changed_ns: int) -> tuple[str, ...]:
     """Return the names of a plan's episodes; a plan is long, and checked when it is read."""
     return tuple(episode.name for episode in plans.read(plan).episodes)

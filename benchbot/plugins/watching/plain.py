@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 
 from benchbot.cli.kit.status_line import Display, StatusLine
-from benchbot.plugins.watching import batch_lines
+from benchbot.plugins.batch import status_lines
 from benchbot.plugins.watching.batch_feed import BatchFeed
 from benchbot.plugins.watching.lines import run_text
 from benchbot.plugins.watching.run_feed import RunFeed
@@ -78,7 +78,7 @@ def _follow_batch(feed: BatchFeed, line: StatusLine) -> None:
     while True:
         view = feed.view
         if view.status is not None:
-            batch_lines.show(line, view.status)
+            status_lines.show(line, view.status)
             if view.status.is_complete or not view.alive:
                 break
         elif view.problem is not None:
@@ -90,7 +90,7 @@ def _follow_batch(feed: BatchFeed, line: StatusLine) -> None:
 def _batch_end(view: BatchView) -> str:
     if view.status is None:
         return view.problem or "Nothing is known of it."
-    said = batch_lines.verdict(view.status)
+    said = status_lines.verdict(view.status)
     if not view.status.is_complete:
         return f"{said} Nobody works at the rest. Go on with: benchbot batch attach {view.folder}"
     score = view.status.score

@@ -1,5 +1,6 @@
-"""Wherever a worker is killed while it publishes, whoever comes after ends with one whole result."""
+"""Wherever a worker is killed while it publishes, the next one ends with one whole result; and what is watched."""
 
+import os
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -7,7 +8,10 @@ from typing import Any
 import pytest
 
 from benchbot.core.errors import FailureClass
-from benchbot.plugins.batch.attempts import Attempt, Attempts
+from benchbot.plugins.batch.attempts import Attempt, Attempts, AttemptWatcher
+from benchbot.plugins.batch.machine import MemoryWatch
+
+PROGRESS = {"state": "dirty", "frames": 1, "steps": 1, "waiting_for": None, "paused": False}
 
 
 class KilledError(Exception):
@@ -110,3 +114,14 @@ def test_beginning_anew_forgets_failures_and_keeps_everything(attempts: Attempts
     attempts.publish(computed(attempts, '{"number": 3}'), None)
     texts = [path.read_text() for path in attempts.folder.glob("attempt-*/result.json")]
     assert '{"number": 2}' in texts
+
+
+def test_a_solution_that_stands_still_is_stuck_unless_somebody_holds_it(tmp_path: Path) -> None:
+    memory = MemoryWatch(os.getpid())
+    memory.begin()
+    with AttemptWatcher(tmp_path, 1e-9, lambda: True, memory) as watcher:
+        assert watcher.look(PROGRESS, 1) is None
+        assert all(watcher.look({**PROGRESS, "paused": True}, 1) is None for _ in range(3))
+        stuck = watcher.look(PROGRESS, 1)
+    assert stuck is not None
+    assert stuck.failure is FailureClass.TIMEOUT

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from benchbot.plugins.batch.folder import Folder
-from benchbot.plugins.batch.worker_pool import Crew
+from benchbot.plugins.batch.worker_pool import WorkerPool
 from tests.cli.solutions import CRASHING, PASSIVE
 from tests.plugins.batch.conftest import Batches, wait_until
 
@@ -180,15 +180,15 @@ def test_a_detached_batch_sees_to_itself_until_it_is_scored(
 
     detach("batch", "attach", "b")
     person = batches.cli.start("batch", "attach", "b")
-    wait_until(lambda: not Crew.read(Folder(folder)).detached)
-    wait_until(lambda: not batches.processes("benchbot.plugins.batch.detached"))
+    wait_until(lambda: not WorkerPool.read(Folder(folder)).detached)
+    wait_until(lambda: not batches.processes("benchbot.plugins.batch.driver"))
     assert batches.processes("benchbot.plugins.batch.worker")
     person.send_signal(signal.SIGINT)
     person.communicate(timeout=120)
     assert batches.cli.no_process_is_left()
 
     detach("batch", "attach", "b")
-    (driver,) = batches.processes("benchbot.plugins.batch.detached")
+    (driver,) = batches.processes("benchbot.plugins.batch.driver")
     os.kill(driver, signal.SIGKILL)
     (batches.cli.folder / "open").touch()
     wait_until((folder / "conclusion.json").exists)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from benchbot.plugins.batch.claims import Claim, HeldClaim, Observer
-from benchbot.plugins.batch.processes import ProcessId
+from benchbot.plugins.batch.machine import ProcessId
 
 KEY = "ab" * 32
 

@@ -9,11 +9,11 @@ from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.request import Limits
-from benchbot.plugins.batch import matrix, preparation
+from benchbot.plugins.batch import matrix
 from benchbot.plugins.batch import plan as plans
-from benchbot.plugins.batch.folder import Folder
+from benchbot.plugins.batch.folder import Folder, prepare
 from benchbot.plugins.batch.plan import Hold, Plan
-from benchbot.plugins.batch.request import Request
+from benchbot.plugins.batch.request import BatchRequest
 from benchbot.submission.modes import ProcessLimits
 
 Make = Callable[..., Plan]
@@ -26,7 +26,7 @@ def make(tmp_path: Path) -> Make:
     catalog = Catalog(plugin_manager.load())
 
     def plan(**changes: Any) -> Plan:
-        request = Request("sample:passive", ["sample_robot"], ["arena:1", "arena:2"], native="python solution.py")
+        request = BatchRequest("sample:passive", ["sample_robot"], ["arena:1", "arena:2"], native="python solution.py")
         return matrix.make(replace(request, **changes), catalog, tmp_path)
 
     return plan
@@ -42,9 +42,9 @@ def test_every_combination_is_an_episode_of_its_own(make: Make) -> None:
     assert len(keys(plan)) == len({episode.name for episode in plan.episodes}) == len(plan.episodes)
 
 
-def test_episodes_of_one_place_follow_one_another(make: Make) -> None:
-    places = [episode.place for episode in make(seeds=[0, 1, 2]).episodes]
-    assert places == sorted(places, key=places.index)
+def test_episodes_of_one_scene_follow_one_another(make: Make) -> None:
+    scenes = [episode.scene for episode in make(seeds=[0, 1, 2]).episodes]
+    assert scenes == sorted(scenes, key=scenes.index)
 
 
 def test_the_same_request_gives_the_same_plan(make: Make) -> None:
@@ -117,22 +117,22 @@ def test_a_plan_that_somebody_edited_is_refused(make: Make, tmp_path: Path) -> N
 def test_a_folder_with_another_batch_is_left_alone_until_it_is_to_be_updated(make: Make, tmp_path: Path) -> None:
     folder = Folder(tmp_path / "batch")
     before = make(seeds=[0, 1])
-    assert preparation.prepare(folder, before).is_new
-    assert not preparation.prepare(folder, before).is_changed
+    assert prepare(folder, before).before is None
+    assert not prepare(folder, before).is_changed
     (tmp_path / "solution.py").write_text("print('goodbye')\n")
     changed = make(seeds=[0, 1])
 
     with pytest.raises(BenchbotError) as caught:
-        preparation.prepare(folder, changed)
+        prepare(folder, changed)
 
     assert "the file solution.py of the solution" in caught.value.why
     assert "0 of 4 episodes would stay, 4 would be computed" in caught.value.why
     assert plans.read(folder.plan) == before
-    assert len(preparation.prepare(folder, changed, update=True).dropped) == 4
+    assert len(prepare(folder, changed, update=True).dropped) == 4
     assert plans.read(folder.plan) == changed
     assert plans.read(folder.path / f"plan-{before.hash[:8]}.json") == before
 
 
 def test_a_folder_of_something_else_is_refused(make: Make, tmp_path: Path) -> None:
     with pytest.raises(BenchbotError, match="not the folder of a batch"):
-        preparation.prepare(Folder(tmp_path), make())
+        prepare(Folder(tmp_path), make())

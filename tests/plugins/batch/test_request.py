@@ -6,8 +6,7 @@ from hypothesis import strategies as st
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.request import Limits
-from benchbot.plugins.batch import file as files
-from benchbot.plugins.batch.request import names, numbers, settings_axes, split_values
+from benchbot.plugins.batch.request import merged, names, numbers, request_of, settings_axes, split_values
 
 
 @pytest.mark.parametrize(
@@ -63,7 +62,7 @@ TOLD: dict[str, Any] = {
 
 
 def test_a_file_says_what_options_would() -> None:
-    request = files.request(TOLD)
+    request = request_of(TOLD)
     assert (request.task, request.robots, request.environments, request.seeds) == ("t", ["r"], ["a:1"], [0, 1])
     assert request.settings == {"lighting.time": ["08:00", "22:00"], "assets": ["x"]}
     assert request.limits == Limits(steps=5)
@@ -72,7 +71,7 @@ def test_a_file_says_what_options_would() -> None:
 
 def test_options_override_a_file() -> None:
     given = {"native": "python x.py", "seeds": "4", "limits": {"steps": None, "wall_time_s": 9.0}, "task": None}
-    request = files.request(files.merged(TOLD, given))
+    request = request_of(merged(TOLD, given))
     assert (request.native, request.example, request.seeds) == ("python x.py", None, [4])
     assert request.limits == Limits(steps=5, wall_time_s=9.0)
     assert request.task == "t"
@@ -80,5 +79,5 @@ def test_options_override_a_file() -> None:
 
 def test_everything_that_is_missing_is_named_at_once() -> None:
     with pytest.raises(BenchbotError) as caught:
-        files.request({"example": "hello_passive"})
+        request_of({"example": "hello_passive"})
     assert caught.value.why == "Missing: --task, --robots, --envs or --envs-batch."

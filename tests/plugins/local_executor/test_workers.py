@@ -9,7 +9,7 @@ import pytest
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.records import Resources, WorkOrder
-from benchbot.plugins.batch import capacity
+from benchbot.plugins.batch import machine
 from benchbot.plugins.local_executor import workers
 from tests.supervisor.harness import eventually
 
@@ -71,20 +71,20 @@ def test_a_program_that_is_not_there_is_said(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("here", "memory_bytes", "jobs"),
     [
-        (capacity.Capacity(8, 64 * 2**30), 2**30, 8),
-        (capacity.Capacity(8, 3 * 2**30), 2**30, 3),
-        (capacity.Capacity(8, 2**20), 2**30, 1),
-        (capacity.Capacity(4, None), 2**30, 4),
+        (machine.Capacity(8, 64 * 2**30), 2**30, 8),
+        (machine.Capacity(8, 3 * 2**30), 2**30, 3),
+        (machine.Capacity(8, 2**20), 2**30, 1),
+        (machine.Capacity(4, None), 2**30, 4),
     ],
 )
 def test_there_are_no_more_workers_than_memory_and_cores_allow(
-    here: capacity.Capacity, memory_bytes: int, jobs: int
+    here: machine.Capacity, memory_bytes: int, jobs: int
 ) -> None:
     assert here.jobs(memory_bytes) == jobs
 
 
 def test_this_machine_has_room_for_one_worker_at_least() -> None:
-    assert capacity.of_this_machine().jobs() >= 1
+    assert machine.free_capacity().jobs() >= 1
 
 
 def test_a_worker_that_has_no_batch_says_so(tmp_path: Path) -> None:

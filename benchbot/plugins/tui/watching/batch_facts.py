@@ -1,7 +1,7 @@
 """What is known of a batch, in words."""
 
+from benchbot.plugins.batch.status_lines import duration
 from benchbot.plugins.tui.watching.run_facts import Badge, Row
-from benchbot.plugins.watching.batch_lines import duration
 from benchbot.plugins.watching.views import BatchView, EpisodeCell, WorkerRow
 
 

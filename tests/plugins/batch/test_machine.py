@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.plugins.batch import capacity, memory
-from benchbot.plugins.batch.memory import MemoryWatch
+from benchbot.plugins.batch import machine
+from benchbot.plugins.batch.machine import MemoryWatch
 
 SIZE = 150_000_000
 HOLDER = f"import sys; held = b'x' * {SIZE}; print('holds', flush=True); sys.stdin.read()"
@@ -17,8 +17,8 @@ BETWEEN = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {HOLDE
 @pytest.fixture
 def watch(monkeypatch: pytest.MonkeyPatch) -> MemoryWatch:
     """A watch that has seen one episode, whose grandchild took `SIZE` bytes and has ended."""
-    monkeypatch.setattr(memory, "SAMPLE_PERIOD_S", 0.0)
-    monkeypatch.setattr(memory, "POLL_S", 0.0)
+    monkeypatch.setattr(machine, "SAMPLE_PERIOD_S", 0.0)
+    monkeypatch.setattr(machine, "POLL_S", 0.0)
     with subprocess.Popen([sys.executable, "-c", BETWEEN], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as child:
         made = MemoryWatch(child.pid)
         made.begin()
@@ -33,7 +33,7 @@ def test_what_the_last_episodes_took_is_waited_for_and_it_is_said_once(
 ) -> None:
     looks = iter([10_000_000, 20_000_000, 10**12])
     told: list[tuple[int, int]] = []
-    monkeypatch.setattr(capacity, "free_memory_bytes", lambda: next(looks))
+    monkeypatch.setattr(machine, "free_memory_bytes", lambda: next(looks))
     watch.wait_for_room(lambda: True, lambda *said: told.append(said))
     assert next(looks, None) is None
     ((free, needed),) = told
@@ -42,7 +42,7 @@ def test_what_the_last_episodes_took_is_waited_for_and_it_is_said_once(
 
 
 def test_only_the_last_few_episodes_count(watch: MemoryWatch) -> None:
-    for _ in range(memory.LAST):
+    for _ in range(machine.REMEMBERED_EPISODES):
         assert watch.needed_bytes > SIZE
         watch.begin()
     assert watch.needed_bytes == 0
@@ -51,9 +51,9 @@ def test_only_the_last_few_episodes_count(watch: MemoryWatch) -> None:
 def test_nobody_waits_for_memory_for_ever_or_when_nobody_waits_for_the_result(
     watch: MemoryWatch, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(capacity, "free_memory_bytes", lambda: 0)
+    monkeypatch.setattr(machine, "free_memory_bytes", lambda: 0)
     watch.wait_for_room(lambda: False, lambda *_: None)
-    monkeypatch.setattr(memory, "LONGEST_S", 0.1)
+    monkeypatch.setattr(machine, "MEMORY_TIMEOUT_S", 0.1)
     watch.wait_for_room(lambda: True, lambda *_: None)
 
 
@@ -70,13 +70,13 @@ def test_the_tightest_of_the_control_groups_around_a_process_counts(tmp_path: Pa
     group(root / "slurm" / "job_7", "4000", 3000, 500)
     group(root / "slurm" / "job_7" / "step_0", "max", 3000, 0)
     group(root / "slurm" / "job_8", "10", 10, 0)
-    assert capacity.group_bytes(root, membership) == 1500
+    assert machine.group_bytes(root, membership) == 1500
     (root / "slurm" / "job_7" / "memory.max").write_text("max\n")
-    assert capacity.group_bytes(root, membership) == 8000
+    assert machine.group_bytes(root, membership) == 8000
     membership.write_text("4:memory:/job_7\n0::/\n")
-    assert capacity.group_bytes(root, membership) is None
+    assert machine.group_bytes(root, membership) is None
     old = root / "memory"
     old.mkdir()
     for name, text in (("limit_in_bytes", "700"), ("usage_in_bytes", "300"), ("stat", "total_inactive_file 50")):
         (old / f"memory.{name}").write_text(f"{text}\n")
-    assert capacity.group_bytes(root, membership) == 450
+    assert machine.group_bytes(root, membership) == 450
