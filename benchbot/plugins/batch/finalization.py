@@ -46,7 +46,8 @@ def evaluate(folder: Folder, plan: Plan, catalog: Catalog, *, archive: bool = Fa
 
     Raises BenchbotError when nothing can be scored, or something cannot be written.
     """
-    from benchbot.plugins import report
+    from benchbot.plugins.report.episodes import gather
+    from benchbot.plugins.report.rendering import render
 
     found = {
         episode.name: folder.result(episode.name)
@@ -79,9 +80,9 @@ def evaluate(folder: Folder, plan: Plan, catalog: Catalog, *, archive: bool = Fa
         "junit": folder.path / "junit.xml",
     }
     scores.write(made["scores"], evaluation.document)
-    material = report.gather(evaluation, paths, catalog=catalog)
-    report.write(made["report"], report.render(material, "html"))
-    report.write(made["junit"], report.render(material, "xml"))
+    material = gather(evaluation, paths, catalog=catalog)
+    atomic.write_text(made["report"], render(material, "html"))
+    atomic.write_text(made["junit"], render(material, "xml"))
     return Products({**files, **{name: str(path) for name, path in made.items()}}, evaluation.document)
 
 

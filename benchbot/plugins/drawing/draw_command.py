@@ -47,7 +47,8 @@ def draw(
     """
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
-    from benchbot.plugins.drawing import figure, maps, material, trajectories
+    from benchbot.plugins.drawing import figures
+    from benchbot.plugins.drawing.scene_maps import maps_of_result
 
     if sum((as_map, trajectory, frames)) > 1:
         raise BenchbotError(
@@ -56,30 +57,30 @@ def draw(
             "Draw one figure at a time.",
         )
     console.check_output(output)
-    with figure.style():
+    with figures.style():
         if frames:
             drawn = _sheet(results, frames_location, count, columns, width or PAGE_MM)
         else:
             catalog = Catalog(load())
-            scenes = [scene for path in results for scene in material.read(path, catalog, ground_truth)]
+            scenes = [scene for path in results for scene in maps_of_result(path, catalog, ground_truth)]
             wide = width or (COLUMN_MM if len(scenes) == 1 else PAGE_MM)
-            drawn = (trajectories if trajectory else maps).draw(scenes, wide)
-        figure.save(drawn, output)
+            drawn = (figures.draw_paths if trajectory else figures.draw_maps)(scenes, wide)
+        figures.save(drawn, output)
     console.data(str(output))
 
 
 def _sheet(results: list[Path], location: Path | None, count: int, columns: int, width_mm: float) -> "Figure":
-    from benchbot.plugins.drawing import frames
-    from benchbot.plugins.drawing.recorded_frames import numbered, places
+    from benchbot.plugins.drawing.figures import draw_frames
+    from benchbot.plugins.drawing.scene_maps import chosen, frame_folders, numbered_frames
 
     if len(results) != 1:
         raise BenchbotError("Frames are drawn of one result.", f"{len(results)} were given.", "Give one of them.")
-    folders = [location] if location is not None else places(results[0])
-    found = next((listed for folder in folders if (listed := numbered(folder))), None)
+    folders = [location] if location is not None else frame_folders(results[0])
+    found = next((listed for folder in folders if (listed := numbered_frames(folder))), None)
     if found is None:
         raise BenchbotError(
             f"There are no frames of {results[0]}.",
             f"There are no JPEG files in {' or '.join(map(str, folders))}.",
             "Record them with the result: benchbot submit … --record frames; or name their folder: --frames-location",
         )
-    return frames.draw(frames.chosen(found, count), width_mm, columns)
+    return draw_frames(chosen(found, count), width_mm, columns)

@@ -1,15 +1,12 @@
 """`benchbot picture`: a result, its ground truth and its score in one picture."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from benchbot.cli.kit import console
 from benchbot.core.errors import BenchbotError
-
-if TYPE_CHECKING:
-    from benchbot.core.geometry import Pose
 
 SHOWN_FRAMES = 4
 
@@ -40,6 +37,7 @@ def picture(
     from benchbot.core.plugin_manager import load
     from benchbot.evaluation.ground_truths import GroundTruths, environment_of
     from benchbot.evaluation.score import choose_method, evaluate_files
+    from benchbot.plugins.drawing.map_model import driven_paths, occupancy_of
     from benchbot.plugins.drawing.picture import draw
 
     console.check_output(output)
@@ -49,9 +47,12 @@ def picture(
     truths = None if ground_truth is None else [ground_truth]
     scores = evaluate_files([result], catalog=catalog, method=evaluator.name, ground_truth_paths=truths)
     scene = document["environment_details"][0]
-    truth = GroundTruths.of(catalog, truths).find(environment_of(scene), evaluator.ground_truth_formats)
-    trajectory = _trajectory(scene)
-    image = draw(_frames(frames, len(trajectory)), document, truth, scores, trajectory)
+    environment = environment_of(scene)
+    truth = GroundTruths.of(catalog, truths).find(environment, evaluator.ground_truth_formats)
+    # At each recorded frame: at the start, then at each pose of the trajectory; of a result that says where it started.
+    trajectory = driven_paths({"environment_details": [scene]})[0].observed
+    occupancy = occupancy_of(catalog.pool("environments").get(environment))
+    image = draw(_frames(frames, len(trajectory)), document, truth, scores, trajectory, occupancy)
     try:
         output.parent.mkdir(parents=True, exist_ok=True)
         image.save(output)
@@ -62,17 +63,6 @@ def picture(
     console.data(str(output))
 
 
-def _trajectory(scene: dict[str, Any]) -> "list[Pose]":
-    """Return where the robot was at each recorded frame: at the start, then at each pose of the trajectory.
-
-    None of them is known of a result that does not say where it started.
-    """
-    from benchbot.core.geometry import Pose
-
-    poses = [scene["start_pose"], *scene.get("trajectory_poses", ())] if "start_pose" in scene else []
-    return [Pose.from_wxyz_xyz(values) for values in poses]
-
-
 def _frames(folder: Path | None, pose_count: int) -> dict[int, Any]:
     """Return some of the recorded frames, evenly spread, by the index of the pose that each was taken from."""
     if folder is None:
@@ -80,18 +70,8 @@ def _frames(folder: Path | None, pose_count: int) -> dict[int, Any]:
     import numpy as np
     from PIL import Image
 
-    from benchbot.plugins.drawing.recorded_frames import numbered
+    from benchbot.plugins.drawing.scene_maps import chosen, frames_in
 
-    paths = numbered(folder)
-    if not paths:
-        raise BenchbotError(
-            f"There are no frames in {folder}.",
-            "It holds no JPEG files.",
-            f"Record them with the result: benchbot submit … --record frames={folder}",
-        )
     # In an active task, frames beyond the declared poses were taken from places that the result does not know.
-    usable = [number for number in paths if number < pose_count]
-    if not usable:
-        return {}
-    shown = [usable[len(usable) * i // SHOWN_FRAMES] for i in range(SHOWN_FRAMES)]
-    return {index: np.asarray(Image.open(paths[index])) for index in dict.fromkeys(shown)}
+    usable = {number: path for number, path in frames_in(folder).items() if number < pose_count}
+    return {number: np.asarray(Image.open(path)) for number, path in chosen(usable, SHOWN_FRAMES).items()}

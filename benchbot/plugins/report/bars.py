@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from benchbot.core.records import Score
-from benchbot.plugins.drawing.episodes import Episode, Material
+from benchbot.plugins.report.episodes import ReportData, ReportedEpisode
 
 _UNKNOWN = Score()
 
@@ -46,7 +46,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Dot:
-    """One episode: where it lies, what to say of it, and whether it is missing."""
+    """One episode: its place on the axis, a sentence about it, and whether it is missing."""
 
     percent: float
     title: str
@@ -65,23 +65,17 @@ class Bar:
     count: int
     missing: int
 
-    @property
-    def spread(self) -> tuple[float, float]:
-        """Where the outermost dots lie, in per cent."""
-        places = [dot.percent for dot in self.dots] or [0.0]
-        return min(places), max(places)
 
-
-def axis_of(material: Material) -> Axis:
+def axis_of(data: ReportData) -> Axis:
     """Return the axis of the headline score."""
-    name = material.headline
-    values = [episode.scores[name] for episode in material.episodes if episode.scores and name in episode.scores]
-    return Axis.of([*values, material.scores["scores"][name]], material.evaluator.score(name))
+    name = data.headline
+    values = [episode.scores[name] for episode in data.episodes if episode.scores and name in episode.scores]
+    return Axis.of([*values, data.scores["scores"][name]], data.evaluator.score(name))
 
 
-def bar_of(label: str, episodes: Sequence[Episode], material: Material, axis: Axis) -> Bar:
+def bar_of(label: str, episodes: Sequence[ReportedEpisode], data: ReportData, axis: Axis) -> Bar:
     """Return the bar of some episodes: what the method of evaluation makes of them together."""
-    value = material.combined(episodes).get(material.headline)
+    value = data.combined(episodes).get(data.headline)
     zero = axis.percent(0.0)
     end = zero if value is None else axis.percent(value)
     return Bar(
@@ -89,18 +83,18 @@ def bar_of(label: str, episodes: Sequence[Episode], material: Material, axis: Ax
         value=value,
         start=min(zero, end),
         width=round(abs(end - zero), 2),
-        dots=[dot for episode in episodes if (dot := _dot(episode, material, axis)) is not None],
+        dots=[dot for episode in episodes if (dot := _dot(episode, data, axis)) is not None],
         count=len(episodes),
         missing=sum(episode.scores is None for episode in episodes),
     )
 
 
-def _dot(episode: Episode, material: Material, axis: Axis) -> Dot | None:
+def _dot(episode: ReportedEpisode, data: ReportData, axis: Axis) -> Dot | None:
     if episode.scores is None:
-        counted = material.combined([episode]).get(material.headline)
+        counted = data.combined([episode]).get(data.headline)
         if counted is None:
             return None
         said = f"{counted:g}" if counted else "zero"
         return Dot(axis.percent(counted), f"{episode.label}: missing, counted as {said}", missing=True)
-    value = episode.scores.get(material.headline)
+    value = episode.scores.get(data.headline)
     return None if value is None else Dot(axis.percent(value), f"{episode.label}: {value:.3f}", missing=False)

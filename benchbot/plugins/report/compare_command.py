@@ -88,7 +88,7 @@ def _interval(interval: dict[str, float] | None) -> str:
 
 
 def _tell_of_gaps(item: dict[str, Any], over: str) -> None:
-    """Name what does not take part in a comparison, and the way out when there is too little of it."""
+    """Name what does not take part in a comparison, and the option that helps when too little is left."""
     for name, side in ((item["a"], "a"), (item["b"], "b")):
         if item["unpaired"][side]:
             console.note(f"Only in {name}, left out: {'; '.join(item['unpaired'][side])}")

@@ -1,8 +1,9 @@
 """The page: one HTML file that needs no other, no network and no script."""
 
 import base64
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -11,33 +12,72 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 import benchbot
-from benchbot.plugins.drawing.camera import Box, Camera
-from benchbot.plugins.drawing.driven import Way, ways
-from benchbot.plugins.drawing.episodes import Episode, Material, grouped
-from benchbot.plugins.drawing.floors import floor_of
-from benchbot.plugins.drawing.objects import FALSE_NEGATIVE, FALSE_POSITIVE, WORDS, Thing, by_class, goals_of, things_of
-from benchbot.plugins.drawing.recorded_frames import Frame, frames_of
-from benchbot.plugins.report import origin, summary
+from benchbot.core.geometry import Pose
+from benchbot.plugins.drawing.map_layout import MARGIN_M, MapLayout, MapTransform, Marker, Rectangle, lay_out
+from benchbot.plugins.drawing.map_model import (
+    FALSE_NEGATIVE,
+    FALSE_POSITIVE,
+    Box,
+    DrivenPath,
+    MapObject,
+    SceneMap,
+    occupancy_of,
+)
+from benchbot.plugins.drawing.palette import DARK, ESTIMATE_OUTLINE, LIGHT, TRUTH_OUTLINE, to_hex
+from benchbot.plugins.report import summary
 from benchbot.plugins.report.bars import axis_of, bar_of
-from benchbot.plugins.report.maps import Drawing, draw
-from benchbot.plugins.report.pictures import Budget, Outline, best_frame, crop, thumbnail
+from benchbot.plugins.report.camera_pictures import (
+    Budget,
+    Camera,
+    Frame,
+    Outline,
+    best_frame,
+    crop,
+    frames_of,
+    thumbnail,
+)
+from benchbot.plugins.report.episodes import ReportData, ReportedEpisode, grouped
+from benchbot.plugins.report.summary import VERDICTS
 
 MOST_CARDS, MOST_ROWS = 12, 120
 FEWEST_CARDS, GOOD_QUALITY = 4, 0.9
-"""Where fewer objects than this failed, the worst of those that were found are shown, too, if they are not good."""
+"""If fewer objects than this failed, the worst of those that were found are shown, too, unless they are good."""
 MOST_OPEN = 5
 """Of more environments than this, one of each place is shown openly."""
+MAP_WIDTH_PX, LEAST_HEIGHT_PX, MOST_HEIGHT_PX = 720, 280, 760
+_FRAME_MARGIN_PX = 34
+# A digit of a sans-serif of 12 px is about this wide; labels are placed by it, whatever typeface shows them.
+_LETTER_PX, _LINE_PX = 6.6, 16
+_WEDGE_PX = 30
 _FRAMES = 3
-_TRUTH_LINE, _PROPOSAL_LINE = (255, 236, 160), (120, 215, 255)
 
 
 @dataclass(frozen=True)
 class Card:
-    """What went wrong, or worst, its picture (None without one) and what that shows."""
+    """An object that went wrong, or worst, its picture (None without one) and what that shows."""
 
-    thing: Thing
+    object: MapObject
     picture: str | None
     alt: str
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A map as SVG shows it: its layout and height in pixels, and how many estimates lie far outside of it.
+
+    `walls` is the picture of what stands on the floor, as a data URI.
+    """
+
+    layout: MapLayout
+    height: int
+    outside: int
+    walls: str | None
+    width: int = MAP_WIDTH_PX
+
+    @property
+    def kinds(self) -> set[tuple[str, str]]:
+        """The roles and kinds of the shapes that there are."""
+        return {(shape.role, shape.kind) for shape in self.layout.shapes}
 
 
 @dataclass(frozen=True)
@@ -45,29 +85,29 @@ class SceneView:
     """One scene of an episode: its name, its map, and some of what the camera saw."""
 
     name: str
-    way: Way
+    path: DrivenPath
     drawing: Drawing | None
     pictures: list[str]
 
 
 @dataclass(frozen=True)
 class EpisodeView:
-    """Everything that is shown of one scored episode."""
+    """All that is shown of one scored episode."""
 
-    episode: Episode
+    episode: ReportedEpisode
     scenes: list[SceneView]
-    things: list[Thing]
+    objects: list[MapObject]
     cards: list[Card]
 
     @property
     def counts(self) -> list[tuple[int, str]]:
-        """How many objects there are of each verdict, and its word."""
-        numbers = [(sum(thing.verdict == verdict for thing in self.things), word) for verdict, word in WORDS.items()]
+        """The number of objects of each verdict, and its word."""
+        numbers = [(sum(item.verdict == verdict for item in self.objects), word) for verdict, word in VERDICTS.items()]
         return [(number, word) for number, word in numbers if number]
 
 
 @dataclass(frozen=True)
-class Look:
+class EnvironmentSection:
     """One environment: its score (None when nothing counts) and what is shown of its episodes, one of them openly."""
 
     name: str
@@ -76,114 +116,134 @@ class Look:
 
 
 @dataclass(frozen=True)
-class Place:
+class PlaceSection:
     """The environments of a place, and how many of them are shown openly."""
 
     name: str
-    looks: list[Look]
+    environments: list[EnvironmentSection]
     open: int
 
 
-def html(material: Material) -> str:
-    """Return the report as one self-contained HTML page, the same bytes for the same material."""
-    axis = axis_of(material)
+def html(data: ReportData) -> str:
+    """Return the report as one self-contained HTML page, the same bytes for the same data."""
+    axis = axis_of(data)
     budget = Budget()
-    views = _views(material, budget)
-    style = _style()
-    found = origin.distributions(material)
-    places = _places(material, views)
+    views = _views(data, budget)
+    outlines = (TRUTH_OUTLINE, ESTIMATE_OUTLINE)
+    style = _templates().get_template("style.css").render(light=LIGHT, dark=DARK, outlines=outlines)
+    places = _places(data, views)
     return (
         _templates()
         .get_template("page.html")
         .render(
-            arrow=summary.arrow,
-            arrows=summary.arrows_in_words(material),
             axis=axis,
-            bars=[bar_of(name, episodes, material, axis) for name, episodes in material.environments.items()],
+            bars=[bar_of(name, episodes, data, axis) for name, episodes in data.environments.items()],
             budget=budget,
-            command=origin.command,
-            coverage=material.scores["coverage"],
-            distributions=found,
-            drives=origin.drives(material),
-            environments=summary.environments_in_words(material),
-            failures=summary.failures(material),
-            has_variants=any(len(place.looks) > 1 for place in places),
-            interval=summary.interval,
-            missing_in_words=summary.missing_in_words(material),
-            reading=summary.reading,
-            material=material,
-            method=material.scores["method"],
-            mixed=origin.mixed(found),
+            coverage=data.scores["coverage"],
+            data=data,
+            has_variants=any(len(place.environments) > 1 for place in places),
+            method=data.scores["method"],
             most_rows=MOST_ROWS,
-            revision=origin.revision,
-            robots=summary.robots(material),
-            statistics=material.scores.get("statistics") or {},
+            places=places,
+            statistics=data.scores.get("statistics") or {},
             style=style,
             style_hash=base64.b64encode(sha256(style.encode()).digest()).decode(),
-            tallies=by_class(thing for shown in views.values() for view in shown for thing in view.things),
-            task=summary.task(material),
-            places=places,
-            title=summary.title(material),
-            variables=summary.variables(material, axis),
+            summary=summary,
+            tallies=summary.by_class(item for shown in views.values() for view in shown for item in view.objects),
+            task=data.scores["task_details"],
+            title=summary.title(data),
+            variables=summary.variables(data, axis),
             version=benchbot.__version__,
-            words=WORDS,
         )
     )
 
 
-def _views(material: Material, budget: Budget) -> dict[str, list[EpisodeView]]:
+def _views(data: ReportData, budget: Budget) -> dict[str, list[EpisodeView]]:
     """Return what is shown of each environment: the first of its episodes openly, the others folded.
 
     The pictures of the first ones are taken first, so that it is the folded ones for which there may be no more room.
     """
-    shown = {name: summary.shown_first(episodes, material.headline) for name, episodes in material.environments.items()}
-    views = {name: [_view(episode, material, budget) for episode in episodes[:1]] for name, episodes in shown.items()}
+    shown = {name: summary.shown_first(episodes, data.headline) for name, episodes in data.environments.items()}
+    views = {name: [_view(episode, data, budget) for episode in episodes[:1]] for name, episodes in shown.items()}
     for name, episodes in shown.items():
-        views[name] += [_view(episode, material, budget) for episode in episodes[1:]]
+        views[name] += [_view(episode, data, budget) for episode in episodes[1:]]
     return views
 
 
-def _places(material: Material, views: dict[str, list[EpisodeView]]) -> list[Place]:
+def _places(data: ReportData, views: dict[str, list[EpisodeView]]) -> list[PlaceSection]:
     """Return the places; of many environments the worst one of each place comes first, and only that is open."""
-    sign = -1.0 if material.evaluator.score(material.headline).lower_is_better else 1.0
+    sign = -1.0 if data.evaluator.score(data.headline).lower_is_better else 1.0
     found = []
-    for place, episodes in grouped(material.episodes, lambda episode: episode.place).items():
+    for place, episodes in grouped(data.episodes, lambda episode: episode.place).items():
         names = dict.fromkeys(episode.environment for episode in episodes)
-        values = {name: material.combined(material.environments[name]).get(material.headline) for name in names}
-        looks = [Look(name, value, views[name]) for name, value in values.items()]
-        is_open = len(material.environments) <= MOST_OPEN
+        values = {name: data.combined(data.environments[name]).get(data.headline) for name in names}
+        sections = [EnvironmentSection(name, value, views[name]) for name, value in values.items()]
+        is_open = len(data.environments) <= MOST_OPEN
         if not is_open:
-            looks.sort(key=lambda look: (not look.views, sign * (look.value or 0.0)))
-        found.append(Place(place, looks, len(looks) if is_open else 1))
+            sections.sort(key=lambda section: (not section.views, sign * (section.value or 0.0)))
+        found.append(PlaceSection(place, sections, len(sections) if is_open else 1))
     return found
 
 
-def _view(episode: Episode, material: Material, budget: Budget) -> EpisodeView:
-    things, found = things_of(episode), ways(episode)
-    frames = frames_of(episode, material)
-    camera = Camera.of(material.robot(episode.robot) if episode.robot else None)
+def _view(episode: ReportedEpisode, data: ReportData, budget: Budget) -> EpisodeView:
+    objects, paths = episode.objects, episode.paths
+    frames = frames_of(episode, data)
+    robot = data.catalog.pool("robots").get(episode.robot or "")
+    camera = None if robot is None else Camera.of(robot.data)
     scenes = []
     for number, scene in enumerate(episode.scenes):
-        way = found[number] if number < len(found) else Way((), (), recorded=False)
+        path = paths[number] if number < len(paths) else DrivenPath()
         seen = _spread([frame for frame in frames if frame.scene == number])
         pictures = [(frame, thumbnail(frame, budget)) for frame in seen]
         shown = [(frame, uri) for frame, uri in pictures if uri is not None]
-        on_floor = [thing for thing in things if thing.scene == number]
         name = f"{scene.get('name')}:{scene.get('variant')}"
         # Other models stand elsewhere.
-        floor = None if "assets=" in episode.settings else floor_of(material.scene(name))
-        if floor is not None and not budget.takes(len(floor.picture)):
-            floor = None
-        drawing = draw(on_floor, way, [frame.base for frame, _ in shown], goals_of(episode), floor)
-        scenes.append(SceneView(name, way, drawing, [uri for _, uri in shown]))
-    cards = [_card(thing, things, frames, camera, budget) for thing in _worst(things)]
-    return EpisodeView(episode, scenes, things, cards)
+        occupancy = None if "assets=" in episode.settings else occupancy_of(data.catalog.pool("environments").get(name))
+        on_floor = tuple(item for item in objects if item.scene == number)
+        scene_map = SceneMap(name, occupancy, on_floor, path, goals=episode.goals)
+        drawing = draw(scene_map, [frame.base for frame, _ in shown], budget)
+        scenes.append(SceneView(name, path, drawing, [uri for _, uri in shown]))
+    cards = [_card(item, objects, frames, camera, budget) for item in _worst(objects)]
+    return EpisodeView(episode, scenes, objects, cards)
 
 
-def _worst(things: Sequence[Thing]) -> list[Thing]:
+def draw(scene: SceneMap, pictures: Sequence[Pose], budget: Budget) -> Drawing | None:
+    """Return the map of one scene, None when there is nothing to show; `pictures` are the poses where some were taken.
+
+    The walls are left out when the budget has no room for their picture.
+    """
+    near = scene.without_far()
+    if not (near.objects or near.path.points or near.goals):
+        return None
+    png = None if scene.occupancy is None else scene.occupancy.png(LIGHT.wall)
+    if png is not None and not budget.takes(len(png)):
+        png, near = None, replace(near, occupancy=None)
+    wide_m, tall_m = (max(values) - min(values) + 2 * MARGIN_M for values in zip(*near.points, strict=True))
+    height = round(min(max((MAP_WIDTH_PX - _FRAME_MARGIN_PX) * tall_m / wide_m, LEAST_HEIGHT_PX), MOST_HEIGHT_PX))
+    frame = Rectangle(_FRAME_MARGIN_PX, 8, MAP_WIDTH_PX - 8, height - 24)
+    layout = lay_out(near, MapTransform.fit(frame, near.points), _label_size, pictures)
+    walls = None if png is None else "data:image/png;base64," + base64.b64encode(png).decode()
+    return Drawing(layout, height, len(scene.objects) - len(near.objects), walls)
+
+
+def _label_size(text: str) -> tuple[float, float]:
+    return len(text) * _LETTER_PX + 4, _LINE_PX
+
+
+def _wedge(marker: Marker) -> str:
+    """Return the SVG path of the sector that a camera looks into."""
+    x, y = marker.point
+    (x0, y0), (x1, y1) = (
+        (x + _WEDGE_PX * math.cos(marker.yaw_rad + turn), y - _WEDGE_PX * math.sin(marker.yaw_rad + turn))
+        for turn in (-math.pi / 4, math.pi / 4)
+    )
+    return f"M{x:.1f},{y:.1f}L{x0:.1f},{y0:.1f}A{_WEDGE_PX},{_WEDGE_PX} 0 0 0 {x1:.1f},{y1:.1f}Z"
+
+
+def _worst(objects: Sequence[MapObject]) -> list[MapObject]:
     """Return what failed and, where that is little, what was found worst."""
-    failed = [thing for thing in things if thing.failed][:MOST_CARDS]
-    found = [thing for thing in things if thing.quality is not None and thing.quality < GOOD_QUALITY]
+    failed = [item for item in objects if item.failed][:MOST_CARDS]
+    found = [item for item in objects if item.quality is not None and item.quality < GOOD_QUALITY]
     return failed + found[: max(FEWEST_CARDS - len(failed), 0)]
 
 
@@ -193,20 +253,20 @@ def _spread(frames: Sequence[Frame]) -> list[Frame]:
 
 
 def _card(
-    thing: Thing, things: Sequence[Thing], frames: Sequence[Frame], camera: Camera | None, budget: Budget
+    item: MapObject, objects: Sequence[MapObject], frames: Sequence[Frame], camera: Camera | None, budget: Budget
 ) -> Card:
-    box = thing.true or thing.proposed
-    if camera is None or box is None:
-        return Card(thing, None, "")
-    others = [other.true for other in things if other.scene == thing.scene and _hides(other.true, box)]
-    frame = best_frame(frames, camera, box, thing.scene, [other for other in others if other is not None])
+    if camera is None or not item.boxes:
+        return Card(item, None, "")
+    box = item.boxes[0]
+    others = [other.true for other in objects if other.scene == item.scene and _hides(other.true, box)]
+    frame = best_frame(frames, camera, box, item.scene, [other for other in others if other is not None])
     if frame is None:
-        return Card(thing, None, "")
-    boxes = ((thing.true, _TRUTH_LINE), (thing.proposed, _PROPOSAL_LINE))
+        return Card(item, None, "")
+    boxes = ((item.true, TRUTH_OUTLINE), (item.estimated, ESTIMATE_OUTLINE))
     outlines: list[Outline] = [(shown, color) for shown, color in boxes if shown is not None]
     what = "boxes are" if len(outlines) > 1 else "box is"
-    alt = f"What the camera saw where {thing.name} {_there(thing)}; its {what} outlined."
-    return Card(thing, crop(frame, camera, outlines, budget), alt)
+    alt = f"What the camera saw where {item.name} {_there(item)}; its {what} outlined."
+    return Card(item, crop(frame, camera, outlines, budget), alt)
 
 
 def _hides(other: Box | None, box: Box) -> bool:
@@ -218,9 +278,9 @@ def _hides(other: Box | None, box: Box) -> bool:
     )
 
 
-def _there(thing: Thing) -> str:
+def _there(item: MapObject) -> str:
     said = {FALSE_NEGATIVE: "stands and was missed", FALSE_POSITIVE: "was reported and is not there"}
-    return said.get(thing.verdict or "", "was found")
+    return said.get(item.verdict or "", "was found")
 
 
 def _number(value: float | None, digits: int = 3) -> str:
@@ -244,10 +304,5 @@ def _templates() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["number"] = _number
-    environment.filters["breakable"] = _breakable
+    environment.filters |= {"breakable": _breakable, "color": to_hex, "number": _number, "wedge": _wedge}
     return environment
-
-
-def _style() -> str:
-    return (Path(__file__).parent / "templates" / "style.css").read_text("utf-8")

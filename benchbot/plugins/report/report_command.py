@@ -59,22 +59,21 @@ def report(
     The page holds ground truth and needs no other file, no network and no script.
     """
     from benchbot.cli.evaluate import required_environments
+    from benchbot.core.atomic import write_text
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
     from benchbot.evaluation import intervals
     from benchbot.evaluation.score import score_files
-    from benchbot.plugins.report import format_of, gather, render, write
+    from benchbot.plugins.drawing.scene_maps import frames_in
+    from benchbot.plugins.report.episodes import gather
+    from benchbot.plugins.report.rendering import format_of, render
 
     paths = output or ([] if wanted else [DEFAULT])
     formats = {path: wanted or format_of(path) for path in paths}
     for path in paths:
         console.check_output(path)
-    if frames is not None and not any(frames.glob("*.jpg")):
-        raise BenchbotError(
-            f"There are no frames in {frames}.",
-            "It holds no JPEG files.",
-            f"Record them with the result: benchbot submit … --record frames={frames}",
-        )
+    if frames is not None:
+        frames_in(frames)
     catalog = Catalog(load())
     evaluation = score_files(
         results,
@@ -92,10 +91,10 @@ def report(
             f"--frames {frames} was given with {evaluation.document['coverage']['expected']} results.",
             "Keep each result in a folder of its own, with its frames in 'frames' beside it, and leave --frames out.",
         )
-    material = gather(evaluation, results, catalog=catalog, name=name, frames=frames)
-    texts = {name: render(material, name) for name in dict.fromkeys(formats.values())}
+    data = gather(evaluation, results, catalog=catalog, name=name, frames=frames)
+    texts = {name: render(data, name) for name in dict.fromkeys(formats.values())}
     for path, form in formats.items():
-        write(path, texts[form])
+        write_text(path, texts[form])
         console.data(str(path))
     if wanted is not None and not paths:
-        console.data(render(material, wanted).rstrip("\n"))
+        console.data(render(data, wanted).rstrip("\n"))

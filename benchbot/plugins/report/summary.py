@@ -1,12 +1,13 @@
-"""What a report says before it shows anything: what was measured, how well it went, and what went wrong."""
+"""The facts of a report: what was measured, how well it went and what went wrong, in words, tallies and bars."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 
 from benchbot.core.errors import FailureClass
-from benchbot.plugins.drawing.episodes import UNKNOWN, Document, Episode, Material, grouped
+from benchbot.plugins.drawing.map_model import FALSE_NEGATIVE, FALSE_POSITIVE, IGNORED, MATCH, MapObject
 from benchbot.plugins.report.bars import Axis, Bar, bar_of
+from benchbot.plugins.report.episodes import UNKNOWN, ReportData, ReportedEpisode, grouped
 
 NO_CLASS = "none given"
 MEANINGS = {
@@ -17,6 +18,13 @@ MEANINGS = {
     FailureClass.INFRASTRUCTURE: "The machine or the software that measures failed: no fault of the solution.",
     NO_CLASS: "The result is missing or cannot be scored.",
 }
+VERDICTS = {
+    MATCH: "found",
+    FALSE_POSITIVE: "not there",
+    FALSE_NEGATIVE: "missed",
+    IGNORED: "not counted",
+}
+"""The outcome of an object, in a word that needs no statistics."""
 
 
 @dataclass(frozen=True)
@@ -33,62 +41,69 @@ class Interval:
         return f"{self.level * 100:g} % interval"
 
 
-@dataclass(frozen=True)
-class Variable:
-    """Something that differs between episodes, and the score at each of its values."""
+@dataclass
+class ClassTally:
+    """The outcomes of the objects of one class."""
 
     name: str
-    bars: list[Bar]
+    there: int = 0
+    found: int = 0
+    missed: int = 0
+    not_there: int = 0
+    qualities: list[float] = field(default_factory=list)
+
+    @property
+    def quality(self) -> float | None:
+        """The mean quality of those that were found."""
+        return sum(self.qualities) / len(self.qualities) if self.qualities else None
 
 
 @dataclass(frozen=True)
-class Failures:
-    """The episodes that failed in one way."""
+class Drive:
+    """The cost of an episode, as far as its result says: steps, simulated seconds, metres, collisions."""
 
-    name: str
-    meaning: str
-    episodes: list[Episode]
+    episode: ReportedEpisode
+    steps: int | None
+    simulated_time_s: float | None
+    path_length_m: float | None
+    collisions: int | None
 
 
-def title(material: Material) -> str:
+def title(data: ReportData) -> str:
     """Return what the report is about: the name that was given, else that of the solution's file."""
-    if material.name is not None:
-        return material.name
+    if data.name is not None:
+        return data.name
     names = set()
-    for episode in material.episodes:
+    for episode in data.episodes:
         solution = episode.provenance.get("solution") or {}
         files = list(solution.get("files") or {}) or [word for word in solution.get("command", ())[1:] if "." in word]
         names |= {PurePosixPath(str(file)).stem for file in files[:1]}
     return names.pop() if len(names) == 1 else "A solution"
 
 
-def task(material: Material) -> Document:
-    """Return the task that was measured."""
-    return dict(material.scores["task_details"])
-
-
-def environments_in_words(material: Material) -> str:
+def environments_in_words(data: ReportData) -> str:
     """Return how many environments there are and, when they are few, which."""
-    names = [name for name in material.environments if name != UNKNOWN]
+    names = [name for name in data.environments if name != UNKNOWN]
     number = f"{len(names)} environment{'' if len(names) == 1 else 's'}"
     return f"{number} ({', '.join(names)})" if 0 < len(names) <= 5 else number
 
 
-def robots(material: Material) -> list[tuple[str, str]]:
+def robots(data: ReportData) -> list[tuple[str, str]]:
     """Return the robots and what their declarations say of them, which may be nothing."""
-    names = sorted({episode.robot for episode in material.episodes if episode.robot is not None})
-    return [(name, str((material.robot(name) or {}).get("description", ""))) for name in names]
+    names = sorted({episode.robot for episode in data.episodes if episode.robot is not None})
+    declared = data.catalog.pool("robots")
+    return [(name, str(declared[name].data.get("description", "")) if name in declared else "") for name in names]
 
 
-def interval(material: Material, name: str) -> Interval | None:
+def interval(data: ReportData, name: str) -> Interval | None:
     """Return the interval of a combined score, None when it is not known."""
-    found = (material.scores.get("intervals") or {}).get(name)
+    found = (data.scores.get("intervals") or {}).get(name)
     return None if found is None else Interval(found["low"], found["high"], found["level"])
 
 
-def reading(material: Material, name: str) -> str:
+def reading(data: ReportData, name: str) -> str:
     """Return how a score is read, in a sentence; nothing when that is not known."""
-    score = material.evaluator.score(name)
+    score = data.evaluator.score(name)
     if score.lower_is_better is None:
         return ""
     best = score.least if score.lower_is_better else score.greatest
@@ -96,31 +111,31 @@ def reading(material: Material, name: str) -> str:
     return f"{said}." if best is None else f"{said}; {best:g} is the best there can be."
 
 
-def arrow(material: Material, name: str) -> str:
+def arrow(data: ReportData, name: str) -> str:
     """Return the arrow that papers put beside a score: up when more is better, down when less is."""
-    return {None: "", False: "↑", True: "↓"}[material.evaluator.score(name).lower_is_better]
+    return {None: "", False: "↑", True: "↓"}[data.evaluator.score(name).lower_is_better]
 
 
-def arrows_in_words(material: Material) -> str:
+def arrows_in_words(data: ReportData) -> str:
     """Return what the arrows mean that there are beside scores."""
     meanings = {"↑": "↑ more is better", "↓": "↓ less is better"}
-    used = {arrow(material, name) for name in material.score_names}
+    used = {arrow(data, name) for name in data.score_names}
     said = ", ".join(meaning for sign, meaning in meanings.items() if sign in used)
     return f"; {said}" if said else ""
 
 
-def missing_in_words(material: Material) -> str:
+def missing_in_words(data: ReportData) -> str:
     """Return how what is missing counts, in the scores that there are."""
-    if not material.missing_count_as_zero:
+    if not data.missing_count_as_zero:
         return "left out of the scores"
     # A method gives what is missing no error: zero would be perfect.
-    without = [name for name in material.score_names if name not in material.evaluator.combine([{}])]
+    without = [name for name in data.score_names if name not in data.evaluator.combine([{}])]
     return f"counted as zero in every score{' but ' if without else ''}{', '.join(without)}"
 
 
-def variables(material: Material, axis: Axis) -> list[Variable]:
-    """Return what differs between the episodes, of place, variant, robot and seed."""
-    keys: dict[str, Callable[[Episode], str]] = {
+def variables(data: ReportData, axis: Axis) -> list[tuple[str, list[Bar]]]:
+    """Return what differs between the episodes, of place, variant, robot and seed, and a bar for each of its values."""
+    keys: dict[str, Callable[[ReportedEpisode], str]] = {
         "place": lambda episode: episode.place,
         "variant": lambda episode: episode.variant or UNKNOWN,
         "robot": lambda episode: episode.robot or UNKNOWN,
@@ -128,25 +143,22 @@ def variables(material: Material, axis: Axis) -> list[Variable]:
     }
     found = []
     for name, key in keys.items():
-        groups = grouped([episode for episode in material.episodes if episode.environment != UNKNOWN], key)
-        says_more = name != "place" or len(groups) < len(material.environments)
+        groups = grouped([episode for episode in data.episodes if episode.environment != UNKNOWN], key)
+        says_more = name != "place" or len(groups) < len(data.environments)
         if says_more and len([level for level in groups if level != UNKNOWN]) > 1:
-            bars = [bar_of(level, episodes, material, axis) for level, episodes in groups.items()]
-            found.append(Variable(name, bars))
+            bars = [bar_of(level, episodes, data, axis) for level, episodes in groups.items()]
+            found.append((name, bars))
     return found
 
 
-def failures(material: Material) -> list[Failures]:
-    """Return the failed and missing episodes by class, those of the solution first."""
-    found = []
-    for name, meaning in MEANINGS.items():
-        failed = [episode for episode in material.episodes if _class_of(episode) == name]
-        if failed:
-            found.append(Failures(str(name), meaning, failed))
-    return found
+def failures(data: ReportData) -> dict[str, list[ReportedEpisode]]:
+    """Return the failed and missing episodes by class, a key of MEANINGS, those of the solution first."""
+    failed = [episode for episode in data.episodes if episode.failure is not None or episode.scores is None]
+    found = {str(name): [each for each in failed if (each.failure or NO_CLASS) == name] for name in MEANINGS}
+    return {name: episodes for name, episodes in found.items() if episodes}
 
 
-def shown_first(episodes: Sequence[Episode], name: str) -> list[Episode]:
+def shown_first(episodes: Sequence[ReportedEpisode], name: str) -> list[ReportedEpisode]:
     """Return the episodes of an environment that can be looked at, the one whose score is in the middle first.
 
     Those that were not scored come last, and only if it is known where the robot went.
@@ -158,7 +170,49 @@ def shown_first(episodes: Sequence[Episode], name: str) -> list[Episode]:
     return [*middle, *(episode for episode in scored if episode not in middle), *failed]
 
 
-def _class_of(episode: Episode) -> str | None:
-    if episode.failure is not None:
-        return episode.failure
-    return NO_CLASS if episode.scores is None else None
+def by_class(objects: Iterable[MapObject]) -> list[ClassTally]:
+    """Return the tally of each class, those with most failures first, then those of the worst quality."""
+    tallies: dict[str, ClassTally] = {}
+    for item in objects:
+        if item.verdict in VERDICTS and item.verdict != IGNORED:
+            tally = tallies.setdefault(item.name, ClassTally(item.name))
+            tally.there += item.verdict != FALSE_POSITIVE
+            tally.found += item.verdict == MATCH
+            tally.missed += item.verdict == FALSE_NEGATIVE
+            tally.not_there += item.verdict == FALSE_POSITIVE
+            if item.verdict == MATCH and item.quality is not None:
+                tally.qualities.append(item.quality)
+    return sorted(
+        tallies.values(), key=lambda tally: (-tally.missed - tally.not_there, tally.quality or 0.0, tally.name)
+    )
+
+
+def drives(data: ReportData) -> list[Drive]:
+    """Return what each episode took, of those whose results say so."""
+    found = []
+    for episode in data.episodes:
+        steps, time_s = (episode.provenance.get(key) for key in ("steps", "simulated_time_s"))
+        recorded = [path for path in episode.paths if path.recorded]
+        lengths = [path.path_length_m for path in recorded if path.path_length_m is not None]
+        collisions = [path.collisions for path in recorded if path.collisions is not None]
+        if steps is not None or recorded:
+            total_m = sum(lengths) if lengths else None
+            found.append(Drive(episode, steps, time_s, total_m, sum(collisions) if collisions else None))
+    return found
+
+
+def distributions(data: ReportData) -> list[tuple[str, str, str]]:
+    """Return name, version and SHA-256 of every distribution that the results were made with, in every version."""
+    return sorted(
+        {
+            (str(name), str(plugin.get("version", "")), str(plugin.get("sha256", "")))
+            for episode in data.episodes
+            for name, plugin in (episode.provenance.get("plugins") or {}).items()
+        }
+    )
+
+
+def mixed(found: Sequence[tuple[str, str, str]]) -> list[str]:
+    """Return the distributions that are there in more than one version, so that results are hard to compare."""
+    names = [name for name, *_ in found]
+    return sorted({name for name in names if names.count(name) > 1})

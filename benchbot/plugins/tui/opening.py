@@ -3,12 +3,13 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from benchbot.plugins.drawing.map_model import SceneMap
+from benchbot.plugins.drawing.scene_maps import installed_map
 from benchbot.plugins.tui import jobs, result_rows
 from benchbot.plugins.tui.job_screen import JobScreen
 from benchbot.plugins.tui.jobs import Job
 from benchbot.plugins.tui.orders import RunOrder, run_words
 from benchbot.plugins.watching.batch_feed import BatchFeed
-from benchbot.plugins.watching.place import MapBox, Place, place_of, truth_of
 from benchbot.plugins.watching.run_feed import RunFeed
 from benchbot.plugins.watching.views import EpisodeCell
 from benchbot.wire.run_state import RunState
@@ -26,8 +27,8 @@ def run_screen(app: "BenchbotApp", state: RunState) -> "RunScreen":
     """Return the screen that watches a run."""
     from benchbot.plugins.tui.run_screen import RunScreen
 
-    def surroundings(environment: str) -> tuple[Place | None, tuple[MapBox, ...]]:
-        return place_of(app.catalog, environment), truth_of(app.catalog, environment)
+    def surroundings(environment: str) -> SceneMap:
+        return installed_map(app.catalog, environment)
 
     def again(ended: RunState) -> None:
         start_again(app, ended)

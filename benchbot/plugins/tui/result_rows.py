@@ -101,13 +101,15 @@ def explain(path: Path, catalog: Catalog) -> str:
 
 def report(paths: Sequence[Path], catalog: Catalog) -> Path:
     """Write the report of results beside them; return its path. Raises BenchbotError."""
+    from benchbot.core.atomic import write_text
     from benchbot.evaluation.score import score_files
-    from benchbot.plugins.report import gather, render, write
+    from benchbot.plugins.report.episodes import gather
+    from benchbot.plugins.report.rendering import render
 
     first = paths[0]
     target = first / "report.html" if first.is_dir() else scores_path(first).with_name(f"{first.stem}-report.html")
     evaluation = score_files(paths, catalog=catalog)
-    write(target, render(gather(evaluation, paths, catalog=catalog), "html"))
+    write_text(target, render(gather(evaluation, paths, catalog=catalog), "html"))
     return target
 
 

@@ -12,16 +12,16 @@ from textual.content import Content
 from textual.screen import Screen
 from textual.widgets import Footer
 
+from benchbot.plugins.tui import snapshot
+from benchbot.plugins.tui.map_panel import ZOOMS, MapPanel, Scenery, Surroundings, environment_of_run, map_of_run
 from benchbot.plugins.tui.question import Question
-from benchbot.plugins.tui.watching import panels, picture_boxes, run_facts, run_keys, run_map, snapshot
+from benchbot.plugins.tui.watching import panels, picture_boxes, run_facts, run_keys
 from benchbot.plugins.tui.watching.asking import AskText
 from benchbot.plugins.tui.watching.camera import Camera, Channel, available
 from benchbot.plugins.tui.watching.commands import Commands
 from benchbot.plugins.tui.watching.feeds import RunFeed, leave
 from benchbot.plugins.tui.watching.log_view import LogView
-from benchbot.plugins.tui.watching.map_panel import MapPanel
 from benchbot.plugins.tui.watching.panels import Words
-from benchbot.plugins.tui.watching.scenery import Scenery, Surroundings
 from benchbot.plugins.tui.watching.teleop import Wheel
 from benchbot.plugins.watching.views import RunView
 from benchbot.wire.run_state import RunState
@@ -211,8 +211,8 @@ class RunScreen(Screen[None]):
                 camera.show(view.look, shown[place] if place < len(shown) else None)
             camera.display = place == 0 or place < len(shown)
         self._look_at(view, shown)
-        content, key = run_map.content(view, self._scenery, self._zoom, truth=self._truth)
-        self._map.show(content, key)
+        run_map, key = map_of_run(view, self._scenery, self._zoom, truth=self._truth)
+        self._map.show(run_map, key)
 
     def _shown_channels(self, channels: list[Channel]) -> list[Channel]:
         if not channels:
@@ -328,13 +328,13 @@ class RunScreen(Screen[None]):
     def action_truth(self) -> None:
         """Show what is really there on the map, or hide it."""
         self._truth = not self._truth
-        if self._truth and not self._scenery.place(run_map.environment(self.feed.view))[1]:
+        if self._truth and not self._scenery.surroundings(environment_of_run(self.feed.view)).objects:
             self.notify("No ground truth of this place is installed.")
         self._show_all()
 
     def action_zoom(self, change: int) -> None:
         """Show less of the map, but larger; or more of it."""
-        self._zoom = min(max(self._zoom + change, 0), len(run_map.ZOOMS) - 1)
+        self._zoom = min(max(self._zoom + change, 0), len(ZOOMS) - 1)
         self._show_all()
 
     def action_whole_map(self) -> None:
@@ -345,8 +345,8 @@ class RunScreen(Screen[None]):
     def action_snapshot(self) -> None:
         """Write what is shown as PNG files, and tell where."""
         view = self.feed.view
-        content, _ = run_map.content(view, self._scenery, self._zoom, truth=self._truth)
-        take = partial(snapshot.take, view, content, self._snapshots)
+        run_map, _ = map_of_run(view, self._scenery, self._zoom, truth=self._truth)
+        take = partial(snapshot.take, view, run_map, self._snapshots)
         self._command(
             "Writing",
             take,

@@ -7,7 +7,7 @@ from PIL import Image
 
 from benchbot.core.geometry import Pose
 from benchbot.plugins.drawing import picture
-from benchbot.plugins.drawing.map_drawing import CLASS_COLORS, Color
+from benchbot.plugins.drawing.palette import PRINT_CLASSES, Color, class_colors
 from tests.made_results import Make, chair, ground_truth
 
 SCORES = {
@@ -31,7 +31,7 @@ def test_the_picture_shows_frames_and_both_maps(make_result: Make) -> None:
     )
 
     assert (image.mode, image.size) == ("RGB", (1840, 1000))
-    for color in ((200, 10, 20), (100, 10, 20), (50, 10, 20), CLASS_COLORS[0]):
+    for color in ((200, 10, 20), (100, 10, 20), (50, 10, 20), class_colors(["chair"], PRINT_CLASSES)["chair"]):
         assert has_color(image, color)
 
 
@@ -48,6 +48,16 @@ def test_little_to_show_is_no_trouble(make_result: Make, places: tuple[float, ..
     image = picture.draw({}, make_result(*places), ground_truth(1), SCORES, path)
 
     assert image.size == (1840, 1000)
+
+
+def test_an_estimate_far_outside_makes_the_map_no_smaller(make_result: Make) -> None:
+    near, far = (
+        np.asarray(picture.draw({}, make_result(*places), ground_truth(1, chair(0.0)), SCORES, PATH))
+        for places in ((0.1,), (0.1, 1000.0))
+    )
+
+    assert (near[:, :1500] == far[:, :1500]).all()  # beside it, it is counted
+    assert (near != far).any()
 
 
 def test_provenance_is_told_when_there_is_some(make_result: Make, failed_episode: dict[str, Any]) -> None:

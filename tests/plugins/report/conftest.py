@@ -10,10 +10,10 @@ from PIL import Image
 
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.evaluation.score import score_files
-from benchbot.plugins.report import Material, gather
+from benchbot.plugins.report.episodes import ReportData, gather
 from tests.made_results import Make, Save
 
-Report = Callable[..., Material]
+Report = Callable[..., ReportData]
 
 START = [1.0, 0.0, 0.0, 0.0, -3.0, 0.0, 0.0]
 TRACK = {
@@ -73,7 +73,7 @@ def frames(tmp_path: Path, results: list[Path]) -> Path:
 def report(catalog: Catalog) -> Report:
     """Gathers what a report on these files is made of."""
 
-    def make(paths: list[Path], *, name: str | None = None, frames: Path | None = None, **options: Any) -> Material:
+    def make(paths: list[Path], *, name: str | None = None, frames: Path | None = None, **options: Any) -> ReportData:
         evaluation = score_files(paths, catalog=catalog, **options)
         return gather(evaluation, paths, catalog=catalog, name=name, frames=frames)
 

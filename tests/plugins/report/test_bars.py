@@ -3,8 +3,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchbot.core.records import Score
-from benchbot.plugins.drawing.episodes import natural
 from benchbot.plugins.report.bars import Axis
+from benchbot.plugins.report.episodes import natural
 
 
 @pytest.mark.parametrize(

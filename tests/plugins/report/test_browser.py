@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from benchbot.plugins.report import render
+from benchbot.plugins.report.rendering import render
 from tests.plugins.report.chromium import Browser
 from tests.plugins.report.conftest import Report
 from tests.plugins.report.test_page import HOSTILE

@@ -1,59 +1,64 @@
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
 
 from benchbot.core import episodes
 from benchbot.core.declarations.catalog import Catalog
-from benchbot.plugins.drawing.camera import Box
-from benchbot.plugins.drawing.driven import Way, ways
-from benchbot.plugins.drawing.objects import FALSE_POSITIVE, MATCH, Thing, by_class, goals_of
-from benchbot.plugins.report import render
-from benchbot.plugins.report.maps import MOST_LABELS, draw
+from benchbot.plugins.drawing.map_layout import MOST_LABELS
+from benchbot.plugins.drawing.map_model import FALSE_POSITIVE, MATCH, Box, DrivenPath, MapObject, SceneMap
+from benchbot.plugins.report import page
+from benchbot.plugins.report.camera_pictures import Budget
+from benchbot.plugins.report.rendering import render
+from benchbot.plugins.report.summary import by_class
 from tests.made_results import Make, Save
 from tests.plugins.report.conftest import START, TRACK, Report, provenance
 from tests.plugins.report.pages import Page
 
-NOWHERE = Way((), (), recorded=False)
+NOWHERE = DrivenPath()
 
 
-def thing(x: float, y: float = 0.0, verdict: str | None = MATCH, name: str = "chair") -> Thing:
+def thing(x: float, y: float = 0.0, verdict: str | None = MATCH, name: str = "chair") -> MapObject:
     box = Box((x, y, 0.5), (1.0, 0.5, 1.0))
     there = None if verdict == FALSE_POSITIVE else box
-    return Thing(0, verdict, name, name, box, there, 0.5, "Because.")
+    return MapObject(name, name, box, there, 0, verdict, 0.5, "Because.")
+
+
+def draw(objects: Sequence[MapObject], path: DrivenPath = NOWHERE) -> page.Drawing | None:
+    return page.draw(SceneMap(objects=tuple(objects), path=path), [], Budget())
 
 
 def test_a_map_has_one_scale_x_to_the_right_and_y_up() -> None:
-    drawing = draw([thing(0.0), thing(4.0), thing(0.0, 2.0)], NOWHERE)
+    drawing = draw([thing(0.0), thing(4.0), thing(0.0, 2.0)])
 
     assert drawing is not None
-    first, east, north = [shape for shape in drawing.shapes if shape.role == "truth"]
-    assert east.x > first.x
-    assert north.y < first.y
-    assert (east.x - first.x) / 4 == pytest.approx((first.y - north.y) / 2, rel=0.01)
+    first, east, north = [shape.box for shape in drawing.layout.shapes if shape.role == "truth"]
+    assert east.left > first.left
+    assert north.top < first.top
+    assert (east.left - first.left) / 4 == pytest.approx((first.top - north.top) / 2, rel=0.01)
     assert first.width == pytest.approx(2 * first.height, rel=0.01)
-    (zero, _), (one, _) = (column for column in drawing.columns if column[1] in ("0 m", "1 m"))
-    assert one - zero == pytest.approx((east.x - first.x) / 4, rel=0.01)
+    (zero, _), (one, _) = (column for column in drawing.layout.columns if column[1] in (0, 1))
+    assert one - zero == pytest.approx((east.left - first.left) / 4, rel=0.01)
 
 
 def test_nothing_to_show_is_no_map() -> None:
-    assert draw([], NOWHERE) is None
-    assert draw([Thing(0, MATCH, "a", "a", None, None, 0.5, "Because.")], NOWHERE) is None
+    assert draw([]) is None
+    assert draw([MapObject("a", "a", None, None, 0, MATCH, 0.5, "Because.")]) is None
 
 
 def test_a_single_place_is_a_map() -> None:
-    drawing = draw([], Way(((1.0, 2.0),), (), recorded=True))
+    drawing = draw([], DrivenPath(((1.0, 2.0),), (), recorded=True))
 
     assert drawing is not None
-    assert drawing.start is not None
-    assert drawing.end is None
+    assert len(drawing.layout.path) == 1
 
 
 def test_what_lies_far_outside_is_counted_and_does_not_shrink_the_rest() -> None:
-    alone, crowded = draw([thing(0.0)], NOWHERE), draw([thing(0.0), thing(1e5, verdict=FALSE_POSITIVE)], NOWHERE)
+    alone, crowded = draw([thing(0.0)]), draw([thing(0.0), thing(1e5, verdict=FALSE_POSITIVE)])
 
     assert alone is not None
     assert crowded is not None
-    assert crowded.shapes == alone.shapes
+    assert crowded.layout.shapes == alone.layout.shapes
     assert (alone.outside, crowded.outside) == (0, 1)
 
 
@@ -61,12 +66,12 @@ def test_of_very_many_objects_the_failures_are_named() -> None:
     found = [thing(0.02 * i, 0.01 * i) for i in range(MOST_LABELS)]
     wrong = [thing(1.5 * i, 3.0, FALSE_POSITIVE, f"cup {i}") for i in range(5)]
 
-    drawing = draw([*found, *wrong], NOWHERE)
+    drawing = draw([*found, *wrong])
 
     assert drawing is not None
-    assert sum(label.kind == "extra" for label in drawing.labels) == 5
+    assert sum(label.kind == "extra" for label in drawing.layout.labels) == 5
     # There is no room for all others.
-    assert 5 < len(drawing.labels) < MOST_LABELS
+    assert 5 < len(drawing.layout.labels) < MOST_LABELS
 
 
 def test_the_way_is_the_track_and_otherwise_what_was_planned(report: Report, make_result: Make, save: Save) -> None:
@@ -74,7 +79,7 @@ def test_the_way_is_the_track_and_otherwise_what_was_planned(report: Report, mak
     planned = make_result(0.0, provenance=provenance())
     planned["environment_details"][0] |= {"start_pose": START, "trajectory_poses": [START, START]}
     driven, meant = (
-        ways(report([save(f"{name}.json", item)]).episodes[0])[0]
+        report([save(f"{name}.json", item)]).episodes[0].paths[0]
         for name, item in (("driven", document), ("meant", planned))
     )
 
@@ -82,7 +87,7 @@ def test_the_way_is_the_track_and_otherwise_what_was_planned(report: Report, mak
     assert (driven.path_length_m, driven.collisions) == (1.5, 1)
     assert (meant.recorded, len(meant.points), meant.path_length_m) == (False, 3, None)
     planned["task_details"]["actions"] = ["move_distance"]
-    assert len(ways(report([save("active.json", planned)]).episodes[0])[0].points) == 1
+    assert len(report([save("active.json", planned)]).episodes[0].paths[0].points) == 1
 
 
 def test_both_scenes_of_a_change_have_their_map(report: Report, make_result: Make, save: Save) -> None:
@@ -105,13 +110,13 @@ def test_the_goal_of_an_episode_is_marked(report: Report, catalog: Catalog, make
     right = make_result(0.0, provenance=provenance(episode=chosen), track=[TRACK])
     other = make_result(0.0, provenance=provenance(episode={**chosen, "sha256": "0" * 64}), track=[TRACK])
 
-    material = report([save("right.json", right)])
+    data = report([save("right.json", right)])
 
     goal = listed.data["episodes"][0]["goal"]
-    assert goals_of(material.episodes[0]) == [tuple(goal["position"][:2])]
-    assert "episode 0" in material.episodes[0].label
-    assert Page(render(material, "html")).all("g", class_="goal")
-    assert goals_of(report([save("other.json", other)]).episodes[0]) == []
+    assert data.episodes[0].goals == (tuple(goal["position"][:2]),)
+    assert "episode 0" in data.episodes[0].label
+    assert Page(render(data, "html")).all("g", class_="goal")
+    assert report([save("other.json", other)]).episodes[0].goals == ()
 
 
 def test_it_is_shown_where_a_failed_episode_went(report: Report, make_result: Make, save: Save) -> None:

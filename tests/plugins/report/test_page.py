@@ -14,8 +14,8 @@ import pytest
 from PIL import Image
 
 from benchbot.core.records import Score
-from benchbot.plugins.drawing.recorded_frames import frames_of
-from benchbot.plugins.report import render
+from benchbot.plugins.report.camera_pictures import frames_of
+from benchbot.plugins.report.rendering import render
 from tests.made_results import Make, Save
 from tests.plugins.report.conftest import TRACK, Report, provenance
 from tests.plugins.report.pages import Page
@@ -23,8 +23,8 @@ from tests.plugins.report.pages import Page
 HOSTILE = "<script>document.title='hacked'</script><img src=x onerror=alert(1)>\"'{{ 7*7 }}"
 
 
-def page(material: Any) -> Page:
-    return Page(render(material, "html"))
+def page(data: Any) -> Page:
+    return Page(render(data, "html"))
 
 
 def test_a_stranger_reads_what_was_measured_and_how_well_it_went(report: Report, results: list[Path]) -> None:
@@ -39,8 +39,8 @@ def test_a_stranger_reads_what_was_measured_and_how_well_it_went(report: Report,
 
 
 def test_each_environment_has_a_bar_and_each_seed_a_dot(report: Report, results: list[Path]) -> None:
-    material = report(results)
-    shown = page(material)
+    data = report(results)
+    shown = page(data)
 
     dots = [title.text for title in shown.all("title") if re.fullmatch(r"flat:\d, seed \d: .*", title.text)]
     assert len(dots) == 4 * 3  # by environment, by variant and by seed; there is but one place and one robot
@@ -49,11 +49,11 @@ def test_each_environment_has_a_bar_and_each_seed_a_dot(report: Report, results:
 
 
 def test_the_bar_of_an_environment_is_what_the_method_combines(report: Report, results: list[Path]) -> None:
-    material = report(results)
+    data = report(results)
 
-    one, two = material.environments.values()
-    assert material.combined(two)["OMQ"] == pytest.approx(0.5)  # one is perfect, one missing
-    assert material.combined(one)["OMQ"] < 1
+    one, two = data.environments.values()
+    assert data.combined(two)["OMQ"] == pytest.approx(0.5)  # one is perfect, one missing
+    assert data.combined(one)["OMQ"] < 1
     left_out = report(results, missing="leave-out")
     assert left_out.combined(left_out.environments["flat:2"])["OMQ"] == 1.0
     assert "left out of the scores" in page(left_out).text
@@ -89,19 +89,19 @@ def test_objects_are_drawn_from_above_and_told_in_words(report: Report, results:
 
 
 def test_failures_are_shown_in_the_frame_that_sees_them_best(report: Report, results: list[Path], frames: Path) -> None:
-    material = report(results)
-    poor = next(episode for episode in material.episodes if episode.source and episode.source.endswith("poor.json"))
-    assert [frame.path.name for frame in frames_of(poor, material)] == [f"{i:05d}.jpg" for i in range(5)]
+    data = report(results)
+    poor = next(episode for episode in data.episodes if episode.source and episode.source.endswith("poor.json"))
+    assert [frame.path.name for frame in frames_of(poor, data)] == [f"{i:05d}.jpg" for i in range(5)]
 
-    pictures = [image for image in page(material).all("img") if "box is outlined" in (image.attributes["alt"] or "")]
+    pictures = [image for image in page(data).all("img") if "box is outlined" in (image.attributes["alt"] or "")]
 
     assert [image.attributes["alt"] for image in pictures] == [
         "What the camera saw where chair stands and was missed; its box is outlined.",
         "What the camera saw where table was reported and is not there; its box is outlined.",
     ]
-    head, _, data = (pictures[0].attributes["src"] or "").partition(",")
+    head, _, encoded = (pictures[0].attributes["src"] or "").partition(",")
     assert head == "data:image/jpeg;base64"
-    image = np.asarray(Image.open(io.BytesIO(base64.b64decode(data))))
+    image = np.asarray(Image.open(io.BytesIO(base64.b64decode(encoded))))
     assert image.shape == (200, 300, 3)
     assert (image.max(axis=2) < 40).any()  # the outline's dark rim: the frame itself is nowhere so dark
 
@@ -203,11 +203,11 @@ def test_a_result_of_v2_that_says_little_is_shown_all_the_same(
 
 
 def test_an_interval_is_shown_where_there_is_one(report: Report, results: list[Path]) -> None:
-    material = report(results)
-    material.scores["intervals"] = {"OMQ": {"low": 0.25, "high": 0.75, "level": 0.9}}
-    material.scores["statistics"] = {"method": "by places", "clusters": 7, "draws": 99, "seed": 3, "note": "A note."}
+    data = report(results)
+    data.scores["intervals"] = {"OMQ": {"low": 0.25, "high": 0.75, "level": 0.9}}
+    data.scores["statistics"] = {"method": "by places", "clusters": 7, "draws": 99, "seed": 3, "note": "A note."}
 
-    text = page(material).text
+    text = page(data).text
 
     assert "90 % interval 0.25 to 0.75" in text
     assert "Another choice of 7 places like these" in text
@@ -217,12 +217,12 @@ def test_an_interval_is_shown_where_there_is_one(report: Report, results: list[P
 
 
 def test_of_many_environments_the_worst_of_each_place_is_open(report: Report, results: list[Path]) -> None:
-    material = report(results[:2])
-    good, poor = material.episodes
+    data = report(results[:2])
+    good, poor = data.episodes
     names = [("flat", good), ("flat", poor), ("flat", good), ("loft", good), ("loft", good), ("loft", poor)]
     episodes = [replace(episode, environment=f"{place}:{i}") for i, (place, episode) in enumerate(names)]
 
-    shown = page(replace(material, episodes=tuple(episodes)))
+    shown = page(replace(data, episodes=tuple(episodes)))
 
     environments = [heading.text for heading in shown.all("h4")]
     assert environments == ["flat:1", "flat:0", "flat:2", "loft:5", "loft:3", "loft:4"]
@@ -247,9 +247,9 @@ def test_an_error_is_called_an_error_and_has_no_zero_for_what_is_missing(report:
         known = [row["OMQ"] for row in scores if row]
         return {"OMQ": sum(known) / len(known)} if known else {}
 
-    material = report(results)
+    data = report(results)
     read_so = {"OMQ": Score(lower_is_better=True, least=0.0)}
-    error = replace(material, evaluator=replace(material.evaluator, scores=read_so, combine=means))
+    error = replace(data, evaluator=replace(data.evaluator, scores=read_so, combine=means))
 
     shown = page(error)
 

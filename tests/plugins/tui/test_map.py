@@ -8,14 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchbot.plugins.drawing.camera import Box
-from benchbot.plugins.tui.watching import map_characters, run_map
-from benchbot.plugins.tui.watching.map_painting import DARK, LASER, ROBOT, paint
-from benchbot.plugins.tui.watching.map_window import MapContent, Window, arrow, cleaned, endpoints
-from benchbot.plugins.tui.watching.scenery import Scenery
-from benchbot.plugins.tui.watching.top_map import TopMap
-from benchbot.plugins.watching.place import MapBox
-from tests.plugins.tui.watched import PLACE, SEEN, TRUTH, look, run_view, surroundings
+from benchbot.plugins.drawing.map_model import Box, DrivenPath, MapObject, SceneMap
+from benchbot.plugins.drawing.palette import DARK, LASER, ROBOT
+from benchbot.plugins.tui.map_canvas import RunMap, arrow, cleaned, paint, write
+from benchbot.plugins.tui.map_panel import Scenery, endpoints, map_of_run
+from tests.plugins.tui.watched import ESTIMATES, PLACE, SEEN, TRUTH, look, run_view, surroundings
+
+DRIVEN = DrivenPath(((1.2, 1.5), (0.7, 1.4)), recorded=True)
 
 metres = st.floats(-1e9, 1e9) | st.sampled_from([math.inf, -math.inf, math.nan])
 points = st.lists(st.tuples(metres, metres), max_size=6).map(tuple)
@@ -30,21 +29,22 @@ def test_whatever_a_robot_says_there_is_a_map_of_the_right_size(
     lines: int,
     zoom: float,
 ) -> None:
-    boxes = tuple(MapBox("chair", Box((x, y, 0.0), (abs(y), 1.0, -x))) for x, y in path)
-    content = cleaned(MapContent(None, pose_xyyaw, path, np.array([[1e300, 0.0]]), boxes, boxes, zoom))
-    window = Window.of(content, columns, 2 * lines)
-    assert paint(content, window, dark=True, finer=1).shape == (2 * lines, columns, 3)
-    written = map_characters.write(content, window)
-    assert [len(line) for line in written] == [columns] * lines
+    boxes = [Box((x, y, 0.0), (abs(y), 1.0, -x)) for x, y in path]
+    objects = tuple(MapObject("chair", "chair", box, box) for box in boxes)
+    scene = SceneMap(objects=objects, path=DrivenPath(path), robot_xyyaw=pose_xyyaw, laser=np.array([[1e300, 0.0]]))
+    scene = cleaned(scene)
+    transform = RunMap(scene, zoom).transform(columns, 2 * lines)
+    assert paint(scene, transform, dark=True, finer=1).shape == (2 * lines, columns, 3)
+    assert [len(line) for line in write(scene, transform)] == [columns] * lines
 
 
 def test_everything_lies_where_it_is_on_the_map() -> None:
-    content = MapContent(PLACE, (0.7, 1.4, math.pi / 2), ((1.2, 1.5), (0.7, 1.4)), None, TRUTH[:3], ())
-    window = Window.of(content, 90, 90)
-    pixels = paint(content, window, dark=True)
+    scene = replace(PLACE, robot_xyyaw=(0.7, 1.4, math.pi / 2), path=DRIVEN, objects=ESTIMATES[:3])
+    transform = RunMap(scene).transform(90, 90)
+    pixels = paint(scene, transform, dark=True)
 
     def at(x: float, y: float) -> tuple[int, ...]:
-        column, row = window.point(x, y)
+        column, row = transform.point(x, y)
         return tuple(int(value) for value in pixels[int(row), int(column)])
 
     assert at(0.7, 1.4) == ROBOT
@@ -54,10 +54,11 @@ def test_everything_lies_where_it_is_on_the_map() -> None:
     walls = np.argwhere(PLACE.occupancy.occupied)
     low, high = PLACE.occupancy.low, PLACE.occupancy.high
     assert np.mean([max(at(low[0] + (c + 0.5) * 0.05, high[1] - (r + 0.5) * 0.05)) for r, c in walls]) > 100
-    assert window.wide_m == pytest.approx(window.tall_m)
-    assert paint(replace(content, truth=TRUTH), window, dark=True).tolist() != pixels.tolist()
+    assert transform.width_m == pytest.approx(transform.height_m)
+    with_truth = replace(scene, objects=(*scene.objects, *TRUTH))
+    assert paint(with_truth, transform, dark=True).tolist() != pixels.tolist()
     # Zoomed in, the robot is in the middle.
-    near = Window.of(replace(content, zoom=5.0), 90, 90)
+    near = RunMap(scene, zoom=5.0).transform(90, 90)
     assert near.point(0.7, 1.4) == pytest.approx((45.0, 45.0))
 
 
@@ -65,14 +66,15 @@ def test_a_laser_hits_what_is_around_the_robot() -> None:
     scans = np.array([[1.0, 0.0], [2.0, math.pi / 2], [30.0, 0.1], [math.inf, 0.2], [math.nan, 0.3], [0.0, 0.4]])
     assert endpoints(scans, 30.0, (1.0, 1.0, math.pi / 2)).round(9).tolist() == [[1.0, 2.0], [-1.0, 1.0]]
     ends = endpoints(SEEN["laser"], 30.0, tuple(SEEN["pose"].tolist()))
-    window = Window.of(MapContent(PLACE), 80, 80)
-    painted = paint(MapContent(PLACE, laser=ends), window, dark=True).astype(int)
+    transform = RunMap(PLACE).transform(80, 80)
+    painted = paint(replace(PLACE, laser=ends), transform, dark=True).astype(int)
     assert (abs(painted - LASER).sum(2) < 120).sum() > 20
 
 
 def test_in_characters_walls_robot_and_objects_have_their_own() -> None:
-    content = MapContent(PLACE, (0.7, 1.4, math.pi), ((1.2, 1.5), (0.7, 1.4)), None, TRUTH[2:3], TRUTH[5:6])
-    text = "\n".join(map_characters.write(content, Window.of(content, 60, 60)))
+    objects = (*ESTIMATES[2:3], *TRUTH[5:6])
+    scene = replace(PLACE, robot_xyyaw=(0.7, 1.4, math.pi), path=DRIVEN, objects=objects)
+    text = "\n".join(write(scene, RunMap(scene).transform(60, 60)))
     assert {character for character in text if not character.isspace()} == set("#+o<Bc")
 
 
@@ -84,10 +86,11 @@ def test_a_robot_is_an_arrow_where_it_looks(degrees: float, shown: str) -> None:
 def test_names_of_objects_lie_on_the_map_where_there_is_room() -> None:
     from textual.geometry import Size
 
-    lines = TopMap(MapContent(PLACE, (0.7, 1.4, 0.0), boxes=TRUTH)).strips(Size(60, 24), colored=True, dark=True)
+    run_map = RunMap(replace(PLACE, robot_xyyaw=(0.7, 1.4, 0.0), objects=ESTIMATES))
+    lines = run_map.strips(Size(60, 24), colored=True, dark=True)
     text = "\n".join(line.text for line in lines)
     assert all(name in text for name in ("bed", "chair", "sink", "→"))
-    small = TopMap(MapContent(PLACE, (0.7, 1.4, 0.0), boxes=TRUTH)).strips(Size(30, 10), colored=True, dark=True)
+    small = run_map.strips(Size(30, 10), colored=True, dark=True)
     assert "bed" not in "\n".join(line.text for line in small)
 
 
@@ -98,7 +101,7 @@ def test_the_laser_is_drawn_from_where_it_was_read_unless_the_task_hides_that() 
     for localisation in ("ground_truth", "noisy"):
         view = run_view(look=seen, progress={"pose_xyyaw": (0.0, 0.0, math.pi)})
         view = replace(view, session={**view.session, "task": {"localisation": localisation}})
-        content, _ = run_map.content(view, Scenery(surroundings), 0, truth=True)
-        assert content.laser is not None
-        ends[localisation] = content.laser.round(6).tolist()
+        run_map, _ = map_of_run(view, Scenery(surroundings), 0, truth=True)
+        assert run_map.scene.laser is not None
+        ends[localisation] = run_map.scene.laser.round(6).tolist()
     assert ends == {"ground_truth": [[3.0, 1.0]], "noisy": [[-1.0, 0.0]]}

@@ -8,9 +8,9 @@ from rich.color import Color
 from textual.geometry import Size
 
 from benchbot.core.errors import BenchbotError
+from benchbot.plugins.drawing.palette import INVALID, class_colors, ramp
 from benchbot.plugins.tui.watching import half_cells, picture_boxes, pictures
 from benchbot.plugins.tui.watching.camera import CHANNELS, available, picture
-from benchbot.plugins.tui.watching.colors import INVALID, class_colors, ramp
 from benchbot.plugins.tui.watching.log_view import LogFilter
 from benchbot.plugins.tui.watching.matrix_grid import Grid, counts, letter, shares, tally
 from benchbot.plugins.tui.watching.raster import Still

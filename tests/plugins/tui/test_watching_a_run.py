@@ -11,12 +11,12 @@ from textual.pilot import Pilot
 
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.plugin_manager import load
+from benchbot.plugins.drawing.scene_maps import installed_map
 from benchbot.plugins.tui.alive import Alive
 from benchbot.plugins.tui.app import BenchbotApp
+from benchbot.plugins.tui.map_panel import Surroundings
 from benchbot.plugins.tui.run_screen import RunScreen
-from benchbot.plugins.tui.watching.scenery import Surroundings
 from benchbot.plugins.watching import found
-from benchbot.plugins.watching.place import place_of, truth_of
 from benchbot.plugins.watching.run_feed import RunFeed
 from benchbot.plugins.watching.views import RunView
 from benchbot.wire.run_state import RunState
@@ -124,7 +124,7 @@ def test_a_real_run_is_driven_held_followed_and_left(
         await sees(pilot, "ENDED", "Its result is in")
         await pilot.press("o", "r", "0", "plus")
         await until(pilot, lambda: opened == [Path(state.result)] and begun == [state])
-        await until(pilot, lambda: len(screen._scenery.boxes(Path(state.result))) == 1, "what was mapped")
+        await until(pilot, lambda: len(screen._scenery.estimates(Path(state.result))) == 1, "what was mapped")
         await pilot.press("escape")
         await until(pilot, lambda: app.screen is not screen)
 
@@ -170,4 +170,4 @@ def channels_of(view: RunView) -> set[str]:
 
 def installed() -> Surroundings:
     catalog = Catalog(load())
-    return lambda environment: (place_of(catalog, environment), truth_of(catalog, environment))
+    return lambda environment: installed_map(catalog, environment)

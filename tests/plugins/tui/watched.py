@@ -11,9 +11,7 @@ from typing import Any
 import numpy as np
 
 from benchbot.plugins.batch.status import BatchStatus, RunningEpisode, Score
-from benchbot.plugins.drawing.camera import Box
-from benchbot.plugins.drawing.occupancy import Occupancy
-from benchbot.plugins.watching.place import MapBox, Place
+from benchbot.plugins.drawing.map_model import Box, MapObject, Occupancy, SceneMap
 from benchbot.plugins.watching.views import BatchView, EpisodeCell, LogLine, Look, RunView, Usage, WorkerRow
 from benchbot.wire.run_state import Connection, RunState
 
@@ -25,7 +23,9 @@ OBJECTS = (
     ("table", 0.47, -0.54, 0.6, 0.4), ("book", -0.66, 0.82, 0.25, 0.3), ("chair", -0.57, 1.6, 0.55, 0.47),
     ("table", 2.53, 2.69, 0.95, 0.93), ("chair", 3.03, 2.35, 0.54, 0.47), ("sink", -0.59, 3.08, 0.33, 0.28),
 )  # fmt: skip
-TRUTH = tuple(MapBox(name, Box((x, y, 0.5), (width, depth, 1.0))) for name, x, y, width, depth in OBJECTS)
+BOXES = tuple((name, Box((x, y, 0.5), (width, depth, 1.0))) for name, x, y, width, depth in OBJECTS)
+TRUTH = tuple(MapObject(truth_label=name, true=box) for name, box in BOXES)
+ESTIMATES = tuple(MapObject(name, estimated=box) for name, box in BOXES)
 STATE = RunState(
     connection=Connection("http://127.0.0.1:10000", None, "token"),
     operator_token="operator",
@@ -53,19 +53,19 @@ LOG = (
 OBSERVED = ("image_rgb", "image_depth", "image_segment", "laser", "poses")
 
 
-def place() -> Place:
+def place() -> SceneMap:
     rows, columns = SEEN["shape"]
     occupied = np.unpackbits(SEEN["occupied"], axis=1)[:rows, :columns].astype(bool)
     low = (float(SEEN["low"][0]), float(SEEN["low"][1]))
     planned = tuple((float(x), float(y)) for x, y in SEEN["planned"])
-    return Place("miniroom:1", Occupancy(occupied, 0.05, low), planned, None)
+    return SceneMap("miniroom:1", Occupancy(occupied, 0.05, low), planned=planned)
 
 
 PLACE = place()
 
 
-def surroundings(environment: str) -> tuple[Place | None, tuple[MapBox, ...]]:
-    return (PLACE, TRUTH) if environment == "miniroom:1" else (None, ())
+def surroundings(environment: str) -> SceneMap:
+    return replace(PLACE, objects=TRUTH) if environment == "miniroom:1" else SceneMap()
 
 
 def look(number: int = 7) -> Look:

@@ -13,7 +13,7 @@ from rich.segment import Segment
 from rich.style import Style
 from textual.strip import Strip
 
-from benchbot.plugins.tui.watching.colors import SHADES, Pixels
+from benchbot.plugins.drawing.palette import SHADES, Pixels
 
 UPPER_HALF = "▀"
 MOST_STYLES = 1 << 16

@@ -6,7 +6,7 @@ from typing import ClassVar
 from textual.content import Content
 from textual.widgets import Static
 
-from benchbot.plugins.tui.watching.colors import Color
+from benchbot.plugins.drawing.palette import Color
 from benchbot.plugins.tui.watching.run_facts import Badge, Gauge, Row
 
 FULL, EMPTY = "━", "╌"

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from benchbot.plugins.tui.watching.colors import INVALID, SHADES, UNLABELLED, Color, Pixels, class_colors, ramp
+from benchbot.plugins.drawing.palette import INVALID, SHADES, UNLABELLED, Color, Pixels, class_colors, ramp
 
 LONGEST_LEGEND = 24
 NO_CLASS = "."

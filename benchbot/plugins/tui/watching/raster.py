@@ -8,8 +8,8 @@ from textual.geometry import Size
 from textual.strip import Strip
 from textual.widget import Widget
 
+from benchbot.plugins.drawing.palette import Pixels
 from benchbot.plugins.tui.watching import half_cells
-from benchbot.plugins.tui.watching.colors import Pixels
 from benchbot.plugins.tui.watching.pictures import Picture
 
 

@@ -8,8 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchbot.core.atomic import write_text
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.report import FORMATS, format_of, junit, render, tables, write
+from benchbot.plugins.report import exports
+from benchbot.plugins.report.rendering import FORMATS, format_of, render
 from tests.made_results import Make, Save
 from tests.plugins.report.conftest import Report, provenance
 
@@ -96,13 +98,13 @@ def test_junit_has_a_case_for_each_expected_episode(
 
 @given(st.text())
 def test_no_text_breaks_a_table(text: str) -> None:
-    assert len(next(csv.reader([tables._cell(text)]), [""])) <= max(1, text.count(",") + 1)
-    latex = tables._latex(text)
+    assert len(next(csv.reader([exports._cell(text)]), [""])) <= max(1, text.count(",") + 1)
+    latex = exports._latex(text)
     assert "\n" not in latex
     bare = re.sub(r"\\[{}]", "", latex)
     assert bare.count("{") == bare.count("}")
-    assert "\n" not in tables._markdown(text)
-    ET.fromstring(ET.tostring(ET.Element("a", {"b": junit._text(text)})))
+    assert "\n" not in exports._markdown(text)
+    ET.fromstring(ET.tostring(ET.Element("a", {"b": exports._xml(text)})))
 
 
 @pytest.mark.parametrize("name", FORMATS)
@@ -116,7 +118,7 @@ def test_text_that_is_no_unicode_can_be_written(
 ) -> None:
     document = make_result(0.0, provenance=provenance(0, ("agent", "half \ud800 of a pair, and a \x00")))
 
-    write(tmp_path / "report", render(report([save("a.json", document)]), name))
+    write_text(tmp_path / "report", render(report([save("a.json", document)]), name))
 
     assert "half" in (tmp_path / "report").read_text("utf-8") or name == "tex"
 
@@ -131,13 +133,13 @@ def test_the_format_is_told_by_the_ending() -> None:
 
 
 def test_a_report_that_cannot_be_written_leaves_what_is_there(tmp_path: Path) -> None:
-    write(tmp_path / "new" / "a.md", "old")
+    write_text(tmp_path / "new" / "a.md", "old")
     (tmp_path / "file").write_text("")
 
     with pytest.raises(BenchbotError, match="Cannot write"):
-        write(tmp_path / "file" / "a.md", "text")
+        write_text(tmp_path / "file" / "a.md", "text")
     with pytest.raises(BenchbotError, match="Cannot write"):
-        write(tmp_path / "new", "text")
+        write_text(tmp_path / "new", "text")
 
     assert (tmp_path / "new" / "a.md").read_text() == "old"
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["a.md"]

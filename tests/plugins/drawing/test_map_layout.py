@@ -1,7 +1,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchbot.plugins.drawing.label_placement import Rectangle, legible, place
+from benchbot.plugins.drawing.map_layout import Rectangle, legible, place
 
 PAPER = Rectangle(0, 0, 800, 600)
 SIZE = (60.0, 18.0)

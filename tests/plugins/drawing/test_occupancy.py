@@ -11,9 +11,9 @@ from PIL import Image
 
 from benchbot.core.declarations.catalog import Catalog, Declaration
 from benchbot.core.plugin_manager import load
-from benchbot.plugins.drawing.driven import Way
-from benchbot.plugins.drawing.floors import floor_of
-from benchbot.plugins.report.maps import draw
+from benchbot.plugins.drawing.map_model import DrivenPath, SceneMap, occupancy_of
+from benchbot.plugins.report.camera_pictures import Budget
+from benchbot.plugins.report.page import draw
 
 ABOUT = {
     "image": "flat_1.pgm",
@@ -38,24 +38,26 @@ def flat(folder: Path, **changes: Any) -> Declaration:
 
 
 def test_the_picture_holds_what_is_occupied_and_says_where_it_lies(tmp_path: Path) -> None:
-    floor = floor_of(flat(tmp_path))
+    floor = occupancy_of(flat(tmp_path))
 
     assert floor is not None
     # The two cells are in the lower two rows and the first three columns.
     assert (floor.low, floor.high) == ((-1.0, 2.0), (0.5, 3.0))
-    alpha = np.asarray(Image.open(io.BytesIO(floor.picture)).convert("RGBA"))[..., 3]
+    alpha = np.asarray(Image.open(io.BytesIO(floor.png((1, 2, 3)))).convert("RGBA"))[..., 3]
     assert (alpha > 0).tolist() == [[False, False, True], [True, False, False]]
 
 
 def test_it_lies_behind_the_map_at_its_scale(tmp_path: Path) -> None:
-    floor = floor_of(flat(tmp_path))
-    drawing = draw([], Way(((-1.0, 2.0), (0.5, 3.0)), (), recorded=True), floor=floor)
+    path = DrivenPath(((-1.0, 2.0), (0.5, 3.0)), (), recorded=True)
+    drawing = draw(SceneMap(occupancy=occupancy_of(flat(tmp_path)), path=path), [], Budget())
 
     assert drawing is not None
     assert drawing.walls is not None
-    (left, low), (right, high) = drawing.start or (0, 0), drawing.end or (0, 0)
-    assert (drawing.walls.x, drawing.walls.y) == pytest.approx((left, high), abs=0.1)
-    assert (drawing.walls.width, drawing.walls.height) == pytest.approx((right - left, low - high), abs=0.1)
+    walls = drawing.layout.floor
+    assert walls is not None
+    (left, low), (right, high) = drawing.layout.path
+    assert (walls.left, walls.top) == pytest.approx((left, high), abs=0.1)
+    assert (walls.width, walls.height) == pytest.approx((right - left, low - high), abs=0.1)
 
 
 @pytest.mark.parametrize(
@@ -71,18 +73,18 @@ def test_it_lies_behind_the_map_at_its_scale(tmp_path: Path) -> None:
     ],
 )
 def test_a_map_that_cannot_be_shown_is_left_out(tmp_path: Path, changes: dict[str, Any]) -> None:
-    assert floor_of(flat(tmp_path, **changes)) is None
+    assert occupancy_of(flat(tmp_path, **changes)) is None
 
 
 def test_without_a_map_there_is_none(tmp_path: Path) -> None:
     declared = flat(tmp_path)
     (tmp_path / "maps" / "flat_1.yaml").unlink()
 
-    assert floor_of(declared) is None
-    assert floor_of(None) is None
+    assert occupancy_of(declared) is None
+    assert occupancy_of(None) is None
 
 
 def test_the_installed_rooms_have_theirs() -> None:
     rooms = Catalog(load()).pool("environments")
 
-    assert all(floor_of(rooms[f"{place}:1"]) is not None for place in ("miniroom", "house", "company"))
+    assert all(occupancy_of(rooms[f"{place}:1"]) is not None for place in ("miniroom", "house", "company"))

@@ -1,12 +1,14 @@
-"""What a report is made of: the scores document, and beside each row what its result, truth and frames say."""
+"""The data of a report: the scores document, and beside each row what its result, truth and frames say."""
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from benchbot.core import overrides
-from benchbot.core.declarations.catalog import Catalog, Declaration
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.episodes import digest
 from benchbot.core.errors import BenchbotError
 from benchbot.core.records import Evaluator
@@ -14,22 +16,35 @@ from benchbot.evaluation import result_files
 from benchbot.evaluation.ground_truths import GroundTruths, environment_of
 from benchbot.evaluation.result_document import ResultDocument
 from benchbot.evaluation.score import Evaluation
+from benchbot.plugins.drawing.map_model import (
+    FALSE_NEGATIVE,
+    FALSE_POSITIVE,
+    IGNORED,
+    MATCH,
+    Box,
+    DrivenPath,
+    MapObject,
+    Point,
+    driven_paths,
+    estimated_objects,
+    true_objects,
+)
+from benchbot.plugins.drawing.scene_maps import OBJECTS
 
 Document = dict[str, Any]
 Scores = dict[str, float]
 
-OBJECTS = "object_map_ground_truth"
 UNKNOWN = "unknown"
 """The environment of a file that could not be read."""
 
 
 @dataclass(frozen=True)
-class Episode:
+class ReportedEpisode:
     """One expected result: scored, or missing (then `scores` is None) with the reason.
 
-    `number` is that of the episode in its task's list, of tasks that have one. `objects` is the evaluator's explanation
-    of the score, object by object; empty when the method gives none. `truths` are those that the map shows, one for
-    each scene; `goal` is that of an episode list, with a `position` or with `instances` of a class.
+    `number` is that of the episode in its task's list, of tasks that have one. `explanation` is the evaluator's, object
+    by object; empty when the method gives none. `truths` are those that the map shows, one for each scene; `goal` is
+    that of an episode list, with a `position` or with `instances` of a class.
     """
 
     environment: str
@@ -43,7 +58,7 @@ class Episode:
     reason: str | None = None
     document: Document | None = None
     truths: tuple[Document, ...] = ()
-    objects: tuple[Document, ...] = ()
+    explanation: tuple[Document, ...] = ()
     goal: Document | None = None
     settings: str = ""
 
@@ -66,29 +81,90 @@ class Episode:
 
     @property
     def provenance(self) -> Document:
-        """Where the result came from; empty for one that does not say."""
+        """The provenance of the result; empty for one without it."""
         return ((self.document or {}).get("provenance")) or {}
+
+    @property
+    def command(self) -> str:
+        """The command that ran as the solution."""
+        return " ".join(map(str, self._solution.get("command", ())))
+
+    @property
+    def revision(self) -> str:
+        """The solution's git revision, and whether there were changes beside it."""
+        found = self._solution.get("git_revision")
+        return "" if found is None else f"{found}{' with changes' if self._solution.get('git_dirty') else ''}"
+
+    @property
+    def _solution(self) -> Document:
+        return self.provenance.get("solution") or {}
 
     @property
     def scenes(self) -> list[Document]:
         """The environment's variants as the result describes them, in the order of the visits."""
         return list((self.document or {}).get("environment_details", ()))
 
+    @property
+    def paths(self) -> list[DrivenPath]:
+        """The robot's path through each scene."""
+        return driven_paths(self.document)
+
+    @property
+    def goals(self) -> tuple[Point, ...]:
+        """The places in the map frame that the robot was to reach: one, or an instance of the wanted class each."""
+        goal = self.goal or {}
+        places = [goal["position"]] if "position" in goal else [each["centroid"] for each in goal.get("instances", ())]
+        return tuple((float(x), float(y)) for x, y, *_ in places)
+
+    @property
+    def objects(self) -> list[MapObject]:
+        """The objects as the evaluator explains them, else as truth and result state them.
+
+        Failures come first, then the worst matches.
+        """
+        if self.explanation:
+            names = [f"{scene.get('name')}:{scene.get('variant')}" for scene in self.scenes]
+            found = [_explained(item, names) for item in self.explanation]
+        else:
+            found = [
+                replace(item, scene=scene)
+                for scene, truth in enumerate(self.truths)
+                for item in true_objects(truth.get("ground_truth"))
+            ]
+            last = len(self.scenes) - 1
+            found += [replace(item, scene=last) for item in estimated_objects((self.document or {}).get("results"))]
+        return sorted(found, key=_worst_first)
+
+
+def _explained(item: Document, scenes: Sequence[str]) -> MapObject:
+    is_estimated, is_true = item["verdict"] != FALSE_NEGATIVE, item["verdict"] != FALSE_POSITIVE
+    return MapObject(
+        label=item["label"] or "",
+        truth_label=item["truth_label"] if is_true else None,
+        estimated=Box.of(item["centroid"], item["extent"]) if is_estimated else None,
+        true=Box.of(item["truth_centroid"], item["truth_extent"]) if is_true else None,
+        scene=scenes.index(item["scene"]) if item["scene"] in scenes else 0,
+        verdict=item["verdict"],
+        quality=item["factors"].get("overall") if item["verdict"] == MATCH else None,
+        why=item["why"],
+    )
+
+
+def _worst_first(item: MapObject) -> tuple[object, ...]:
+    rank = (FALSE_NEGATIVE, FALSE_POSITIVE, MATCH, IGNORED, None).index(item.verdict)
+    volume = math.prod(item.boxes[0].extent) if item.boxes else 0.0
+    return (item.scene, rank, item.quality or 0.0, -volume, item.name)
+
 
 @dataclass(frozen=True)
-class Material:
-    """All that a report needs.
-
-    `robot` and `scene` give the declaration of a robot and of an environment (`name:variant`), None when it is not
-    installed.
-    """
+class ReportData:
+    """The data of a report; the catalog has the declarations of robots and environments that are installed."""
 
     name: str | None
     scores: Document
-    episodes: tuple[Episode, ...]
+    episodes: tuple[ReportedEpisode, ...]
     evaluator: Evaluator
-    robot: Callable[[str], Document | None]
-    scene: Callable[[str], Declaration | None]
+    catalog: Catalog
     frames: Path | None = None
 
     @property
@@ -103,15 +179,15 @@ class Material:
 
     @property
     def missing_count_as_zero(self) -> bool:
-        """Whether what is missing lowers the scores; otherwise it is left out of them."""
+        """True where what is missing lowers the scores; otherwise it is left out of them."""
         return bool(self.scores["coverage"].get("missing_counts", "zero") == "zero")
 
     @property
-    def environments(self) -> dict[str, list[Episode]]:
+    def environments(self) -> dict[str, list[ReportedEpisode]]:
         """The episodes by environment, in the order of the alphabet, numbers by their value."""
         return grouped(self.episodes, lambda episode: episode.environment)
 
-    def combined(self, episodes: Iterable[Episode]) -> Scores:
+    def combined(self, episodes: Iterable[ReportedEpisode]) -> Scores:
         """Return the summary of some of the episodes, as the method combines them; empty when none counts."""
         counted = [episode.scores or {} for episode in episodes if episode.scores or self.missing_count_as_zero]
         return self.evaluator.combine(counted) if counted else {}
@@ -124,8 +200,8 @@ def gather(
     catalog: Catalog,
     name: str | None = None,
     frames: Path | None = None,
-) -> Material:
-    """Return the material of a report on the results in `paths`, whose evaluation this is.
+) -> ReportData:
+    """Return the data of a report on the results in `paths`, whose evaluation this is.
 
     `name` is what the solution is called, `frames` the folder of what was recorded beside a single result.
     """
@@ -134,26 +210,22 @@ def gather(
     for row, (submission, truths) in zip(scores["rows"], evaluation.scored, strict=True):
         objects = () if explain is None else explain(submission.document, truths).get("objects", ())
         episode = _episode(row, submission, row["scores"], submission.failure_why or None)
-        episodes.append(replace(episode, truths=tuple(truths), objects=tuple(objects)))
+        episodes.append(replace(episode, truths=tuple(truths), explanation=tuple(objects)))
     absent = scores["coverage"]["missing"]
     handed_in = result_files.read(paths) if any(item["source"] for item in absent) else ()
     submissions = {item.source: item for item in handed_in if isinstance(item, ResultDocument)}
     episodes += [_episode(item, submissions.get(item["source"]), None, item["reason"]) for item in absent]
 
-    episodes = [replace(episode, goal=_goal(episode, catalog)) for episode in episodes]
-    episodes = _furnished(episodes, catalog)
-
-    def robot(wanted: str) -> Document | None:
-        declared = catalog.pool("robots").get(wanted)
-        return None if declared is None else dict(declared.data)
-
-    ordered = tuple(sorted(episodes, key=_order))
-    return Material(name, scores, ordered, evaluation.evaluator, robot, catalog.pool("environments").get, frames)
+    ground_truths = cache(lambda: GroundTruths.of(catalog, None))
+    episodes = [_with_objects(replace(episode, goal=_goal(episode, catalog)), ground_truths) for episode in episodes]
+    return ReportData(name, scores, tuple(sorted(episodes, key=_order)), evaluation.evaluator, catalog, frames)
 
 
-def grouped(episodes: Iterable[Episode], key: Callable[[Episode], str]) -> dict[str, list[Episode]]:
+def grouped(
+    episodes: Iterable[ReportedEpisode], key: Callable[[ReportedEpisode], str]
+) -> dict[str, list[ReportedEpisode]]:
     """Return the episodes by what `key` says of them, sorted."""
-    found: dict[str, list[Episode]] = {}
+    found: dict[str, list[ReportedEpisode]] = {}
     for episode in episodes:
         found.setdefault(key(episode), []).append(episode)
     return dict(sorted(found.items(), key=lambda item: natural(item[0])))
@@ -165,9 +237,11 @@ def natural(text: str) -> list[tuple[int, int, str]]:
     return [(0, int(part), "") if part.isdecimal() and len(part) < 19 else (1, 0, part) for part in parts]
 
 
-def _episode(item: Document, submission: ResultDocument | None, scores: Scores | None, reason: str | None) -> Episode:
+def _episode(
+    item: Document, submission: ResultDocument | None, scores: Scores | None, reason: str | None
+) -> ReportedEpisode:
     selection = {} if submission is None else submission.selection
-    return Episode(
+    return ReportedEpisode(
         environment=item["environment"] or UNKNOWN,
         seed=item.get("seed"),
         repeat=item.get("repeat"),
@@ -182,7 +256,7 @@ def _episode(item: Document, submission: ResultDocument | None, scores: Scores |
     )
 
 
-def _goal(episode: Episode, catalog: Catalog) -> Document | None:
+def _goal(episode: ReportedEpisode, catalog: Catalog) -> Document | None:
     """Return the goal of an episode, None when its list is not installed as it was."""
     chosen = (episode.provenance.get("selection") or {}).get("episode") or {}
     listed = catalog.pool("episodes").get(chosen.get("list", ""))
@@ -192,28 +266,17 @@ def _goal(episode: Episode, catalog: Catalog) -> Document | None:
     return goal
 
 
-def _shows_objects(episode: Episode) -> bool:
-    return any("objects" in truth["ground_truth"] for truth in episode.truths)
-
-
-def _furnished(episodes: list[Episode], catalog: Catalog) -> list[Episode]:
-    """Return the episodes with what stands in their scenes, where that is known: a way alone makes a poor map."""
-    if all(_shows_objects(episode) for episode in episodes):
-        return episodes
+def _with_objects(episode: ReportedEpisode, ground_truths: Callable[[], GroundTruths]) -> ReportedEpisode:
+    """Return an episode with the objects of its scenes, where they are known: a path alone makes a poor map."""
+    if any("objects" in truth["ground_truth"] for truth in episode.truths):
+        return episode
     try:
-        known = GroundTruths.of(catalog, None)
-    except BenchbotError:
-        return episodes
-    return [episode if _shows_objects(episode) else _with_furniture(episode, known) for episode in episodes]
-
-
-def _with_furniture(episode: Episode, known: GroundTruths) -> Episode:
-    try:
+        known = ground_truths()
         return replace(episode, truths=tuple(known.find(environment_of(scene), {OBJECTS}) for scene in episode.scenes))
     except BenchbotError:
         return episode
 
 
-def _order(episode: Episode) -> tuple[Any, ...]:
+def _order(episode: ReportedEpisode) -> tuple[Any, ...]:
     numbers = (-1 if number is None else number for number in (episode.number, episode.seed, episode.repeat))
     return (natural(episode.environment), *numbers, episode.source or "")

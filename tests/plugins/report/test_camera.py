@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchbot.core.geometry import Pose
-from benchbot.plugins.drawing.camera import Box, Camera
+from benchbot.plugins.drawing.map_model import Box
+from benchbot.plugins.report.camera_pictures import Camera
 
 # One metre up, looking forward (optical frame: x right, y down, z forward).
 ROBOT = {

@@ -8,9 +8,9 @@ import pytest
 from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.drawing.occupancy import occupancy_of
-from benchbot.plugins.watching import place
-from tests.plugins.drawing.test_floors import flat
+from benchbot.plugins.drawing import scene_maps
+from benchbot.plugins.drawing.map_model import Box, estimated_objects, occupancy_of
+from tests.plugins.drawing.test_occupancy import flat
 
 
 @pytest.fixture(scope="module")
@@ -19,10 +19,10 @@ def catalog() -> Catalog:
 
 
 def test_a_place_has_walls_a_start_and_a_way(catalog: Catalog) -> None:
-    found = place.place_of(catalog, "arena:1")
+    found = scene_maps.installed_map(catalog, "arena:1")
     assert found.start_xyyaw is not None
     assert found.start_xyyaw[:2] == (-2.0, 0.0)
-    assert len(found.trajectory_xy) == 3
+    assert len(found.planned) == 3
     # Its floor is not in the format of ROS's map_server.
     assert found.occupancy is None
 
@@ -36,17 +36,17 @@ def test_a_floor_is_as_small_as_what_stands_on_it(tmp_path: Path) -> None:
 
 def test_an_environment_that_is_not_installed_is_refused(catalog: Catalog) -> None:
     with pytest.raises(BenchbotError, match="nowhere"):
-        place.place_of(catalog, "nowhere:1")
-    assert place.truth_of(catalog, "nowhere:1") == ()
+        scene_maps.installed_map(catalog, "nowhere:1")
+    assert scene_maps.installed_truth(catalog, "nowhere:1") == ()
 
 
 def test_what_a_result_proposes_is_boxes_and_nonsense_is_none() -> None:
     item = {"centroid": [1, 2, 0.5], "extent": [1, 1, 1], "label_probs": [0.1, 0.9]}
-    result = {"results": {"objects": [item, {"centroid": [0, 0, 0]}], "class_list": ["cup", "bottle"]}}
-    (box,) = place.boxes_of(result)
-    assert (box.label, box.box.centroid, box.box.extent) == ("bottle", (1.0, 2.0, 0.5), (1.0, 1.0, 1.0))
-    for nonsense in ({}, {"results": None}, {"results": {"objects": [{**item, "centroid": "here"}]}}, {"results": [1]}):
-        assert place.boxes_of(nonsense) == ()
+    results = {"objects": [item, {"centroid": [0, 0, 0]}], "class_list": ["cup", "bottle"]}
+    (found,) = estimated_objects(results)
+    assert (found.label, found.estimated) == ("bottle", Box((1.0, 2.0, 0.5), (1.0, 1.0, 1.0)))
+    for nonsense in ({}, None, {"objects": [{**item, "centroid": "here"}]}, [1]):
+        assert estimated_objects(nonsense) == []
 
 
 def test_the_truth_is_there_for_the_host(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -58,5 +58,6 @@ def test_the_truth_is_there_for_the_host(tmp_path: Path, monkeypatch: pytest.Mon
     path = tmp_path / "arena_1.json"
     path.write_text(json.dumps(truth))
     monkeypatch.setattr(Catalog, "ground_truth_files", (path,))
-    (box,) = place.truth_of(Catalog(plugin_manager.load()), "arena:1")
-    assert (box.label, box.box.extent) == ("bottle", (1.0, 1.0, 1.0))
+    (found,) = scene_maps.installed_truth(Catalog(plugin_manager.load()), "arena:1")
+    assert (found.truth_label, found.true) == ("bottle", Box((0.0, 0.0, 0.5), (1.0, 1.0, 1.0)))
+    assert scene_maps.installed_map(Catalog(plugin_manager.load()), "arena:1").objects == (found,)

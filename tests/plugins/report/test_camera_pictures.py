@@ -6,10 +6,9 @@ import numpy as np
 from PIL import Image
 
 from benchbot.core.geometry import Pose
-from benchbot.plugins.drawing.camera import Box, Camera
-from benchbot.plugins.drawing.recorded_frames import Frame
-from benchbot.plugins.report.pictures import Budget, best_frame, crop, thumbnail
-from tests.plugins.drawing.test_camera import ROBOT
+from benchbot.plugins.drawing.map_model import Box
+from benchbot.plugins.report.camera_pictures import Budget, Camera, Frame, best_frame, crop, thumbnail
+from tests.plugins.report.test_camera import ROBOT
 
 BOX = Box((3.0, 0.0, 1.0), (0.4, 0.4, 0.4))
 

@@ -4,9 +4,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchbot.plugins.drawing.figure import scale_length_m
-from benchbot.plugins.drawing.frames import chosen
-from benchbot.plugins.drawing.material import fitted
+from benchbot.plugins.drawing.figures import scale_length_m
+from benchbot.plugins.drawing.scene_maps import chosen, fitted
 
 
 @given(st.floats(0.02, 1e5))

@@ -5,19 +5,19 @@ import time
 from pathlib import Path
 
 from PIL import Image
+from textual.geometry import Size
 
 from benchbot.core.errors import BenchbotError
+from benchbot.plugins.drawing.palette import Pixels
+from benchbot.plugins.tui.map_canvas import RunMap
 from benchbot.plugins.tui.watching import camera
-from benchbot.plugins.tui.watching.colors import Pixels
-from benchbot.plugins.tui.watching.map_painting import paint
-from benchbot.plugins.tui.watching.map_window import MapContent, Window
 from benchbot.plugins.watching.views import RunView
 
-MAP_PX = (960, 720)
+MAP_PX = Size(960, 720)
 DEFAULT_FOLDER = Path("benchbot-snapshots")
 
 
-def take(view: RunView, content: MapContent, folder: Path) -> list[Path]:
+def take(view: RunView, run_map: RunMap, folder: Path) -> list[Path]:
     """Write what a view shows into a folder, which is made; return the files. Raises BenchbotError."""
     pictures: dict[str, Pixels] = {}
     if view.look is not None:
@@ -25,7 +25,7 @@ def take(view: RunView, content: MapContent, folder: Path) -> list[Path]:
             seen = camera.picture(view.look, channel)
             if seen is not None:
                 pictures[channel.title] = seen.pixels
-    pictures["map"] = paint(content, Window.of(content, *MAP_PX), dark=False, finer=2)
+    pictures["map"] = run_map.pixels(MAP_PX, dark=False)
     step = view.progress.get("steps", 0)
     stem = f"{view.state.environment}-step{step}-{time.strftime('%Y%m%d-%H%M%S')}"
     stem = re.sub(r"[^\w.-]", "-", stem)
