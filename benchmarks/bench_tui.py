@@ -27,10 +27,10 @@ from textual.geometry import Size
 from textual.pilot import Pilot
 from textual.screen import Screen
 
+from benchbot.plugins.tui.base import BaseApp
 from benchbot.plugins.tui.batch_screen import BatchScreen
+from benchbot.plugins.tui.camera import rgb
 from benchbot.plugins.tui.run_screen import RunScreen
-from benchbot.plugins.tui.watching.pictures import rgb
-from benchbot.plugins.tui.watching.raster import Still
 from benchbot.plugins.watching.views import BatchView, RunView
 from tests.plugins.tui.watched import SEEN, StillBatch, StillFeed, batch_view, run_view, surroundings
 
@@ -51,7 +51,7 @@ class Row:
     ratio: float
 
 
-class Bare(App[None]):
+class Bare(BaseApp):
     """An app with one screen."""
 
     def __init__(self, screen: Screen[None]) -> None:
@@ -157,8 +157,8 @@ def next_batch(feed: StillBatch) -> None:
 def next_run(feed: StillFeed) -> None:
     """Make one more step: a new picture, a new place."""
     view: RunView = feed.view
-    assert view.look is not None
-    images = {name: np.roll(image, 7, 1) for name, image in view.look.images.items()}
+    assert view.snapshot is not None
+    images = {name: np.roll(image, 7, 1) for name, image in view.snapshot.images.items()}
     x, y, yaw_rad = view.progress["pose_xyyaw"]
     progress = {
         **view.progress,
@@ -166,8 +166,8 @@ def next_run(feed: StillFeed) -> None:
         "wall_time_s": view.progress["wall_time_s"] + 0.1,
         "pose_xyyaw": (x + 0.01, y, yaw_rad + 0.1),
     }
-    look = replace(view.look, number=view.look.number + 1, images=images)
-    feed.view = replace(view, look=look, progress=progress, path=(*view.path, (x, y)))
+    snapshot = replace(view.snapshot, number=view.snapshot.number + 1, images=images)
+    feed.view = replace(view, snapshot=snapshot, progress=progress, path=(*view.path, (x, y)))
 
 
 def cells(rounds: int) -> list[Row]:
@@ -179,7 +179,7 @@ def cells(rounds: int) -> list[Row]:
     for number in range(rounds):
         pixels = np.roll(SEEN["image_rgb"], 7 * number, 1)
         began_s = time.process_time()
-        strips = Still(rgb(pixels)).strips(Size(80, 24), colored=True, dark=True)
+        strips = rgb(pixels).strips(Size(80, 24), colored=True, dark=True)
         for strip in strips:
             strip.render(console)
         ours.append((time.process_time() - began_s) * 1e3)

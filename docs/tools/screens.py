@@ -17,8 +17,8 @@ from PIL import Image
 from textual.pilot import Pilot
 from textual.widgets import Input, OptionList, Select
 
-from benchbot.plugins.tui.alive import WELL
 from benchbot.plugins.tui.app import BenchbotApp
+from benchbot.plugins.tui.jobs import WELL
 from tests.plugins.report.chromium import Browser
 
 COLUMNS, LINES = 110, 34
@@ -67,7 +67,7 @@ async def _play(take: Callable[[BenchbotApp, str], None]) -> None:
         await pilot.press("home")
         await pilot.pause(1.5)
         take(app, "home")
-        await _until(pilot, lambda: not app.alive.runs and app.alive.started[0].state == WELL)
+        await _until(pilot, lambda: not app.alive.runs and app.alive.jobs[0].state == WELL)
         app.clear_notifications()
         await pilot.press("r")
         await pilot.pause(1.5)

@@ -11,9 +11,9 @@ from pathlib import Path
 
 from textual.screen import Screen
 
-from benchbot.plugins.tui.alive import Alive
 from benchbot.plugins.tui.app import BenchbotApp
 from benchbot.plugins.tui.batch_screen import BatchScreen
+from benchbot.plugins.tui.jobs import Alive
 from benchbot.plugins.tui.run_screen import RunScreen
 from docs.tools.screens import take
 from tests.plugins.report.chromium import Browser

@@ -1,42 +1,40 @@
-"""The screen that watches a batch: its matrix of episodes, workers, score and failures; and the keys of who runs it."""
+"""The screen that watches a batch: its matrix of episodes, workers, score and failures; and the keys of its host."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
-from textual.screen import Screen
 from textual.widgets import Footer
 
 from benchbot.plugins.batch.folder import Folder
-from benchbot.plugins.tui.question import Question
-from benchbot.plugins.tui.watching import batch_facts, panels, state_bar
-from benchbot.plugins.tui.watching.commands import Commands
-from benchbot.plugins.tui.watching.feeds import BatchFeed, leave
-from benchbot.plugins.tui.watching.matrix import Matrix
-from benchbot.plugins.tui.watching.matrix_grid import RUNNING
-from benchbot.plugins.tui.watching.panels import Words
-from benchbot.plugins.tui.watching.text_screen import TextScreen, logs_of
+from benchbot.plugins.tui import batch_facts, panels
+from benchbot.plugins.tui.base import WatchScreen
+from benchbot.plugins.tui.batch_facts import RUNNING
+from benchbot.plugins.tui.dialogs import Question, TextScreen
+from benchbot.plugins.tui.matrix import Matrix
+from benchbot.plugins.watching.batch_feed import BatchFeed
+from benchbot.plugins.watching.logs import end_of
 from benchbot.plugins.watching.views import BatchView, EpisodeCell
 
-PERIOD_S = 0.2
-MOST_WORKERS = 40
+MOST_LOG_BYTES = 1 << 20
 COLUMNS = [(0, "-tiny"), (12, "-narrow"), (110, "-wide")]
 LINES = [(0, "-flat"), (14, "-short"), (32, "-tall")]
-"""From how many on the screen is of which class: what is shown then is in batch_screen.tcss."""
+"""The class of the screen from so many columns or lines on: batch_screen.tcss says what it shows then."""
+WORDS = ("headline", "problem", "bar", "numbers", "score", "failures", "workers", "compact", "episode")
 
 
-class BatchScreen(Screen[None]):
-    """Watches a batch until its user leaves; it closes its feed then, which does the batch no harm.
+class BatchScreen(WatchScreen):
+    """Watches a batch; leaving it does the batch no harm.
 
-    `open_run` shows the live run of an episode; `go_on` drives a batch that nobody drives any more. Keys for what is
+    `open_run` shows the live run of an episode; `go_on` drives a batch without a driver. Keys for what is
     None are not there.
     """
 
-    CSS_PATH = "watching/batch_screen.tcss"
+    CSS_PATH = "batch_screen.tcss"
     HORIZONTAL_BREAKPOINTS = COLUMNS
     VERTICAL_BREAKPOINTS = LINES
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -58,6 +56,7 @@ class BatchScreen(Screen[None]):
         Binding("x", "cancel", "Cancel"),
         Binding("escape", "leave", "Leave"),
     ]
+    feed: BatchFeed
 
     def __init__(
         self,
@@ -66,87 +65,49 @@ class BatchScreen(Screen[None]):
         open_run: Callable[[EpisodeCell], None] | None = None,
         go_on: Callable[[Path], None] | None = None,
     ) -> None:
-        super().__init__()
-        self.feed = feed
+        super().__init__(feed, WORDS)
         self._open_run = open_run
         self._go_on = go_on
-        self._commands = Commands()
         self._view: BatchView | None = None
-        self._keys: object = None
         self._matrix = Matrix(id="matrix")
-        names = ("headline", "problem", "bar", "numbers", "score", "failures", "workers", "compact", "episode")
-        self._words = {name: Words(id=name) for name in names}
 
     def compose(self) -> ComposeResult:
-        """Lay out everything; which parts of it are shown is for the size to say."""
+        """Lay out everything; the size of the terminal decides which parts are shown."""
         words = self._words
-        yield words["headline"]
-        yield words["problem"]
-        yield words["bar"]
-        yield words["compact"]
+        yield from (words[name] for name in ("headline", "problem", "bar", "compact"))
         with Horizontal(id="middle"):
             with Vertical(id="episodes", classes="panel") as episodes:
                 episodes.border_title = "Episodes"
                 yield self._matrix
             with VerticalScroll(id="side", can_focus=False):
-                for title, name in (
-                    ("Batch", "numbers"),
-                    ("Score", "score"),
-                    ("Failures", "failures"),
-                    ("Workers", "workers"),
-                ):
+                for name in ("numbers", "score", "failures", "workers"):
                     with Vertical(classes="panel") as panel:
-                        panel.border_title = title
+                        panel.border_title = "Batch" if name == "numbers" else name.capitalize()
                         yield words[name]
         yield words["episode"]
         yield Footer(compact=True, show_command_palette=False)
 
-    def on_mount(self) -> None:
-        """Look at the feed from now on."""
-        self._tick()
-        self.set_interval(PERIOD_S, self._tick)
-
-    def on_unmount(self) -> None:
-        """Leave the batch to itself."""
-        leave(self.feed)
-
-    def on_resize(self) -> None:
-        """Lay out for the new size."""
-        self.call_after_refresh(self._show_all)
-
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Say which keys mean something now."""
-        view = self._view
-        status = None if view is None else view.status
+        view = self.feed.view
+        failed = view.status is not None and bool(view.status.failures)
         chosen = self._matrix.chosen
         match action:
             case "watch":
                 return self._open_run is not None and chosen is not None and chosen.state == RUNNING
-            case "retry":
-                return status is not None and bool(status.failures)
+            case "retry" | "failure":
+                return failed
             case "cancel":
-                return view is not None and view.alive
+                return view.alive
             case "go_on":
-                return (
-                    self._go_on is not None and view is not None and not view.alive and bool(status and status.pending)
-                )
-            case "failure":
-                return status is not None and bool(status.failures)
+                return self._go_on is not None and not view.alive and bool(view.status and view.status.pending)
             case _:
                 return True
 
     # What is shown
 
-    def _tick(self) -> None:
-        for outcome in self._commands.ended():
-            if outcome.error is not None:
-                error = outcome.error
-                self.notify(f"{error.why}\n{error.fix}", title=error.title, severity="error", timeout=10, markup=False)
-            elif outcome.done is not None:
-                outcome.done(outcome.value)
-            self._show_all()
-        if self.feed.view is not self._view:
-            self._show_all()
+    def _has_news(self) -> bool:
+        return self.feed.view is not self._view
 
     def _show_all(self) -> None:
         view = self._view = self.feed.view
@@ -154,43 +115,34 @@ class BatchScreen(Screen[None]):
             return
         self._matrix.show(view.cells)
         words = self._words
-        title = batch_facts.title(view)
-        words["headline"].tell(panels.headline(batch_facts.badge(view), self._commands.under_way, title))
+        words["headline"].tell(panels.headline(batch_facts.badge(view), self._under_way, str(view.folder)))
         problem = view.problem or (view.status.paused if view.status is not None else None) or ""
         words["problem"].display = bool(problem)
         words["problem"].tell(problem)
-        words["bar"].tell(state_bar.state_bar(self._matrix.states, self.size.width - 2))
+        words["bar"].tell(batch_facts.state_bar(self._matrix.states, self.size.width - 2))
         words["numbers"].tell(panels.rows(batch_facts.numbers(view)))
         words["score"].tell(batch_facts.score(view).replace(" [", "\n["))
         failures = dict(view.status.failures) if view.status is not None else {}
-        words["failures"].tell(state_bar.failures(failures))
-        words["workers"].tell(_workers(view))
+        words["failures"].tell(batch_facts.failure_counts(failures))
+        words["workers"].tell(batch_facts.workers(view))
         words["compact"].tell(f"{batch_facts.compact(view)}\n{batch_facts.score(view)}")
         self._show_episode()
-        self._refresh_keys()
-
-    def _refresh_keys(self) -> None:
-        view, chosen = self.feed.view, self._matrix.chosen
-        failed = view.status is not None and bool(view.status.failures)
-        keys = (view.alive, failed, None if chosen is None else chosen.state)
-        if keys != self._keys:
-            self._keys = keys
-            self.refresh_bindings()
 
     def _show_episode(self) -> None:
-        chosen, row = self._matrix.chosen, self._matrix.chosen_row
+        view, chosen, row = self.feed.view, self._matrix.chosen, self._matrix.chosen_row
+        text = ""
         if chosen is not None:
-            self._words["episode"].tell(batch_facts.cell(chosen))
+            text = batch_facts.episode(chosen)
         elif row is not None and self._matrix.shows_counts:
-            told = ", ".join(f"{count} {state}" for state, count in row[1].items())
-            self._words["episode"].tell(f"{row[0]}: {told}. Press m for its episodes.")
-        else:
-            self._words["episode"].tell("")
+            counts = ", ".join(f"{count} {state}" for state, count in row[1].items())
+            text = f"{row[0]}: {counts}. Press m for its episodes."
+        self._words["episode"].tell(text)
+        failed = view.status is not None and bool(view.status.failures)
+        self._show_keys((view.alive, failed, None if chosen is None else chosen.state))
 
     def on_matrix_moved(self) -> None:
-        """Tell of the episode beneath the cursor."""
+        """Show the episode under the cursor."""
         self._show_episode()
-        self._refresh_keys()
 
     # What keys do
 
@@ -207,7 +159,7 @@ class BatchScreen(Screen[None]):
         self._matrix.next_failure(step)
 
     def action_open(self) -> None:
-        """Show the logs of the episode beneath the cursor; where rows are bars, its row's episodes."""
+        """Show the logs of the episode under the cursor; where rows are bars, its row's episodes."""
         chosen = self._matrix.chosen
         if chosen is None:
             if self._matrix.shows_counts:
@@ -215,13 +167,14 @@ class BatchScreen(Screen[None]):
             return
         folder = Folder(self.feed.view.folder).episode(chosen.name)
         title = f"{chosen.name}: {chosen.state}"
-        self._command("Reading", partial(logs_of, folder), lambda text: self._read(title, text))
 
-    def _read(self, title: str, text: str) -> None:
-        self.app.push_screen(TextScreen(title, text))
+        def show(text: str) -> None:
+            self.app.push_screen(TextScreen(title, text, is_log=True))
+
+        self._command("Reading", partial(_logs_of, folder), show)
 
     def action_watch(self) -> None:
-        """Watch the run of the episode beneath the cursor."""
+        """Watch the run of the episode under the cursor."""
         chosen = self._matrix.chosen
         if self._open_run is not None and chosen is not None:
             self._open_run(chosen)
@@ -230,16 +183,20 @@ class BatchScreen(Screen[None]):
         """Ask which failed episodes are to be computed once more."""
         status = self.feed.view.status
         failures = {} if status is None else dict(status.failures)
+        classes = {"a": tuple(failures), **{str(place): (name,) for place, name in enumerate(failures, 1)}}
         answers = {"a": f"all that failed ({sum(failures.values())})"}
         answers |= {str(place): f"{name} ({count})" for place, (name, count) in enumerate(failures.items(), 1)}
-        chosen = {"a": tuple(failures), **{str(place): (name,) for place, name in enumerate(failures, 1)}}
-        text = "Compute which episodes once more? What they left is kept beside."
-        self.app.push_screen(Question(text, answers), lambda answer: self._retry(chosen.get(answer or "", ())))
 
-    def _retry(self, classes: Sequence[str]) -> None:
-        if classes:
-            done = "{} episodes are computed once more."
-            self._command("Beginning", partial(self.feed.retry, classes), lambda n: self.notify(done.format(n)))
+        def retry(answer: str | None) -> None:
+            if answer is not None and classes[answer]:
+                self._command(
+                    "Beginning",
+                    partial(self.feed.retry, classes[answer]),
+                    lambda count: self.notify(f"{count} episodes are computed once more."),
+                )
+
+        text = "Compute which episodes once more? What they left is kept beside."
+        self.app.push_screen(Question(text, answers), retry)
 
     def action_go_on(self) -> None:
         """Drive a batch on whose workers have ended."""
@@ -248,27 +205,30 @@ class BatchScreen(Screen[None]):
 
     def action_cancel(self) -> None:
         """End the workers, or only stop watching: ask which."""
-        text = "End all workers of this batch?\n\nWhat is finished stays; the batch can go on later."
-        answers = {"x": "end the workers now", "w": "only stop watching: the batch goes on"}
-        self.app.push_screen(Question(text, answers), self._cancel_as)
-
-    def _cancel_as(self, answer: str | None) -> None:
-        if answer == "x":
-            self._command("Ending the workers", self.feed.cancel)
-        elif answer == "w":
-            self.action_leave()
-
-    def action_leave(self) -> None:
-        """Stop watching: the batch goes on."""
-        self.dismiss(None)
-
-    def _command(self, what: str, call: Callable[[], Any], done: Callable[[Any], None] | None = None) -> None:
-        if self._commands.begin(what, call, done):
-            self._show_all()
+        self._ask_to_end(
+            "End all workers of this batch?\n\nWhat is finished stays; the batch can go on later.",
+            {"x": "end the workers now", "w": "only stop watching: the batch goes on"},
+            partial(self._command, "Ending the workers", self.feed.cancel),
+        )
 
 
-def _workers(view: BatchView) -> str:
-    rows = [batch_facts.worker(row) for row in view.workers[:MOST_WORKERS]]
-    if len(view.workers) > MOST_WORKERS:
-        rows.append(f"and {len(view.workers) - MOST_WORKERS} more")
-    return "\n".join(rows) or "none is known"
+def _logs_of(folder: Path) -> str:
+    """Return the logs of all attempts at an episode, the newest last; of long ones the end."""
+    paths = [*sorted(folder.glob("attempt-*/log.txt"), key=_number), *folder.glob("log.txt")]
+    if not paths:
+        return f"There is no log in {folder}: the episode has not been begun, or it printed nothing."
+    return f"{folder}\n" + "\n".join(f"\n── {path.relative_to(folder)}\n\n{_end(path)}" for path in paths)
+
+
+def _number(path: Path) -> int:
+    digits = path.parent.name.removeprefix("attempt-")
+    return int(digits) if digits.isdigit() else 0
+
+
+def _end(path: Path) -> str:
+    try:
+        text = end_of(path, MOST_LOG_BYTES)
+    except OSError as error:
+        return f"It cannot be read: {error.strerror}."
+    # Colours and cursor movements that a solution printed would be commands to this terminal.
+    return "".join(character for character in text if character.isprintable() or character in "\n\t")

@@ -2,6 +2,9 @@
 
 import os
 import sys
+import threading
+import time
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -11,8 +14,12 @@ from benchbot.cli.kit import console
 from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
-    from benchbot.plugins.tui.alive import Alive
+    from benchbot.plugins.tui.jobs import Alive
     from benchbot.wire.run_state import RunState
+
+SERVER_PID = "BENCHBOT_TUI_SERVER"
+"""Names the process of the web server, in the environment of its children."""
+SERVER_PERIOD_S = 0.5
 
 
 def tui(
@@ -61,6 +68,7 @@ def tui(
     elif display == "screen" or (display == "auto" and _can_show_screens()):
         from benchbot.plugins.tui import app
 
+        _end_with_server()
         raise typer.Exit(app.show(run=state, batch=None if batch is None else batch.absolute(), images=images))
     else:
         _follow(state, batch, "json" if display == "json" else "plain")
@@ -70,11 +78,27 @@ def _can_show_screens() -> bool:
     return sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM", "dumb") != "dumb"
 
 
+def _end_with_server() -> None:
+    """End this process soon after the web server that is its parent has ended; do nothing where there is none."""
+    # Jobs that the app starts must not inherit the variable: they do not end with the server.
+    server = os.environ.pop(SERVER_PID, "")
+
+    def watch() -> None:
+        with suppress(KeyboardInterrupt):
+            while os.getppid() == int(server):
+                time.sleep(SERVER_PERIOD_S)
+        # Nothing reads the screen any more: there is nothing to restore.
+        os._exit(0)
+
+    if server:
+        threading.Thread(target=watch, daemon=True, name="benchbot-server").start()
+
+
 def _run(text: str) -> "RunState":
-    from benchbot.plugins.tui.alive import run_named
+    from benchbot.plugins.tui.jobs import run_named
     from benchbot.wire import run_state
 
-    runs = tuple(run_state.live())
+    runs = run_state.live()
     found = run_named(text, runs)
     if found is None:
         names = ", ".join(Path(state.folder).name for state in runs)
@@ -101,7 +125,7 @@ def _web(run: str | None, batch: Path | None, images: str, port: int) -> None:
     words = ["tui", "--display=screen", f"--images={images}"]
     words += [] if run is None else [f"--run={run}"]
     words += [] if batch is None else [f"--batch={batch.absolute()}"]
-    serve(words, port)
+    serve(words, port, {SERVER_PID: str(os.getpid())})
 
 
 def _follow(state: "RunState | None", batch: Path | None, display: Literal["plain", "json"]) -> None:
@@ -110,7 +134,7 @@ def _follow(state: "RunState | None", batch: Path | None, display: Literal["plai
     from benchbot.plugins.watching.run_feed import RunFeed
 
     if state is None and batch is None:
-        from benchbot.plugins.tui.alive import look
+        from benchbot.plugins.tui.jobs import look
 
         _print(look(), as_json=display == "json")
         return
@@ -131,27 +155,19 @@ def _print(now: "Alive", *, as_json: bool) -> None:
             f"run {Path(state.folder).name}: {state.task}, {state.robot}, {state.environment}, seed {state.seed}"
         )
     for entry in now.batches:
-        state_of = "alive" if entry.alive else "nobody works on it"
-        console.data(f"batch {entry.folder}: {entry.finished} of {entry.episodes} episodes, {state_of}")
-    for each in now.started:
-        console.data(f"submission {each.title}: {each.said}")
-    if not (now.runs or now.batches or now.started):
+        activity = "alive" if entry.alive else "nobody works on it"
+        console.data(f"batch {entry.folder}: {entry.finished} of {entry.episodes} episodes, {activity}")
+    for each in now.jobs:
+        console.data(f"submission {each.job.title}: {each.summary}")
+    if not (now.runs or now.batches or now.jobs):
         console.note("No run and no batch of yours is alive on this machine.")
 
 
 def _as_dict(now: "Alive") -> dict[str, Any]:
+    names = ("task", "robot", "environment", "seed", "pid", "started_s")
     return {
         "runs": [
-            {
-                "run": Path(state.folder).name,
-                "task": state.task,
-                "robot": state.robot,
-                "environment": state.environment,
-                "seed": state.seed,
-                "pid": state.pid,
-                "started_s": state.started_s,
-            }
-            for state in now.runs
+            {"run": Path(state.folder).name, **{name: getattr(state, name) for name in names}} for state in now.runs
         ],
         "batches": [
             {
@@ -164,12 +180,12 @@ def _as_dict(now: "Alive") -> dict[str, Any]:
         ],
         "submissions": [
             {
-                "submission": each.title,
+                "submission": each.job.title,
                 "state": each.state,
-                "said": each.said,
+                "said": each.summary,
                 "result": None if each.job.result is None else str(each.job.result),
-                "command": each.command,
+                "command": each.job.command,
             }
-            for each in now.started
+            for each in now.jobs
         ],
     }

@@ -1,8 +1,12 @@
-"""Fields in rows: a label and an input or a list, one line each, so that a form fits into few lines."""
+"""The forms of a run and of a submission, and the commands that their fields make."""
 
-from collections.abc import Iterable, Mapping
+import math
+import time
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
@@ -11,8 +15,8 @@ from textual.widgets._select import NoSelection
 
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.tui import orders
-from benchbot.plugins.tui.orders import RunOrder, SolutionOrder
+
+T = TypeVar("T")
 
 NUMBERS = {
     "Seed": "0",
@@ -21,21 +25,80 @@ NUMBERS = {
     "Simulated s at most": "as the task says",
     "Real s at most": "as the task says",
 }
-"""Labels of the fields of a run, and what is so when they are left empty."""
+"""Labels of the fields of a run, and the default of each."""
 NO_SOLUTION, OWN_COMMAND = "", "\0own"
 NOT_SCORED = ""
+_RUNS = [("on this machine, as you", "native"), ("in a sandbox: somebody else's", "sandboxed")]
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """The options of `benchbot run`; None leaves a limit to the task."""
+
+    task: str
+    robot: str
+    environment: str
+    seed: int = 0
+    episode: int | None = None
+    max_steps: int | None = None
+    max_simulated_time_s: float | None = None
+    max_wall_time_s: float | None = None
+
+    def words(self) -> list[str]:
+        """Return the options of `benchbot run` and `benchbot submit`."""
+        options = {
+            "--task": self.task,
+            "--robot": self.robot,
+            "--env": self.environment,
+            "--seed": self.seed,
+            "--episode": self.episode,
+            "--max-steps": self.max_steps,
+            "--max-simulated-time": self.max_simulated_time_s,
+            "--max-wall-time": self.max_wall_time_s,
+        }
+        return [f"{name}={value}" for name, value in options.items() if value is not None]
+
+
+@dataclass(frozen=True)
+class SubmissionOptions:
+    """The options of `benchbot submit`: a solution, the file of its result, and the method that scores it, if any."""
+
+    result: Path
+    example: str | None = None
+    command: str | None = None
+    sandboxed: bool = False
+    arguments: str = ""
+    method: str | None = None
+
+    def words(self) -> list[str]:
+        """Return the options of `benchbot submit`; raises BenchbotError when there is nothing to submit."""
+        if self.example is None and not (self.command or "").strip():
+            raise BenchbotError(
+                "There is nothing to submit.",
+                "No example is chosen, and no command is written.",
+                "Choose an example, or write the command that starts your solution.",
+            )
+        chosen = f"--native={self.command}" if self.example is None else f"--example={self.example}"
+        return [
+            chosen,
+            *(["--sandboxed"] if self.sandboxed else []),
+            *([f"--args={self.arguments}"] if self.arguments.strip() else []),
+            f"--results-location={self.result}",
+            *([f"--evaluate-with={self.method}"] if self.method is not None else []),
+            "--json",
+        ]
 
 
 @dataclass(frozen=True)
 class Offers:
-    """What the form of a solution offers: examples by name, and methods of evaluation, the task's own one first."""
+    """The examples that a form offers, by name, and the methods of evaluation, the task's own one first."""
 
     examples: Mapping[str, str]
     methods: tuple[str, ...]
 
 
 class Field(Horizontal):
-    """A label and what it is the label of."""
+    """A label and its widget, in one line."""
 
     def __init__(self, label: str, widget: Input | Select[str]) -> None:
         super().__init__(Label(label), widget, classes="field")
@@ -51,23 +114,23 @@ class RunForm(Vertical):
         for label, otherwise in NUMBERS.items():
             yield Field(label, Input(placeholder=otherwise, compact=True, id=_id(label)))
 
-    def order(self, task: str, robot: str, environment: str) -> RunOrder:
-        """Return what is to be run; raises BenchbotError for a field that is not a number."""
+    def options(self, task: str, robot: str, environment: str) -> RunOptions:
+        """Return the options of the run; raises BenchbotError for a field that is not a number."""
         fields = {label: self.query_one(f"#{_id(label)}", Input).value for label in NUMBERS}
-        return RunOrder(
+        return RunOptions(
             task,
             robot,
             environment,
-            seed=orders.number(fields, "Seed") or 0,
-            episode=orders.number(fields, "Episode"),
-            max_steps=orders.number(fields, "Steps at most", least=1),
-            max_simulated_time_s=orders.seconds(fields, "Simulated s at most"),
-            max_wall_time_s=orders.seconds(fields, "Real s at most"),
+            seed=number(fields, "Seed") or 0,
+            episode=number(fields, "Episode"),
+            max_steps=number(fields, "Steps at most", least=1),
+            max_simulated_time_s=seconds(fields, "Simulated s at most"),
+            max_wall_time_s=seconds(fields, "Real s at most"),
         )
 
 
 class SolutionForm(Vertical):
-    """Which solution, with what words, whether apart from the machine, how scored, and where its result goes."""
+    """The solution, its arguments, whether it is sandboxed, its method of evaluation, and the file of its result."""
 
     DEFAULT_CSS = "SolutionForm { height: auto; }"
 
@@ -87,7 +150,7 @@ class SolutionForm(Vertical):
         yield Field("Result", Input(placeholder="a new folder in results", compact=True, id="result"))
 
     def offer(self, offers: Offers) -> None:
-        """Offer what goes with the task; what was chosen stays where it still can be."""
+        """Offer what fits the task; keep the present choice where it is still offered."""
         examples = [(f"{name}: {about}"[:100], name) for name, about in offers.examples.items()]
         _set(self.query_one("#solution", Select), [*self._first, *examples])
         method = self.query_one("#method", Select)
@@ -97,38 +160,61 @@ class SolutionForm(Vertical):
             method.value = offers.methods[0]
 
     def on_select_changed(self, event: Select.Changed) -> None:
-        """A command is written only where an own one is chosen."""
+        """Enable the field of the command only for a command of the user's own."""
         if event.select.id == "solution":
             self.query_one("#command", Input).disabled = event.value != OWN_COMMAND
 
-    def order(self, environment: str) -> SolutionOrder | None:
-        """Return what is to be submitted, None when nothing is; raises BenchbotError for a form half filled in."""
+    def options(self, environment: str) -> SubmissionOptions | None:
+        """Return the options of the submission, None without a solution; raises BenchbotError where one is missing."""
         solution = self._chosen("solution")
         if solution == NO_SOLUTION:
             return None
         result = self.query_one("#result", Input).value.strip()
         own = solution == OWN_COMMAND
-        order = SolutionOrder(
-            result=Path(result).expanduser().absolute() if result else orders.new_result(environment),
+        options = SubmissionOptions(
+            result=Path(result).expanduser().absolute() if result else new_result(environment),
             example=None if own else solution,
             command=self.query_one("#command", Input).value if own else None,
             sandboxed=self._chosen("runs") == "sandboxed",
             arguments=self.query_one("#arguments", Input).value,
             method=self._chosen("method") or None,
         )
-        order.words()
-        return order
+        options.words()
+        return options
 
     def _chosen(self, name: str) -> str:
         value = self.query_one(f"#{name}", Select).value
         return "" if isinstance(value, NoSelection) else str(value)
 
 
-_RUNS = [("on this machine, as you", "native"), ("in a sandbox: somebody else's", "sandboxed")]
+def run_words(options: RunOptions) -> list[str]:
+    """Return the command that starts a robot and waits for solutions, at any free port."""
+    return ["run", *options.words(), "--port=0"]
+
+
+def submit_words(solution: SubmissionOptions, run: RunOptions | None = None) -> list[str]:
+    """Return the command that submits a solution, to a live run or with a back end of its own."""
+    return ["submit", *solution.words(), *(run.words() if run else [])]
+
+
+def new_result(environment: str) -> Path:
+    """Return the default file of a result: in a new folder of `results` in the working folder."""
+    stamp = time.strftime("%Y%m%d-%H%M%S")
+    return Path.cwd() / "results" / f"{environment.replace(':', '_')}-{stamp}" / "result.json"
+
+
+def number(fields: Mapping[str, str], name: str, *, least: int = 0) -> int | None:
+    """Return the whole number in a field, None for an empty one; raises BenchbotError for anything else."""
+    return _parsed(fields[name], int, lambda value: value >= least, f"{name} is not a whole number, {least} or more.")
+
+
+def seconds(fields: Mapping[str, str], name: str) -> float | None:
+    """Return the positive number in a field, None for an empty one; raises BenchbotError for anything else."""
+    return _parsed(fields[name], float, lambda value: 0 < value < math.inf, f"{name} is not a number of seconds.")
 
 
 def offers_of(catalog: Catalog, task: str) -> Offers:
-    """Return what can be submitted to a task, and how it can be scored."""
+    """Return the examples, and the methods that can score results of a task."""
     from benchbot.evaluation.score import method_for_task
 
     examples = {
@@ -150,6 +236,17 @@ def offers_of(catalog: Catalog, task: str) -> Offers:
     except BenchbotError:
         return Offers(examples, tuple(fitting))
     return Offers(examples, (own, *(name for name in fitting if name != own)))
+
+
+def _parsed(text: str, parse: Callable[[str], T], valid: Callable[[T], bool], problem: str) -> T | None:
+    text = text.strip()
+    if not text:
+        return None
+    with suppress(ValueError):
+        value = parse(text)
+        if valid(value):
+            return value
+    raise BenchbotError(problem, f"It is {text!r}.", "Mend it, or leave it empty.")
 
 
 def _set(select: Select[str], options: Iterable[tuple[str, str]]) -> None:

@@ -1,8 +1,9 @@
-"""The first screen: the runs and batches that are alive, and what was submitted from here."""
+"""The first screen: the runs and batches that are alive, and the submissions from here."""
 
 import time
+from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from rich.text import Text
 from textual.app import ComposeResult
@@ -12,19 +13,17 @@ from textual.screen import Screen
 from textual.widgets import Footer, OptionList, Static
 from textual.widgets.option_list import Option
 
-from benchbot.core.errors import BenchbotError
 from benchbot.plugins.batch.status_lines import duration
-from benchbot.plugins.tui import jobs
-from benchbot.plugins.tui.alive import RUNNING, WELL, Started
-from benchbot.plugins.tui.question import Question
-from benchbot.plugins.watching.run_feed import RunFeed
+from benchbot.plugins.tui.base import BaseApp
+from benchbot.plugins.tui.jobs import RUNNING, WELL, JobStatus
+from benchbot.plugins.tui.new_run import NewRunScreen
+from benchbot.plugins.tui.results import ResultsScreen
+from benchbot.plugins.tui.submissions import JobScreen, SubmitScreen
+from benchbot.plugins.watching.run_feed import ANSWER_TIMEOUT_S, WatchClient
 from benchbot.plugins.watching.views import BatchEntry
 from benchbot.wire.run_state import RunState
 
-if TYPE_CHECKING:
-    from benchbot.plugins.tui.app import BenchbotApp
-
-Item = RunState | BatchEntry | Started
+Item = RunState | BatchEntry | JobStatus
 SIGNS = {RUNNING: "▶", WELL: "✓"}
 NOTHING = """\
 No run and no batch of yours is alive on this machine.
@@ -37,7 +36,7 @@ benchbot run, benchbot submit, benchbot batch"""
 
 
 class HomeScreen(Screen[None]):
-    """What is alive. Enter watches it, and it goes on when nobody does."""
+    """Lists what is alive. Enter watches it; leaving the screens does not end it."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "open", "Watch", tooltip="Watch a run or a batch, look at a submission", show=True),
@@ -47,7 +46,7 @@ class HomeScreen(Screen[None]):
         Binding("x", "end", "End it", tooltip="End the run or the submission that is marked"),
         Binding("q", "app.quit", "Quit", tooltip="Quit; what runs goes on"),
     ]
-    app: "BenchbotApp"
+    app: BaseApp
 
     def __init__(self) -> None:
         super().__init__()
@@ -61,16 +60,12 @@ class HomeScreen(Screen[None]):
             yield VerticalScroll(Static(id="about", markup=False), classes="details", can_focus=False)
         yield Footer()
 
-    def on_mount(self) -> None:
-        """Show what is known already."""
-        self._show()
-
     def on_screen_resume(self) -> None:
-        """Show what has changed while something else was shown."""
+        """Show the lists of this moment."""
         self._show()
 
-    def on_benchbot_app_looked(self) -> None:
-        """Show the news."""
+    def on_base_app_looked(self) -> None:
+        """Show the new lists."""
         if self.is_current:
             self._show()
 
@@ -84,14 +79,12 @@ class HomeScreen(Screen[None]):
 
     @property
     def marked(self) -> Item | None:
-        """What the cursor is on."""
+        """The item under the cursor."""
         option = self.query_one(OptionList).highlighted_option
         return None if option is None or option.id is None else self._items.get(option.id)
 
     def action_open(self) -> None:
         """Watch what is marked."""
-        from benchbot.plugins.tui.job_screen import JobScreen
-
         item = self.marked
         if isinstance(item, RunState):
             self.app.watch_run(item)
@@ -102,14 +95,10 @@ class HomeScreen(Screen[None]):
 
     def action_new(self) -> None:
         """Choose a new run."""
-        from benchbot.plugins.tui.new_run import NewRunScreen
-
         self.app.push_screen(NewRunScreen())
 
     def action_submit(self) -> None:
         """Submit to the run that is marked."""
-        from benchbot.plugins.tui.submit import SubmitScreen
-
         item = self.marked
         if isinstance(item, RunState):
             self.app.push_screen(SubmitScreen(item))
@@ -118,57 +107,43 @@ class HomeScreen(Screen[None]):
 
     def action_results(self) -> None:
         """Look at results."""
-        from benchbot.plugins.tui.results import ResultsScreen
-
         folder = Path.cwd() / "results"
         self.app.push_screen(ResultsScreen(folder if folder.is_dir() else Path.cwd()))
 
     def action_end(self) -> None:
-        """End what is marked, if that is meant."""
+        """Ask whether to end what is marked."""
         item = self.marked
         if isinstance(item, RunState):
             text = f"End the run of {item.environment}? A solution that is at work in it fails."
-            self.app.push_screen(Question(text, {"e": "end it"}), lambda answer: self._end_run(item, answer))
-        elif isinstance(item, Started) and item.job.alive:
-            text = f"End the submission {item.title}?"
-            self.app.push_screen(Question(text, {"e": "end it"}), lambda answer: self._end_job(item, answer))
+            self.app.confirm(text, "e", "end it", lambda: self._end_run(item))
+        elif isinstance(item, JobStatus) and item.job.alive:
+            self.app.end_job(f"End the submission {item.job.title}?", item.job)
         elif isinstance(item, BatchEntry):
             self.notify("Open the batch: there it can be cancelled.")
 
-    def _end_run(self, state: RunState, answer: str | None) -> None:
-        if answer is not None:
-            feed = RunFeed(state)
+    def _end_run(self, state: RunState) -> None:
+        def stop() -> None:
+            with closing(WatchClient(state, ANSWER_TIMEOUT_S)) as client:
+                client.stop()
 
-            def stop() -> None:
-                try:
-                    feed.stop()
-                finally:
-                    feed.close()
-
-            self.app.in_thread(stop, lambda _: self.notify(f"The run of {state.environment} is ending."))
-
-    def _end_job(self, started: Started, answer: str | None) -> None:
-        if answer is not None:
-            try:
-                jobs.end(started.job)
-            except BenchbotError as error:
-                self.app.tell(error)
+        self.app.in_thread(stop, lambda _: self.notify(f"The run of {state.environment} is ending."))
 
     def _show(self) -> None:
-        """Show the lists anew, the cursor where it was."""
-        now = self.app.alive
+        """Update the lists, and keep the cursor where it was."""
+        alive = self.app.alive
         options = self.query_one(OptionList)
         option = options.highlighted_option
         before = None if option is None else option.id
         self._items = {}
         rows: list[Option] = []
-        for heading, items in (("Runs", now.runs), ("Batches", now.batches), ("Submitted from here", now.started)):
+        for heading, items in (("Runs", alive.runs), ("Batches", alive.batches), ("Submitted from here", alive.jobs)):
             if items:
                 rows.append(Option(Text(heading, "bold underline"), disabled=True))
             for item in items:
-                name = _name(item)
+                name = str(item.job.folder if isinstance(item, JobStatus) else item.folder)
                 self._items[name] = item
-                rows.append(Option(_prompt(item), id=name))
+                title, subtitle, _ = _described(item)
+                rows.append(Option(Text.assemble(title, "\n", (f"  {subtitle}", "dim")), id=name))
         if not rows:
             rows.append(Option(Text(NOTHING), disabled=True))
         shown = [(row.id, str(row.prompt)) for row in rows]
@@ -183,29 +158,16 @@ class HomeScreen(Screen[None]):
         self._tell()
 
     def _tell(self) -> None:
-        self.query_one("#about", Static).update(_about(self.marked))
+        item = self.marked
+        facts = {} if item is None else _described(item)[2]
+        text = "\n".join(f"{label}\n  {value}" for label, value in facts.items() if value)
+        self.query_one("#about", Static).update(text)
 
 
-def _name(item: Item) -> str:
-    return str(item.job.folder if isinstance(item, Started) else item.folder)
-
-
-def _prompt(item: Item) -> Text:
+def _described(item: Item) -> tuple[str, str, dict[str, str]]:
+    """Return title, subtitle and facts of an item."""
     if isinstance(item, RunState):
-        first, second = f"▶ {item.environment}  {item.robot}  seed {item.seed}", item.task
-    elif isinstance(item, BatchEntry):
-        sign = "▶" if item.alive else "✓" if item.finished == item.episodes else "◼"
-        first, second = f"{sign} {item.folder.name}  {item.finished} of {item.episodes}", str(item.folder.parent)
-    else:
-        first, second = f"{SIGNS.get(item.state, '✗')} {item.title}", item.said
-    return Text.assemble(first, "\n", (f"  {second}", "dim"))
-
-
-def _about(item: Item | None) -> str:
-    if item is None:
-        return ""
-    if isinstance(item, RunState):
-        rows = {
+        facts = {
             "Task": item.task,
             "Robot": item.robot,
             "Environment": item.environment,
@@ -215,17 +177,15 @@ def _about(item: Item | None) -> str:
             "Process": str(item.pid),
             "Run": Path(item.folder).name,
         }
-    elif isinstance(item, BatchEntry):
-        rows = {
+        return f"▶ {item.environment}  {item.robot}  seed {item.seed}", item.task, facts
+    if isinstance(item, BatchEntry):
+        facts = {
             "Batch": str(item.folder),
             "Episodes": f"{item.finished} of {item.episodes} are finished",
             "Now": "alive" if item.alive else "nobody works on it",
         }
-    else:
-        rows = {
-            "Submission": item.title,
-            "Now": item.said,
-            "Result": str(item.job.result or ""),
-            "Command": item.command,
-        }
-    return "\n".join(f"{label}\n  {value}" for label, value in rows.items() if value)
+        sign = "▶" if item.alive else "✓" if item.finished == item.episodes else "◼"
+        return f"{sign} {item.folder.name}  {item.finished} of {item.episodes}", str(item.folder.parent), facts
+    job = item.job
+    facts = {"Submission": job.title, "Now": item.summary, "Result": str(job.result or ""), "Command": job.command}
+    return f"{SIGNS.get(item.state, '✗')} {job.title}", item.summary, facts

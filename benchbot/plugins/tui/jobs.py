@@ -1,14 +1,17 @@
-"""Commands that the screens start and that go on without them: each has a folder with its log, and needs no terminal.
+"""Live runs and batches of this user, and jobs: commands that the screens start and that go on without them.
 
-job.json       what it is (schema: the fields of Job)
-log.txt        what it says to people (stderr); locked for as long as it lives
-outcome.json   what it prints as data (stdout)
+A job has a folder, and needs no terminal:
+
+job.json       the fields of `Job`
+log.txt        its stderr; locked for as long as it lives
+outcome.json   its stdout
 """
 
 import fcntl
 import json
 import os
 import secrets
+import shlex
 import shutil
 import signal
 import subprocess
@@ -16,44 +19,92 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from benchbot.core import atomic, resources
 from benchbot.core.errors import BenchbotError, ExitCode
+from benchbot.plugins.tui import result_rows
+from benchbot.plugins.watching.batch_feed import batches
+from benchbot.plugins.watching.logs import end_of
+from benchbot.plugins.watching.views import BatchEntry
 from benchbot.wire import run_state
 from benchbot.wire.run_state import RunState
 
 KEPT_JOBS = 30
 QUOTED_BYTES = 20_000
+RUNNING, WELL, BADLY = "running", "well", "badly"
 
 
 @dataclass(frozen=True)
 class Job:
-    """A `benchbot` command that was started: its folder, its words, its process, and when (seconds since the epoch)."""
+    """A `benchbot` command that was started: its folder, words, process, and start (seconds since the epoch)."""
 
     folder: Path
     words: tuple[str, ...]
     pid: int
     started_s: float
     result: Path | None
-    """Where its result will be, of a submission."""
+    """The file of its result, of a submission."""
 
     @property
     def log(self) -> Path:
-        """What it has said."""
+        """The file of its stderr."""
         return self.folder / "log.txt"
 
     @property
     def outcome(self) -> Path:
-        """What it has printed as data."""
+        """The file of its stdout."""
         return self.folder / "outcome.json"
 
     @property
     def alive(self) -> bool:
         """Whether it still runs: its log is locked as long as it does."""
         return run_state.is_locked(self.log)
+
+    @property
+    def title(self) -> str:
+        """The solution or command, the environment and the robot."""
+        options = dict(word.removeprefix("--").split("=", 1) for word in self.words if "=" in word)
+        solution = options.get("example") or options.get("native") or self.words[0]
+        return "  ".join(filter(None, [solution, options.get("env"), options.get("robot")]))
+
+    @property
+    def command(self) -> str:
+        """The command, as it can be typed."""
+        return shlex.join(["benchbot", *self.words])
+
+
+@dataclass(frozen=True)
+class JobStatus:
+    """A job, its state (`running`, ended `well` or `badly`), and its outcome in a few words."""
+
+    job: Job
+    state: str
+    summary: str
+
+
+@dataclass(frozen=True)
+class Alive:
+    """Live runs, batches and jobs at one moment; the newest first."""
+
+    runs: tuple[RunState, ...] = ()
+    batches: tuple[BatchEntry, ...] = ()
+    jobs: tuple[JobStatus, ...] = ()
+
+
+def look() -> Alive:
+    """Return what is alive now. It reads some small files, and takes some milliseconds."""
+    return Alive(tuple(run_state.live()), tuple(batches()), tuple(status_of(job) for job in jobs() if _is_listed(job)))
+
+
+def run_named(text: str, runs: Sequence[RunState]) -> RunState | None:
+    """Return the run with this text in its folder's name; None unless it is exactly one."""
+    fitting = [state for state in runs if text in Path(state.folder).name]
+    return fitting[0] if len(fitting) == 1 else None
 
 
 def start(words: Sequence[str], *, result: Path | None = None, variables: Mapping[str, str] | None = None) -> Job:
@@ -62,7 +113,7 @@ def start(words: Sequence[str], *, result: Path | None = None, variables: Mappin
         folder = _jobs_dir() / f"{time.strftime('%Y%m%d-%H%M%S')}-{secrets.token_hex(3)}"
         folder.mkdir(mode=0o700)
         with (folder / "log.txt").open("wb") as log, (folder / "outcome.json").open("wb") as outcome:
-            # The lock belongs to the open file, which the process inherits: it is there until that has ended.
+            # The lock belongs to the open file, which the process inherits: it is released when that has ended.
             fcntl.flock(log, fcntl.LOCK_EX)
             process = subprocess.Popen(
                 [sys.executable, "-P", "-m", "benchbot", *words],
@@ -73,7 +124,7 @@ def start(words: Sequence[str], *, result: Path | None = None, variables: Mappin
                 start_new_session=True,
             )
         job = Job(folder, tuple(words), process.pid, time.time(), result)
-        atomic.write(folder / "job.json", json.dumps(_as_dict(job), indent=1).encode())
+        atomic.write(folder / "job.json", msgspec.json.format(msgspec.json.encode(job, enc_hook=str)))
     except OSError as error:
         raise BenchbotError(
             "The command cannot be started.",
@@ -81,7 +132,7 @@ def start(words: Sequence[str], *, result: Path | None = None, variables: Mappin
             "Free some disk space or memory, or type it yourself: benchbot " + " ".join(words),
             exit_code=ExitCode.INTERNAL,
         ) from error
-    # It is a child as long as these screens are there; nobody needs its exit status, but it must not stay as a zombie.
+    # It is a child for as long as this process lives: `jobs` reaps it, so that it does not stay as a zombie.
     _children.append(process)
     return job
 
@@ -91,9 +142,10 @@ def jobs() -> list[Job]:
     _children[:] = [process for process in _children if process.poll() is None]
     found = []
     for folder in sorted(_jobs_dir().iterdir(), reverse=True):
-        # A folder without it is just being made.
-        with suppress(OSError, ValueError, KeyError, TypeError):
-            found.append(_from_dict(json.loads((folder / "job.json").read_text("utf-8"))))
+        # A folder without job.json is just being made.
+        with suppress(OSError, msgspec.DecodeError, UnicodeDecodeError):
+            document = (folder / "job.json").read_bytes()
+            found.append(msgspec.json.decode(document, type=Job, dec_hook=lambda kind, text: kind(text)))
     for job in [job for job in found if not job.alive][KEPT_JOBS:]:
         shutil.rmtree(job.folder, ignore_errors=True)
         found.remove(job)
@@ -121,7 +173,7 @@ def run_of(job: Job) -> RunState | None:
 
 
 def wait_for_run(job: Job, timeout_s: float, period_s: float) -> RunState | None:
-    """Return the run that a job starts as soon as it is there; None when the job has ended before, or in time."""
+    """Return the run that a job starts; None when the job has ended before, or after the timeout."""
     deadline_s = time.monotonic() + timeout_s
     while time.monotonic() < deadline_s:
         alive = job.alive
@@ -132,19 +184,31 @@ def wait_for_run(job: Job, timeout_s: float, period_s: float) -> RunState | None
     return None
 
 
+def status_of(job: Job) -> JobStatus:
+    """Return the state of a job, and its outcome in a few words."""
+    if job.alive:
+        return JobStatus(job, RUNNING, "running")
+    outcome = outcome_of(job)
+    error = outcome.get("error")
+    if error:
+        return JobStatus(job, BADLY, str(error["title"]))
+    if "scores_path" in outcome:
+        return JobStatus(job, WELL, result_rows.headline_of(Path(outcome["scores_path"])) or "scored")
+    if outcome.get("result_path"):
+        return JobStatus(job, WELL, "not scored")
+    return JobStatus(job, BADLY, last_error(log_of(job)))
+
+
 def log_of(job: Job) -> str:
-    """Return the end of what a job has said."""
+    """Return the end of a job's log."""
     try:
-        with job.log.open("rb") as log:
-            size = log.seek(0, os.SEEK_END)
-            log.seek(max(0, size - QUOTED_BYTES))
-            return log.read().decode("utf-8", "replace").strip()
+        return end_of(job.log, QUOTED_BYTES).strip()
     except OSError as error:
         return f"Its log cannot be read: {error.strerror}."
 
 
 def outcome_of(job: Job) -> dict[str, Any]:
-    """Return what a submission has printed at its end (`benchbot submit --json`), empty where it has not."""
+    """Return the document that a submission prints at its end (`benchbot submit --json`); empty before that."""
     with suppress(OSError, ValueError):
         document = json.loads(job.outcome.read_text("utf-8"))
         if isinstance(document, dict):
@@ -152,7 +216,22 @@ def outcome_of(job: Job) -> dict[str, Any]:
     return {}
 
 
+def last_error(log: str) -> str:
+    """Return the title of the last error in a log, or its last line."""
+    lines = [line.strip() for line in log.splitlines() if line.strip()]
+    errors = [line.removeprefix("Error: ") for line in lines if line.startswith("Error: ")]
+    return (errors or lines or ["it was ended"])[-1]
+
+
 _children: list["subprocess.Popen[bytes]"] = []
+
+
+def _is_listed(job: Job) -> bool:
+    """Return whether to list a job: any submission; a run or batch, which has its own list, if it could not begin."""
+    if job.words[0] == "submit":
+        return True
+    log = log_of(job)
+    return not job.alive and ("Error: " in log if job.words[0] == "batch" else "Ready." not in log)
 
 
 def _jobs_dir() -> Path:
@@ -164,19 +243,3 @@ def _jobs_dir() -> Path:
 def _parent(pid: int) -> int | None:
     found = subprocess.run(["ps", "-o", "ppid=", "-p", str(pid)], capture_output=True, text=True, check=False)  # noqa: S607
     return int(found.stdout) if found.stdout.strip().isdigit() else None
-
-
-def _as_dict(job: Job) -> dict[str, Any]:
-    return {**asdict(job), "folder": str(job.folder), "result": None if job.result is None else str(job.result)}
-
-
-def _from_dict(document: dict[str, Any]) -> Job:
-    result = document["result"]
-    return Job(
-        **{
-            **document,
-            "folder": Path(document["folder"]),
-            "words": tuple(document["words"]),
-            "result": None if result is None else Path(result),
-        }
-    )

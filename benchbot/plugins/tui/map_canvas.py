@@ -18,7 +18,7 @@ from textual.strip import Strip
 from benchbot.plugins.drawing.map_layout import MapTransform, Rectangle
 from benchbot.plugins.drawing.map_model import FARTHEST_M, Box, MapObject, Occupancy, Point, SceneMap, Vector
 from benchbot.plugins.drawing.palette import DARK, LASER, LIGHT, ROBOT, Color, Palette, Pixels, class_colors
-from benchbot.plugins.tui.watching import half_cells
+from benchbot.plugins.tui import half_cells
 
 MARGIN_M = 0.25
 LEAST_M = 1.0

@@ -17,9 +17,9 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.drawing.map_model import DrivenPath, MapObject, Points, SceneMap, Vector, estimated_objects
 from benchbot.plugins.drawing.scene_maps import installed_map
+from benchbot.plugins.tui import panels
 from benchbot.plugins.tui.map_canvas import CHARACTERS, RunMap, cleaned
-from benchbot.plugins.tui.watching import panels
-from benchbot.plugins.tui.watching.raster import Raster
+from benchbot.plugins.tui.raster import Raster
 from benchbot.plugins.watching.views import RunView
 
 SCANNERS = ("laser", "lidar", "base_link")
@@ -136,8 +136,8 @@ def map_of_run(view: RunView, scenery: Scenery, zoom: int, *, truth: bool) -> tu
     pose = view.progress.get("pose_xyyaw")
     robot = None if pose is None else (float(pose[0]), float(pose[1]), float(pose[2]))
     laser = None
-    if view.look is not None and view.look.laser is not None and robot is not None:
-        scans = view.look.laser
+    if view.snapshot is not None and view.snapshot.laser is not None and robot is not None:
+        scans = view.snapshot.laser
         laser = endpoints(scans["scans"], float(scans.get("range_max", float("inf"))), _scanner(view) or robot)
     estimates = scenery.estimates(view.result)
     scene = replace(
@@ -147,7 +147,7 @@ def map_of_run(view: RunView, scenery: Scenery, zoom: int, *, truth: bool) -> tu
         laser=laser,
         objects=(*estimates, *(around.objects if truth else ())),
     )
-    number = None if view.look is None else view.look.number
+    number = None if view.snapshot is None else view.snapshot.number
     return RunMap(cleaned(scene), ZOOMS[zoom]), (around.name, robot, view.path, number, scene.objects, zoom)
 
 
@@ -162,7 +162,7 @@ def environment_of_run(view: RunView) -> str:
 
 def _scanner(view: RunView) -> Vector | None:
     """Return where the laser was when it was read, which the robot may have left; None where the task hides it."""
-    poses = None if view.look is None else view.look.poses
+    poses = None if view.snapshot is None else view.snapshot.poses
     if not poses or view.session.get("task", {}).get("localisation") == "noisy":
         return None
     pose = next((poses[frame] for frame in SCANNERS if frame in poses), None)

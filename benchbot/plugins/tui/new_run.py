@@ -1,7 +1,7 @@
-"""Choosing a run: the task, then the robot, then the environment, then seed, limits and a solution, and starting it."""
+"""The screen that starts a run: choose the task, the robot, the environment, then seed, limits and a solution."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from PIL.Image import Image
@@ -15,25 +15,18 @@ from textual.widgets.option_list import Option
 
 from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.tui import opening
-from benchbot.plugins.tui.facts import Rows, facts
-from benchbot.plugins.tui.forms import RunForm, SolutionForm, offers_of
-from benchbot.plugins.tui.orders import run_words, submit_words
-from benchbot.plugins.tui.possible import Choice, Possibilities
+from benchbot.plugins.tui.base import BaseApp
+from benchbot.plugins.tui.choices import Choice, Possibilities, facts
+from benchbot.plugins.tui.forms import RunForm, SolutionForm, offers_of, run_words, submit_words
 from benchbot.plugins.tui.previews import preview
-from benchbot.plugins.tui.watching.pictures import Picture
-from benchbot.plugins.tui.watching.raster import Raster, Still
-
-if TYPE_CHECKING:
-    from benchbot.plugins.tui.app import BenchbotApp
+from benchbot.plugins.tui.raster import Picture, Raster
 
 STEPS = {"task": "Task", "robot": "Robot", "environment": "Environment", "start": "Start"}
 CHOSEN = ("task", "robot", "environment")
-POOLS = {"task": "tasks", "robot": "robots", "environment": "environments"}
 
 
 class NewRunScreen(Screen[None]):
-    """Four steps. What cannot be chosen says why, beside it."""
+    """Four steps. Impossible choices are listed with their reasons."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "back", "Back", tooltip="Back to the step before, or to what is alive"),
@@ -44,7 +37,7 @@ class NewRunScreen(Screen[None]):
         ),
         Binding("ctrl+s", "start", "Start", tooltip="Start what is chosen"),
     ]
-    app: "BenchbotApp"
+    app: BaseApp
 
     def __init__(self) -> None:
         super().__init__()
@@ -116,14 +109,16 @@ class NewRunScreen(Screen[None]):
             self.action_step("start")
             return
         try:
-            order = self.query_one(RunForm).order(*(self.chosen[step] for step in CHOSEN))
-            solution = self.query_one(SolutionForm).order(order.environment)
-            words = run_words(order) if solution is None else submit_words(solution, order)
+            run = self.query_one(RunForm).options(*(self.chosen[step] for step in CHOSEN))
+            solution = self.query_one(SolutionForm).options(run.environment)
         except BenchbotError as error:
             self.app.tell(error)
             return
         self.app.pop_screen()
-        opening.start(self.app, words, None if solution is None else solution.result, watch=True)
+        if solution is None:
+            self.app.start(run_words(run), watch=True)
+        else:
+            self.app.start(submit_words(solution, run), solution.result, watch=True)
 
     def on_button_pressed(self) -> None:
         """Start."""
@@ -164,7 +159,7 @@ class NewRunScreen(Screen[None]):
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         """Choose it and go on, or say why that is not possible."""
         step = self.step
-        # Who types ahead presses Enter on a list that is just being left.
+        # With keys typed ahead, Enter may come from the list of the step before.
         if event.option_list.id != f"list-{step}" or event.option_id is None:
             return
         choice = self._choices[step][event.option_id]
@@ -223,7 +218,7 @@ class NewRunScreen(Screen[None]):
 
     def _filter(self, *, on: bool) -> None:
         letters = self.query_one(f"#filter-{self.step}", Input)
-        # At once, so that what is typed ahead is letters already.
+        # At once, so that keys typed ahead already go into the field.
         letters.display = on
         if on:
             self.set_focus(letters)
@@ -236,7 +231,7 @@ class NewRunScreen(Screen[None]):
         return None if option is None else option.id
 
     def _tell(self, name: str | None, step: str | None = None) -> None:
-        """Show picture, reasons and facts of what is marked; they are made in a thread."""
+        """Show picture, reasons and facts of the marked choice; they are made in a thread."""
         step = step or self.step
         found = self._possibilities
         choice = self._choices.get(step, {}).get(name or "")
@@ -246,7 +241,8 @@ class NewRunScreen(Screen[None]):
 
         def make() -> tuple[Image | None, str]:
             declarations = _declarations(found, step, name)
-            text = "\n\n".join([*_against(choice), *(_lines(facts(each)) for each in declarations)])
+            reasons = [f"✗ {reason.title}\n{reason.why}\n→ {reason.fix}" for reason in choice.reasons]
+            text = "\n\n".join([*reasons, *(_fact_lines(each) for each in declarations)])
             return (preview(declarations[0]) if declarations else None), text
 
         def show(made: tuple[Image | None, str]) -> None:
@@ -257,30 +253,26 @@ class NewRunScreen(Screen[None]):
 
     def _told(self, picture: Image | None, text: str) -> None:
         raster = self.query_one(Raster)
-        raster.show(None if picture is None else Still(Picture(np.asarray(picture))))
+        raster.show(None if picture is None else Picture(np.asarray(picture)))
         raster.display = picture is not None
         self.query_one("#facts", Static).update(text)
 
 
 def _declarations(found: Possibilities, step: str, name: str) -> list[Declaration]:
     try:
-        return found.catalog.environments(name) if step == "environment" else [found.catalog.get(POOLS[step], name)]
+        return found.catalog.environments(name) if step == "environment" else [found.catalog.get(f"{step}s", name)]
     except BenchbotError:
         return []
 
 
-def _against(choice: Choice) -> list[str]:
-    return [f"✗ {reason.title}\n{reason.why}\n→ {reason.fix}" for reason in choice.reasons]
-
-
-def _lines(rows: Rows) -> str:
-    return "\n".join(f"{label + ': ' if label else ''}{value}" for label, value in rows if value)
+def _fact_lines(declaration: Declaration) -> str:
+    return "\n".join(f"{label}: {value}" if label else value for label, value in facts(declaration) if value)
 
 
 def _prompt(choice: Choice) -> Text:
     if not choice.reasons:
         return Text(f"  {choice.name}")
-    # There is room for one line: what is missing tells more than that something is.
+    # There is room for one line: the reason says more than the title.
     return Text(f"✗ {choice.name}\n  {' '.join(choice.reasons[0].why.split())}", style="dim")
 
 

@@ -11,7 +11,7 @@ from benchbot.core.declarations.catalog import Declaration
 from benchbot.plugins.drawing.map_model import DrivenPath
 from benchbot.plugins.drawing.palette import DARK, ROBOT, between
 from benchbot.plugins.drawing.scene_maps import map_of_environment
-from benchbot.plugins.tui.facts import field_of_view_deg
+from benchbot.plugins.tui.choices import field_of_view_deg
 from benchbot.plugins.tui.map_canvas import RunMap, paint
 
 # About as many pixels as there are cells for it, so that lines stay visible.

@@ -1,4 +1,4 @@
-"""What a list of results shows of each, and what is made of them: scores, explanations, reports."""
+"""Rows for a list of results, and their scores, explanations and reports."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -13,12 +13,12 @@ from benchbot.core.errors import BenchbotError
 
 SCORES = "scores.json"
 MOST_OBJECTS = 400
-"""An explanation on a screen shows so many objects; the file has them all."""
+"""The most objects in an explanation on a screen; the file has them all."""
 
 
 @dataclass(frozen=True)
 class ResultRow:
-    """One result, or a file among results that is none."""
+    """One result, or a file that is not a result."""
 
     source: str
     """Its path, or `archive:member`."""
@@ -31,7 +31,7 @@ class ResultRow:
     """The headline score, where a scores document beside it tells."""
     steps: int | None = None
     problem: str = ""
-    """Why it is no result."""
+    """The reason why it is not a result."""
 
     @property
     def path(self) -> Path:
@@ -41,7 +41,7 @@ class ResultRow:
 
 
 def rows(paths: Sequence[Path]) -> Iterator[ResultRow]:
-    """Yield what is in files, archives and folders, as it is read. What is no result comes with its reason."""
+    """Yield the results in files, archives and folders as they are read; other files have a `problem`."""
     from benchbot.evaluation import result_files
 
     known = _known_scores(paths)
@@ -62,14 +62,14 @@ def rows(paths: Sequence[Path]) -> Iterator[ResultRow]:
 
 
 def scores_path(result: Path) -> Path:
-    """Return where the scores of a result are written: beside it, and apart from those of others there."""
+    """Return the file for the scores of a result: beside it, with a name of its own."""
     if result.is_dir():
         return result / SCORES
     return result.with_name(SCORES if result.stem == "result" else f"{result.stem}.{SCORES}")
 
 
 def evaluate(paths: Sequence[Path], catalog: Catalog, method: str | None = None) -> tuple[str, Path]:
-    """Score results and write the document; return its table as people read it, and its path. Raises BenchbotError."""
+    """Score results and write the document; return its table and its path. Raises BenchbotError."""
     from benchbot.cli.kit import scoring
     from benchbot.evaluation.score import evaluate_files
 
@@ -85,18 +85,18 @@ def explain(path: Path, catalog: Catalog) -> str:
     from benchbot.evaluation import score
 
     evaluation = score.score_files([path], catalog=catalog)
-    said: list[str] = [scoring.table(evaluation.document)]
+    lines: list[str] = [scoring.table(evaluation.document)]
     for entry in score.explain(evaluation)["results"]:
         objects = entry.get("objects")
         if objects is None:
             rest = {key: value for key, value in entry.items() if key not in ("source", "environment", "seed")}
-            said += ["", json.dumps(rest, indent=1, ensure_ascii=False)]
+            lines += ["", json.dumps(rest, indent=1, ensure_ascii=False)]
             continue
-        said.append("")
-        said += [_object_line(each) for each in objects[:MOST_OBJECTS]]
+        lines.append("")
+        lines += [_object_line(each) for each in objects[:MOST_OBJECTS]]
         if len(objects) > MOST_OBJECTS:
-            said.append(f"… and {len(objects) - MOST_OBJECTS} more: benchbot eval {path} --explain why.json")
-    return "\n".join(said)
+            lines.append(f"… and {len(objects) - MOST_OBJECTS} more: benchbot eval {path} --explain why.json")
+    return "\n".join(lines)
 
 
 def report(paths: Sequence[Path], catalog: Catalog) -> Path:
@@ -133,7 +133,7 @@ def _known_scores(paths: Sequence[Path]) -> dict[Path, str]:
 
     known: dict[Path, str] = {}
     folders = [path if path.is_dir() else path.parent for path in paths]
-    # Those further down are of fewer results and newer decisions: they come last and win.
+    # Documents further down are of fewer results and newer: they come last and win.
     for found in sorted(file for folder in folders for file in folder.rglob(f"*{SCORES}")):
         with suppress(BenchbotError):
             document = scores.read(found)

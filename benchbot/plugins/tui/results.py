@@ -1,47 +1,24 @@
-"""Looking through results: scores and failures; evaluate them, ask why, make a report."""
+"""The screen of results: a table of scores and failures; evaluates and explains them, and makes reports."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import VerticalScroll
 from textual.coordinate import Coordinate
 from textual.screen import Screen
 from textual.widgets import DataTable, Footer, Input, Static
 
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.tui import opening, result_rows
+from benchbot.plugins.tui import result_rows
+from benchbot.plugins.tui.base import BaseApp
+from benchbot.plugins.tui.dialogs import TextScreen
 from benchbot.plugins.tui.result_rows import ResultRow
 
-if TYPE_CHECKING:
-    from benchbot.plugins.tui.app import BenchbotApp
-
 COLUMNS = {"Score": 13, "Failure": 14, "Environment": 26, "Robot": 20, "Steps": 6, "Task": 46, "File": 60}
-"""What is told of each, and how many cells that takes."""
+"""The columns of the table, and their widths in cells."""
 AT_ONCE = 50
 MOST_ROWS = 5000
-
-
-class TextScreen(Screen[None]):
-    """A long text, to be read."""
-
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,q", "app.pop_screen", "Back", key_display="esc")]
-
-    def __init__(self, title: str, text: str) -> None:
-        super().__init__()
-        self._title, self._text = title, text
-
-    def compose(self) -> ComposeResult:
-        """Show it."""
-        yield Static(self._title, classes="bar", markup=False)
-        with VerticalScroll(classes="text"):
-            yield Static(self._text, markup=False)
-        yield Footer()
-
-    def on_mount(self) -> None:
-        """Let the arrows scroll."""
-        self.query_one(VerticalScroll).focus()
 
 
 class ResultsScreen(Screen[None]):
@@ -49,21 +26,21 @@ class ResultsScreen(Screen[None]):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "back", "Back"),
-        Binding("e", "evaluate", "Evaluate", tooltip="Score the result that is marked"),
-        Binding("E", "evaluate_all", "all", tooltip="Score all of them together"),
+        Binding("e", "evaluate('marked')", "Evaluate", tooltip="Score the result that is marked"),
+        Binding("E", "evaluate('all')", "all", tooltip="Score all of them together"),
         Binding("x", "explain", "Explain", tooltip="Say why it has its score; shows the truth"),
-        Binding("r", "report", "Report", tooltip="Make report.html of the result that is marked"),
-        Binding("R", "report_all", "all", tooltip="Make one report of all"),
+        Binding("r", "report('marked')", "Report", tooltip="Make report.html of the result that is marked"),
+        Binding("R", "report('all')", "all", tooltip="Make one report of all"),
         Binding("o", "folder", "Folder", tooltip="Look into another folder"),
         Binding("f5", "read", "Read again", show=False),
     ]
-    app: "BenchbotApp"
+    app: BaseApp
 
     def __init__(self, path: Path) -> None:
         super().__init__()
         self.path = path
         self.rows: list[ResultRow] = []
-        """What has been read so far."""
+        """The rows that have been read so far."""
         self._reading = 0
 
     def compose(self) -> ComposeResult:
@@ -84,7 +61,7 @@ class ResultsScreen(Screen[None]):
 
     @property
     def marked(self) -> ResultRow | None:
-        """The row that the cursor is on."""
+        """The row under the cursor."""
         row = self.query_one(DataTable).cursor_row
         return self.rows[row] if 0 <= row < len(self.rows) else None
 
@@ -111,7 +88,7 @@ class ResultsScreen(Screen[None]):
         self.app.in_thread(read, lambda _: self._read_all(number))
 
     def on_data_table_row_highlighted(self) -> None:
-        """Tell more of what is marked."""
+        """Show the source or the problem of the marked row."""
         self._tell()
 
     def on_data_table_row_selected(self) -> None:
@@ -133,21 +110,26 @@ class ResultsScreen(Screen[None]):
         self._ask(on=True)
 
     def action_back(self) -> None:
-        """Leave the question, or the screen."""
+        """Leave the field of the folder, or the screen."""
         if self.query_one("#folder").display:
             self._ask(on=False)
         else:
             self.app.pop_screen()
 
-    def action_evaluate(self) -> None:
-        """Score what is marked."""
-        row = self._usable()
-        if row is not None:
-            self._evaluate([row.path])
+    def action_evaluate(self, of: str) -> None:
+        """Score the marked result, or all together."""
+        paths = self._paths(of)
+        if not paths:
+            return
 
-    def action_evaluate_all(self) -> None:
-        """Score all."""
-        self._evaluate([self.path])
+        def done(found: tuple[str, Path]) -> None:
+            text, path = found
+            self.app.push_screen(TextScreen("Scores", f"{text}\n\n{path}"))
+            if self.is_attached:
+                self.action_read()
+
+        self._status("Evaluating …")
+        self.app.in_thread(lambda: result_rows.evaluate(paths, self.app.catalog), done)
 
     def action_explain(self) -> None:
         """Say why it has its score."""
@@ -161,26 +143,18 @@ class ResultsScreen(Screen[None]):
 
             self.app.in_thread(lambda: result_rows.explain(row.path, self.app.catalog), done)
 
-    def action_report(self) -> None:
-        """Make a report of what is marked."""
+    def action_report(self, of: str) -> None:
+        """Make a report of the marked result, or one of all."""
+        paths = self._paths(of)
+        if paths:
+            self.app.make_report(paths)
+
+    def _paths(self, of: str) -> list[Path]:
+        """Return the path of the `marked` result, or that of `all`."""
+        if of == "all":
+            return [self.path]
         row = self._usable()
-        if row is not None:
-            opening.make_report(self.app, [row.path])
-
-    def action_report_all(self) -> None:
-        """Make a report of all."""
-        opening.make_report(self.app, [self.path])
-
-    def _evaluate(self, paths: list[Path]) -> None:
-        self._status("Evaluating …")
-
-        def done(found: tuple[str, Path]) -> None:
-            text, path = found
-            self.app.push_screen(TextScreen("Scores", f"{text}\n\n{path}"))
-            if self.is_attached:
-                self.action_read()
-
-        self.app.in_thread(lambda: result_rows.evaluate(paths, self.app.catalog), done)
+        return [] if row is None else [row.path]
 
     def _usable(self) -> ResultRow | None:
         row = self.marked

@@ -9,8 +9,8 @@ from textual.geometry import Size
 
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.drawing.palette import Pixels
+from benchbot.plugins.tui import camera
 from benchbot.plugins.tui.map_canvas import RunMap
-from benchbot.plugins.tui.watching import camera
 from benchbot.plugins.watching.views import RunView
 
 MAP_PX = Size(960, 720)
@@ -20,11 +20,11 @@ DEFAULT_FOLDER = Path("benchbot-snapshots")
 def take(view: RunView, run_map: RunMap, folder: Path) -> list[Path]:
     """Write what a view shows into a folder, which is made; return the files. Raises BenchbotError."""
     pictures: dict[str, Pixels] = {}
-    if view.look is not None:
+    if view.snapshot is not None:
         for channel in camera.CHANNELS:
-            seen = camera.picture(view.look, channel)
+            seen = camera.picture(view.snapshot, channel)
             if seen is not None:
-                pictures[channel.title] = seen.pixels
+                pictures[channel.title] = seen.image
     pictures["map"] = run_map.pixels(MAP_PX, dark=False)
     step = view.progress.get("steps", 0)
     stem = f"{view.state.environment}-step{step}-{time.strftime('%Y%m%d-%H%M%S')}"

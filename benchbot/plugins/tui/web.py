@@ -1,4 +1,4 @@
-"""The screens in a browser, by textual-serve: on loopback, for who has the token; nothing outlives the server."""
+"""Serves the screens to a browser with textual-serve: on loopback, with a token; no process outlives the server."""
 
 import asyncio
 import hmac
@@ -8,7 +8,7 @@ import signal
 import socket
 import sys
 from asyncio.subprocess import PIPE, Process
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -18,7 +18,6 @@ from textual_serve.server import Server
 
 from benchbot.cli.kit import console
 from benchbot.core.errors import BenchbotError, ExitCode
-from benchbot.plugins.tui.served import SERVER
 
 COOKIE = "benchbot_tui"
 HOST = "127.0.0.1"
@@ -28,8 +27,11 @@ WIDEST, HIGHEST = 1000, 500
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
-def serve(words: Sequence[str], port: int) -> None:
-    """Serve `benchbot WORDS…` to browsers of this machine until SIGINT or SIGTERM; raises BenchbotError."""
+def serve(words: Sequence[str], port: int, variables: Mapping[str, str]) -> None:
+    """Serve `benchbot WORDS…`, with these variables, to browsers of this machine until SIGINT or SIGTERM.
+
+    Raises BenchbotError for a port that cannot be used.
+    """
     with socket.socket() as listener:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -40,20 +42,20 @@ def serve(words: Sequence[str], port: int) -> None:
                 f"{error.strerror}.",
                 "Leave --port out: any free one will do.",
             ) from error
-        # The operating system's words for a signal end the server's loop, which ends the children in order.
-        asyncio.run(_Web(words, listener).run())
+        # Signals end the server's loop, which ends the children in order.
+        asyncio.run(_Web(words, listener, variables).run())
     raise SystemExit(ExitCode.INTERRUPTED)
 
 
 class _Web(Server):
-    """Textual's server, with a token at its door, and without a shell between it and its children."""
+    """Textual's server with authentication by token, and without a shell between it and its children."""
 
-    def __init__(self, words: Sequence[str], listener: socket.socket) -> None:
+    def __init__(self, words: Sequence[str], listener: socket.socket, variables: Mapping[str, str]) -> None:
         url = f"http://{HOST}:{listener.getsockname()[1]}"
         templates = str(Path(__file__).parent / "pages")
         super().__init__("benchbot tui", HOST, title="BenchBot", public_url=url, templates_path=templates)
         self.token = secrets.token_urlsafe(24)
-        self._words, self._listener = list(words), listener
+        self._words, self._listener, self._variables = list(words), listener, variables
         self._children: set[_Child] = set()
 
     async def run(self) -> None:
@@ -73,11 +75,11 @@ class _Web(Server):
             await runner.cleanup()
 
     async def on_startup(self, app: web.Application) -> None:
-        """Let nobody in without the token. It says nothing of what is served."""
-        app.middlewares.append(self._door)
+        """Require the token. The base class would print what is served."""
+        app.middlewares.append(self._authenticate)
 
     async def handle_websocket(self, request: web.Request) -> web.WebSocketResponse:
-        """Show the screens of a process of its own in a page, until either ends."""
+        """Run a process for a page, until either ends."""
         connection = web.WebSocketResponse(heartbeat=15)
         await connection.prepare(request)
         child = _Child(
@@ -87,7 +89,7 @@ class _Web(Server):
             close=_closing(connection),
             download_manager=self.download_manager,
         )
-        child.words = self._words
+        child.words, child.variables = self._words, self._variables
         self._children.add(child)
         try:
             await child.start(_size(request, "width", 80, WIDEST), _size(request, "height", 24, HIGHEST))
@@ -98,7 +100,7 @@ class _Web(Server):
         return connection
 
     @web.middleware
-    async def _door(self, request: web.Request, handler: Handler) -> web.StreamResponse:
+    async def _authenticate(self, request: web.Request, handler: Handler) -> web.StreamResponse:
         shown = request.query.get("token", "")
         if request.path == "/" and self._is_token(shown):
             answer = web.HTTPSeeOther("/")
@@ -113,9 +115,10 @@ class _Web(Server):
 
 
 class _Child(AppService):
-    """One page's process: the leader of a group of its own, which is ended with the page."""
+    """The process of a page, in a process group of its own, which is ended with the page."""
 
     words: Sequence[str]
+    variables: Mapping[str, str]
 
     async def end(self) -> None:
         """End it politely, then by force; safe to call twice."""
@@ -134,7 +137,7 @@ class _Child(AppService):
             stdin=PIPE,
             stdout=PIPE,
             stderr=PIPE,
-            env={**self._build_environment(width=width, height=height), SERVER: str(os.getpid())},
+            env={**self._build_environment(width=width, height=height), **self.variables},
             process_group=0,
         )
         self._stdin = process.stdin
@@ -148,6 +151,6 @@ def _closing(connection: web.WebSocketResponse) -> Callable[[], Awaitable[None]]
     return close
 
 
-def _size(request: web.Request, name: str, otherwise: int, most: int) -> int:
+def _size(request: web.Request, name: str, default: int, most: int) -> int:
     text = request.query.get(name, "")
-    return min(int(text), most) if text.isascii() and text.isdigit() and int(text) > 0 else otherwise
+    return min(int(text), most) if text.isascii() and text.isdigit() and int(text) > 0 else default

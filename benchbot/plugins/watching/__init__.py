@@ -1,1 +1,1 @@
-"""Looking on: what is known of runs and batches that are alive, kept up to date for whoever displays it."""
+"""Feeds and views of live runs and batches, for any display; nothing here draws anything."""

@@ -1,26 +1,49 @@
-"""A feed of a batch: a thread that reads its folder again and again, and keeps the newest view of it."""
+"""The batches of this user, and a feed of one: a thread that polls its folder and keeps the newest view of it.
+
+The driver of batches is imported where it is needed: it imports the supervisor, and a list of batches does not need it.
+"""
 
 import threading
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from benchbot.core import scores
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.batch import driver
+from benchbot.core.plugin_manager import load
 from benchbot.plugins.batch import plan as plans
-from benchbot.plugins.batch.driver_lock import driver_lock, registered
+from benchbot.plugins.batch.driver_lock import REGISTER_LIMIT, driver_lock, registered, registered_batches
 from benchbot.plugins.batch.folder import Folder
 from benchbot.plugins.batch.plan import PlannedEpisode
-from benchbot.plugins.batch.status import BatchStatus, Monitor
-from benchbot.plugins.batch.worker_pool import WorkerPool, count_alive
-from benchbot.plugins.watching.batch_score import BatchScore
-from benchbot.plugins.watching.views import BatchView, EpisodeCell, WorkerRow
+from benchbot.plugins.batch.status import BatchStatus, Monitor, Score
+from benchbot.plugins.watching.views import BatchEntry, BatchView, EpisodeCell, WorkerRow
+
+if TYPE_CHECKING:
+    from benchbot.plugins.batch.finalization import LiveScore
 
 PERIOD_S = 0.5
 COUNT_PERIOD_S = 5.0
-"""How often the executor is asked for its workers: on a cluster, that is a command."""
+"""The period in which the executor counts its workers: on a cluster, that is a command."""
 CLOSE_TIMEOUT_S = 1.0
+
+
+def batches() -> list[BatchEntry]:
+    """Return the batches of this user whose folders still exist, the one that was driven last first."""
+    found = []
+    for entry in registered_batches():
+        folder = Folder(entry.folder)
+        try:
+            names = _episode_names(folder.plan, folder.plan.stat().st_mtime_ns)
+        except (BenchbotError, OSError):
+            continue
+        finished = sum(folder.result(name).is_file() for name in names)
+        found.append(BatchEntry(entry.folder, entry.is_driven, entry.begun_s, len(names), finished))
+    return found
 
 
 class BatchFeed:
@@ -32,12 +55,12 @@ class BatchFeed:
         self._view = BatchView(self.folder, alive=False, problem="Nothing is known yet.", status=None)
         self._period_s = period_s
         self._monitor: Monitor | None = None
-        self._score = BatchScore(self._folder)
+        self._score = _BatchScore(self._folder)
         self._counted: tuple[float, int] = (float("-inf"), -1)
-        self._done: dict[str, EpisodeCell] = {}
+        self._finished: dict[str, EpisodeCell] = {}
         self._wake = threading.Event()
         self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._keep_up, name="benchbot-batch-feed", daemon=True)
+        self._thread = threading.Thread(target=self._poll, name="benchbot-batch-feed", daemon=True)
         self._thread.start()
 
     @property
@@ -46,20 +69,25 @@ class BatchFeed:
         return self._view
 
     def cancel(self) -> None:
-        """End the batch's workers. What is finished stays."""
+        """End the batch's workers. Finished episodes stay."""
+        from benchbot.plugins.batch import driver
+
         driver.cancel(self._folder)
-        self._look_anew()
+        self._begin_anew()
 
     def retry(self, classes: Sequence[str]) -> int:
-        """Have episodes that failed like this computed once more, with nobody looking on; return how many.
+        """Compute the episodes that failed like this once more, in a detached driver; return how many.
 
-        Raises BenchbotError while somebody drives the batch.
+        Raises BenchbotError while another driver is attached to the batch.
         """
+        from benchbot.plugins.batch import driver
+        from benchbot.plugins.batch.worker_pool import WorkerPool
+
         with driver_lock(self._folder):
             count = driver.retry(self._folder, ",".join(classes) or None)
         if count:
             driver.detach(self._folder, replace(WorkerPool.read(self._folder), detached=True))
-        self._look_anew()
+        self._begin_anew()
         return count
 
     def close(self) -> None:
@@ -68,28 +96,28 @@ class BatchFeed:
         self._wake.set()
         self._thread.join(CLOSE_TIMEOUT_S)
 
-    def _look_anew(self) -> None:
-        # What was finished may be pending again: a monitor reads it once.
+    def _begin_anew(self) -> None:
+        # Finished episodes may be pending again: a monitor reads each of them once.
         self._monitor = None
         self._counted = (float("-inf"), -1)
         self._wake.set()
 
-    def _keep_up(self) -> None:
+    def _poll(self) -> None:
         while not self._closed.is_set():
             self._wake.clear()
             try:
-                self._view = self._seen()
+                self._view = self._read()
             except (BenchbotError, OSError) as error:
-                # It may be there again: on a shared disk, folders come and go.
+                # It is tried again: on a shared disk, folders come and go.
                 self._view = replace(self._view, alive=False, problem=str(error))
             self._wake.wait(self._period_s)
 
-    def _seen(self) -> BatchView:
+    def _read(self) -> BatchView:
         monitor = self._monitor
         if monitor is None:
             monitor = self._monitor = Monitor(self._folder, plans.read(self._folder.plan))
-            self._done = {}
-        status = monitor.look(self._workers())
+            self._finished = {}
+        status = monitor.look(self._worker_count())
         self._view = replace(self._view, status=replace(status, score=self._score.value), problem=None)
         status = replace(status, score=self._score.update(monitor, status))
         entry = registered(self.folder)
@@ -99,12 +127,15 @@ class BatchFeed:
             problem=None,
             status=status,
             cells=self._cells(monitor, status),
-            workers=_workers(monitor, status),
+            workers=_worker_rows(monitor, status),
         )
 
-    def _workers(self) -> int:
+    def _worker_count(self) -> int:
+
         counted_s, count = self._counted
         if time.monotonic() - counted_s > COUNT_PERIOD_S:
+            from benchbot.plugins.batch.worker_pool import count_alive
+
             count = count_alive(self._folder)
             self._counted = time.monotonic(), count
         return count
@@ -113,16 +144,19 @@ class BatchFeed:
         running = {each.episode: each for each in status.running}
         cells = []
         for episode in monitor.plan.episodes:
-            cell = self._done.get(episode.key)
-            finished = monitor.finished.get(episode.key)
-            if cell is None and finished is not None:
-                log = self._folder.episode(episode.name) / "log.txt"
-                cell = _cell(episode, str(finished.failure or "done"), finished.worker, None, log)
-                self._done[episode.key] = cell
-            elif cell is None and episode.name in running:
-                now = running[episode.name]
-                cell = _cell(episode, "running", now.worker, now.since_s, self._newest_log(episode))
-            cells.append(cell or _cell(episode, "pending", None, None, None))
+            cell = self._finished.get(episode.key)
+            if cell is None:
+                finished = monitor.finished.get(episode.key)
+                now = running.get(episode.name)
+                if finished is not None:
+                    log = self._folder.episode(episode.name) / "log.txt"
+                    cell = _cell(episode, str(finished.failure or "done"), finished.worker, log=log)
+                    self._finished[episode.key] = cell
+                elif now is not None:
+                    cell = _cell(episode, "running", now.worker, now.since_s, self._newest_log(episode))
+                else:
+                    cell = _cell(episode, "pending")
+            cells.append(cell)
         return tuple(cells)
 
     def _newest_log(self, episode: PlannedEpisode) -> Path | None:
@@ -130,8 +164,54 @@ class BatchFeed:
         return max(logs, key=lambda path: (len(path.parent.name), path.parent.name), default=None)
 
 
+class _BatchScore:
+    """The score of a batch: the final one once it is written, else that of the finished episodes."""
+
+    def __init__(self, folder: Folder) -> None:
+        self._folder = folder
+        self._live: LiveScore | None = None
+        self._read: tuple[int, int] | None = None
+        self.value: Score | None = None
+        """The newest score."""
+
+    def update(self, monitor: Monitor, status: BatchStatus) -> Score | None:
+        """Update the score, which may take a while; return it."""
+        from benchbot.plugins.batch.finalization import LiveScore
+
+        if status.is_complete and self._read_final(status.finished):
+            return self.value
+        if monitor.plan.method is not None and status.finished:
+            if self._live is None:
+                self._live = LiveScore(self._folder, monitor.plan.method, Catalog(load()))
+            self.value = self._live.update(monitor)
+        return self.value
+
+    def _read_final(self, count: int) -> bool:
+        """Read the scores document of the whole batch; return whether there is one."""
+        from benchbot.plugins.batch.finalization import headline
+
+        path = self._folder.path / "scores.json"
+        with suppress(OSError, BenchbotError):
+            about = path.stat()
+            version = about.st_mtime_ns, about.st_size
+            if version != self._read:
+                self.value, self._read = headline(scores.read(path), count), version
+            return True
+        return False
+
+
+@lru_cache(maxsize=REGISTER_LIMIT)
+def _episode_names(plan: Path, _changed_ns: int) -> tuple[str, ...]:
+    """Return the names of a plan's episodes; a plan is long, and checked when it is read."""
+    return tuple(episode.name for episode in plans.read(plan).episodes)
+
+
 def _cell(
-    episode: PlannedEpisode, state: str, worker: str | None, since_s: float | None, log: Path | None
+    episode: PlannedEpisode,
+    state: str,
+    worker: str | None = None,
+    since_s: float | None = None,
+    log: Path | None = None,
 ) -> EpisodeCell:
     return EpisodeCell(
         name=episode.name,
@@ -146,7 +226,7 @@ def _cell(
     )
 
 
-def _workers(monitor: Monitor, status: BatchStatus) -> tuple[WorkerRow, ...]:
+def _worker_rows(monitor: Monitor, status: BatchStatus) -> tuple[WorkerRow, ...]:
     busy = [WorkerRow(each.worker, each.episode, each.since_s) for each in status.running]
     idle = [WorkerRow(name, None, monitor.since_last_event_s(name)) for name in status.idle if not status.is_complete]
     return tuple(sorted([*busy, *idle], key=lambda row: row.name))

@@ -1,5 +1,6 @@
-"""The newest lines of log files that others write, read as they grow, without what could play tricks on a terminal."""
+"""The newest lines of log files, read as they grow, without terminal control sequences."""
 
+import os
 import re
 import time
 import unicodedata
@@ -12,7 +13,7 @@ from benchbot.plugins.watching.views import LogLine
 KEPT_LINES = 1000
 MOST_AT_ONCE_BYTES = 64 * 1024
 LONGEST_LINE = 1000
-# As `benchbot.supervisor.backend` has its log written.
+# The format of the log of `benchbot.supervisor.backend`.
 _SUPERVISOR = re.compile(r"(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d),(\d{3}) ([A-Z]+) \S+: (.*)")
 _LEVEL = re.compile(r"\b(DEBUG|INFO|WARN|WARNING|ERROR|CRITICAL|FATAL)\b", re.IGNORECASE)
 _LEVELS = {"warn": "warning", "critical": "error", "fatal": "error"}
@@ -21,16 +22,16 @@ _ESCAPES = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(?:\x07|\x1b\\)
 
 
 class Logs:
-    """Several log files as one ring of lines, at most so many; not thread-safe."""
+    """The newest lines of several log files, at most `kept`; not thread-safe."""
 
     def __init__(self, files: Mapping[str, Path], kept: int = KEPT_LINES) -> None:
         self._tails = {source: _Tail(path) for source, path in files.items()}
         self._lines: deque[LogLine] = deque(maxlen=kept)
         self.dropped = 0
-        """How many lines were read and are no longer kept."""
+        """The number of lines that were read and are no longer kept."""
 
     def read(self) -> bool:
-        """Read what is new, no more than a bit of it; say whether there was something."""
+        """Read new lines, at most the last 64 KiB of each file; return whether there were any."""
         found = False
         for source, tail in self._tails.items():
             for text in tail.read():
@@ -46,20 +47,28 @@ class Logs:
 
 
 def line_of(source: str, text: str) -> LogLine:
-    """Return a line of a log: its time and level as it says, else now and what it looks like."""
-    told = _SUPERVISOR.match(text) if source == "supervisor" else None
-    if told is not None:
-        written_s = time.mktime(time.strptime(told[1], "%Y-%m-%d %H:%M:%S")) + int(told[2]) / 1000
-        return LogLine(written_s, source, _level(told[3]), harmless(told[4]))
+    """Return a line of a log, with its own time and level, else with the present time and a guessed level."""
+    found = _SUPERVISOR.match(text) if source == "supervisor" else None
+    if found is not None:
+        written_s = time.mktime(time.strptime(found[1], "%Y-%m-%d %H:%M:%S")) + int(found[2]) / 1000
+        return LogLine(written_s, source, _level(found[3]), harmless(found[4]))
     named = _LEVEL.search(text[:80])
     return LogLine(time.time(), source, _level(named[1]) if named else "info", harmless(text))
 
 
 def harmless(text: str) -> str:
-    """Return a line without control characters, and not longer than anybody reads."""
+    """Return a line without control characters, cut at `LONGEST_LINE`."""
     text = _ESCAPES.sub("", text[: 4 * LONGEST_LINE]).expandtabs(4)
     shown = "".join(letter for letter in text if unicodedata.category(letter) not in ("Cc", "Cf", "Cs", "Zl", "Zp"))
     return shown if len(shown) <= LONGEST_LINE else f"{shown[: LONGEST_LINE - 1]}…"
+
+
+def end_of(path: Path, most_bytes: int) -> str:
+    """Return the text at the end of a file; raises OSError."""
+    with path.open("rb") as file:
+        size = file.seek(0, os.SEEK_END)
+        file.seek(max(0, size - most_bytes))
+        return file.read().decode("utf-8", "replace")
 
 
 def _level(name: str) -> str:
@@ -68,7 +77,7 @@ def _level(name: str) -> str:
 
 
 class _Tail:
-    """What is added to a text file from look to look; of a lot at once only the end."""
+    """Reads the lines that are added to a text file; of a large addition only the end."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -95,7 +104,7 @@ class _Tail:
         if len(self._rest) > MOST_AT_ONCE_BYTES:
             self._rest = b""
         for line in lines:
-            # What a progress bar rewrites in place is one line, as it was left.
+            # A progress bar that was rewritten in place is one line: its last state.
             text = line.rstrip(b"\r").rpartition(b"\r")[2].decode("utf-8", "replace")
             if text.strip():
                 yield text

@@ -1,24 +1,24 @@
-"""Following a run or a batch without screens: plain lines, a line that is rewritten, JSON lines, or nothing."""
+"""Follow a run or a batch without screens: as plain lines, one rewritten line, JSON lines, or not at all."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 
-from benchbot.cli.kit.status_line import Display, StatusLine
+from benchbot.cli.kit.status_line import Display, StatusLine, progress_text
 from benchbot.plugins.batch import status_lines
 from benchbot.plugins.watching.batch_feed import BatchFeed
-from benchbot.plugins.watching.lines import run_text
 from benchbot.plugins.watching.run_feed import RunFeed
 from benchbot.plugins.watching.views import BatchView, LogLine, RunView
 
 PERIOD_S = 0.1
-_WORTH_A_LINE = ("warning", "error")
+_MIB = 2**20
+_PRINTED_LEVELS = ("warning", "error")
 
 
 def follow(feed: RunFeed | BatchFeed, display: Display = "auto") -> None:
-    """Show what a feed tells on stderr until what it watches has ended.
+    """Show the views of a feed on stderr until its run or batch has ended.
 
-    KeyboardInterrupt, which the caller sees to, leaves it running.
+    KeyboardInterrupt, which the caller handles, leaves the run or batch running.
     """
     with StatusLine(display) as line:
         if isinstance(feed, RunFeed):
@@ -35,8 +35,10 @@ def _follow_run(feed: RunFeed, line: StatusLine) -> None:
         if view.log is not shown:
             shown = view.log
             total = view.log_dropped + len(view.log)
-            for said in view.log[max(0, len(view.log) - (total - read)) :]:
-                _print(said, line)
+            for entry in view.log[max(0, len(view.log) - (total - read)) :]:
+                # The supervisor's own lines about each step are in the status.
+                if entry.source == "solution" or entry.level in _PRINTED_LEVELS:
+                    line.note(f"{entry.source} {entry.level}: {entry.text}", {"kind": "log", **asdict(entry)})
             read = total
         if not view.alive:
             break
@@ -45,18 +47,44 @@ def _follow_run(feed: RunFeed, line: StatusLine) -> None:
     line.note(f"{view.problem or 'The run has ended.'}{'' if view.result is None else f' Result: {view.result}'}")
 
 
-def _print(said: LogLine, line: StatusLine) -> None:
-    # What the supervisor notes of each step is in the status.
-    if said.source == "solution" or said.level in _WORTH_A_LINE:
-        line.note(f"{said.source} {said.level}: {said.text}", {"kind": "log", **asdict(said)})
-
-
 def _show_run(view: RunView, line: StatusLine) -> None:
     progress = view.progress
     urgent = bool(progress and (progress["waiting_for"] or progress["ends_run"]))
     news = tuple(progress.get(key) for key in ("state", "frames", "failure", "waiting_for")) if progress else ()
     news = (*news, view.problem, view.paused, view.held, view.driven_by_hand)
-    line.show(run_text(view), news, urgent=urgent, document=lambda: _run_document(view))
+    line.show(_run_text(view), news, urgent=urgent, document=lambda: _run_document(view))
+
+
+def _run_text(view: RunView) -> str:
+    """Return everything that is known of a run in one line, except its log and observations."""
+    if not view.progress:
+        return view.problem or "nothing known yet"
+    parts = [progress_text(view.progress, view.session.get("scene_count", 1)), *_last_action(view), *_limits(view)]
+    if view.driven_by_hand:
+        parts.append(f"{view.driven_by_hand} by hand")
+    if view.usage is not None:
+        parts.append(f"{view.usage.cpu_percent:.0f} % CPU · {view.usage.memory_bytes / _MIB:.0f} MiB")
+    if view.problem is not None:
+        parts.append(view.problem)
+    return " · ".join(parts)
+
+
+def _last_action(view: RunView) -> Iterator[str]:
+    last = view.last
+    if last is None:
+        return
+    values = ", ".join(f"{value:g}" for value in last["arguments"].values() if isinstance(value, int | float))
+    yield f"{last['action']}({values}): {last['outcome'] or 'under way'}{' by hand' if last['by_hand'] else ''}"
+
+
+def _limits(view: RunView) -> Iterator[str]:
+    """Yield the rest of each limit."""
+    limits = view.session.get("selection", {}).get("limits", {})
+    units = {"steps": "steps", "simulated_time_s": "s simulated", "wall_time_s": "s"}
+    for name, unit in units.items():
+        limit = limits.get(name)
+        if limit is not None:
+            yield f"{max(0, limit - view.progress[name]):.0f} {unit} left"
 
 
 def _run_document(view: RunView) -> dict[str, object]:
@@ -90,8 +118,8 @@ def _follow_batch(feed: BatchFeed, line: StatusLine) -> None:
 def _batch_end(view: BatchView) -> str:
     if view.status is None:
         return view.problem or "Nothing is known of it."
-    said = status_lines.verdict(view.status)
+    verdict = status_lines.verdict(view.status)
     if not view.status.is_complete:
-        return f"{said} Nobody works at the rest. Go on with: benchbot batch attach {view.folder}"
+        return f"{verdict} Nobody works at the rest. Go on with: benchbot batch attach {view.folder}"
     score = view.status.score
-    return said if score is None else f"{said} {score.name} {score.value:.3f}"
+    return verdict if score is None else f"{verdict} {score.name} {score.value:.3f}"

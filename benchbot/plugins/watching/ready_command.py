@@ -1,4 +1,4 @@
-"""`benchbot ready`: the operator's word that they have done what the robot asked them."""
+"""`benchbot ready`: the operator confirms that they have done what the robot asked."""
 
 from benchbot.cli.kit import console
 
@@ -17,7 +17,7 @@ def ready() -> None:
         try:
             request = Client(state.connection, ANSWER_TIMEOUT_S).session()["progress"]["waiting_for"]
         except BenchbotError:
-            continue  # one that is just ending waits for nobody
+            continue  # a run that is just ending needs no confirmation
         if request is not None:
             operator = replace(state.connection, token=state.operator_token)
             console.note(f"Done: {Client(operator, ANSWER_TIMEOUT_S).confirm()}")

@@ -1,6 +1,6 @@
-"""The routes of those who look on at a run, with the host's own token: `/api/v1/watch…` (docs/wire.md).
+"""The routes to watch, hold and drive a run: `/api/v1/watch…` (docs/wire.md), with the operator's token only.
 
-A solution must not use them: they tell the true pose, hold its steps, and drive.
+A solution must not use them: they return the true pose, hold its steps, and drive.
 """
 
 import asyncio
@@ -16,7 +16,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from benchbot.plugins.watching import usage
+from benchbot.plugins.watching.usage import ProcessUsage, process_tree_usage
 from benchbot.supervisor import RefusedError
 from benchbot.supervisor.description import progress_document
 from benchbot.supervisor.http import bodies
@@ -27,11 +27,11 @@ from benchbot.supervisor.run import Run
 DEFAULT_WIDTH, MOST_WIDE = 320, 4096
 MOST_POINTS = 500
 USAGE_PERIOD_S = 1.0
-_PLACE_DIGITS = 3
+_PATH_DIGITS = 3
 
 
 class GateRequest(msgspec.Struct, forbid_unknown_fields=True):
-    """The body of an order to the gate: close or open it, or let so many steps through and hold the next."""
+    """The body of a request to the gate: close or open it, or let so many steps through and hold the next."""
 
     paused: bool | None = None
     steps: int | None = None
@@ -45,34 +45,36 @@ class DriveRequest(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class WatchRoutes:
-    """Answers those who look on at one run."""
+    """The endpoints to watch, hold and drive one run."""
 
     def __init__(self, run: Run) -> None:
         self._run = run
-        # Not among the threads of the requests: those may all be waiting at the gate.
-        self._driver = ThreadPoolExecutor(1, "benchbot-driving")
-        self._used: tuple[float, usage.Use | None] = (-math.inf, None)
+        # Not in the thread pool of the requests: all of those threads may be waiting at the gate.
+        self._teleop = ThreadPoolExecutor(1, "benchbot-teleop")
+        self._usage: tuple[float, ProcessUsage | None] = (-math.inf, None)
 
     async def watch(self, request: Request) -> Response:
-        """Answer where the run stands; `session=1` adds what is run, `after=N` what is seen; `path=0` omits its way."""
+        """Answer the state; `session=1` adds a description, `after=N` a snapshot, and `path=0` omits the path."""
         run = self._run
         gate = run.gate.state
-        looked_s, use = self._usage()
-        told: dict[str, Any] = {
+        if time.monotonic() - self._usage[0] > USAGE_PERIOD_S:
+            self._usage = time.monotonic(), process_tree_usage(os.getpid())
+        at_s, used = self._usage
+        answer: dict[str, Any] = {
             "progress": progress_document(run.progress, with_pose=True),
             "gate": {"paused": gate.paused, "steps_left": gate.steps_left, "held": gate.held},
             "driven_by_hand": run.session.driven_by_hand,
             "last": run.last_action,
-            "usage": None if use is None else {"at_s": looked_s, "cpu_s": use.cpu_s, "memory_bytes": use.memory_bytes},
+            "usage": None if used is None else {"at_s": at_s, "cpu_s": used.cpu_s, "memory_bytes": used.memory_bytes},
             "result": str(run.result_path) if run.result_path.exists() else None,
         }
         if request.query_params.get("path") != "0":
-            told["path"] = _path(run)
+            answer["path"] = _path(run)
         if request.query_params.get("session") == "1":
-            told["session"] = run.describe()
+            answer["session"] = run.describe()
         if "after" in request.query_params:
-            told["look"] = self._look(request)
-        return bodies.respond(request, told)
+            answer["look"] = self._look(request)
+        return bodies.respond(request, answer)
 
     async def look(self, request: Request) -> Response:
         """Answer the newest observation, or 204 when there is none that is newer."""
@@ -103,7 +105,7 @@ class WatchRoutes:
         """Take an action by hand, to its end."""
         body = await bodies.read(request, DriveRequest)
         call = partial(self._run.drive, body.action, body.arguments)
-        return bodies.respond(request, await asyncio.get_running_loop().run_in_executor(self._driver, call))
+        return bodies.respond(request, await asyncio.get_running_loop().run_in_executor(self._teleop, call))
 
     def _look(self, request: Request) -> dict[str, Any] | None:
         asked = request.query_params
@@ -115,11 +117,6 @@ class WatchRoutes:
         if snapshot is None:
             return None
         return {"number": snapshot.number, "stride": snapshot.stride, "observations": snapshot.observations}
-
-    def _usage(self) -> tuple[float, usage.Use | None]:
-        if time.monotonic() - self._used[0] > USAGE_PERIOD_S:
-            self._used = time.monotonic(), usage.of([os.getpid()])
-        return self._used
 
 
 def routes(run: Run, access: Access) -> list[Route]:
@@ -137,16 +134,16 @@ def routes(run: Run, access: Access) -> list[Route]:
 
 
 def _path(run: Run) -> list[tuple[float, float]]:
-    """Return where the robot has been in this scene: at most so many points, every n-th and the last."""
+    """Return the path of the robot in this scene: at most `MOST_POINTS` points, every n-th and the last."""
     tracks = run.session.tracks
     rows = tracks[-1].rows if tracks else []
     stride = -(-len(rows) // MOST_POINTS) or 1
-    places = [place for _, place in [*rows[::stride], *rows[-1:]]]
-    return [(round(place.x_m, _PLACE_DIGITS), round(place.y_m, _PLACE_DIGITS)) for place in places]
+    poses = [pose for _, pose in [*rows[::stride], *rows[-1:]]]
+    return [(round(pose.x_m, _PATH_DIGITS), round(pose.y_m, _PATH_DIGITS)) for pose in poses]
 
 
 def _number(text: str | None, default: int, least: int, most: int) -> int:
-    """Return a number of a query, within bounds; raises RefusedError (400) for what is none."""
+    """Return a number of a query, within bounds; raises RefusedError (400) for any other text."""
     if text is None:
         return default
     if not (text.isascii() and text.isdecimal() and len(text) < 20):

@@ -1,4 +1,4 @@
-"""A feed of a run: a thread that asks its supervisor again and again, and keeps the newest view of it."""
+"""A feed of a run: a thread that polls its supervisor and keeps the newest view of it."""
 
 import threading
 import time
@@ -7,16 +7,16 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlencode
 
+from benchbot.api.client import Client
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.watching.client import WatchClient
-from benchbot.plugins.watching.gpu import GpuMeter
 from benchbot.plugins.watching.logs import Logs
-from benchbot.plugins.watching.rates import Rates
-from benchbot.plugins.watching.views import Look, RunView, Usage
+from benchbot.plugins.watching.usage import GpuMeter, Rates
+from benchbot.plugins.watching.views import LogLine, RunView, Snapshot, Usage
 from benchbot.submission import output_log
 from benchbot.wire import run_state
-from benchbot.wire.run_state import RunState
+from benchbot.wire.run_state import Connection, RunState
 
 PERIOD_S = 0.1
 LOG_PERIOD_S = 0.3
@@ -26,10 +26,42 @@ ANSWER_TIMEOUT_S = 10.0
 CLOSE_TIMEOUT_S = 1.0
 
 
-class RunFeed:
-    """Keeps `view` up to date until it is closed. It never waits, survives the end of the run, and connects anew.
+class WatchClient(Client):
+    """A client of the routes `/api/v1/watch…`, with the operator's token; not thread-safe. Raises as `Client` does."""
 
-    Commands wait for the supervisor's answer, and raise BenchbotError: call them in a thread.
+    def __init__(self, state: RunState, answer_timeout_s: float | None = None) -> None:
+        connection = Connection(state.connection.url, state.connection.socket, state.operator_token)
+        super().__init__(connection, answer_timeout_s, shares_memory=False)
+
+    def watch(
+        self,
+        *,
+        after: int = 0,
+        channels: Sequence[str] = (),
+        width: int = 0,
+        with_session: bool = False,
+        with_path: bool = True,
+    ) -> dict[str, Any]:
+        """Return the state of the run, with the newest observation of these channels if it comes after `after`."""
+        query: dict[str, Any] = {"session": int(with_session), "path": int(with_path)}
+        if channels:
+            query |= {"after": after, "channels": ",".join(channels), "width": width}
+        return self._call("GET", f"watch?{urlencode(query)}")
+
+    def gate(self, **order: bool | int) -> None:
+        """Hold the solution's next step or let it go on (`paused`), or let so many `steps` through."""
+        self._call("POST", "watch/gate", order)
+
+    def drive(self, action: str, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        """Take an action by hand, to its end; return `{action, arguments, by_hand, outcome, result}`."""
+        return self._call("POST", "watch/drive", {"action": action, "arguments": dict(arguments)})
+
+
+class RunFeed:
+    """Keeps `view` up to date until it is closed. It survives the end of the run, and reconnects after errors.
+
+    Reading `view` never blocks. Commands wait for the supervisor's answer, and raise BenchbotError: call them in a
+    thread.
     """
 
     def __init__(
@@ -44,8 +76,8 @@ class RunFeed:
         self._view = RunView(state, alive=True, problem="Nothing is known yet.", session={}, progress={})
         self._chosen = tuple(channels), width
         self._path: tuple[tuple[float, float], ...] = ()
-        self._path_s = float("-inf")
-        self._looked_at: tuple[int, tuple[str, ...], int] | None = None
+        self._path_read_s = float("-inf")
+        self._fetched: tuple[int, tuple[str, ...], int] | None = None
         self._period_s = period_s
         self._logs = Logs(
             {
@@ -55,10 +87,10 @@ class RunFeed:
             }
         )
         self._logs_read_s = float("-inf")
-        self._pace, self._processors = Rates(), Rates()
+        self._frame_rates, self._cpu_rate = Rates(), Rates()
         self._wake = threading.Event()
         self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._keep_up, name="benchbot-run-feed", daemon=True)
+        self._thread = threading.Thread(target=self._poll, name="benchbot-run-feed", daemon=True)
         self._thread.start()
 
     @property
@@ -67,38 +99,38 @@ class RunFeed:
         return self._view
 
     def choose(self, channels: Sequence[str], width: int) -> None:
-        """Look at these channels from now on, at most so many pixels wide; at none: nothing is looked at."""
+        """Fetch these channels from now on, at most so many pixels wide; with no channels, no observations."""
         self._chosen = tuple(channels), width
         self._wake.set()
 
     def pause(self) -> None:
         """Hold the solution's next step."""
-        with self._asking() as client:
-            client.pause(paused=True)
+        with self._client() as client:
+            client.gate(paused=True)
 
     def go_on(self) -> None:
         """Let the solution go on."""
-        with self._asking() as client:
-            client.pause(paused=False)
+        with self._client() as client:
+            client.gate(paused=False)
 
     def single_step(self) -> None:
         """Let one step of the solution through, and hold the next."""
-        with self._asking() as client:
-            client.let_through(1)
+        with self._client() as client:
+            client.gate(steps=1)
 
     def drive(self, action: str, arguments: Mapping[str, Any]) -> dict[str, Any]:
         """Take a step by hand; return `{action, arguments, by_hand, outcome, result}` when it has ended."""
-        with self._asking(answer_timeout_s=None) as client:
+        with self._client(answer_timeout_s=None) as client:
             return client.drive(action, arguments)
 
     def stop(self) -> None:
         """End the run."""
-        with self._asking() as client:
+        with self._client() as client:
             client.stop()
 
     def confirm(self) -> str:
-        """Say that what the operator was asked is done, and return what that was."""
-        with self._asking() as client:
+        """Confirm that the operator has done what the robot asked, and return what that was."""
+        with self._client() as client:
             return client.confirm()
 
     def close(self) -> None:
@@ -108,8 +140,8 @@ class RunFeed:
         self._thread.join(CLOSE_TIMEOUT_S)
 
     @contextmanager
-    def _asking(self, answer_timeout_s: float | None = ANSWER_TIMEOUT_S) -> Iterator[WatchClient]:
-        # A connection of its own: while one command waits, others are still heard.
+    def _client(self, answer_timeout_s: float | None = ANSWER_TIMEOUT_S) -> Iterator[WatchClient]:
+        # A connection for each command: while one waits, others still get through.
         client = WatchClient(self.state, answer_timeout_s)
         try:
             yield client
@@ -117,7 +149,7 @@ class RunFeed:
             client.close()
             self._wake.set()
 
-    def _keep_up(self) -> None:
+    def _poll(self) -> None:
         client = WatchClient(self.state, ANSWER_TIMEOUT_S)
         self._gpu = GpuMeter()
         try:
@@ -126,7 +158,7 @@ class RunFeed:
                 began_s = time.monotonic()
                 pause_s = self._period_s
                 try:
-                    self._view = self._asked(client)
+                    self._view = self._fetch(client)
                 except BenchbotError as error:
                     pause_s = RETRY_S
                     self._view = self._unanswered(error)
@@ -137,52 +169,53 @@ class RunFeed:
             client.close()
             self._gpu.close()
 
-    def _asked(self, client: WatchClient) -> RunView:
+    def _fetch(self, client: WatchClient) -> RunView:
         before, (channels, width) = self._view, self._chosen
         began_s = time.monotonic()
-        # Another choice of channels is another look at the same observation.
-        after = before.look.number if before.look is not None and self._same_look(before.look, channels, width) else 0
-        with_path = began_s - self._path_s >= PATH_PERIOD_S
-        told = client.watch(
-            after=after, channels=channels, width=width, with_session=not before.session, with_path=with_path
+        # After another choice of channels, the same observation is fetched again.
+        known = before.snapshot is not None and self._fetched == (before.snapshot.number, channels, width)
+        with_path = began_s - self._path_read_s >= PATH_PERIOD_S
+        answer = client.watch(
+            after=before.snapshot.number if before.snapshot is not None and known else 0,
+            channels=channels,
+            width=width,
+            with_session=not before.session,
+            with_path=with_path,
         )
         if with_path:
-            self._path_s, self._path = began_s, tuple((x, y) for x, y in told["path"])
-        look = before.look if channels else None
-        if told.get("look") is not None:
-            look = _look(told["look"])
-            self._looked_at = look.number, channels, width
-        progress = told["progress"]
-        frames_per_s, real_time_factor = self._pace.note(began_s, progress["frames"], progress["simulated_time_s"])
-        log = self._read_logs()
+            self._path_read_s, self._path = began_s, tuple((x, y) for x, y in answer["path"])
+        snapshot = before.snapshot if channels else None
+        if answer.get("look") is not None:
+            snapshot = _snapshot(answer["look"])
+            self._fetched = snapshot.number, channels, width
+        progress = answer["progress"]
+        frames_per_s, real_time_factor = self._frame_rates.note(
+            began_s, progress["frames"], progress["simulated_time_s"]
+        )
         return RunView(
             state=self.state,
             alive=True,
             problem=None,
-            session=told.get("session") or before.session,
+            session=answer.get("session") or before.session,
             progress=progress,
-            paused=told["gate"]["paused"],
-            held=told["gate"]["held"],
-            driven_by_hand=told["driven_by_hand"],
-            last=told["last"],
+            paused=answer["gate"]["paused"],
+            held=answer["gate"]["held"],
+            driven_by_hand=answer["driven_by_hand"],
+            last=answer["last"],
             path=self._path,
             frames_per_s=frames_per_s,
             real_time_factor=real_time_factor,
-            usage=self._usage(told["usage"]),
-            look=look,
-            log=before.log if log is None else log,
+            usage=self._usage(answer["usage"]),
+            snapshot=snapshot,
+            log=self._read_logs(),
             log_dropped=self._logs.dropped,
-            result=None if told["result"] is None else Path(told["result"]),
+            result=None if answer["result"] is None else Path(answer["result"]),
         )
 
-    def _same_look(self, look: Look, channels: tuple[str, ...], width: int) -> bool:
-        return self._looked_at == (look.number, channels, width)
-
     def _unanswered(self, error: BenchbotError) -> RunView:
-        """Return what is known when there is no answer: the same as before, and that the run has ended if it has."""
+        """Return the view before without rates, and say why it is old: no answer, or the end of the run."""
         alive = run_state.is_alive(self.state)
         self._logs_read_s = float("-inf")
-        log = self._read_logs()
         result = Path(self.state.result)
         return replace(
             self._view,
@@ -191,44 +224,44 @@ class RunFeed:
             frames_per_s=0.0,
             real_time_factor=0.0,
             usage=None,
-            log=self._view.log if log is None else log,
+            log=self._read_logs(),
             log_dropped=self._logs.dropped,
             result=result if result.is_file() else None,
         )
 
-    def _read_logs(self) -> Any:
-        """Return the lines of the logs when there are new ones, else None."""
+    def _read_logs(self) -> tuple[LogLine, ...]:
+        """Return the lines of the logs, read again at most every `LOG_PERIOD_S`; the same tuple without new ones."""
         now_s = time.monotonic()
         if now_s - self._logs_read_s < LOG_PERIOD_S:
-            return None
+            return self._view.log
         self._logs_read_s = now_s
-        return self._logs.lines if self._logs.read() else None
+        return self._logs.lines if self._logs.read() else self._view.log
 
-    def _usage(self, told: Mapping[str, Any] | None) -> Usage | None:
-        if told is None:
+    def _usage(self, answer: Mapping[str, Any] | None) -> Usage | None:
+        if answer is None:
             return None
-        (cores,) = self._processors.note(told["at_s"], told["cpu_s"])
-        gpu = self._gpu.use
+        (cores,) = self._cpu_rate.note(answer["at_s"], answer["cpu_s"])
+        gpu = self._gpu.usage
         return Usage(
             cpu_percent=100.0 * cores,
-            memory_bytes=told["memory_bytes"],
+            memory_bytes=answer["memory_bytes"],
             gpu_percent=None if gpu is None else gpu.percent,
             gpu_memory_bytes=None if gpu is None else gpu.memory_bytes,
         )
 
 
-def _look(told: Mapping[str, Any]) -> Look:
-    observations = told["observations"]
+def _snapshot(answer: Mapping[str, Any]) -> Snapshot:
+    observations = answer["observations"]
     images = {name: observations[name] for name in ("image_rgb", "image_depth") if name in observations}
     segments = observations.get("image_segment") or {}
     for name, key in (("image_class", "class_segment_img"), ("image_instance", "instance_segment_img")):
         if key in segments:
             images[name] = segments[key]
-    return Look(
-        number=told["number"],
+    return Snapshot(
+        number=answer["number"],
         images=images,
         laser=observations.get("laser"),
         poses=observations.get("poses"),
         classes=segments.get("class_ids") or {},
-        stride=told["stride"],
+        stride=answer["stride"],
     )

@@ -1,4 +1,4 @@
-"""What a display is given: views of a run and of a batch, each of one moment, that nobody changes any more."""
+"""Views of a run and of a batch for displays: immutable, each of one moment."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,8 +12,8 @@ from benchbot.wire.run_state import RunState
 
 
 @dataclass(frozen=True)
-class Look:
-    """The newest observation. Images may have been thinned out: every n-th row and column, nothing in between."""
+class Snapshot:
+    """The newest observation. Images may be subsampled: every n-th row and column, without averaging."""
 
     number: int
     """Grows with each observation of the run."""
@@ -24,17 +24,17 @@ class Look:
     poses: Mapping[str, Any] | None = None
     """The channel `poses`, as `channels` defines it: noisy where the task says so."""
     classes: Mapping[str, int] = field(default_factory=dict)
-    """The names of the numbers in `image_class`."""
+    """The numbers in `image_class`, by name."""
     stride: int = 1
-    """Which n that was."""
+    """The n of the subsampling."""
 
 
 @dataclass(frozen=True)
 class LogLine:
-    """A line that somebody wrote, without control characters."""
+    """A line of a log, without control characters."""
 
     time_s: float
-    """Seconds since the epoch: when it was written, or where that is not told, when it was read."""
+    """Seconds since the epoch: when it was written, or when it was read where the line does not say."""
     source: str
     """`supervisor`, `platform`, `solution` or `batch`."""
     level: str
@@ -44,9 +44,9 @@ class LogLine:
 
 @dataclass(frozen=True)
 class Usage:
-    """What the supervisor of a run and the processes below it use together; 100 % is one core.
+    """Use by the supervisor of a run and the processes below it together; 100 % is one core.
 
-    Of GPUs, what the whole machine uses: the share of the busiest one, and the memory of all; None without one.
+    Of GPUs, the use by the whole machine: the share of the busiest one, and the memory of all; None without one.
     """
 
     cpu_percent: float
@@ -57,16 +57,16 @@ class Usage:
 
 @dataclass(frozen=True)
 class RunView:
-    """A run at one moment. What its host may know is in it: it is not for solutions."""
+    """A run at one moment. It holds what only the host of the run may know: it is not for solutions."""
 
     state: RunState
     alive: bool
     problem: str | None
-    """Why nothing newer is known, in words."""
+    """The reason why nothing newer is known, in words."""
     session: Mapping[str, Any]
-    """What is run, as `GET /api/v1/session` tells it; empty until the supervisor has answered once."""
+    """The description of the run, as in `GET /api/v1/session`; empty until the supervisor has answered once."""
     progress: Mapping[str, Any]
-    """As the events tell it (docs/wire.md), with the true pose; empty until the supervisor has answered once."""
+    """As in the events (docs/wire.md), with the true pose; empty until the supervisor has answered once."""
     paused: bool = False
     held: bool = False
     """Whether the solution waits at the gate."""
@@ -74,17 +74,17 @@ class RunView:
     last: Mapping[str, Any] | None = None
     """The newest action: `{action, arguments, outcome, result, by_hand}`."""
     path: tuple[tuple[float, float], ...] = ()
-    """Where the robot has been in this scene, x and y in metres."""
+    """The path of the robot in this scene, x and y in metres."""
     frames_per_s: float = 0.0
     real_time_factor: float = 0.0
     usage: Usage | None = None
-    look: Look | None = None
+    snapshot: Snapshot | None = None
     log: tuple[LogLine, ...] = ()
     """The newest lines, oldest first."""
     log_dropped: int = 0
-    """How many lines were read that came before those."""
+    """The number of lines that were read before those."""
     result: Path | None = None
-    """Where the result is, once it is written."""
+    """The file of the result, once it is written."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class EpisodeCell:
     since_s: float | None
     """Seconds since it was begun, while it runs."""
     log: Path | None = None
-    """What its solution printed, where there is such a file."""
+    """The output of its solution, where there is such a file."""
 
 
 @dataclass(frozen=True)
@@ -111,9 +111,9 @@ class WorkerRow:
 
     name: str
     episode: str | None
-    """What it computes; None while it computes nothing."""
+    """The episode that it computes; None while it is idle."""
     since_s: float | None
-    """For how long it has done so, or has been idle."""
+    """Seconds for which it has computed that episode, or has been idle."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ class BatchView:
 
     folder: Path
     alive: bool
-    """Whether somebody drives it, or workers run."""
+    """Whether a driver is attached, or workers run."""
     problem: str | None
     status: BatchStatus | None
     """None until its folder has been read once."""
@@ -138,6 +138,6 @@ class BatchEntry:
     folder: Path
     alive: bool
     begun_s: float
-    """When somebody last began to drive it, in seconds since the epoch."""
+    """When its driver was last started, in seconds since the epoch."""
     episodes: int
     finished: int

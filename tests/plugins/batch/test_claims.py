@@ -3,6 +3,7 @@ import time
 from multiprocessing import get_context
 from pathlib import Path
 
+import psutil
 import pytest
 
 from benchbot.plugins.batch.claims import Claim, HeldClaim, Observer
@@ -128,3 +129,14 @@ def test_a_process_number_that_is_used_again_is_another_process() -> None:
     assert ProcessId(me.machine, me.pid, me.started - 1).is_dead
     assert not ProcessId("another machine", me.pid, me.started - 1).is_dead
     assert not ProcessId("", me.pid, me.started - 1).is_dead
+
+
+def test_a_clock_that_is_set_makes_no_process_another_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    me = ProcessId.of(os.getpid())
+    boot_s = psutil.boot_time()
+    # The kernel tells the time of the boot by the clock of now, and psutil counts starts from there.
+    monkeypatch.setattr("psutil._psplatform.boot_time", lambda: boot_s + 3600.0)
+    assert psutil.boot_time() == boot_s + 3600.0
+    assert psutil.Process().create_time() > time.time()
+    assert ProcessId.of(os.getpid()) == me
+    assert not me.is_dead

@@ -1,4 +1,4 @@
-"""Playing with the app as a person does: by keys, looking at the screen until something is there."""
+"""Drives the app by keys, and waits until its screen shows something."""
 
 import asyncio
 import time
@@ -41,7 +41,7 @@ async def sees(pilot: Pilot[None], *texts: str) -> None:
 
 
 def shown(pilot: Pilot[None]) -> str:
-    """What the screen shows, as text."""
+    """Return the text on the screen."""
     return "\n".join(golden.lines(golden.picture(pilot.app)))
 
 

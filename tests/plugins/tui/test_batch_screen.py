@@ -1,4 +1,4 @@
-"""How the screen that watches a batch looks, and what its keys do."""
+"""Snapshots and keys of the screen that watches a batch."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,9 +7,9 @@ import pytest
 from textual.pilot import Pilot
 
 from benchbot.plugins.batch.folder import Folder
-from benchbot.plugins.tui.alive import Alive
 from benchbot.plugins.tui.app import BenchbotApp
 from benchbot.plugins.tui.batch_screen import BatchScreen
+from benchbot.plugins.tui.jobs import Alive
 from benchbot.plugins.watching.views import BatchView, EpisodeCell
 from tests.plugins.tui.playing import SIZES, Scenario, matches, play, sees, settled, shown, until
 from tests.plugins.tui.watched import StillBatch, batch_view

@@ -3,7 +3,7 @@ import signal
 import time
 from pathlib import Path
 
-from benchbot.plugins.tui import alive, jobs
+from benchbot.plugins.tui import jobs
 from benchbot.wire import run_state
 
 PATIENCE_S = 120.0
@@ -35,14 +35,14 @@ def test_what_is_started_goes_on_by_itself_and_says_what_came_of_it(home: Path) 
     for job in (submission, impossible):
         ended(job)
     assert jobs.wait_for_run(impossible, PATIENCE_S, 0.05) is None
-    now = alive.look()
+    now = jobs.look()
     assert [each.folder for each in now.runs] == [state.folder]
-    assert alive.run_named(Path(state.folder).name[-6:], now.runs) == state
-    assert alive.run_named("no such run", now.runs) is None
-    said = {each.job.folder: (each.state, each.said) for each in now.started}
+    assert jobs.run_named(Path(state.folder).name[-6:], now.runs) == state
+    assert jobs.run_named("no such run", now.runs) is None
+    said = {each.job.folder: (each.state, each.summary) for each in now.jobs}
     assert said == {
-        submission.folder: (alive.WELL, "OMQ 0.0000"),
-        impossible.folder: (alive.BADLY, "'nobody' is not a known robot."),
+        submission.folder: (jobs.WELL, "OMQ 0.0000"),
+        impossible.folder: (jobs.BADLY, "'nobody' is not a known robot."),
     }
     assert jobs.outcome_of(submission)["result_path"] == str(result)
     jobs.end(run)
@@ -56,9 +56,9 @@ def test_a_job_that_was_killed_is_told_as_such_and_old_ones_go(home: Path) -> No
     os.kill(killed.pid, signal.SIGKILL)
     ended(killed)
 
-    assert [each.state for each in alive.look().started] == [alive.BADLY]
-    assert alive.last_error("") == "it was ended"
-    assert alive.last_error("Task  x\nError: It failed.\n\n  Why it did.") == "It failed."
+    assert [each.state for each in jobs.look().jobs] == [jobs.BADLY]
+    assert jobs.last_error("") == "it was ended"
+    assert jobs.last_error("Task  x\nError: It failed.\n\n  Why it did.") == "It failed."
 
     for number in range(jobs.KEPT_JOBS + 3):
         folder = killed.folder.with_name(f"20000101-{number:06}-old")

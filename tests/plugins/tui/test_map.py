@@ -12,7 +12,7 @@ from benchbot.plugins.drawing.map_model import Box, DrivenPath, MapObject, Scene
 from benchbot.plugins.drawing.palette import DARK, LASER, ROBOT
 from benchbot.plugins.tui.map_canvas import RunMap, arrow, cleaned, paint, write
 from benchbot.plugins.tui.map_panel import Scenery, endpoints, map_of_run
-from tests.plugins.tui.watched import ESTIMATES, PLACE, SEEN, TRUTH, look, run_view, surroundings
+from tests.plugins.tui.watched import ESTIMATES, PLACE, SEEN, TRUTH, run_view, snapshot, surroundings
 
 DRIVEN = DrivenPath(((1.2, 1.5), (0.7, 1.4)), recorded=True)
 
@@ -96,10 +96,10 @@ def test_names_of_objects_lie_on_the_map_where_there_is_room() -> None:
 
 def test_the_laser_is_drawn_from_where_it_was_read_unless_the_task_hides_that() -> None:
     read_at = {"translation_xyz": np.array([2.0, 1.0, 0.2]), "rotation_rpy": np.zeros(3)}
-    seen = replace(look(), laser={"scans": np.array([[1.0, 0.0]]), "range_max": 30.0}, poses={"laser": read_at})
+    seen = replace(snapshot(), laser={"scans": np.array([[1.0, 0.0]]), "range_max": 30.0}, poses={"laser": read_at})
     ends = {}
     for localisation in ("ground_truth", "noisy"):
-        view = run_view(look=seen, progress={"pose_xyyaw": (0.0, 0.0, math.pi)})
+        view = run_view(snapshot=seen, progress={"pose_xyyaw": (0.0, 0.0, math.pi)})
         view = replace(view, session={**view.session, "task": {"localisation": localisation}})
         run_map, _ = map_of_run(view, Scenery(surroundings), 0, truth=True)
         assert run_map.scene.laser is not None

@@ -1,4 +1,4 @@
-"""How the screen that watches a run looks."""
+"""Snapshots and keys of the screen that watches a run."""
 
 import time
 from collections.abc import Iterator
@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from textual.pilot import Pilot
 
-from benchbot.plugins.tui.alive import Alive
 from benchbot.plugins.tui.app import BenchbotApp
+from benchbot.plugins.tui.jobs import Alive
 from benchbot.plugins.tui.run_screen import RunScreen
 from benchbot.plugins.watching.views import RunView
 from tests.plugins.tui.playing import SIZES, Scenario, matches, play, sees, settled, shown, until

@@ -7,15 +7,13 @@ from textual.pilot import Pilot
 from textual.widgets import DataTable, Input, Select
 
 from benchbot.plugins.tui import jobs
-from benchbot.plugins.tui.alive import BADLY, RUNNING, WELL, Alive, Started
 from benchbot.plugins.tui.app import BenchbotApp
-from benchbot.plugins.tui.help import HelpScreen
+from benchbot.plugins.tui.dialogs import HelpScreen
 from benchbot.plugins.tui.home import HomeScreen
-from benchbot.plugins.tui.job_screen import JobScreen
-from benchbot.plugins.tui.jobs import Job
+from benchbot.plugins.tui.jobs import BADLY, RUNNING, WELL, Alive, Job, JobStatus
 from benchbot.plugins.tui.new_run import NewRunScreen
 from benchbot.plugins.tui.results import ResultsScreen
-from benchbot.plugins.tui.submit import SubmitScreen
+from benchbot.plugins.tui.submissions import JobScreen, SubmitScreen
 from benchbot.plugins.watching.views import BatchEntry
 from benchbot.wire.run_state import Connection, RunState
 from tests.plugins.tui.playing import SIZES, matches, play, sees, until
@@ -59,10 +57,10 @@ ALIVE = Alive(
         BatchEntry(Path("/home/ann/study/lights"), True, 0.0, 1000, 120),
         BatchEntry(Path("/home/ann/study/seeds"), False, 0.0, 40, 40),
     ),
-    started=(
-        Started(job_of("3"), RUNNING, "running"),
-        Started(job_of("2"), WELL, "OMQ 0.7312"),
-        Started(job_of("1"), BADLY, "The solution failed."),
+    jobs=(
+        JobStatus(job_of("3"), RUNNING, "running"),
+        JobStatus(job_of("2"), WELL, "OMQ 0.7312"),
+        JobStatus(job_of("1"), BADLY, "The solution failed."),
     ),
 )
 
@@ -92,7 +90,7 @@ def test_the_first_screen_says_what_is_alive_and_what_to_do_when_nothing_is(home
         app.clear_notifications()
         await matches(app, pilot, "question")
         await pilot.press("j", "escape")
-        now[0] = Alive(started=(Started(job_of("3"), WELL, "OMQ 0.5000"),))
+        now[0] = Alive(jobs=(JobStatus(job_of("3"), WELL, "OMQ 0.5000"),))
         app.look()
         await sees(pilot, "Ended: hello_passive")
         assert isinstance(app.screen, HomeScreen)

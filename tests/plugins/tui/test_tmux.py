@@ -50,7 +50,7 @@ class Terminal:
 
     @property
     def screen(self) -> str:
-        """What it shows."""
+        """Return the text on the screen."""
         return self("capture-pane", "-p")
 
     def sees(self, *texts: str) -> None:

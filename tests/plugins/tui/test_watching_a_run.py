@@ -12,13 +12,13 @@ from textual.pilot import Pilot
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.plugin_manager import load
 from benchbot.plugins.drawing.scene_maps import installed_map
-from benchbot.plugins.tui.alive import Alive
 from benchbot.plugins.tui.app import BenchbotApp
+from benchbot.plugins.tui.jobs import Alive
 from benchbot.plugins.tui.map_panel import Surroundings
 from benchbot.plugins.tui.run_screen import RunScreen
-from benchbot.plugins.watching import found
 from benchbot.plugins.watching.run_feed import RunFeed
 from benchbot.plugins.watching.views import RunView
+from benchbot.wire import run_state
 from benchbot.wire.run_state import RunState
 from tests.command_line import CommandLine
 from tests.plugins.tui import playing
@@ -68,8 +68,8 @@ def test_a_real_run_is_driven_held_followed_and_left(
     words = ("--task", "sample:active", "--robot", "sample_robot", "--env", "faulty:asks", "--max-steps", "40")
     native = ("--native", cli.script("mapper.py", BY_HAND_FIRST), "--results-location", "result.json")
     submitted = cli.start("submit", *words, *native, "--display", "json")
-    assert eventually(lambda: bool(found.runs()), PATIENCE_S)
-    (state,) = found.runs()
+    assert eventually(lambda: bool(run_state.live()), PATIENCE_S)
+    (state,) = run_state.live()
     opened: list[Path] = []
     begun: list[RunState] = []
     screen = RunScreen(
@@ -145,15 +145,15 @@ def test_a_run_is_ended_by_the_same_key_twice(
         monkeypatch.setenv(name, cli.variables[name])
     monkeypatch.setattr(playing, "PATIENCE_S", PATIENCE_S)
     running = cli.start("run", "--task", "sample:active", "--robot", "sample_robot", "--env", "arena:1")
-    assert eventually(lambda: bool(found.runs()), PATIENCE_S)
-    screen = RunScreen(RunFeed(found.runs()[0]), surroundings=installed())
+    assert eventually(lambda: bool(run_state.live()), PATIENCE_S)
+    screen = RunScreen(RunFeed(run_state.live()[0]), surroundings=installed())
 
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
         await sees(pilot, "NO SOLUTION YET")
         await pilot.press("x", "w")  # leaving is not ending
         await until(pilot, lambda: app.screen is not screen)
         assert running.poll() is None
-        last = RunScreen(RunFeed(found.runs()[0]), surroundings=installed())
+        last = RunScreen(RunFeed(run_state.live()[0]), surroundings=installed())
         app.push_screen(last)
         await sees(pilot, "NO SOLUTION YET")
         await pilot.press("x", "x")
@@ -165,7 +165,7 @@ def test_a_run_is_ended_by_the_same_key_twice(
 
 
 def channels_of(view: RunView) -> set[str]:
-    return set() if view.look is None else set(view.look.images)
+    return set() if view.snapshot is None else set(view.snapshot.images)
 
 
 def installed() -> Surroundings:

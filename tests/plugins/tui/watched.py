@@ -4,7 +4,7 @@
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,9 @@ import numpy as np
 
 from benchbot.plugins.batch.status import BatchStatus, RunningEpisode, Score
 from benchbot.plugins.drawing.map_model import Box, MapObject, Occupancy, SceneMap
-from benchbot.plugins.watching.views import BatchView, EpisodeCell, LogLine, Look, RunView, Usage, WorkerRow
+from benchbot.plugins.watching.batch_feed import BatchFeed
+from benchbot.plugins.watching.run_feed import RunFeed
+from benchbot.plugins.watching.views import BatchView, EpisodeCell, LogLine, RunView, Snapshot, Usage, WorkerRow
 from benchbot.wire.run_state import Connection, RunState
 
 SEEN: Mapping[str, Any] = dict(np.load(Path(__file__).with_name("miniroom.npz")))
@@ -68,13 +70,13 @@ def surroundings(environment: str) -> SceneMap:
     return replace(PLACE, objects=TRUTH) if environment == "miniroom:1" else SceneMap()
 
 
-def look(number: int = 7) -> Look:
+def snapshot(number: int = 7) -> Snapshot:
     images = {
         "image_rgb": SEEN["image_rgb"],
         "image_depth": SEEN["depth_cm"].astype(np.float32) / 100,
         "image_class": SEEN["image_class"],
     }
-    return Look(number, images, {"scans": SEEN["laser"], "range_min": 0.05, "range_max": 30.0}, None, CLASSES, 2)
+    return Snapshot(number, images, {"scans": SEEN["laser"], "range_min": 0.05, "range_max": 30.0}, None, CLASSES, 2)
 
 
 def run_view(**changes: Any) -> RunView:
@@ -103,7 +105,7 @@ def run_view(**changes: Any) -> RunView:
         frames_per_s=2.4,
         real_time_factor=0.3,
         usage=Usage(143.0, 812 * 2**20),
-        look=look(),
+        snapshot=snapshot(),
         log=tuple(LogLine(1_772_366_400.0 + second, *said) for second, said in enumerate(LOG)),
         log_dropped=12,
     )
@@ -162,12 +164,20 @@ def batch_view(environments: int, columns: int, finished: float = 0.6, **changes
     return replace(view, **changes)
 
 
-@dataclass
-class StillFeed:
-    """A feed of a run whose view changes when a test changes it."""
+class StillFeed(RunFeed):
+    """A feed of a run without a thread, whose view changes when a test changes it."""
 
-    view: RunView
-    chosen: list[tuple[tuple[str, ...], int]] = field(default_factory=list)
+    def __init__(self, view: RunView) -> None:
+        self._view = view
+        self.chosen: list[tuple[tuple[str, ...], int]] = []
+
+    @property
+    def view(self) -> RunView:
+        return self._view
+
+    @view.setter
+    def view(self, view: RunView) -> None:
+        self._view = view
 
     def choose(self, channels: Sequence[str], width: int) -> None:
         self.chosen.append((tuple(channels), width))
@@ -181,7 +191,7 @@ class StillFeed:
     def single_step(self) -> None:
         """Nothing moves."""
 
-    def drive(self, action: str, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+    def drive(self, action: str, arguments: Mapping[str, Any]) -> dict[str, Any]:
         return {"action": action, "arguments": arguments}
 
     def stop(self) -> None:
@@ -194,12 +204,20 @@ class StillFeed:
         """There is no thread."""
 
 
-@dataclass
-class StillBatch:
-    """A feed of a batch whose view changes when a test changes it."""
+class StillBatch(BatchFeed):
+    """A feed of a batch without a thread, whose view changes when a test changes it."""
 
-    view: BatchView
-    retried: list[tuple[str, ...]] = field(default_factory=list)
+    def __init__(self, view: BatchView) -> None:
+        self._view = view
+        self.retried: list[tuple[str, ...]] = []
+
+    @property
+    def view(self) -> BatchView:
+        return self._view
+
+    @view.setter
+    def view(self, view: BatchView) -> None:
+        self._view = view
 
     def cancel(self) -> None:
         self.view = replace(self.view, alive=False)

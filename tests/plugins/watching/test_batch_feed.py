@@ -2,8 +2,9 @@
 
 import pytest
 
-from benchbot.plugins.watching import found, plain
+from benchbot.plugins.watching import plain
 from benchbot.plugins.watching.batch_feed import BatchFeed
+from benchbot.plugins.watching.batch_feed import batches as listed
 from tests.cli.solutions import PASSIVE
 from tests.plugins.batch.conftest import Batches, batches, sources  # noqa: F401 - fixtures
 from tests.supervisor.harness import eventually
@@ -28,7 +29,7 @@ def test_a_batch_is_found_watched_and_tried_again(
     (here / "broken").touch()
     batches.cli.script("passive.py", FRAIL + PASSIVE)
     driver = batches.cli.start(*batches.words("night", "--jobs", "1", seeds="0..1", envs="arena:1"))
-    assert eventually(lambda: [entry.alive for entry in found.batches()] == [True], PATIENCE_S)
+    assert eventually(lambda: [entry.alive for entry in listed()] == [True], PATIENCE_S)
     feed = BatchFeed(folder)
     assert eventually(lambda: sorted(cell.state for cell in feed.view.cells) == ["pending", "running"], PATIENCE_S)
     view = feed.view
@@ -46,7 +47,7 @@ def test_a_batch_is_found_watched_and_tried_again(
     assert driver.returncode == 1
     assert eventually(lambda: [cell.state for cell in feed.view.cells] == ["agent", "agent"], PATIENCE_S)
     assert all(cell.log is not None and "AssertionError" in cell.log.read_text() for cell in feed.view.cells)
-    (entry,) = found.batches()
+    (entry,) = listed()
     assert (entry.folder, entry.alive, entry.episodes, entry.finished) == (folder, False, 2, 2)
 
     # It is mended, and whoever watches has the episodes computed once more.
@@ -56,4 +57,4 @@ def test_a_batch_is_found_watched_and_tried_again(
     plain.follow(feed, "plain")
     assert "2 of 2 episodes are finished, all of them well." in capfd.readouterr().err
     feed.close()
-    assert eventually(lambda: not found.batches()[0].alive, PATIENCE_S)
+    assert eventually(lambda: not listed()[0].alive, PATIENCE_S)

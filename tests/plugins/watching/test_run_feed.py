@@ -10,8 +10,8 @@ import pytest
 
 from benchbot.core import results
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.watching import found
 from benchbot.plugins.watching.run_feed import RunFeed
+from benchbot.wire import run_state
 from tests.cli.solutions import PASSIVE
 from tests.command_line import CommandLine
 from tests.supervisor.harness import eventually
@@ -19,9 +19,10 @@ from tests.supervisor.harness import eventually
 PATIENCE_S = 120.0
 EAGER = f'print("\\x1b[31mHello\\x1b[0m\\x07", flush=True)\n{PASSIVE}'
 FOLLOW = """\
-from benchbot.plugins.watching import found, plain
+from benchbot.plugins.watching import plain
 from benchbot.plugins.watching.run_feed import RunFeed
-plain.follow(RunFeed(found.runs()[0]), "json")
+from benchbot.wire import run_state
+plain.follow(RunFeed(run_state.live()[0]), "json")
 """
 
 
@@ -36,19 +37,19 @@ def test_a_run_is_watched_held_and_driven_and_nothing_that_happens_to_its_watche
     words = ("--task", "sample:passive", "--robot", "sample_robot", "--env", "arena:1", "--max-steps", "9")
     native = ("--native", cli.script("eager.py", waits + EAGER), "--results-location", "result.json")
     submitted = cli.start("submit", *words, *native, "--display", "json")
-    assert eventually(lambda: bool(found.runs()), PATIENCE_S)
-    (state,) = found.runs()
+    assert eventually(lambda: bool(run_state.live()), PATIENCE_S)
+    (state,) = run_state.live()
     feed = RunFeed(state, channels=("image_rgb", "image_segment", "laser"), width=16)
     assert eventually(lambda: bool(feed.view.session), PATIENCE_S)
-    assert feed.view.look is None
+    assert feed.view.snapshot is None
     feed.pause()
     (cli.folder / "go").touch()
     assert eventually(lambda: feed.view.held, PATIENCE_S)
 
     # One step at a time: first the reset.
     feed.single_step()
-    assert eventually(lambda: feed.view.look is not None and feed.view.held, PATIENCE_S)
-    look = feed.view.look
+    assert eventually(lambda: feed.view.snapshot is not None and feed.view.held, PATIENCE_S)
+    look = feed.view.snapshot
     assert look is not None
     assert {name: image.shape for name, image in look.images.items()} == {
         "image_rgb": (11, 16, 3),
@@ -76,10 +77,12 @@ def test_a_run_is_watched_held_and_driven_and_nothing_that_happens_to_its_watche
     with pytest.raises(BenchbotError, match="not an action"):
         feed.drive("fly", {})
     feed.choose(("image_depth",), 48)
-    assert eventually(lambda: (now := feed.view.look) is not None and set(now.images) == {"image_depth"}, PATIENCE_S)
+    assert eventually(
+        lambda: (now := feed.view.snapshot) is not None and set(now.images) == {"image_depth"}, PATIENCE_S
+    )
     view = feed.view
-    assert view.look is not None
-    assert view.look.images["image_depth"].shape == (32, 48)
+    assert view.snapshot is not None
+    assert view.snapshot.images["image_depth"].shape == (32, 48)
     assert (view.paused, view.driven_by_hand, view.progress["steps"]) == (True, 1, 1)
     assert view.usage is not None
     assert view.usage.memory_bytes > 2**20
@@ -102,7 +105,7 @@ def test_a_run_is_watched_held_and_driven_and_nothing_that_happens_to_its_watche
     with pytest.raises(BenchbotError):
         feed.pause()
     feed.close()
-    assert found.runs() == []
+    assert run_state.live() == []
     others[1].send_signal(signal.SIGCONT)
     _, rest = others[1].communicate(timeout=PATIENCE_S)
     assert others[1].returncode == 0

@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.tui import orders
-from benchbot.plugins.tui.orders import RunOrder, SolutionOrder, run_words, submit_words
+from benchbot.plugins.tui import forms
+from benchbot.plugins.tui.forms import RunOptions, SubmissionOptions, run_words, submit_words
 
-RUN = RunOrder("t", "r", "e:1", seed=3, max_steps=5)
+RUN = RunOptions("t", "r", "e:1", seed=3, max_steps=5)
 RESULT = Path("/somewhere/result.json")
 
 
@@ -18,7 +18,7 @@ def test_a_run_is_told_what_was_chosen_and_nothing_else() -> None:
 
 
 def test_a_solution_brings_its_own_back_end_or_joins_a_run() -> None:
-    solution = SolutionOrder(RESULT, example="hello", method="omq", sandboxed=True, arguments="a b")
+    solution = SubmissionOptions(RESULT, example="hello", method="omq", sandboxed=True, arguments="a b")
 
     alone = submit_words(solution)
     with_run = submit_words(solution, RUN)
@@ -30,7 +30,7 @@ def test_a_solution_brings_its_own_back_end_or_joins_a_run() -> None:
 
 @given(st.text(min_size=1).filter(str.strip))
 def test_a_command_stays_one_word_whatever_is_in_it(command: str) -> None:
-    words = SolutionOrder(RESULT, command=command).words()
+    words = SubmissionOptions(RESULT, command=command).words()
 
     assert [word for word in words if word.startswith("--native=")] == [f"--native={command}"]
     assert not [word for word in words if not word.startswith("--")]
@@ -39,14 +39,14 @@ def test_a_command_stays_one_word_whatever_is_in_it(command: str) -> None:
 @pytest.mark.parametrize("command", [None, "", "  "])
 def test_nothing_cannot_be_submitted(command: str | None) -> None:
     with pytest.raises(BenchbotError, match="nothing to submit"):
-        SolutionOrder(RESULT, command=command).words()
+        SubmissionOptions(RESULT, command=command).words()
 
 
 @given(st.one_of(st.text(), st.integers().map(str), st.floats().map(str)))
 def test_a_field_is_a_number_that_counts_or_an_error_that_names_it(text: str) -> None:
     for value in (
-        of(text, lambda fields: orders.number(fields, "N", least=1)),
-        of(text, lambda fields: orders.seconds(fields, "N")),
+        of(text, lambda fields: forms.number(fields, "N", least=1)),
+        of(text, lambda fields: forms.seconds(fields, "N")),
     ):
         if isinstance(value, BenchbotError):
             assert value.title.startswith("N is not")

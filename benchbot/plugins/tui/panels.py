@@ -1,35 +1,65 @@
-"""Small widgets of facts: rows, gauges, legends. They are painted anew only when their text changes."""
+"""Text panels: headlines, rows, gauges and legends."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import ClassVar
 
 from textual.content import Content
 from textual.widgets import Static
 
 from benchbot.plugins.drawing.palette import Color
-from benchbot.plugins.tui.watching.run_facts import Badge, Gauge, Row
 
 FULL, EMPTY = "━", "╌"
 LEGEND_MARK = "■"
 MUTED = "$foreground 60%"
 
+Row = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Badge:
+    """A state in a word, and its tone (`success`, `warning`, `error`, `accent` or `muted`)."""
+
+    word: str
+    tone: str
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """The used part of a limit."""
+
+    name: str
+    used: float
+    limit: float
+    unit: str
+
+    @property
+    def share(self) -> float:
+        """From 0 to 1."""
+        return min(max(self.used / self.limit, 0.0), 1.0) if self.limit > 0 else 1.0
+
+    def __str__(self) -> str:
+        """Return the figures."""
+        unit = f" {self.unit}" if self.unit else ""
+        return f"{_short(self.used)}/{_short(self.limit)}{unit}"
+
 
 class Words(Static):
-    """Text that is set again and again, mostly to what it is already."""
+    """Text that is updated often; it is painted again only when it changes."""
 
     DEFAULT_CSS: ClassVar[str] = "Words { height: auto; }"
 
     def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:  # noqa: A002 - as Textual names it
         super().__init__("", id=id, classes=classes, markup=False)
-        self._told = Content("")
+        self._shown = Content("")
 
     def tell(self, content: Content | str) -> None:
         """Show a text from now on."""
-        told = Content(content) if isinstance(content, str) else content
-        if not told.is_same(self._told):
-            before, self._told = self._told.plain, told
-            # Where text keeps its shape, nothing else on the screen has to be laid out anew.
-            self.update(told, layout=not before or self._lines(before) != self._lines(told.plain))
+        shown = Content(content) if isinstance(content, str) else content
+        if not shown.is_same(self._shown):
+            before, self._shown = self._shown.plain, shown
+            # Text that keeps its number of lines needs no new layout of the screen.
+            self.update(shown, layout=not before or self._lines(before) != self._lines(shown.plain))
 
     def _lines(self, text: str) -> int:
         width = self.size.width
@@ -38,10 +68,10 @@ class Words(Static):
         return sum(1 + len(line) // width for line in text.split("\n"))
 
 
-def headline(badge: Badge, doing: str, title: str) -> Content:
-    """Return the first line of a screen: what is going on, what was asked for and is not done yet, and of what."""
+def headline(badge: Badge, under_way: list[str], title: str) -> Content:
+    """Return the first line of a screen: the badge, the commands under way, and the title."""
     tone = "bold reverse" if badge.tone == "muted" else f"bold reverse ${badge.tone}"
-    waiting = f"  {doing} …" if doing else ""
+    waiting = f"  {', '.join(under_way)} …" if under_way else ""
     return Content.assemble((f" {badge.word} ", tone), (waiting, "$text-warning"), f"  {title}")
 
 
@@ -74,12 +104,12 @@ def bar(share: float, width: int) -> Content:
 
 
 def legend(entries: Sequence[tuple[Color, str]], width: int, marks: Sequence[str] = ()) -> Content:
-    """Return what colours mean in one line, as many of them as fit; `marks` stand for them where there is none."""
+    """Return colours and their meanings in one line, as many as fit; `marks` replace colours where there are none."""
     parts: list[Content] = []
     left = width
     for place, ((red, green, blue), name) in enumerate(entries):
         needed = len(name) + 2 + 2 * bool(parts)
-        # Room is kept for saying that there are more.
+        # Room is kept for the number of those that do not fit.
         if needed > left - (4 if place < len(entries) - 1 else 0):
             parts.append(Content.styled(f"+{len(entries) - place}", MUTED))
             break
@@ -87,3 +117,7 @@ def legend(entries: Sequence[tuple[Color, str]], width: int, marks: Sequence[str
         mark = Content(marks[place]) if marks else Content.styled(LEGEND_MARK, f"rgb({red},{green},{blue})")
         parts.append(Content.assemble(mark, f" {name}"))
     return Content("  ").join(parts)
+
+
+def _short(value: float) -> str:
+    return f"{value:.0f}" if value >= 10 or value == int(value) else f"{value:.1f}"

@@ -1,6 +1,6 @@
-"""Pictures as lines of a terminal: two pixels to a cell in true colour, or shades of characters without any colour.
+"""Pictures as lines of a terminal: two pixels a cell in true colour, or shades of characters without colour.
 
-A cell is taken to be twice as high as it is wide, so that pixels are square.
+Cells are assumed to be twice as high as wide, so that pixels are square.
 """
 
 from collections.abc import Iterable, Mapping
@@ -27,7 +27,7 @@ _styles: dict[int, Style] = {}
 
 
 def fit(width: int, height: int, columns: int, lines: int) -> tuple[int, int]:
-    """Return how many columns and lines show a picture of so many pixels as large as there is room, undistorted."""
+    """Return the columns and lines that show a picture of so many pixels as large as possible, undistorted."""
     if min(width, height, columns, lines) < 1:
         return 0, 0
     scale = min(columns / width, 2 * lines / height)
@@ -45,7 +45,7 @@ def colored(pixels: Pixels, marks: Marks | None = None) -> list[Strip]:
 def shaded(pixels: Pixels, *, dark: bool = True) -> list[Strip]:
     """Return the same as characters, the lightest pixels as the densest ones; `dark` is the terminal's background.
 
-    What is lightest and what is darkest in the picture gets all the contrast that there is.
+    The contrast is stretched to the darkest and lightest pixels of the picture.
     """
     grey = pixels.astype(np.float32) @ np.array([0.2126, 0.7152, 0.0722], np.float32)
     cells = (grey[0::2] + grey[1::2]) / 2

@@ -1,47 +1,19 @@
-"""What is known of a run, in words: the parts of its status, short enough for a narrow terminal."""
+"""The status of a run in words, short enough for a narrow terminal."""
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
+from benchbot.plugins.tui.panels import Badge, Gauge, Row
 from benchbot.plugins.watching.views import RunView
 
 MIB, GIB = 2**20, 2**30
-
-Row = tuple[str, str]
-
-
-@dataclass(frozen=True)
-class Badge:
-    """What a run does just now: a word, and how it is meant (`success`, `warning`, `error`, `accent` or `muted`)."""
-
-    word: str
-    tone: str
-
-
-@dataclass(frozen=True)
-class Gauge:
-    """How much of a limit is used up."""
-
-    name: str
-    used: float
-    limit: float
-    unit: str
-
-    @property
-    def share(self) -> float:
-        """From 0 to 1."""
-        return min(max(self.used / self.limit, 0.0), 1.0) if self.limit > 0 else 1.0
-
-    def __str__(self) -> str:
-        """Return the figures."""
-        unit = f" {self.unit}" if self.unit else ""
-        return f"{_short(self.used)}/{_short(self.limit)}{unit}"
+LIMITS = (("Steps", "steps", ""), ("Simulated", "simulated_time_s", "s"), ("Wall", "wall_time_s", "s"))
+"""The title, key and unit of each limit."""
 
 
 def badge(view: RunView, *, by_hand: bool = False) -> Badge:
-    """Return what a run does just now; `by_hand` says that its watcher drives."""
+    """Return the state of a run in a word; `by_hand` says that its watcher drives."""
     progress = view.progress
     if not view.alive:
         failure = progress.get("failure")
@@ -66,13 +38,13 @@ def badge(view: RunView, *, by_hand: bool = False) -> Badge:
 
 
 def title(view: RunView) -> str:
-    """Return what is run."""
+    """Return environment, robot, seed and task."""
     state = view.state
     return f"{state.environment} · {state.robot} · seed {state.seed} · {state.task}"
 
 
 def where(view: RunView) -> list[Row]:
-    """Return where the run stands."""
+    """Return state, step, pose and heading."""
     progress = view.progress
     if not progress:
         return [("State", "nothing is known yet")]
@@ -92,7 +64,7 @@ def where(view: RunView) -> list[Row]:
 
 
 def last_step(last: Mapping[str, Any] | None) -> list[Row]:
-    """Return the newest action, and what came of it."""
+    """Return the newest action with its outcome and result."""
     if not last:
         return [("Action", "none yet")]
     arguments = ", ".join(f"{name}={_argument(value)}" for name, value in dict(last.get("arguments") or {}).items())
@@ -108,7 +80,7 @@ def last_step(last: Mapping[str, Any] | None) -> list[Row]:
 
 
 def time_and_use(view: RunView) -> list[Row]:
-    """Return times, rates, and what the run's processes use."""
+    """Return times, rates, and the use of processors, memory and GPUs."""
     progress = view.progress
     rows: list[Row] = []
     if progress:
@@ -129,19 +101,13 @@ def time_and_use(view: RunView) -> list[Row]:
 
 
 def gauges(view: RunView) -> list[Gauge]:
-    """Return how much of each limit is used up, and how much of the trajectory is driven."""
+    """Return the used share of each limit, and the driven share of the trajectory."""
     progress = view.progress
     if not progress:
         return []
     limits = dict(view.session.get("selection", {}).get("limits") or {})
     found = [
-        Gauge(name, float(progress[key]), float(limits[limit]), unit)
-        for name, key, limit, unit in (
-            ("Steps", "steps", "steps", ""),
-            ("Simulated", "simulated_time_s", "simulated_time_s", "s"),
-            ("Wall", "wall_time_s", "wall_time_s", "s"),
-        )
-        if limits.get(limit)
+        Gauge(name, float(progress[key]), float(limits[key]), unit) for name, key, unit in LIMITS if limits.get(key)
     ]
     if progress.get("trajectory_length"):
         found.append(Gauge("Poses", progress["trajectory_index"], progress["trajectory_length"], ""))
@@ -150,14 +116,14 @@ def gauges(view: RunView) -> list[Gauge]:
 
 def compact(view: RunView) -> list[str]:
     """Return the same in few lines."""
-    told = dict(where(view))
+    facts = dict(where(view))
     progress = view.progress
     if not progress:
-        return [told["State"]]
-    parts = [told["State"], f"step {told['Step']}"]
-    parts += [f"pose {told['Pose'].replace(' of ', '/')}"] if "Pose" in told else []
-    parts += [f"at {told['At']} {told['Heading']}"] if "At" in told else []
-    parts += [f"{told['By hand']} by hand"] if "By hand" in told else []
+        return [facts["State"]]
+    parts = [facts["State"], f"step {facts['Step']}"]
+    parts += [f"pose {facts['Pose'].replace(' of ', '/')}"] if "Pose" in facts else []
+    parts += [f"at {facts['At']} {facts['Heading']}"] if "At" in facts else []
+    parts += [f"{facts['By hand']} by hand"] if "By hand" in facts else []
     newest = dict(last_step(view.last))
     came = ", ".join(newest[key] for key in ("Outcome", "Result") if key in newest)
     last = newest["Action"] + (f" → {came}" if came else "")
@@ -168,7 +134,7 @@ def compact(view: RunView) -> list[str]:
 
 
 def problem(view: RunView) -> str:
-    """Return what its watcher should know before anything else; nothing while all is well."""
+    """Return the most urgent problem in words, or the end of the run; empty while all is well."""
     if not view.alive:
         parts = ["The run has ended."] if view.progress.get("failure_why") or view.result is not None else []
         if view.progress.get("failure_why"):
@@ -182,13 +148,13 @@ def problem(view: RunView) -> str:
 
 
 def is_bad(view: RunView) -> bool:
-    """Say whether that is bad news: the end of a run is none, nor that it has not answered yet."""
+    """Return whether the problem is an error: the end of a run is none, nor a first answer that is still missing."""
     return bool(view.progress.get("failure")) or (view.alive and bool(view.problem) and bool(view.session))
 
 
-def follows_trajectory(view: RunView | None) -> bool:
-    """Say whether there is a next pose to drive to."""
-    progress = {} if view is None else view.progress
+def follows_trajectory(view: RunView) -> bool:
+    """Return whether the trajectory has a next pose."""
+    progress = view.progress
     return bool(progress.get("trajectory_length")) and progress["trajectory_index"] < progress["trajectory_length"]
 
 
@@ -204,10 +170,6 @@ def duration(seconds: float) -> str:
 def memory(size_bytes: float) -> str:
     """Return an amount of memory."""
     return f"{size_bytes / GIB:.1f} GiB" if size_bytes >= GIB else f"{size_bytes / MIB:.0f} MiB"
-
-
-def _short(value: float) -> str:
-    return f"{value:.0f}" if value >= 10 or value == int(value) else f"{value:.1f}"
 
 
 def _argument(value: Any) -> str:

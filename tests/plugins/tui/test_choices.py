@@ -4,8 +4,7 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.request import RunRequest
 from benchbot.core.selection import select
-from benchbot.plugins.tui.facts import facts
-from benchbot.plugins.tui.possible import Possibilities
+from benchbot.plugins.tui.choices import Possibilities, facts
 
 
 def is_possible(catalog: Catalog, task: str, robot: str, environment: str) -> bool:
@@ -26,7 +25,6 @@ def test_what_can_be_chosen_is_what_can_be_run(catalog: Catalog) -> None:
             for environment in environments:
                 runs = is_possible(catalog, task.name, robot.name, environment.name)
                 assert runs == (not environment.reasons)
-                assert runs == (not environment.why_not)
             assert (not robot.reasons) == any(not environment.reasons for environment in environments)
             any_robot |= not robot.reasons
         assert (not task.reasons) == any_robot
@@ -38,13 +36,12 @@ def test_what_cannot_be_chosen_says_why(catalog: Catalog) -> None:
     robots = {choice.name: choice for choice in found.robots("sample:goal")}
     scenes = {choice.name: choice for choice in found.environments("sample:goal", "sample_robot")}
 
-    assert robots["sample_robot"].why_not == ""
+    assert robots["sample_robot"].reasons == ()
     assert {reason.title for reason in robots["walker"].reasons} > {
         "Nothing installed can run robots of type 'sim_walking'."
     }
-    assert scenes["arena:1"].why_not == ""
-    assert scenes["arena:2"].why_not.startswith("There are no episodes of the task 'sample:goal' in 'arena:2'.")
-    assert "\n" not in scenes["arena:2"].why_not
+    assert scenes["arena:1"].reasons == ()
+    assert scenes["arena:2"].reasons[0].title == "There are no episodes of the task 'sample:goal' in 'arena:2'."
 
 
 def test_a_task_of_two_scenes_is_offered_every_order_of_two(catalog: Catalog) -> None:

@@ -1,4 +1,4 @@
-"""The log of a run: the newest lines that pass a filter, at the end unless somebody has scrolled up."""
+"""The log of a run: the newest lines that pass a filter, scrolled to the end unless the user has scrolled up."""
 
 import time
 from collections.abc import Sequence
@@ -19,14 +19,14 @@ _MARKS = {"warning": "WARNING ", "error": "ERROR "}
 
 @dataclass(frozen=True)
 class LogFilter:
-    """Which lines are shown; None is every source."""
+    """The lines to show; None is every source."""
 
     source: str | None = None
     level: str = "info"
     text: str = ""
 
     def passes(self, line: LogLine) -> bool:
-        """Say whether a line is shown."""
+        """Return whether to show a line."""
         if self.source is not None and line.source != self.source:
             return False
         if line.level in LEVELS and LEVELS.index(line.level) < LEVELS.index(self.level):
@@ -48,14 +48,14 @@ class LogFilter:
         return replace(self, text=text.strip())
 
     def __str__(self) -> str:
-        """Return what is shown, in words."""
+        """Return a description of the filter."""
         level = {"debug": "everything", "error": "errors"}.get(self.level, f"{self.level} and worse")
         text = f"with “{self.text}”" if self.text else ""
         return " · ".join(filter(None, [self.source or "all sources", level, text]))
 
 
 class LogView(ScrollView):
-    """Shows log lines. Its memory is that of the lines that it is given."""
+    """Shows log lines without copying them."""
 
     DEFAULT_CSS: ClassVar[str] = """
     LogView { height: 1fr; scrollbar-size-vertical: 1; scrollbar-size-horizontal: 0; overflow-x: hidden; }
@@ -80,7 +80,7 @@ class LogView(ScrollView):
 
     @property
     def sources(self) -> list[str]:
-        """Who has written anything, by name."""
+        """The sources of the lines, by name."""
         return sorted({line.source for line in self._log})
 
     def show(self, log: tuple[LogLine, ...], dropped: int) -> None:
@@ -96,12 +96,12 @@ class LogView(ScrollView):
         self._select()
 
     def scroll(self, where: str) -> None:
-        """Scroll a `page_up` or `page_down`, `home` or to the `end`, where the newest lines are and come."""
+        """Scroll a `page_up` or `page_down`, `home` or to the `end`, where new lines appear."""
         getattr(self, f"scroll_{where}")(animate=False, force=True)
         self.call_after_refresh(self._note_end)
 
     def on_mouse_scroll_up(self) -> None:
-        """Stay with what somebody looks at."""
+        """Stop following the newest lines."""
         self.call_after_refresh(self._note_end)
 
     def on_mouse_scroll_down(self) -> None:

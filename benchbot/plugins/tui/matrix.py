@@ -1,9 +1,12 @@
 """The matrix of a batch's episodes, a coloured letter for each; or a bar for each environment where there is no room.
 
-Only rows that have changed are painted anew: a thousand episodes of which none changes cost nothing.
+Only rows that have changed are painted again: a thousand episodes of which none changes cost nothing.
 """
 
-from typing import ClassVar
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar, Self
 
 from rich.segment import Segment
 from rich.style import Style
@@ -12,36 +15,69 @@ from textual.message import Message
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
-from benchbot.plugins.tui.watching import matrix_grid
-from benchbot.plugins.tui.watching.matrix_grid import DONE, PENDING, RUNNING, Grid
+from benchbot.plugins.tui.batch_facts import DONE, OTHER, PENDING, RUNNING, STATES, shares, style, tally
 from benchbot.plugins.watching.views import EpisodeCell
 
 LONGEST_NAME = 22
 TICK = 10
 HEAD_LINES = 1
-_FAILURES = ("agent", "collision", "timeout", "platform", "infrastructure")
+
+Column = tuple[str, int, int, int]
+"""Robot, seed, repeat, and a number for cells that differ in a setting only, such as the episode of the task."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The cells by row and column: `places[row][column]` is an index into them, None where the plan has no episode."""
+
+    environments: tuple[str, ...]
+    columns: tuple[Column, ...]
+    places: tuple[tuple[int | None, ...], ...]
+
+    @classmethod
+    def of(cls, cells: Sequence[EpisodeCell]) -> Self:
+        """Return the grid of a batch's cells: environments and robots in their order, then seeds and repeats."""
+        robots = {robot: place for place, robot in enumerate(dict.fromkeys(cell.robot for cell in cells))}
+        found: dict[str, dict[Column, int]] = {}
+        for index, cell in enumerate(cells):
+            row = found.setdefault(cell.environment, {})
+            number = 0
+            while (column := (cell.robot, cell.seed, cell.repeat, number)) in row:
+                number += 1
+            row[column] = index
+        every = {column for row in found.values() for column in row}
+        columns = tuple(sorted(every, key=lambda column: (robots[column[0]], *column[1:])))
+        places = tuple(tuple(row.get(column) for column in columns) for row in found.values())
+        return cls(tuple(found), columns, places)
+
+    @cached_property
+    def position(self) -> dict[int, tuple[int, int]]:
+        """Row and column of each cell."""
+        return {
+            index: (row, column)
+            for row, places in enumerate(self.places)
+            for column, index in enumerate(places)
+            if index is not None
+        }
+
+    def index(self, row: int, column: int) -> int | None:
+        """Return the index of the cell at a row and column."""
+        return self.places[row][column]
 
 
 class Matrix(ScrollView):
-    """Shows episodes; a cursor is moved with the arrows, and Enter chooses what it is on."""
+    """Shows the episodes of a batch, with a cursor."""
 
     DEFAULT_CSS: ClassVar[str] = """
     Matrix { height: 1fr; scrollbar-size-vertical: 1; scrollbar-size-horizontal: 1; }
-    Matrix > .cell--pending { color: $foreground 45%; }
-    Matrix > .cell--done { color: $text-success; background: $success-muted; }
-    Matrix > .cell--running { color: #ffffff; background: #2a72cc; text-style: bold; }
-    Matrix > .cell--agent { color: #000000; background: #e5a50a; }
-    Matrix > .cell--collision { color: #ffffff; background: #a347ba; }
-    Matrix > .cell--timeout { color: #ffffff; background: #865e3c; }
-    Matrix > .cell--platform { color: #ffffff; background: #e01b24; }
-    Matrix > .cell--infrastructure { color: #ffffff; background: #8a1020; }
-    Matrix > .cell--other { color: #ffffff; background: #5e5c64; }
     Matrix > .cell--cursor { color: $background; background: $foreground; text-style: bold; }
     Matrix > .cell--head { color: $foreground 60%; }
-    """
-    COMPONENT_CLASSES: ClassVar[set[str]] = {
-        f"cell--{name}" for name in (PENDING, RUNNING, DONE, *_FAILURES, "other", "cursor", "head")
-    }
+    """ + "".join(
+        f"Matrix > .cell--{state} {{ color: {each.color}; background: {each.background};"
+        f" text-style: {'bold' if each.bold else 'none'}; }}\n"
+        for state, each in {**STATES, "other": OTHER}.items()
+    )
+    COMPONENT_CLASSES: ClassVar[set[str]] = {f"cell--{name}" for name in (*STATES, "other", "cursor", "head")}
     can_focus = False
 
     class Moved(Message):
@@ -51,23 +87,22 @@ class Matrix(ScrollView):
         super().__init__(id=id)
         self.cells: tuple[EpisodeCell, ...] = ()
         self.states: list[str] = []
-        self.wishes_counts: bool | None = None
-        """Whether rows are to be bars; None is: where there is no room for letters."""
+        self.wants_counts: bool | None = None
+        """Whether rows are to be bars; None means only where there is no room for letters."""
         self._grid = Grid((), (), ())
-        self._names: list[str] = []
         self._row = self._column = 0
         self._lines: dict[int, Strip] = {}
 
     @property
     def shows_counts(self) -> bool:
         """Whether rows are bars just now."""
-        if self.wishes_counts is not None:
-            return self.wishes_counts
+        if self.wants_counts is not None:
+            return self.wants_counts
         return len(self._grid.columns) > self.size.width - self._label_width
 
     @property
     def chosen(self) -> EpisodeCell | None:
-        """The episode that the cursor is on."""
+        """The episode under the cursor."""
         if not self._grid.columns or self.shows_counts:
             return None
         index = self._grid.index(self._row, self._column)
@@ -75,10 +110,10 @@ class Matrix(ScrollView):
 
     @property
     def chosen_row(self) -> tuple[str, dict[str, int]] | None:
-        """The environment that the cursor is on, and how many of its episodes are in which state."""
+        """The environment under the cursor, and the number of its episodes in each state."""
         if not self._grid.columns:
             return None
-        return self._grid.environments[self._row], matrix_grid.counts(self._grid, self.states, self._row)
+        return self._grid.environments[self._row], self._tally(self._row)
 
     def show(self, cells: tuple[EpisodeCell, ...]) -> None:
         """Show the episodes of a batch from now on."""
@@ -104,7 +139,7 @@ class Matrix(ScrollView):
 
     def toggle(self) -> None:
         """Show letters in place of bars, or bars in place of letters."""
-        self.wishes_counts = not self.shows_counts
+        self.wants_counts = not self.shows_counts
         self._lay_out()
         self.post_message(self.Moved())
 
@@ -133,22 +168,22 @@ class Matrix(ScrollView):
         else:
             place = next((place for place in reversed(failed) if place < here), failed[-1])
         if self.shows_counts:
-            self.wishes_counts = False
+            self.wants_counts = False
             self._lay_out()
         self._go(*divmod(place, width))
         return True
 
     def on_resize(self) -> None:
-        """Choose between letters and bars anew."""
+        """Choose between letters and bars for the new size."""
         self._lay_out()
 
     def notify_style_update(self) -> None:
-        """Paint anew in another theme."""
+        """Render again in another theme."""
         self._lines.clear()
         super().notify_style_update()
 
     def render_line(self, y: int) -> Strip:
-        """Return one line: the head stays, rows scroll beneath it."""
+        """Return one line: the head stays, rows scroll below it."""
         width = self.scrollable_content_region.width
         base = self.rich_style
         if not self._grid.columns:
@@ -172,6 +207,9 @@ class Matrix(ScrollView):
     def _label_width(self) -> int:
         longest = max((len(name) for name in self._grid.environments), default=0)
         return min(longest, LONGEST_NAME) + 1
+
+    def _tally(self, row: int) -> dict[str, int]:
+        return tally(self.states[index] for index in self._grid.places[row] if index is not None)
 
     def _ends(self) -> tuple[str, str]:
         return (self.cells[0].name, self.cells[-1].name) if self.cells else ("", "")
@@ -200,7 +238,7 @@ class Matrix(ScrollView):
         self.post_message(self.Moved())
 
     def _head(self) -> Strip:
-        style = self.get_component_rich_style("cell--head")
+        style = self._style("head")
         label = " " * self._label_width
         if self.shows_counts:
             return Strip([Segment(f"{label}{len(self._grid.columns)} episodes each", style)])
@@ -228,7 +266,7 @@ class Matrix(ScrollView):
         runs: list[tuple[str, str]] = []
         for column, index in enumerate(self._grid.places[row]):
             state = "" if index is None else self.states[index]
-            text = matrix_grid.letter(state) if state else " "
+            text = style(state).letter if state else " "
             name = "cursor" if column == cursor else state
             if runs and runs[-1][1] == name:
                 runs[-1] = (runs[-1][0] + text, name)
@@ -237,19 +275,19 @@ class Matrix(ScrollView):
         return Strip([self._label(row), *(Segment(text, self._style(name)) for text, name in runs)])
 
     def _bars(self, row: int) -> Strip:
-        counted = matrix_grid.counts(self._grid, self.states, row)
-        told = "  ".join(f"{matrix_grid.letter(state)} {number}" for state, number in counted.items())
+        counted = self._tally(row)
+        numbers = "  ".join(f"{style(state).letter} {number}" for state, number in counted.items())
         width = self.scrollable_content_region.width - self._label_width
-        room = max(8, width - len(told) - 3)
-        widths = matrix_grid.shares(list(counted.values()), room)
+        room = max(8, width - len(numbers) - 3)
+        widths = shares(list(counted.values()), room)
         segments = [
-            Segment(matrix_grid.letter(state) * columns, self._style(state))
+            Segment(style(state).letter * columns, self._style(state))
             for state, columns in zip(counted, widths, strict=True)
         ]
-        return Strip([self._label(row), *segments, Segment(f"  {told}", self.get_component_rich_style("cell--head"))])
+        return Strip([self._label(row), *segments, Segment(f"  {numbers}", self._style("head"))])
 
     def _style(self, state: str) -> Style:
         if not state:
             return Style()
-        known = state in matrix_grid.LETTERS or state == "cursor"
+        known = state in STATES or state in ("cursor", "head")
         return self.get_component_rich_style(f"cell--{state if known else 'other'}")

@@ -1,1 +1,0 @@
-"""The parts of the screens that watch a run or a batch."""
