@@ -65,9 +65,10 @@ demo: install  ## Drive a robot through a ray-traced room, map it, score the map
 test: install-test  ## Run every test
 	$(BIN)/python -m pytest
 
-lint: install-test  ## Check style and types
+lint: install-test  ## Check style, types, and which room imports which
 	$(BIN)/ruff check $(SOURCES)
 	$(BIN)/ruff format --check $(SOURCES)
+	$(BIN)/lint-imports --no-cache --no-logo
 	$(BIN)/mypy
 
 format: install-test  ## Rewrite the sources in the project's style

@@ -1,6 +1,7 @@
 """What has to be in a wheel, and what must not."""
 
 import configparser
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -36,9 +37,11 @@ def problems(built: Built) -> Iterator[str]:
 
 def _sources(built: Built) -> Iterator[str]:
     for package in built.project.packages:
-        for path in package.rglob("*"):
-            if path.is_file() and not _PASSED_OVER & set(path.parts):
-                yield path.relative_to(package.parent).as_posix()
+        # The schemas lie at the top of the tree, and the package holds a link to them.
+        for folder, _, names in os.walk(package, followlinks=True):
+            for path in (Path(folder, name) for name in names):
+                if not _PASSED_OVER & set(path.parts):
+                    yield path.relative_to(package.parent).as_posix()
 
 
 def _entry_points(built: Built) -> Iterator[str]:

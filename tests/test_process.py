@@ -1,8 +1,9 @@
+import os
 from pathlib import Path
 
 import pytest
 
-from benchbot.process import how_it_ended, last_words
+from benchbot.process import how_it_ended, last_words, start_module
 
 
 @pytest.mark.parametrize(
@@ -28,3 +29,18 @@ def test_the_last_lines_are_quoted(tmp_path: Path) -> None:
     assert lines[0] == "Its last words:"
     assert lines[-1].endswith(" the end")
     assert len(lines) == 16
+
+
+def test_a_module_runs_in_a_session_of_its_own_and_is_not_shadowed_by_the_working_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "base64.py").write_text("print('shadow')")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", "")
+    with (tmp_path / "log").open("w+b") as log:
+        process = start_module("base64", "-t", output=log)
+        session = os.getsid(process.pid)
+        assert process.wait(60) == 0
+        assert session == process.pid != os.getsid(0)
+        assert "Aladdin" in last_words(log)
+        assert "shadow" not in last_words(log)

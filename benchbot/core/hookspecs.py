@@ -4,24 +4,14 @@ A plug-in is a module (or object) named by an entry point in the group `benchbot
 `benchbot.plugin.hookimpl`. Keep the module light: name code by `target("module:attribute")`, or import it in functions.
 """
 
+import importlib
 import warnings
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import pluggy
 
-from benchbot.core.records import (
-    AssetPack,
-    Command,
-    DeclarationSource,
-    Evaluator,
-    Executor,
-    Recorder,
-    RobotDriver,
-    Routes,
-    Simulator,
-    SubmissionMode,
-)
+from benchbot.core import records
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -71,60 +61,58 @@ def benchbot_episodes() -> "Iterable[Traversable | Path]":  # type: ignore[empty
 
 
 @hookspec
-def benchbot_simulators() -> Iterable[Simulator]:  # type: ignore[empty-body]
+def benchbot_simulators() -> Iterable[records.Simulator]:  # type: ignore[empty-body]
     """Yield simulators."""
 
 
 @hookspec
-def benchbot_robot_drivers() -> Iterable[RobotDriver]:  # type: ignore[empty-body]
+def benchbot_robot_drivers() -> Iterable[records.RobotDriver]:  # type: ignore[empty-body]
     """Yield drivers of real robots."""
 
 
 @hookspec
-def benchbot_evaluators() -> Iterable[Evaluator]:  # type: ignore[empty-body]
+def benchbot_evaluators() -> Iterable[records.Evaluator]:  # type: ignore[empty-body]
     """Yield methods of evaluation."""
 
 
 @hookspec
-def benchbot_executors() -> Iterable[Executor]:  # type: ignore[empty-body]
+def benchbot_executors() -> Iterable[records.Executor]:  # type: ignore[empty-body]
     """Yield executors of batches."""
 
 
 @hookspec
-def benchbot_recorders() -> Iterable[Recorder]:  # type: ignore[empty-body]
+def benchbot_recorders() -> Iterable[records.Recorder]:  # type: ignore[empty-body]
     """Yield recorders of sessions."""
 
 
 @hookspec
-def benchbot_asset_packs() -> Iterable[AssetPack]:  # type: ignore[empty-body]
+def benchbot_asset_packs() -> Iterable[records.AssetPack]:  # type: ignore[empty-body]
     """Yield packs of models for scenes."""
 
 
 @hookspec
-def benchbot_commands() -> Iterable[Command]:  # type: ignore[empty-body]
+def benchbot_commands() -> Iterable[records.Command]:  # type: ignore[empty-body]
     """Yield sub-commands of `benchbot`."""
 
 
 @hookspec
-def benchbot_submission_modes() -> Iterable[SubmissionMode]:  # type: ignore[empty-body]
+def benchbot_submission_modes() -> Iterable[records.SubmissionMode]:  # type: ignore[empty-body]
     """Yield ways to hold a solution while it runs."""
 
 
 @hookspec
-def benchbot_routes() -> Iterable[Routes]:  # type: ignore[empty-body]
+def benchbot_routes() -> Iterable[records.Routes]:  # type: ignore[empty-body]
     """Yield more routes of a run's server."""
 
 
 @hookspec
-def benchbot_declaration_sources() -> Iterable[DeclarationSource]:  # type: ignore[empty-body]
+def benchbot_declaration_sources() -> Iterable[records.DeclarationSource]:  # type: ignore[empty-body]
     """Yield sources of declarations besides distributions."""
 
 
 def __getattr__(name: str) -> Any:
     # Where plug-ins of BenchBot 0.1 took records and `hookimpl` from.
-    import benchbot.core.records
-
-    if not hasattr(benchbot.core.records, name):
+    if not (name == "hookimpl" or hasattr(records, name)):
         raise AttributeError(f"module 'benchbot.core.hookspecs' has no attribute '{name}'")
     warnings.warn(f"Import {name} from benchbot.plugin: benchbot.core is private.", DeprecationWarning, stacklevel=2)
-    return getattr(benchbot.core.records, name)
+    return getattr(importlib.import_module("benchbot.plugin"), name)

@@ -92,6 +92,37 @@ def test_a_record_of_the_wrong_type_is_refused(plugin_factory: PluginFactory) ->
         load("acme-odd").pool("simulators")
 
 
+@pytest.mark.parametrize(("made_for", "fix"), [(2, "Upgrade BenchBot"), (0, "Upgrade the plug-in")])
+def test_a_plugin_made_for_another_major_version_is_refused_in_a_sentence(
+    made_for: int, fix: str, plugin_factory: PluginFactory
+) -> None:
+    plugin_factory.make("acme-other", f"BENCHBOT_API = {made_for}\n{DECLARES.format(kind='tasks')}")
+    loaded = load("acme-other")
+    assert loaded.sources("tasks") == []
+    (broken,) = loaded.broken
+    assert f"made for version {made_for} of benchbot.plugin, and this BenchBot has version 1" in broken.cause
+    assert fix in broken.cause
+
+
+def test_a_plugin_made_for_this_major_version_is_loaded(plugin_factory: PluginFactory) -> None:
+    plugin_factory.make("acme-same", f"BENCHBOT_API = 1\n{DECLARES.format(kind='tasks')}", {"tasks/a.yaml": "name: a"})
+    assert len(load("acme-same").sources("tasks")) == 1
+
+
+def test_a_plugin_that_imports_what_is_gone_is_told_what_to_import(plugin_factory: PluginFactory) -> None:
+    plugin_factory.make("acme-old", "from benchbot.core.catalog import Catalog")
+    (broken,) = load("acme-old").broken
+    assert "No module named 'benchbot.core.catalog'. Plug-ins import from benchbot.plugin" in broken.cause
+
+
+def test_a_plugin_of_the_first_version_still_works(plugin_factory: PluginFactory) -> None:
+    code = "from benchbot.plugin import hookimpl\nfrom benchbot.core.hookspecs import Recorder\n"
+    code += "@hookimpl\ndef benchbot_recorders(): yield Recorder('old', print)"
+    plugin_factory.make("acme-first", code)
+    with pytest.warns(DeprecationWarning, match=r"from benchbot\.plugin"):
+        assert list(load("acme-first").pool("recorders")) == ["old"]
+
+
 def test_the_environment_variable_restricts_plugins(plugin_factory: PluginFactory) -> None:
     plugin_factory.make("acme-one", "")
     plugin_factory.make("acme-two", "")
