@@ -41,6 +41,15 @@ if TYPE_CHECKING:
     from benchbot.core.lidar import directions as directions
     from benchbot.core.lidar import elevations_deg as elevations_deg
     from benchbot.core.lidar import points_m as points_m
+    from benchbot.core.light_records import AssetPack as AssetPack
+    from benchbot.core.light_records import Command as Command
+    from benchbot.core.light_records import DeclarationFolder as DeclarationFolder
+    from benchbot.core.light_records import DeclarationSource as DeclarationSource
+    from benchbot.core.light_records import Executor as Executor
+    from benchbot.core.light_records import Recorder as Recorder
+    from benchbot.core.light_records import Routes as Routes
+    from benchbot.core.light_records import SubmissionMode as SubmissionMode
+    from benchbot.core.light_records import target as target
     from benchbot.core.motion import REST_MPS as REST_MPS
     from benchbot.core.motion import REST_RADPS as REST_RADPS
     from benchbot.core.motion import MotionConfig as MotionConfig
@@ -60,23 +69,14 @@ if TYPE_CHECKING:
     from benchbot.core.recording import Recording as Recording
     from benchbot.core.recording import ShowsResults as ShowsResults
     from benchbot.core.records import API_VERSION as API_VERSION
-    from benchbot.core.records import AssetPack as AssetPack
-    from benchbot.core.records import Command as Command
-    from benchbot.core.records import DeclarationFolder as DeclarationFolder
-    from benchbot.core.records import DeclarationSource as DeclarationSource
     from benchbot.core.records import Document as Document
     from benchbot.core.records import Evaluator as Evaluator
-    from benchbot.core.records import Executor as Executor
-    from benchbot.core.records import Recorder as Recorder
     from benchbot.core.records import Resources as Resources
     from benchbot.core.records import RobotDriver as RobotDriver
-    from benchbot.core.records import Routes as Routes
     from benchbot.core.records import Score as Score
     from benchbot.core.records import Simulator as Simulator
-    from benchbot.core.records import SubmissionMode as SubmissionMode
     from benchbot.core.records import Workers as Workers
     from benchbot.core.records import WorkOrder as WorkOrder
-    from benchbot.core.records import target as target
     from benchbot.core.resources import cache_dir as cache_dir
     from benchbot.core.resources import data_dir as data_dir
     from benchbot.core.results import read as _read_result
@@ -125,8 +125,10 @@ _HOMES = {
     "core.plugin_manager": "installed=installed_plugins load=load_plugins PluginInfo Plugins",
     "core.progress": "ActionResult Progress State Step",
     "core.recording": "Recording ShowsResults",
-    "core.records": "API_VERSION AssetPack Command DeclarationFolder DeclarationSource Document Evaluator Executor "
-    "Recorder Resources RobotDriver Routes Score Simulator SubmissionMode WorkOrder Workers target ",
+    "core.light_records": (
+        "AssetPack Command DeclarationFolder DeclarationSource Executor Recorder Routes SubmissionMode target "
+    ),
+    "core.records": ("API_VERSION Document Evaluator Resources RobotDriver Score Simulator WorkOrder Workers "),
     "core.resources": "cache_dir data_dir",
     "core.results": "read=read_result write_json",
     "core.selection": "misfits",

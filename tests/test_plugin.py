@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import benchbot.plugin as public
-from benchbot.core.records import KINDS
+from benchbot.core.hookspecs import KINDS
 
 HEAVY = ("numpy", "pluggy", "yaml", "jsonschema", "msgspec", "typer", "starlette")
 

@@ -15,7 +15,7 @@ from benchbot.cli.kit import console
 from benchbot.cli.kit.options import QUICK
 from benchbot.core import entry_points
 from benchbot.core.errors import BenchbotError, ExitCode
-from benchbot.core.records import Command
+from benchbot.core.light_records import Command
 
 EVERYDAY = (
     Command("run", "benchbot.cli.run:run", "Start a robot in an environment, ready for a solution.", True),
@@ -163,8 +163,6 @@ def benchbot(
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit; every error ends as a panel on stderr and an exit code."""
     settings = Settings()
-    # Few objects die young while a command line starts: looking for them less often makes `benchbot list` faster.
-    gc.set_threshold(50_000, 20, 20)
     try:
         typer.main.get_command(app).main(args=arguments, prog_name="benchbot", obj=settings)
     except BenchbotError as error:

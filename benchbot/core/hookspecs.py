@@ -6,12 +6,12 @@ A plug-in is a module (or object) named by an entry point in the group `benchbot
 
 import importlib
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import pluggy
 
-from benchbot.core import records
+from benchbot.core import light_records, records
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -76,43 +76,58 @@ def benchbot_evaluators() -> Iterable[records.Evaluator]:  # type: ignore[empty-
 
 
 @hookspec
-def benchbot_executors() -> Iterable[records.Executor]:  # type: ignore[empty-body]
+def benchbot_executors() -> Iterable[light_records.Executor]:  # type: ignore[empty-body]
     """Yield executors of batches."""
 
 
 @hookspec
-def benchbot_recorders() -> Iterable[records.Recorder]:  # type: ignore[empty-body]
+def benchbot_recorders() -> Iterable[light_records.Recorder]:  # type: ignore[empty-body]
     """Yield recorders of sessions."""
 
 
 @hookspec
-def benchbot_asset_packs() -> Iterable[records.AssetPack]:  # type: ignore[empty-body]
+def benchbot_asset_packs() -> Iterable[light_records.AssetPack]:  # type: ignore[empty-body]
     """Yield packs of models for scenes."""
 
 
 @hookspec
-def benchbot_commands() -> Iterable[records.Command]:  # type: ignore[empty-body]
+def benchbot_commands() -> Iterable[light_records.Command]:  # type: ignore[empty-body]
     """Yield sub-commands of `benchbot`."""
 
 
 @hookspec
-def benchbot_submission_modes() -> Iterable[records.SubmissionMode]:  # type: ignore[empty-body]
+def benchbot_submission_modes() -> Iterable[light_records.SubmissionMode]:  # type: ignore[empty-body]
     """Yield ways to hold a solution while it runs."""
 
 
 @hookspec
-def benchbot_routes() -> Iterable[records.Routes]:  # type: ignore[empty-body]
+def benchbot_routes() -> Iterable[light_records.Routes]:  # type: ignore[empty-body]
     """Yield more routes of a run's server."""
 
 
 @hookspec
-def benchbot_declaration_sources() -> Iterable[records.DeclarationSource]:  # type: ignore[empty-body]
+def benchbot_declaration_sources() -> Iterable[light_records.DeclarationSource]:  # type: ignore[empty-body]
     """Yield sources of declarations besides distributions."""
+
+
+KINDS: Mapping[str, type] = {
+    "simulators": records.Simulator,
+    "robot_drivers": records.RobotDriver,
+    "evaluators": records.Evaluator,
+    "executors": light_records.Executor,
+    "recorders": light_records.Recorder,
+    "asset_packs": light_records.AssetPack,
+    "commands": light_records.Command,
+    "submission_modes": light_records.SubmissionMode,
+    "routes": light_records.Routes,
+    "declaration_sources": light_records.DeclarationSource,
+}
+"""Hooks that yield records, by the plural that names their pool."""
 
 
 def __getattr__(name: str) -> Any:
     # Where plug-ins of BenchBot 0.1 took records and `hookimpl` from.
-    if not (name == "hookimpl" or hasattr(records, name)):
+    if not (name == "hookimpl" or hasattr(records, name) or hasattr(light_records, name)):
         raise AttributeError(f"module 'benchbot.core.hookspecs' has no attribute '{name}'")
     warnings.warn(f"Import {name} from benchbot.plugin: benchbot.core is private.", DeprecationWarning, stacklevel=2)
     return getattr(importlib.import_module("benchbot.plugin"), name)

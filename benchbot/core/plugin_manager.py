@@ -11,7 +11,9 @@ import pluggy
 
 from benchbot.core import entry_points, hookspecs
 from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.core.records import API_VERSION, KINDS, DeclarationFolder
+from benchbot.core.hookspecs import KINDS
+from benchbot.core.light_records import DeclarationFolder
+from benchbot.core.records import API_VERSION
 
 GROUP = "benchbot"
 
@@ -199,7 +201,7 @@ def _cause(error: BaseException) -> str:
 def _check_api(plugin: Any) -> None:
     """Raise BenchbotError for a plug-in that says it was made for another major version of `benchbot.plugin`."""
     major, _ = API_VERSION
-    made_for = getattr(plugin, "BENCHBOT_API", major)
+    made_for = getattr(plugin, "PLUGIN_API", major)
     if made_for != major:
         newer = "upgrade BenchBot" if isinstance(made_for, int) and made_for > major else "upgrade the plug-in"
         raise BenchbotError(

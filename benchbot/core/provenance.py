@@ -15,7 +15,7 @@ from typing import Any
 import benchbot
 from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import Declaration
-from benchbot.core.records import DeclarationFolder
+from benchbot.core.light_records import DeclarationFolder
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
 

@@ -1,10 +1,5 @@
-"""The frozen records that hooks yield, and the protocols of what they hold.
+"""The frozen records that hooks yield, and the protocols of what they hold; see `light_records` for the others."""
 
-A record that names code takes a callable. `target("module:attribute")` is one whose module is imported at its first
-call, so that a plug-in's own module stays light.
-"""
-
-import pkgutil
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
@@ -12,38 +7,16 @@ from typing import TYPE_CHECKING, Any, Protocol
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from benchbot.core.errors import BenchbotError
     from benchbot.core.findings import Finding
     from benchbot.core.platform import Platform, PlatformSpec
-    from benchbot.core.recording import Recording
 
 API_VERSION = (1, 0)
 """The version of what `benchbot.plugin` promises, as (major, minor).
 
-A plug-in says for which major version it was made by `BENCHBOT_API = 1` in its module.
+A plug-in says for which major version it was made by `PLUGIN_API = 1` in its module.
 """
 
 Document = dict[str, Any]
-
-
-@dataclass(frozen=True)
-class Target:
-    """A callable by its place, `module:attribute`; the module is imported when it is called."""
-
-    place: str
-
-    def __call__(self, *arguments: Any, **options: Any) -> Any:
-        """Import and call it."""
-        return self.load()(*arguments, **options)
-
-    def load(self) -> Any:
-        """Import it."""
-        return pkgutil.resolve_name(self.place)
-
-
-def target(place: str) -> Callable[..., Any]:
-    """Return the callable at `module:attribute`, to be imported at its first call."""
-    return Target(place)
 
 
 @dataclass(frozen=True)
@@ -184,133 +157,3 @@ class Workers(Protocol):
 
     def stop(self) -> None:
         """End all of them, in order first. Returns when they are ended or sure to end; safe to call again."""
-
-
-@dataclass(frozen=True)
-class Executor:
-    """Where the workers of a batch run.
-
-    `launch` starts them and returns at once; it raises BenchbotError, with the fix, when they cannot run there.
-    `attach` finds those that an earlier driver has launched, by their `reference`; what is gone counts as not alive.
-    """
-
-    name: str
-    launch: Callable[[WorkOrder], Workers]
-    attach: Callable[[str], Workers]
-    description: str = ""
-
-
-@dataclass(frozen=True)
-class Recorder:
-    """Told of every reset and step of a session; writes what it likes into the folder that `create` is given."""
-
-    name: str
-    create: Callable[["Path"], "Recording"]
-    description: str = ""
-
-
-@dataclass(frozen=True)
-class AssetPack:
-    """Models that scenes are furnished with; `catalogue` is the JSON file that lists them."""
-
-    name: str
-    catalogue: "Path"
-
-
-@dataclass(frozen=True)
-class Command:
-    """A sub-command of `benchbot`.
-
-    `target` is `module:attribute` of a typer app or a function; it is imported when the command is used.
-    `takes_sources` says whether the options of declaration sources, such as `--addons`, may stand among its words.
-    """
-
-    name: str
-    target: str
-    help: str
-    takes_sources: bool = False
-
-
-@dataclass(frozen=True)
-class SubmissionMode:
-    """A way to hold a solution while it runs: a sandbox, a container, …
-
-    `target` is the module, or `module:attribute`, of what implements `benchbot.submission.modes.Holder`.
-    """
-
-    name: str
-    target: str
-    description: str = ""
-
-
-@dataclass(frozen=True)
-class Routes:
-    """More routes of a run's server; `target` is `module:attribute` of a function of a run and its access rules.
-
-    It is called with a `benchbot.supervisor.run.Run` and a `benchbot.supervisor.http.access.Access` and returns
-    Starlette routes.
-    """
-
-    name: str
-    target: str
-
-
-class DeclarationFolder(Protocol):
-    """A folder of declarations that no distribution has brought, such as one with add-ons of BenchBot v2."""
-
-    @property
-    def root(self) -> "Path":
-        """The folder."""
-
-    @property
-    def name(self) -> str:
-        """Its name in the provenance of results."""
-
-    def sources(self, kind: str) -> "Iterable[Path]":
-        """Return the files and folders that declare a kind (`tasks`, `formats`, …)."""
-
-    def evaluators(self) -> "Iterable[Evaluator | BenchbotError]":
-        """Yield the methods of evaluation in it, and what is wrong with those that cannot be read; import nothing."""
-
-    def functions(self, declaration: "Path", names: Mapping[str, str]) -> dict[str, Callable[..., Any]]:
-        """Return the functions that a declaration in it names; raise BenchbotError for code that is not there."""
-
-    def require_trust(self) -> None:
-        """Raise BenchbotError unless the user has said that the code in it may run."""
-
-    def content_hash(self) -> str:
-        """Return the SHA-256 over the names and bytes of its files."""
-
-    def removal(self) -> str:
-        """Return what a person types to have it no longer."""
-
-
-@dataclass(frozen=True)
-class DeclarationSource:
-    """Where declarations come from besides distributions.
-
-    `folders` returns the folders in use in this process; `installed` those that are installed into the environment, as
-    rows of `benchbot list plugins`. `take_options` takes the options of the source out of the words of a command, acts
-    on them and returns the rest; `help` explains these options.
-    """
-
-    name: str
-    folders: Callable[[], "Sequence[DeclarationFolder]"]
-    installed: Callable[[], Sequence[Mapping[str, str]]]
-    take_options: Callable[[Sequence[str]], list[str]]
-    help: str = ""
-
-
-KINDS: Mapping[str, type] = {
-    "simulators": Simulator,
-    "robot_drivers": RobotDriver,
-    "evaluators": Evaluator,
-    "executors": Executor,
-    "recorders": Recorder,
-    "asset_packs": AssetPack,
-    "commands": Command,
-    "submission_modes": SubmissionMode,
-    "routes": Routes,
-    "declaration_sources": DeclarationSource,
-}
-"""Hooks that yield records, by the plural that names their pool."""

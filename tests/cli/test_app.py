@@ -10,7 +10,7 @@ import pytest
 from benchbot import __version__
 from benchbot.cli.app import EVERYDAY
 from benchbot.core import entry_points
-from benchbot.core.records import Command
+from benchbot.core.light_records import Command
 from tests.command_line import COMMAND, CommandLine, Here
 
 COMMANDS = [*EVERYDAY, *entry_points.shipped("commands")]

@@ -96,7 +96,7 @@ def test_a_record_of_the_wrong_type_is_refused(plugin_factory: PluginFactory) ->
 def test_a_plugin_made_for_another_major_version_is_refused_in_a_sentence(
     made_for: int, fix: str, plugin_factory: PluginFactory
 ) -> None:
-    plugin_factory.make("acme-other", f"BENCHBOT_API = {made_for}\n{DECLARES.format(kind='tasks')}")
+    plugin_factory.make("acme-other", f"PLUGIN_API = {made_for}\n{DECLARES.format(kind='tasks')}")
     loaded = load("acme-other")
     assert loaded.sources("tasks") == []
     (broken,) = loaded.broken
@@ -105,7 +105,7 @@ def test_a_plugin_made_for_another_major_version_is_refused_in_a_sentence(
 
 
 def test_a_plugin_made_for_this_major_version_is_loaded(plugin_factory: PluginFactory) -> None:
-    plugin_factory.make("acme-same", f"BENCHBOT_API = 1\n{DECLARES.format(kind='tasks')}", {"tasks/a.yaml": "name: a"})
+    plugin_factory.make("acme-same", f"PLUGIN_API = 1\n{DECLARES.format(kind='tasks')}", {"tasks/a.yaml": "name: a"})
     assert len(load("acme-same").sources("tasks")) == 1
 
 

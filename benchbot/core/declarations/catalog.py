@@ -8,8 +8,8 @@ from typing import Any
 
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.core.light_records import DeclarationFolder
 from benchbot.core.plugin_manager import Plugins, Provided, conflict
-from benchbot.core.records import DeclarationFolder
 from benchbot.core.resources import YAML_SUFFIXES, declaration_files
 
 KINDS: dict[str, str] = {

@@ -8,7 +8,8 @@ from typing import Self
 
 from benchbot.core import plugin_manager, results
 from benchbot.core.errors import BenchbotError
-from benchbot.core.records import Executor, Resources, Workers, WorkOrder
+from benchbot.core.light_records import Executor
+from benchbot.core.records import Resources, Workers, WorkOrder
 from benchbot.plugins.batch.folder import Folder
 from benchbot.plugins.batch.journal import EventLog
 

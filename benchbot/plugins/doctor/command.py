@@ -57,6 +57,6 @@ def _found(catalog: "Catalog", *, warm: bool, robot: str | None) -> "Iterator[Fi
         from benchbot.plugins.doctor.plugins import diagnose_robot
 
         return diagnose_robot(catalog, robot)
-    from benchbot.plugins.doctor import diagnose
+    from benchbot.plugins.doctor.diagnosis import diagnose
 
     return diagnose(catalog, warm=warm)

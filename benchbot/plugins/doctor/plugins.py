@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 
-from benchbot.core import plugin_manager, records, resources
+from benchbot.core import hookspecs, plugin_manager, records, resources
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import KINDS, Catalog
 from benchbot.core.errors import BenchbotError
@@ -26,7 +26,7 @@ def installed(loaded: plugin_manager.Plugins) -> Iterator[Finding]:
 def names(catalog: Catalog) -> Iterator[Finding]:
     """Say which names are given twice, and what cannot be read at all."""
     clean = True
-    readers: list[tuple[str, Callable[[str], object]]] = [(kind, catalog.plugins.pool) for kind in records.KINDS]
+    readers: list[tuple[str, Callable[[str], object]]] = [(kind, catalog.plugins.pool) for kind in hookspecs.KINDS]
     readers += [(kind, catalog.pool) for kind in KINDS]
     for kind, read in readers:
         try:

@@ -18,7 +18,7 @@ from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import KINDS, Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.findings import Finding, Level
-from benchbot.core.records import KINDS as RECORDS
+from benchbot.core.hookspecs import KINDS as RECORDS
 from benchbot.plugins.authoring.conformance.plugin import check_plugin
 
 Functions = Mapping[tuple[str, str], object]

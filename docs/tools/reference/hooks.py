@@ -4,7 +4,7 @@ import dataclasses
 import inspect
 from typing import Any
 
-from benchbot.core import hookspecs, records
+from benchbot.core import hookspecs, light_records, records
 from docs.tools.reference.signatures import annotation, call
 from docs.tools.reference.tables import GENERATED, code, paragraph, table
 
@@ -23,28 +23,37 @@ def page() -> str:
     hooks = [(name, hook) for name, hook in vars(hookspecs).items() if name.startswith("benchbot_")]
     rows = [[f"`{name}`", _yields(name), paragraph(inspect.getdoc(hook) or "")] for name, hook in hooks]
     text = GENERATED + _INTRODUCTION + table(["hook", "yields", ""], rows) + "\n## Records\n"
-    classes = [item for item in vars(records).values() if inspect.isclass(item) and item.__module__ == records.__name__]
-    yielded = [item for item in classes if dataclasses.is_dataclass(item)]
-    protocols = [item for item in classes if item not in yielded]
+    modules = (records, light_records)
+    found = [(module, item) for module in modules for item in vars(module).values() if inspect.isclass(item)]
+    classes = [item for module, item in found if item.__module__ == module.__name__]
+    protocols = [item for item in classes if getattr(item, "_is_protocol", False)]
+    yielded = [item for item in classes if item not in (*protocols, light_records.Target)]
     text += "".join(map(_record, yielded))
     return text + "\n## What records hold\n" + "".join(map(_protocol, protocols))
 
 
 def _yields(hook: str) -> str:
-    record = records.KINDS.get(hook.removeprefix("benchbot_"))
+    record = hookspecs.KINDS.get(hook.removeprefix("benchbot_"))
     return f"[`{record.__name__}`](#{record.__name__.lower()})" if record else "paths"
 
 
 def _record(record: Any) -> str:
-    rows = [[code(item.name), code(annotation(item.type)), _default(item)] for item in dataclasses.fields(record)]
+    hints = record.__annotations__
+    rows = [[code(name), code(annotation(hints[name])), _default(record, name)] for name in hints]
     said = paragraph(inspect.getdoc(record) or "")
     return f"\n### {record.__name__}\n\n{said}\n\n" + table(["field", "type", "default"], rows)
 
 
-def _default(item: "dataclasses.Field[Any]") -> str:
-    if item.default is not dataclasses.MISSING:
-        return code(repr(item.default))
-    return "required" if item.default_factory is dataclasses.MISSING else "empty"
+def _default(record: Any, name: str) -> str:
+    """Return the default of a field of a named tuple or a dataclass."""
+    defaults = dict(getattr(record, "_field_defaults", {}))
+    if dataclasses.is_dataclass(record):
+        (found,) = (item for item in dataclasses.fields(record) if item.name == name)
+        if found.default_factory is not dataclasses.MISSING:
+            return "empty"
+        if found.default is not dataclasses.MISSING:
+            defaults[name] = found.default
+    return code(repr(defaults[name])) if name in defaults else "required"
 
 
 def _protocol(protocol: Any) -> str:

@@ -14,9 +14,9 @@ from rosbags.rosbag2 import Reader
 
 from benchbot.core import plugin_manager
 from benchbot.core.errors import BenchbotError
+from benchbot.core.light_records import Recorder
 from benchbot.core.progress import ActionResult, Progress, State, Step
 from benchbot.core.recording import Recording
-from benchbot.core.records import Recorder
 from benchbot_record_mcap.recording import EPISODE_START_NS
 from plugins.record_mcap.tests.bags import Bag, by_mcap, by_rosbags, sample_session, steps_to_the_end
 

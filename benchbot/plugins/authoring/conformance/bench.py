@@ -12,9 +12,10 @@ from benchbot.core.channels import GIVEN_BY_EPISODES, OBSERVATIONS
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import KINDS, Catalog, Declaration, name_of
 from benchbot.core.geometry import Pose, wrap_angle_rad
+from benchbot.core.light_records import Executor, Recorder
 from benchbot.core.platform import Localisation, Platform, PlatformSpec, Scene
 from benchbot.core.plugin_manager import load
-from benchbot.core.records import Evaluator, Executor, Recorder, RobotDriver, Simulator
+from benchbot.core.records import Evaluator, RobotDriver, Simulator
 from benchbot.plugins.authoring.conformance.properties import Violation
 
 Declared = str | Path | Mapping[str, Any]

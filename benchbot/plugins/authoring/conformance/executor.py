@@ -12,7 +12,8 @@ from pathlib import Path
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.findings import Finding
-from benchbot.core.records import Executor, Resources, Workers, WorkOrder
+from benchbot.core.light_records import Executor
+from benchbot.core.records import Resources, Workers, WorkOrder
 from benchbot.plugins.authoring.conformance.bench import find_record
 from benchbot.plugins.authoring.conformance.properties import Violation, check_property, environment_variables
 

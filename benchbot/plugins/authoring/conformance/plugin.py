@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterator
 from functools import partial
 
-from benchbot.core import records
+from benchbot.core import hookspecs
 from benchbot.core.declarations import formats, schema
 from benchbot.core.declarations.catalog import KINDS, Catalog
 from benchbot.core.findings import Finding, Level
@@ -18,7 +18,7 @@ from benchbot.plugins.authoring.conformance.properties import Violation, check_p
 IMPORT = """
 import json, sys
 before = set(sys.modules)
-import benchbot.core.records
+import benchbot.core.hookspecs
 from pkgutil import resolve_name
 resolve_name(sys.argv[1])
 sys.stdout.flush()
@@ -94,7 +94,7 @@ def _has_sound_hooks(info: PluginInfo) -> str:
     alone = Plugins([info])
     _require_nothing_broken(alone)
     declared = [kind for kind in (*KINDS, "ground_truths") if alone.sources(kind)]
-    used = declared + [kind for kind in records.KINDS if alone.pool(kind)]
+    used = declared + [kind for kind in hookspecs.KINDS if alone.pool(kind)]
     _require_nothing_broken(alone)
     if not used:
         raise Violation(
@@ -110,7 +110,7 @@ def _require_nothing_broken(plugins: Plugins) -> None:
 
 def _has_names_of_its_own(catalog: Catalog, distribution: str) -> str:
     plugins = catalog.plugins
-    givers = [provided.distribution for kind in records.KINDS for provided in plugins.pool(kind).values()]
+    givers = [provided.distribution for kind in hookspecs.KINDS for provided in plugins.pool(kind).values()]
     givers += [declared.distribution for kind in KINDS for declared in catalog.pool(kind).values()]
     sources = [source for kind in KINDS for source in plugins.sources(kind)]
     own = tuple(str(source.value) for source in sources if source.distribution == distribution)

@@ -14,9 +14,9 @@ from benchbot.core.channels import OBSERVATIONS
 from benchbot.core.errors import BenchbotError
 from benchbot.core.findings import Finding
 from benchbot.core.geometry import Pose
+from benchbot.core.light_records import Recorder
 from benchbot.core.progress import ActionResult, Progress, State, Step
 from benchbot.core.recording import Recording
-from benchbot.core.records import Recorder
 from benchbot.plugins.authoring.conformance.bench import find_record
 from benchbot.plugins.authoring.conformance.fake_robot import fake_observations
 from benchbot.plugins.authoring.conformance.observations import digest

@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from benchbot.core.records import Executor, Workers, WorkOrder
+from benchbot.core.light_records import Executor
+from benchbot.core.records import Workers, WorkOrder
 from benchbot.plugins.local_executor import workers
 from benchbot.testing import check_executor
 from tests.plugins.authoring.conformance.reading import all_is_well, broken
@@ -85,7 +86,7 @@ def lost(reference: str) -> Workers:
     ],
 )
 def test_a_broken_promise_is_found_out(changes: dict[str, Any], subject: str, words: str) -> None:
-    executor = replace(Executor("mine", workers.launch, workers.attach), **changes)
+    executor = Executor("mine", workers.launch, workers.attach)._replace(**changes)
     assert words in broken(check_executor(executor, patience_s=10.0, only=[subject]))[subject]
 
 

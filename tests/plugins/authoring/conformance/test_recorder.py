@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from benchbot.core.errors import BenchbotError
+from benchbot.core.light_records import Recorder
 from benchbot.core.progress import Progress, Step
-from benchbot.core.records import Recorder
 from benchbot.testing import check_recorder
 from tests.plugins.authoring.conformance.reading import all_is_well, broken
 
