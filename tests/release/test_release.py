@@ -31,7 +31,7 @@ def faulty(tmp_path: Path) -> Project:
     (package / "tests" / "test_it.py").touch()
     description = (folder / "pyproject.toml").read_text()
     for right, wrong in (
-        ('"benchbot>=0.1"', '"benchbot>=99", "benchbot-nothing"'),
+        ('"benchbot>=0.1,<0.2"', '"benchbot>=99", "benchbot-nothing"'),
         ("benchbot_faulty.plugin", "benchbot_faulty.plug_in"),
         ('readme = "README.md"', 'readme = {text = "= Title =", content-type = "text/plain"}'),
         ("[tool.hatch.build.targets.wheel]", '[tool.hatch.build.targets.wheel]\nexclude = ["*.yaml"]'),

@@ -1,4 +1,4 @@
-"""Knives, forks and spoons, lying flat, tips to -x, away from who eats at +x."""
+"""Knives, forks and spoons, lying flat, tips to -x, away from the diner at +x."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An item of the pack: how a model is made, and what a catalogue says of it."""
+"""An item of the pack: the maker of its model, and its entry in the catalogue."""
 
 from __future__ import annotations
 

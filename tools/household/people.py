@@ -66,7 +66,7 @@ SITTING = Pose(
 
 @dataclass(frozen=True)
 class Looks:
-    """The features that tell one person from another; colours are web colours."""
+    """The features that distinguish one person from another; colours are web colours."""
 
     scale: float
     is_woman: bool

@@ -1,4 +1,4 @@
-"""Small things about the room: an alarm clock, an apple, picture frames, cushions, a basket."""
+"""Small objects for rooms: an alarm clock, an apple, picture frames, cushions, a basket."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Things for the table and the kitchen: a cup, a crock of spoons, a bottle, bowls, a tray, a vase."""
+"""Objects for the table and the kitchen: a cup, a crock of spoons, a bottle, bowls, a tray, a vase."""
 
 from __future__ import annotations
 

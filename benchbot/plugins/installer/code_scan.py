@@ -25,6 +25,7 @@ _IMPORTS = {
     "pathlib": {"Path"},
     "typing": {"Iterable", "Iterator", "TYPE_CHECKING"},
 }
+_CONSTANTS = frozenset({"PLUGIN_API", "__author__", "__version__"})
 _DATA = frozenset({
     ".yaml", ".yml", ".json", ".md", ".txt", ".rst", ".csv", ".png", ".jpg", ".jpeg", ".webp", ".svg", ".pgm", ".hdr",
     ".exr", ".glb", ".gltf", ".bin", ".obj", ".mtl", ".ply", ".stl", ".npy", ".typed", ".pyi",
@@ -141,9 +142,9 @@ def _stays_inside(node: ast.expr) -> bool:
 
 
 def _is_constant(statement: ast.stmt) -> bool:
-    """Say whether a statement is a docstring, or assigns a constant to `__version__` or `__author__`."""
+    """Say whether a statement is a docstring, or assigns a literal to one of `_CONSTANTS`."""
     if isinstance(statement, ast.Assign):
-        names = all(isinstance(one, ast.Name) and one.id in ("__version__", "__author__") for one in statement.targets)
+        names = all(isinstance(one, ast.Name) and one.id in _CONSTANTS for one in statement.targets)
         return names and isinstance(statement.value, ast.Constant)
     return _is_docstring(statement)
 

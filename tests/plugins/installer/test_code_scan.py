@@ -27,6 +27,19 @@ def benchbot_robots() -> "Iterable[Traversable]":
 def benchbot_environments() -> Iterable[str | None]:
     return [Path(__file__).parent / "environments"]
 """
+API = """\
+from pathlib import Path
+
+from benchbot.plugin import hookimpl
+
+PLUGIN_API = 1
+\"\"\"The major version of benchbot.plugin that this was made for.\"\"\"
+
+
+@hookimpl
+def benchbot_tasks():
+    yield Path(__file__).parent / "tasks"
+"""
 YAML = {"acme/tasks/acme.yaml": "name: acme\n"}
 
 
@@ -37,7 +50,7 @@ def unpacked(wheel: Path, folder: Path) -> Distribution:
     return found
 
 
-@pytest.mark.parametrize("code", [HOOKS, FILES, f'"""What it is."""\n{HOOKS}'])
+@pytest.mark.parametrize("code", [HOOKS, FILES, API, f'"""What it is."""\n{HOOKS}'])
 def test_hooks_that_yield_paths_are_declarations_only(code: str, tmp_path: Path) -> None:
     assert code_in(unpacked(wheels.make(tmp_path, "acme", code=code), tmp_path / "x")) == []
 
@@ -53,6 +66,13 @@ def test_hooks_that_yield_paths_are_declarations_only(code: str, tmp_path: Path)
         "print('hello')\n",
         "x = [print() for _ in range(3)]\n",
         "__version__ = __import__('os').getcwd()\n",
+        "PLUGIN_API = print()\n",
+        "PLUGIN_API = hookimpl = 1\n",
+        "from benchbot.plugin import target\n",
+        "target('acme.tool:run')\n",
+        "PLUGIN_API = target('acme.tool:run')\n",
+        "@hookimpl\ndef benchbot_tasks():\n    yield target('acme.tool:run')\n",
+        "@hookimpl\ndef benchbot_recorders():\n    yield Recorder('acme', target('acme.tool:run'))\n",
         "class Path: pass\n",
         "lambda: 0\n",
         "if TYPE_CHECKING:\n    pass\nelse:\n    import os\n",

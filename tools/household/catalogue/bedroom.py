@@ -1,4 +1,4 @@
-"""Beds and what stands beside them."""
+"""Beds and bedside furniture."""
 
 from tools.household import materials
 from tools.household.bed import double_bed

@@ -17,7 +17,7 @@ def hex_color(code: str) -> Color:
 
 
 def linear_color(code: str) -> Color:
-    """Linear sRGB in 0–1 of a web colour (IEC 61966-2-1), as material factors want it."""
+    """Return linear sRGB in 0–1 of a web colour (IEC 61966-2-1), as in material factors."""
     red, green, blue = (
         channel / 12.92 if channel <= 0.04045 else ((channel + 0.055) / 1.055) ** 2.4 for channel in hex_color(code)
     )

@@ -1,9 +1,12 @@
-"""What this distribution offers to BenchBot."""
+"""The plug-in's hooks: environments, ground truths and batches."""
 
 from collections.abc import Iterator
 from pathlib import Path
 
 from benchbot.plugin import hookimpl
+
+PLUGIN_API = 1
+"""The major version of benchbot.plugin that this was made for."""
 
 _FOLDER = Path(__file__).parent
 

@@ -1,4 +1,4 @@
-"""Coverage: which floor a robot has seen and been to, worked out from its way on the floor plan.
+"""Coverage: the floor that a robot has seen and visited, computed from its path on the floor plan.
 
 Exploration is commonly judged by the floor that was seen: T. Chen et al., "Learning Exploration Policies for
 Navigation", ICLR 2019; S. Ramakrishnan et al., "An Exploration of Embodied Visual Exploration", IJCV 129, 2021.
@@ -14,10 +14,10 @@ from benchbot_task_navigation.floor_plan import Floats, FloorPlan, Mask
 from benchbot_task_navigation.ways import Ways
 
 BODY_RADIUS_M = 0.3
-"""What counts is the floor that a disc of this radius can get to, whatever the robot's own size."""
+"""The radius of the disc whose reachable floor is counted, whatever the robot's own size."""
 SIGHT_M = 3.0
 FIELD_OF_VIEW_RAD = math.radians(90)
-"""A robot sees so far and so wide ahead, whatever its sensors are."""
+"""The range and the horizontal field of view that every robot is credited with, whatever its sensors are."""
 _RAYS = 181
 _APART_M, _APART_RAD = 0.1, math.radians(4.9)
 
@@ -58,7 +58,7 @@ class Coverage:
 
 
 def covered(plan: FloorPlan, way: Floats) -> Coverage | None:
-    """Return what a robot covers on its way (N, 3), places and headings; None where a body has no room at all.
+    """Return the floor that a robot covers on its path (N, 3: x, y, heading); None where a body has no room at all.
 
     The floor that counts is what can be reached from the beginning. Seen is what lies ahead of a place on the way, up
     to 3 m away and 45 degrees aside, with nothing between; been to is what lies within a body's radius of the way.
@@ -85,7 +85,7 @@ def _is_apart(place: Floats, other: Floats) -> bool:
 
 
 def _look(plan: FloorPlan, eye: Floats, seen: Mask) -> None:
-    """Mark the nodes that are seen from a place (3,). What stands in a robot's way hides what is behind it."""
+    """Mark the nodes that are seen from a place (3,). Obstacles hide what is behind them."""
     angles_rad = eye[2] + np.linspace(-FIELD_OF_VIEW_RAD / 2, FIELD_OF_VIEW_RAD / 2, _RAYS)
     ranges_m = np.arange(0.0, SIGHT_M + 1e-9, plan.resolution_m / 2)
     directions = np.stack([np.cos(angles_rad), np.sin(angles_rad)], axis=1)

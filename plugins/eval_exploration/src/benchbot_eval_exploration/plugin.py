@@ -1,10 +1,12 @@
 """The plug-in's hooks. Its numpy is imported when something is scored."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-from benchbot.plugin import Evaluator, Score, hookimpl
+from benchbot.plugin import Evaluator, Score, hookimpl, target
+
+PLUGIN_API = 1
+"""The major version of benchbot.plugin that this was made for."""
 
 _FOLDER = Path(__file__).parent
 _SHARES = ("coverage", "coverage_over_10m", "visited")
@@ -28,18 +30,6 @@ def benchbot_examples() -> Iterator[Path]:
     yield _FOLDER / "examples"
 
 
-def _evaluate(result: dict[str, Any], ground_truths: Sequence[dict[str, Any]]) -> dict[str, float]:
-    from benchbot_eval_exploration import evaluator
-
-    return evaluator.evaluate(result, ground_truths)
-
-
-def _combine(scores: Sequence[dict[str, float]]) -> dict[str, float]:
-    from benchbot_eval_exploration import evaluator
-
-    return evaluator.combine(scores)
-
-
 @hookimpl
 def benchbot_evaluators() -> Iterator[Evaluator]:
     """Yield coverage."""
@@ -49,8 +39,8 @@ def benchbot_evaluators() -> Iterator[Evaluator]:
         headline="coverage",
         result_formats=frozenset({"exploration"}),
         ground_truth_formats=frozenset({"floor_plan"}),
-        evaluate=_evaluate,
-        combine=_combine,
+        evaluate=target("benchbot_eval_exploration.evaluator:evaluate"),
+        combine=target("benchbot_eval_exploration.evaluator:combine"),
         description="Exploration: the share of the floor that the robot has seen and been to.",
         scores={
             **dict.fromkeys(_SHARES, Score(lower_is_better=False, least=0.0, greatest=1.0)),

@@ -20,7 +20,7 @@ _KEYS = ("OMQ", "avg_pairwise", "avg_label", "avg_spatial", "avg_fp_quality")
 
 @dataclass(frozen=True)
 class Comparison:
-    """Which estimated objects are which true ones, and how good each such pair is.
+    """The assignment of estimated objects to true ones, with the qualities of each pair.
 
     `pairs` holds rows of (index among the true objects, index among the estimates); `pairwise`, `spatial`, `label` and
     `state` (None without states) hold a quality in (0, 1] for each. `false_positives` are indices of estimates and

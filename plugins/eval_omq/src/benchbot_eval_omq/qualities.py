@@ -1,4 +1,4 @@
-"""How well each estimated object would do as each true one: the tables that a score and its explanation start from."""
+"""Tables of the quality of every estimated object as a match for every true one, for scores and explanations."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

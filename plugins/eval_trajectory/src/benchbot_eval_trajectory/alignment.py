@@ -14,7 +14,7 @@ from benchbot_eval_trajectory.trajectory import Floats, Trajectory
 
 
 class Align(StrEnum):
-    """Which motions may be applied to an estimate: none, rigid ones, or rigid ones and a scale."""
+    """The transforms that may be applied to an estimate: none, rigid ones, or rigid ones with a scale."""
 
     NONE = "none"
     SE3 = "se3"

@@ -15,11 +15,11 @@ from benchbot_eval_trajectory.trajectory import Floats, Trajectory
 
 SIZE_LIMIT_BYTES = 256 * 2**20
 NORM_TOLERANCE = 0.01
-"""How far from unit length a quaternion, or a row of a rotation matrix, may be; TUM's files have four decimals."""
+"""The largest deviation from unit length of a quaternion or a rotation matrix's row; TUM's files have four decimals."""
 
 
 class FileFormat(StrEnum):
-    """What a file of poses looks like."""
+    """The format of a file of poses."""
 
     TUM = "tum"
     KITTI = "kitti"

@@ -16,7 +16,7 @@ Pairs = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Summary:
-    """What many errors come to: root mean square, mean, median and largest, and how many they are."""
+    """Statistics of a set of errors: root mean square, mean, median, maximum and count."""
 
     rmse: float
     mean: float

@@ -1,10 +1,12 @@
 """The plug-in's hooks. Its numpy and scipy are imported when something is scored."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-from benchbot.plugin import Command, Evaluator, Score, hookimpl
+from benchbot.plugin import Command, Evaluator, Score, hookimpl, target
+
+PLUGIN_API = 1
+"""The major version of benchbot.plugin that this was made for."""
 
 _FOLDER = Path(__file__).parent
 _POSITION_ERRORS = ("ATE_RMSE_m", "ATE_mean_m", "ATE_median_m", "ATE_max_m", "ATE_sim3_RMSE_m", "ATE_map_RMSE_m")
@@ -13,7 +15,7 @@ _RELATIVE_ERRORS = ("RPE_1m_m", "RPE_1m_deg", "RPE_frame_m", "RPE_frame_deg")
 
 @hookimpl
 def benchbot_tasks() -> Iterator[Path]:
-    """Yield the tasks whose result is where the robot was."""
+    """Yield the tasks whose result is the robot's trajectory."""
     yield _FOLDER / "tasks"
 
 
@@ -25,7 +27,7 @@ def benchbot_formats() -> Iterator[Path]:
 
 @hookimpl
 def benchbot_examples() -> Iterator[Path]:
-    """Yield the solution that others have to beat."""
+    """Yield the baseline solution."""
     yield _FOLDER / "examples"
 
 
@@ -33,18 +35,6 @@ def benchbot_examples() -> Iterator[Path]:
 def benchbot_commands() -> Iterator[Command]:
     """Yield the command for files of the TUM and KITTI benchmarks."""
     yield Command("trajectory", "benchbot_eval_trajectory.command:app", "Trajectory errors of TUM and KITTI files.")
-
-
-def _evaluate(result: dict[str, Any], ground_truths: Sequence[dict[str, Any]]) -> dict[str, float]:
-    from benchbot_eval_trajectory import evaluator
-
-    return evaluator.evaluate(result, ground_truths)
-
-
-def _combine(scores: Sequence[dict[str, float]]) -> dict[str, float]:
-    from benchbot_eval_trajectory import evaluator
-
-    return evaluator.combine(scores)
 
 
 @hookimpl
@@ -56,8 +46,8 @@ def benchbot_evaluators() -> Iterator[Evaluator]:
         headline="ATE_RMSE_m",
         result_formats=frozenset({"trajectory"}),
         ground_truth_formats=frozenset(),
-        evaluate=_evaluate,
-        combine=_combine,
+        evaluate=target("benchbot_eval_trajectory.evaluator:evaluate"),
+        combine=target("benchbot_eval_trajectory.evaluator:combine"),
         description="Trajectory error, less is better: how far estimated poses are from the robot's track (ATE, RPE).",
         scores={
             **dict.fromkeys((*_POSITION_ERRORS, *_RELATIVE_ERRORS), Score(lower_is_better=True, least=0.0)),

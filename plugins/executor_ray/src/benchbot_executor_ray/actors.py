@@ -13,7 +13,7 @@ from benchbot_executor_ray import cluster
 from benchbot_executor_ray.worker_actor import PATIENCE_S
 
 ANSWER_S = 5.0
-"""Who does not answer for so long waits for room, or its node is gone."""
+"""The time limit of an actor's answer; one that exceeds it waits for free resources, or its node is gone."""
 MARGIN_S = 10.0
 
 

@@ -41,7 +41,7 @@ def connect(address: str) -> str:
 
 
 def _check_listening(address: str) -> None:
-    """Raise OSError or ValueError when nobody listens there: Ray itself would try for ten minutes and more."""
+    """Raise OSError or ValueError if no server listens there: Ray itself would try for more than ten minutes."""
     if address.startswith("ray://"):
         return
     host, _, port = services.canonicalize_bootstrap_address_or_die(address).rpartition(":")
@@ -54,7 +54,7 @@ def nodes() -> list[dict[str, Any]]:
 
 
 def offered(asked: Mapping[str, float]) -> bool:
-    """Say whether some node has all of it when nothing else runs there."""
+    """Return whether some node has all of it when nothing else runs there."""
     return any(all(node["Resources"].get(name, 0) >= amount for name, amount in asked.items()) for node in nodes())
 
 
@@ -69,7 +69,7 @@ def described(resources: Mapping[str, float]) -> str:
 
 
 def check_offered(asked: Mapping[str, float]) -> None:
-    """Raise BenchbotError when no node has what is asked: Ray itself would wait for ever, and say nothing."""
+    """Raise BenchbotError if no node has the requested resources: Ray itself would wait for ever, silently."""
     if not offered(asked):
         offers = "; ".join(f"{node['NodeManagerHostname']}: {described(node['Resources'])}" for node in nodes())
         raise BenchbotError(

@@ -1,4 +1,4 @@
-"""`python -m benchbot_executor_ray.guard SECONDS WORDS…`: runs a command that must not outlive who started it.
+"""`python -m benchbot_executor_ray.guard SECONDS WORDS…`: runs a command that must not outlive its parent process.
 
 When stdin ends, because it was closed or because whoever held its other end died by whatever means, the command gets
 SIGTERM, and after SECONDS everything in its process group SIGKILL. When the guard itself is killed (Ray kills the

@@ -1,4 +1,4 @@
-"""`python -m benchbot_executor_ray.helper`: talks with Ray for a driver, in a process of its own.
+"""`python -m benchbot_executor_ray.helper`: the connection to Ray, in a process of its own.
 
 Ray prints on stdout what happens in the cluster, and ends the process when the cluster's head is lost; neither may
 happen to a driver. Requests are lines of JSON on stdin, `{number, do, …}`; answers are lines on stdout, `{number,

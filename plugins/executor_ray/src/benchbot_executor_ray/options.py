@@ -1,4 +1,4 @@
-"""What an order asks of Ray."""
+"""The Ray options of a work order, and their checks."""
 
 import json
 import math
@@ -11,7 +11,7 @@ from benchbot.plugin import BenchbotError, WorkOrder, did_you_mean
 T = TypeVar("T")
 KNOWN = ("address", "environment", "num_cpus", "num_gpus", "resources")
 ALWAYS = ("PATH", "PYTHONPATH", "VIRTUAL_ENV")
-"""What a worker needs of the driver's environment beside what begins with BENCHBOT_. The rest is the node's."""
+"""Variables that workers get from the driver, besides those that begin with BENCHBOT_; all others are the node's."""
 
 
 def check(order: WorkOrder) -> None:

@@ -1,29 +1,19 @@
-"""What this plug-in offers."""
+"""The plug-in's hook: one executor. Ray is imported when workers are launched."""
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
-from benchbot.plugin import Executor, hookimpl
+from benchbot.plugin import Executor, hookimpl, target
 
-if TYPE_CHECKING:
-    from benchbot.plugin import Workers, WorkOrder
+PLUGIN_API = 1
+"""The major version of benchbot.plugin that this was made for."""
 
 
 @hookimpl
 def benchbot_executors() -> Iterable[Executor]:
     """Yield `ray`."""
     yield Executor(
-        "ray", _launch, _attach, "Actors of a Ray cluster; the folder must be on a disk that all nodes share."
+        "ray",
+        launch=target("benchbot_executor_ray.workers:launch"),
+        attach=target("benchbot_executor_ray.workers:RayWorkers"),
+        description="Actors of a Ray cluster; the folder must be on a disk that all nodes share.",
     )
-
-
-def _launch(order: "WorkOrder") -> "Workers":
-    from benchbot_executor_ray.workers import launch
-
-    return launch(order)
-
-
-def _attach(reference: str) -> "Workers":
-    from benchbot_executor_ray.workers import RayWorkers
-
-    return RayWorkers(reference)

@@ -19,7 +19,7 @@ PROBLEM_KEPT_S = 120.0
 
 @dataclass(frozen=True)
 class Work:
-    """What an actor is to run: the worker's command, its environment, how long, and where it starts."""
+    """The worker process that an actor runs: its command, environment variables, time limit and working folder."""
 
     plan: Path
     logs: Path
@@ -30,7 +30,7 @@ class Work:
 
 
 class WorkerActor:
-    """Runs one worker and goes away with it."""
+    """An actor that runs one worker and ends with it."""
 
     def __init__(self, work: Work) -> None:
         self._work = work

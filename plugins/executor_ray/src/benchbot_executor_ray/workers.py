@@ -52,7 +52,7 @@ class LostError(Exception):
 
 
 class Helper:
-    """The process that talks with Ray; it is started when there is something to ask, and anew when it is lost."""
+    """The process that is connected to Ray; it is started at the first request, and again after it was lost."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[str] | None = None

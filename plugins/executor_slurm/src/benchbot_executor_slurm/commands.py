@@ -1,4 +1,4 @@
-"""Slurm's commands, asked as a person would ask them."""
+"""Calls of Slurm's command-line tools."""
 
 import shutil
 import subprocess
@@ -11,7 +11,7 @@ PATIENCE_S = 60.0
 
 @dataclass(frozen=True)
 class Answer:
-    """What a command said: its exit code (None: it did not answer), stdout and stderr."""
+    """The outcome of a command: its exit code (None: it did not answer), stdout and stderr."""
 
     code: int | None
     said: str

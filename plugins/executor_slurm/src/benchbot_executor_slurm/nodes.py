@@ -1,4 +1,4 @@
-"""What the cluster's nodes offer, to say so where too much was asked of them."""
+"""The resources of the cluster's nodes, for the error about a request that no node can meet."""
 
 from benchbot_executor_slurm.commands import ask
 

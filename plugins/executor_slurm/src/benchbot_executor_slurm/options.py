@@ -1,4 +1,4 @@
-"""What an order asks of Slurm, as the options of `sbatch`."""
+"""The resources and options of a work order, as options of `sbatch`."""
 
 import math
 from collections.abc import Iterator

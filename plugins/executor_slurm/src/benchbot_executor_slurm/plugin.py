@@ -1,27 +1,19 @@
-"""What this plug-in offers."""
+"""The plug-in's hook: one executor."""
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
-from benchbot.plugin import Executor, hookimpl
+from benchbot.plugin import Executor, hookimpl, target
 
-if TYPE_CHECKING:
-    from benchbot.plugin import Workers, WorkOrder
+PLUGIN_API = 1
+"""The major version of benchbot.plugin that this was made for."""
 
 
 @hookimpl
 def benchbot_executors() -> Iterable[Executor]:
     """Yield `slurm`."""
-    yield Executor("slurm", _launch, _attach, "An array job of a Slurm cluster; the folder must be on its shared disk.")
-
-
-def _launch(order: "WorkOrder") -> "Workers":
-    from benchbot_executor_slurm.submission import launch
-
-    return launch(order)
-
-
-def _attach(reference: str) -> "Workers":
-    from benchbot_executor_slurm.array_job import ArrayJob
-
-    return ArrayJob.attach(reference)
+    yield Executor(
+        "slurm",
+        launch=target("benchbot_executor_slurm.submission:launch"),
+        attach=target("benchbot_executor_slurm.array_job:ArrayJob.attach"),
+        description="An array job of a Slurm cluster; the folder must be on its shared disk.",
+    )

@@ -11,7 +11,7 @@ from benchbot_executor_slurm.commands import Answer, ask, check_here
 
 
 def launch(order: WorkOrder) -> ArrayJob:
-    """Submit the workers; raises BenchbotError with what Slurm says when it does not take them."""
+    """Submit the workers; raise BenchbotError with Slurm's message if it rejects them."""
     check_here()
     options.check(order)
     workers = order.logs

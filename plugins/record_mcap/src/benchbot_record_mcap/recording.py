@@ -52,7 +52,7 @@ class McapRecording:
             self._time_ns = time_ns
 
     def close(self) -> None:
-        """Write index and metadata. After a failure, which was told, leave what was written before it."""
+        """Write index and metadata. After a failure, which was reported, keep the data that was written before it."""
         with self._lock:
             if self._closed:
                 return
@@ -85,7 +85,7 @@ class McapRecording:
             )
 
     def _writing(self, write: Callable[[], None]) -> None:
-        """Write; a file system that refuses is told in words, and what was written before stays readable."""
+        """Write; an error of the file system becomes a BenchbotError, and earlier data stays readable."""
         try:
             write()
         except OSError as error:

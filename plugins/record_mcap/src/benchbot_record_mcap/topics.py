@@ -1,6 +1,6 @@
-"""What is recorded where: a step of a session as ROS 2 messages on topics.
+"""The mapping from a session's steps to ROS 2 messages on topics.
 
-Topics and types are those of a robot that `benchbot bridge ros2` presents, so that what reads one reads the other.
+Topics and types are those of a robot that `benchbot bridge ros2` presents, so that a reader of one can read the other.
 """
 
 from collections.abc import Iterator, Mapping

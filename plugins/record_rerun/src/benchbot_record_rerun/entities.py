@@ -1,4 +1,4 @@
-"""What is recorded where: a step of a session as Rerun's archetypes, by the path of their entity."""
+"""The mapping from a session's steps to Rerun's archetypes, by the paths of their entities."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -19,13 +19,13 @@ Entity = tuple[str, Any]
 
 
 class Way:
-    """Where the solution was told that the robot has been; of a long way, every n-th place."""
+    """The path of the robot as the solution observed it; a long one is thinned to every n-th position."""
 
     def __init__(self) -> None:
         self._places: list[tuple[float, ...]] = []
 
     def to(self, place: tuple[float, ...]) -> list[tuple[float, ...]]:
-        """Go on to a place; return the way there."""
+        """Append a position; return the thinned path up to it."""
         if self._places[-1:] != [place]:
             self._places.append(place)
         stride = -(-len(self._places) // MOST_POINTS)
@@ -33,7 +33,7 @@ class Way:
 
 
 def entities_of(action: str | None, arguments: Mapping[str, Any], step: Step, way: Way) -> Iterator[Entity]:
-    """Yield (path, archetype) of everything to record of one step. Poses are those that the solution was told."""
+    """Yield (path, archetype) of everything to record of one step. Poses are those that the solution observed."""
     seen = step.observations
     poses = seen.get("poses", {})
     if action is not None:

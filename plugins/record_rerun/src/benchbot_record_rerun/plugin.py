@@ -6,6 +6,9 @@ from pathlib import Path
 
 from benchbot.plugin import Recorder, Recording, hookimpl
 
+PLUGIN_API = 1
+"""The major version of benchbot.plugin that this was made for."""
+
 
 def _create(folder: Path) -> Recording:
     # What goes wrong is raised. Rerun would also print it, and hang where that cannot be printed: on a full disk.

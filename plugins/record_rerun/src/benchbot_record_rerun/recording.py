@@ -22,7 +22,7 @@ APPLICATION = "benchbot"
 FLUSH_TIMEOUT_S = 60.0
 SPARE_BYTES = 2**20
 INDEX_BYTES = 2**14
-"""What the index of the file takes of a step, at the end: twice as much as it does."""
+"""Space reserved per step for the index at the end of the file: twice its actual size."""
 _LOST: list[rerun.RecordingStream | None] = []
 
 

@@ -22,7 +22,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class Segment:
-    """The frames of one short MP4, and what a player must know of them: `header` is its `moov` box.
+    """The frames of one short MP4, and their description for players: `header` is its `moov` box.
 
     A frame lasts `duration` units of the film's time scale.
     """
@@ -52,7 +52,7 @@ def read_segment(data: bytes) -> Segment:
 
 
 def file_start(segment: Segment) -> bytes:
-    """Return how a fragmented MP4 begins: what a player must know, and no frames."""
+    """Return the start of a fragmented MP4: the description for players, without frames."""
     kind = box(b"ftyp", b"iso5" + struct.pack(">I", 512) + b"iso5iso6mp41")
     extends = full_box(b"trex", 0, 0, struct.pack(">5I", 1, 1, 0, 0, 0))
     return kind + box(b"moov", _without_samples(segment.header) + box(b"mvex", extends))

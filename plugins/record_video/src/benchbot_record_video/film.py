@@ -1,4 +1,4 @@
-"""What both recorders share: a frame for each observation, and what is said when it cannot be written."""
+"""The base of both recorders: a frame for each observation, and the error for one that cannot be written."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager

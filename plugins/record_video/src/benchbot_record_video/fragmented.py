@@ -19,7 +19,7 @@ CODEC = "vp09"
 
 
 class FragmentedFilm:
-    """Writes a film to a path, a segment at a time. Raises OSError when the disk refuses; it is then what it was."""
+    """A film written to a path in segments. Raises OSError if it cannot be written; the file is then as before."""
 
     def __init__(self, path: Path) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="benchbot-video-")

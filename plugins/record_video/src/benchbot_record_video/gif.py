@@ -21,7 +21,7 @@ _FOREVER = b"\x21\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00"
 
 
 class GifFilm:
-    """Writes a GIF to a path, frame by frame. Raises OSError when the disk refuses; it is then what it was."""
+    """A GIF written to a path frame by frame. Raises OSError if it cannot be written; the file is then as before."""
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("wb", buffering=0)

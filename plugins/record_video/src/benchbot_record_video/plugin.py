@@ -5,6 +5,9 @@ from pathlib import Path
 
 from benchbot.plugin import Recorder, Recording, hookimpl
 
+PLUGIN_API = 1
+"""The major version of benchbot.plugin that this was made for."""
+
 
 def _video(folder: Path) -> Recording:
     from benchbot_record_video.film import FilmRecording

@@ -1,7 +1,7 @@
-"""What turns a robot's messages into observations: a fixed registry, and plug-ins.
+"""Callbacks that turn a robot's messages into observations: a fixed registry, and plug-ins.
 
-A robot's declaration names a callback by `callback_robot`, or means the one of the channel's name. A distribution adds
-one by an entry point of the group `benchbot.ros2_callbacks` that leads to a `Callback` of the entry point's name.
+A robot's declaration names a callback by `callback_robot`; the default is the one with the channel's name. A
+distribution adds one by an entry point of the group `benchbot.ros2_callbacks` to a `Callback` of the same name.
 """
 
 import pkgutil

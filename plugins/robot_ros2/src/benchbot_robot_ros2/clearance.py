@@ -33,7 +33,7 @@ def contact_ahead(
     horizon_s: float,
     motion: MotionConfig,
 ) -> bool:
-    """Say whether a disc would touch a point while it follows a command for `horizon_s` and then brakes to rest.
+    """Return whether a disc would touch a point while it follows a command for `horizon_s` and then brakes to rest.
 
     `points_xy` are obstacles (N, 2) in metres in the base frame of now; `velocity` and `command` are (m/s, rad/s), the
     second is clipped to the motion's limits. Velocities ramp with the motion's accelerations, as the guard makes them.

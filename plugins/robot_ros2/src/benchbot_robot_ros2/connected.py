@@ -78,7 +78,7 @@ class ConnectedRobot:
             self._resources = resources.pop_all()
 
     def await_rest(self, check: Callable[[], None]) -> None:
-        """Begin anew: wait until odometry, as it is from now on, shows standing still, and the place is known.
+        """Start again: wait until new odometry shows that the robot is at rest, and its position is known.
 
         `check` is called again and again. Afterwards nothing has touched the robot yet. Raises BenchbotError when it
         does not come to rest.
@@ -115,7 +115,7 @@ class ConnectedRobot:
         return Wait(self.clock, self.changed, self.robot.settings.timing, seconds)
 
     def mount(self, frame: str) -> Pose:
-        """Return a frame's pose in the base frame: by the transform tree where it knows the frame, else as declared."""
+        """Return a frame's pose in the base frame: from the transform tree if it has the frame, else as declared."""
         if frame == self.robot.base_frame:
             return Pose()
         if self.tree is not None:

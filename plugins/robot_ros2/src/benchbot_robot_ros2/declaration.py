@@ -32,7 +32,7 @@ class Topic(_Declared, frozen=True):
 
 
 class Connection(_Declared, frozen=True):
-    """How a channel or an action is connected, v2's keys in ROS 2's spelling.
+    """The ROS 2 connection of a channel or an action; its keys are those of BenchBot v2 in ROS 2's spelling.
 
     An observation has one topic, or several `topics` by the part of the observation that each carries. Its messages are
     turned into the observation by a callback (`benchbot_robot_ros2.callbacks`), by default the one of its own name.
@@ -57,7 +57,7 @@ class LocalisedByOdometry(_Declared, frozen=True, tag_field="by", tag="odometry"
 
 
 class LocalisedByTopic(_Declared, frozen=True, tag_field="by", tag="topic"):
-    """A message says where the base is in the map: motion capture, AMCL, a simulator's truth."""
+    """Localisation by a topic with the base's pose in the map: motion capture, AMCL, a simulator's truth."""
 
     ros_topic: str
     ros_type: Literal[
@@ -67,7 +67,7 @@ class LocalisedByTopic(_Declared, frozen=True, tag_field="by", tag="topic"):
 
 
 class LocalisedByTransforms(_Declared, frozen=True, tag_field="by", tag="tf"):
-    """The transform tree says where the base is in the map; needs tf2_msgs."""
+    """Localisation by the transform tree, which has the base's pose in the map; needs tf2_msgs."""
 
 
 class ReturnByService(_Declared, frozen=True, tag_field="by", tag="service"):
@@ -88,11 +88,11 @@ class ReturnByNavigation(_Declared, frozen=True, tag_field="by", tag="navigation
 
 
 class ReturnByOperator(_Declared, frozen=True, tag_field="by", tag="operator"):
-    """A person puts the robot at its start, and says so."""
+    """A return by an operator, who puts the robot at its start and confirms it."""
 
 
 class DeadMan(_Declared, frozen=True):
-    """A switch that somebody holds while the robot moves: std_msgs/msg/Bool, or a button of sensor_msgs/msg/Joy."""
+    """A switch that an operator holds while the robot moves: std_msgs/msg/Bool, or a button of sensor_msgs/msg/Joy."""
 
     ros_topic: str
     ros_type: Literal["std_msgs/msg/Bool", "sensor_msgs/msg/Joy"]
@@ -101,9 +101,9 @@ class DeadMan(_Declared, frozen=True):
 
 
 class Safety(_Declared, frozen=True):
-    """What stops the robot besides BenchBot's own reasons.
+    """The conditions that stop the robot, besides BenchBot's own.
 
-    `command_timeout_s` is how long the last velocity command stays valid; `e_stop` and `collision` are topics of
+    `command_timeout_s` is the time for which a velocity command stays valid; `e_stop` and `collision` are topics of
     std_msgs/msg/Bool, true when the button is pressed or the bumper touches something. `obstacles` are the channels
     that are looked at for contact ahead of a motion.
     """
@@ -116,11 +116,11 @@ class Safety(_Declared, frozen=True):
 
 
 class Timing(_Declared, frozen=True):
-    """How old and how far apart in time messages may be, in seconds.
+    """Limits on the age of messages and on the time between them, in seconds.
 
     Messages of one observation are at most `sync_tolerance_s` apart by their stamps. Feedback (odometry, obstacles)
     older than `feedback_timeout_s` stops a moving robot. A stamp more than `skew_s` from the node's clock is an error.
-    `wait_s` is how long to wait for a message, a service or a publisher.
+    `wait_s` is the time limit of waiting for a message, a service or a publisher.
     """
 
     sync_tolerance_s: float = 0.05
@@ -130,7 +130,7 @@ class Timing(_Declared, frozen=True):
 
 
 class StartTolerances(_Declared, frozen=True):
-    """How far from the start pose a trial may begin; checked where the robot is localised in the map."""
+    """The largest distance from the start pose at which a trial may begin, if the robot is localised in the map."""
 
     position_m: float = 0.05
     angle_deg: float = 3.0

@@ -81,7 +81,7 @@ class Ros2Driver:
         self._loaded_s = robot.clock.now_s()
 
     def observe(self, channels: Iterable[str]) -> dict[str, Any]:
-        """Return the asked channels, of messages that were taken after this call.
+        """Return the requested channels, from messages that were taken after this call.
 
         The first observation tells what this run asks for; no more is subscribed from then on.
         """
@@ -127,7 +127,7 @@ class Ros2Driver:
                 self._changed.wait(min(left_s, REPEAT_S))
 
     def contact_ahead(self, linear_mps: float, angular_radps: float, horizon_s: float) -> bool:
-        """Say whether holding this command and then braking would touch what laser or depth camera saw last."""
+        """Return whether holding this command and then braking would touch what laser or depth camera saw last."""
         ahead, velocity = self._carry_on()
         try:
             points_xy = self._obstacles.points_xy(ahead)
@@ -146,7 +146,7 @@ class Ros2Driver:
             raise self._lost(str(error)) from error
 
     def odometry(self) -> Pose:
-        """Return where dead reckoning believes the base is."""
+        """Return the base's pose by dead reckoning."""
         robot = self._here()
         try:
             return robot.localisation.odometry() @ self._carry_on()[0]
@@ -166,7 +166,7 @@ class Ros2Driver:
 
     @property
     def collided(self) -> bool:
-        """Whether the robot's collision topic has told of contact since `load`."""
+        """True if the robot's collision topic has reported contact since `load`."""
         return self._here().contact.is_set()
 
     def clock(self) -> float:
@@ -260,7 +260,7 @@ class Ros2Driver:
             robot.guard.command(*REST)
 
     def _refuse_when_blind(self, robot: ConnectedRobot) -> None:
-        """Stop a moving robot that does not know where it is, what is ahead of it, or what time it is."""
+        """Stop a moving robot whose odometry, obstacles or clock are missing or too old."""
         timeout_s = self._robot.settings.timing.feedback_timeout_s
         if robot.clock.set_back_s:
             raise self._stopped(*_set_back(robot.clock.set_back_s))

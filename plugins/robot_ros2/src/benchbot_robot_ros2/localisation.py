@@ -1,4 +1,4 @@
-"""Where the base is: by its odometry, by a topic that says so, or by the transform tree."""
+"""The pose of the base, from its odometry, from a topic of poses, or from the transform tree."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -35,7 +35,7 @@ class Localisation:
         self._corrected = None
 
     def odometry(self) -> Pose:
-        """Return where dead reckoning believes the base is, in the map frame."""
+        """Return the base's pose by dead reckoning, in the map frame."""
         return self._origin @ self._travelled(None)
 
     def pose(self) -> Pose:

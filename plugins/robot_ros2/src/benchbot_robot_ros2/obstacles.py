@@ -35,7 +35,7 @@ def check_declared(robot: Ros2Robot, motion: MotionConfig) -> None:
 
 
 class Obstacles:
-    """Looks at the newest message of each channel that the declaration names; each is worked out once."""
+    """The obstacles in the newest message of each declared channel; each message is processed once."""
 
     def __init__(self, robot: ConnectedRobot) -> None:
         self._robot = robot

@@ -1,14 +1,13 @@
-"""What this distribution adds to BenchBot."""
+"""The plug-in's hooks: robots, the driver of real ones, and two commands. ROS is imported when one of them is used."""
 
 from collections.abc import Iterable
 from importlib.resources import files
 from importlib.resources.abc import Traversable
-from typing import TYPE_CHECKING
 
-from benchbot.plugin import Command, RobotDriver, hookimpl
+from benchbot.plugin import Command, RobotDriver, hookimpl, target
 
-if TYPE_CHECKING:
-    from benchbot.plugin import Finding, Platform, PlatformSpec
+PLUGIN_API = 1
+"""The major version of benchbot.plugin that this was made for."""
 
 
 @hookimpl
@@ -20,7 +19,11 @@ def benchbot_robots() -> Iterable[Traversable]:
 @hookimpl
 def benchbot_robot_drivers() -> Iterable[RobotDriver]:
     """Yield the driver of robots over ROS 2."""
-    yield RobotDriver("ros2", create=_create, diagnose=_diagnose)
+    yield RobotDriver(
+        "ros2",
+        create=target("benchbot_robot_ros2.driver:Ros2Driver"),
+        diagnose=target("benchbot_robot_ros2.doctor.diagnosis:diagnose"),
+    )
 
 
 @hookimpl
@@ -30,15 +33,3 @@ def benchbot_commands() -> Iterable[Command]:
     yield Command(
         "guard", "benchbot_robot_ros2.guard.command:guard", "On a robot's own computer: stop it when the network fails."
     )
-
-
-def _create(spec: "PlatformSpec") -> "Platform":
-    from benchbot_robot_ros2.driver import Ros2Driver
-
-    return Ros2Driver(spec)
-
-
-def _diagnose(spec: "PlatformSpec") -> "Iterable[Finding]":
-    from benchbot_robot_ros2.doctor.diagnosis import diagnose
-
-    return diagnose(spec)

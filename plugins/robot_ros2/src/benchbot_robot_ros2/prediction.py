@@ -1,4 +1,4 @@
-"""Prediction: where the base is now, although its odometry comes late.
+"""Prediction of the base's current pose from odometry that arrives late.
 
 Between a command and its effect in odometry lies a dead time: of the network, of the base, of what measures. A loop
 that steers by what it has already commanded, but not yet seen, overshoots and hunts. So the newest odometry is carried

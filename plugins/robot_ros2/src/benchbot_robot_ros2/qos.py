@@ -13,7 +13,7 @@ _UNKNOWN = "_NODE_NAME_UNKNOWN_"
 
 
 def publishers(node: "Node", topic: Topic) -> list[Any]:
-    """Return what the graph knows of a topic's publishers now (rclpy's TopicEndpointInfo)."""
+    """Return the graph's current publishers of a topic (rclpy's TopicEndpointInfo)."""
     return list(node.get_publishers_info_by_topic(topic.ros_topic))
 
 

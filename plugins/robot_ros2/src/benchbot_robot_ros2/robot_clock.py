@@ -13,7 +13,7 @@ SET_BACK_NS = 50_000_000
 
 
 class RobotClock:
-    """Reads a node's clock. In wall time, seconds are counted by the steady clock, which nobody sets.
+    """Reads a node's clock. In wall time, seconds are counted by the steady clock, which cannot be set.
 
     `changed` is notified whenever simulated time changes.
     """
@@ -51,14 +51,14 @@ class RobotClock:
 
     @property
     def set_back_s(self) -> float:
-        """How far ROS time has jumped back since `forgive`, in all; 0 when it has not."""
+        """The total by which ROS time has jumped back since `forgive`, in seconds; 0 if it has not."""
         with self._lock:
             self._read()
             return self._set_back_ns / 1e9
 
     @property
     def still_s(self) -> float:
-        """For how long, in wall time, the clock has not advanced."""
+        """The wall time since the clock last advanced, in seconds."""
         with self._lock:
             self._read()
             return (self._steady_ns - self._advanced_ns) / 1e9

@@ -28,7 +28,7 @@ def prepare() -> None:
 
 @contextmanager
 def node(name: str, *, namespace: str = "", use_sim_time: bool = False) -> "Iterator[Node]":
-    """Yield a node in a context of its own, that spins only when its owner says so.
+    """Yield a node in a context of its own that spins only on request.
 
     Raises BenchbotError when ROS 2 refuses to make it, saying why.
     """

@@ -1,4 +1,4 @@
-"""Standing still, as odometry tells it."""
+"""Detection of standstill from odometry."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -18,13 +18,13 @@ def twist(message: Any) -> tuple[float, float]:
 
 
 def still(message: Any) -> bool:
-    """Say whether an Odometry message shows no motion."""
+    """Return whether an Odometry message shows no motion."""
     linear_mps, angular_radps = twist(message)
     return abs(linear_mps) < STILL_MPS and abs(angular_radps) < STILL_RADPS
 
 
 def rested(odometry: Iterable[Sample], since_s: float) -> bool:
-    """Say whether the messages that came after `since_s` end with standing still for long enough."""
+    """Return whether the messages that came after `since_s` end with standing still for long enough."""
     still_since_s = newest_s = since_s
     for sample in odometry:
         if sample.arrived_s >= since_s:

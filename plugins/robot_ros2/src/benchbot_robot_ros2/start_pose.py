@@ -1,4 +1,4 @@
-"""The way back to the start pose between trials: by a service, by navigation, or carried by the operator."""
+"""The return to the start pose between trials: by a service, by navigation, or by the operator."""
 
 import math
 import time
@@ -43,7 +43,7 @@ def return_to_start(
     *,
     way_s: float = WAY_S,
 ) -> None:
-    """Bring the robot to the scene's start pose, as its declaration says it is done; return when it should be there.
+    """Bring the robot to the scene's start pose by the declared method; return when it should be there.
 
     The node's callbacks run in another thread. A server has the declared `timing.wait_s` to appear and to answer, the
     robot `way_s` for its way. Whether it came to stand where it should is not looked at. Raises
@@ -60,7 +60,7 @@ def return_to_start(
 
 
 class _Return:
-    """What a return by ROS 2 needs at every step."""
+    """A return to the start pose by ROS 2, with the node, robot and guard that each of its steps uses."""
 
     def __init__(self, node: "Node", robot: Ros2Robot, guard: Stopping, way_s: float) -> None:
         self._node = node
@@ -70,7 +70,7 @@ class _Return:
         self._way_s = way_s
 
     def by_service(self, way: ReturnByService, scene: Scene, seed: int) -> None:
-        """Tell the scene's node which scene it is, and call the service."""
+        """Set the scene on the scene's node, and call the service."""
         from std_srvs.srv import Trigger
 
         if way.scene_node is not None:

@@ -1,4 +1,4 @@
-"""Streams: what comes on a topic, kept for a while by stamp, and why nothing comes."""
+"""Streams: the recent messages of a topic by stamp, and the reason why none arrive."""
 
 import threading
 from collections import deque
@@ -31,7 +31,7 @@ class Sample:
 
     @property
     def skew_s(self) -> float:
-        """How far the stamp is behind ROS time at the message's arrival: latency, and what clocks differ by."""
+        """ROS time at the message's arrival minus its stamp, in seconds: latency plus offset of the clocks."""
         return (self.arrived_ns - self.stamp_ns) / 1e9
 
 
@@ -39,8 +39,8 @@ class Stream:
     """Subscribes a topic, with QoS that follows its publishers, and keeps the messages of the last `history_ns`.
 
     A message whose stamp is not newer than those before it is counted as nothing new. Of messages that hold until the
-    next one (`holds`), and of those without a stamp, only the newest is kept. `changed` is the lock of all that
-    arrives, and is notified; `told` is called with each new message.
+    next one (`holds`), and of those without a stamp, only the newest is kept. `changed` is the lock of everything
+    received, and is notified; `told` is called with each new message.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class Stream:
             self._subscribe()
 
     def close(self) -> None:
-        """Unsubscribe; what has come is kept."""
+        """Unsubscribe; received messages are kept."""
         with self._subscribing:
             if self._subscription is not None:
                 self._node.destroy_subscription(self._subscription)
@@ -82,7 +82,7 @@ class Stream:
 
     @property
     def samples(self) -> list[Sample]:
-        """What has come lately, oldest first."""
+        """The messages that are kept, oldest first."""
         with self._changed:
             return list(self._samples)
 
@@ -94,24 +94,24 @@ class Stream:
 
     @property
     def age_s(self) -> float:
-        """How long ago, in the run's seconds, something new came; infinite when nothing has."""
+        """The time since the newest message arrived, in seconds of the run; infinite if none has."""
         newest = self.newest
         return float("inf") if newest is None else self._clock.now_s() - newest.arrived_s
 
     @property
     def reliability(self) -> str:
-        """What is subscribed with: `reliable` or `best_effort`."""
+        """The reliability of the subscription: `reliable` or `best_effort`."""
         return str(self._profile.reliability.name.lower())
 
     def forget(self) -> None:
-        """Drop what has come, but not what holds from then on."""
+        """Drop the messages that are kept, except those that hold until the next one."""
         with self._changed:
             self._repeated = 0
             if not self.holds:
                 self._samples.clear()
 
     def heard(self) -> bool:
-        """Say whether there is a publisher, and nothing between it and this stream."""
+        """Return whether there is a publisher, and nothing between it and this stream."""
         return bool(qos.publishers(self._node, self.topic)) and not self._obstacle()
 
     def silence(self) -> str:

@@ -1,4 +1,4 @@
-"""The transform tree of a robot: what /tf and /tf_static say, looked up through any chain of frames at any time."""
+"""The transform tree of a robot: /tf and /tf_static, looked up through any chain of frames at any time."""
 
 import math
 import threading
@@ -100,7 +100,7 @@ class TransformTree:
         return target.inverse() @ source
 
     def newest_ns(self, target_frame: str, source_frame: str) -> int | None:
-        """Return the newest time that `lookup` knows the two frames at; None when all between them is static.
+        """Return the newest time at which `lookup` has the two frames; None if all transforms between them are static.
 
         Raises LookupError as `lookup` does.
         """
@@ -109,7 +109,7 @@ class TransformTree:
             return self._newest_ns((*to_target, *to_source))
 
     def clear(self) -> None:
-        """Forget everything but the static transforms: after a clock was set back, or the robot was put elsewhere."""
+        """Drop all but the static transforms, after a clock was set back or the robot was moved by hand."""
         with self._lock:
             self._edges = {child: edge for child, edge in self._edges.items() if not edge.stamps_ns}
 

@@ -1,4 +1,4 @@
-"""Where a robot fits: how far every place on the floor is from what it would bump into."""
+"""The free space of a scene: the distance from every cell of the floor to the nearest obstacle."""
 
 import math
 from collections.abc import Sequence

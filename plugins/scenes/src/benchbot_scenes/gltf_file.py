@@ -43,7 +43,7 @@ _COMPRESSION = {
 
 
 class UnsupportedError(Exception):
-    """The file is sound but asks for something that is not done here."""
+    """An error of a valid file that needs an unsupported feature."""
 
 
 BROKEN = (

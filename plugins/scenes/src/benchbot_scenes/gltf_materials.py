@@ -47,7 +47,7 @@ def material(document: dict[str, Any], entry: dict[str, Any]) -> Material:
 
 
 def texture_coordinates(entry: dict[str, Any]) -> tuple[str, npt.NDArray[np.float64] | None]:
-    """Which vertex attribute places the material's textures, and the (2, 3) matrix that it goes through, if any."""
+    """Return the vertex attribute with a material's texture coordinates, and their (2, 3) transform or None."""
     reference = _surface(entry).get("baseColorTexture") or entry.get("normalTexture") or {}
     transform = reference.get("extensions", {}).get(_TRANSFORM)
     attribute = f"TEXCOORD_{int((transform or {}).get('texCoord', reference.get('texCoord', 0)))}"
@@ -60,7 +60,7 @@ def texture_coordinates(entry: dict[str, Any]) -> tuple[str, npt.NDArray[np.floa
 
 
 def _surface(entry: dict[str, Any]) -> dict[str, Any]:
-    """The metallic-roughness part, or what stands for it."""
+    """Return the metallic-roughness part, or its substitute."""
     extensions = entry.get("extensions", {})
     if _GLOSS in extensions and "pbrMetallicRoughness" not in entry:
         gloss = extensions[_GLOSS]

@@ -1,4 +1,4 @@
-"""Where a model goes: transforms in the map frame, and how a model of another pack takes the place of one."""
+"""The placement of models: transforms in the map frame, and the replacement of a model by one of another pack."""
 
 from dataclasses import dataclass
 from functools import partial

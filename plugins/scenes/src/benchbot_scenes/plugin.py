@@ -4,6 +4,9 @@ from collections.abc import Iterator
 
 from benchbot.plugin import AssetPack, Command, hookimpl
 
+PLUGIN_API = 1
+"""The major version of benchbot.plugin that this was made for."""
+
 
 @hookimpl
 def benchbot_asset_packs() -> Iterator[AssetPack]:

@@ -1,4 +1,4 @@
-"""Ways over the floor: short, with room to spare, as straight legs; and the order in which places are visited."""
+"""Paths over the floor: short, with clearance, as straight legs; and the order in which stops are visited."""
 
 import math
 from collections.abc import Sequence

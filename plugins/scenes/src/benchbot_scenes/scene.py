@@ -45,12 +45,12 @@ class Material:
 
     @property
     def is_glass(self) -> bool:
-        """Whether light passes (KHR_materials_transmission): straight through, or refracted where `is_solid`."""
+        """True if light passes (KHR_materials_transmission): straight through, or refracted where `is_solid`."""
         return self.transmission > 0.5
 
     @property
     def is_emissive(self) -> bool:
-        """Whether its triangles are area lights."""
+        """True if its triangles are area lights."""
         return max(self.emission) > 0.0
 
 

@@ -85,7 +85,7 @@ def _lowest_points(corners: FloatArray) -> Floats:
 
 
 def _is_over(points: Floats, corners: FloatArray, gap_m: float) -> bool:
-    """Whether a triangle lies right below any of the points, or above it by as much as things sink."""
+    """Return whether a triangle lies at most `gap_m` below any of the points, or above it by at most `_SUNK_M`."""
     a, b, c = (corners[:, corner].astype(float) for corner in range(3))
     area = _cross(b - a, c - a)
     flat = np.abs(area) > 1e-9

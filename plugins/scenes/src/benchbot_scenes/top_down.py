@@ -54,7 +54,7 @@ def png(picture: Image.Image) -> bytes:
 
 
 def _is_upright(corners: Floats) -> npt.NDArray[np.bool_]:
-    """Which triangles are seen edge-on from above."""
+    """Return a mask of the triangles that are seen edge-on from above."""
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     upright: npt.NDArray[np.bool_] = np.abs(normal[:, 2]) <= 0.02 * np.linalg.norm(normal, axis=1)
     return upright

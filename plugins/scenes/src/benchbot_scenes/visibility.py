@@ -24,14 +24,14 @@ STEP_VOXELS = 0.7
 
 @dataclass(frozen=True)
 class Voxels:
-    """Which instance (`Instance.index`, 0 is none) fills each cube of a grid; `low_m` is the grid's corner."""
+    """A voxel grid of instances (`Instance.index`, 0 is none); `low_m` is the grid's lowest corner in the map frame."""
 
     low_m: Floats
     size_m: float
     owner: npt.NDArray[np.int32]
 
     def owners(self, points: Floats) -> npt.NDArray[np.int32]:
-        """The instances at points (N, 3) of the map frame; 0 outside the grid."""
+        """Return the instances at points (N, 3) of the map frame; 0 outside the grid."""
         shape = np.array(self.owner.shape)
         # The outermost cubes are empty, so that what is outside may count as in one of them.
         i, j, k = np.clip(((points - self.low_m) / self.size_m).astype(np.int32), 0, shape - 1).T

@@ -1,4 +1,4 @@
-"""How the processor reckons with tiny numbers in a thread, which libraries change for whatever runs in it later."""
+"""The floating-point mode of a thread (denormal numbers), which libraries change for code that runs in it later."""
 
 import ctypes
 from collections.abc import Iterator

@@ -30,13 +30,13 @@ def hasten(taichi: Any) -> None:
 
 
 def _position(context: Any, node: Any) -> str:
-    """Where an error is, without the underlining of all of its lines."""
+    """Return the place of an error, without the underlining of all of its lines."""
     place = f'File "{context.file}", line {node.lineno + context.lineno_offset}, in {context.func.func.__name__}:\n'
     return f"{place}{context.src[node.lineno - 1]}\n"
 
 
 def _is_class_body(level_of_class_stackframe: int) -> bool:
-    """Whether a decorator stands in the body of a class, by the names there instead of by reading the source.
+    """Return whether a decorator is in the body of a class, from the names there instead of from the source.
 
     Taichi counts up to the frame that holds the class.
     """

@@ -30,7 +30,7 @@ _started: str | None = None
 
 
 def default_cache_dir() -> Path:
-    """Where compiled kernels, trees and irradiance are kept between runs."""
+    """Return the folder in which compiled kernels, trees and irradiance are kept between runs."""
     return cache_dir() / "sim_taichi"
 
 
@@ -71,17 +71,17 @@ def start(arch: str, cache_dir: Path) -> None:
 
 
 def is_on_processor() -> bool:
-    """Whether kernels run on the processor; not before they are started."""
+    """Return whether kernels run on the processor; false before the runtime is started."""
     return _started == "cpu"
 
 
 def is_on_gpu() -> bool:
-    """Whether kernels run on a GPU."""
+    """Return whether kernels run on a GPU."""
     return _started == "cuda"
 
 
 def upload(array: npt.NDArray[Any]) -> Any:
-    """An array that kernels can read again and again: the array itself on a CPU, a copy in device memory elsewhere."""
+    """Return an array that kernels can read repeatedly: the array itself on a CPU, elsewhere a copy on the device."""
     contiguous = np.ascontiguousarray(array)
     if _started == "cpu":
         return contiguous
@@ -104,7 +104,7 @@ def empty_words(size: int) -> Any:
 
 
 def address(array: Any) -> int:
-    """Where a device array's first value lies; all kernels started before have finished when this returns."""
+    """Return the address of a device array's first value; kernels that were started before have finished by then."""
     ti.sync()
     return _address(array)
 
@@ -114,7 +114,7 @@ def _address(array: Any) -> int:
 
 
 def download(array: Any) -> npt.NDArray[Any]:
-    """The host's view of an array that `upload` returned: itself on a CPU, elsewhere a new array, after one copy."""
+    """Return the host's view of an array from `upload`: the array itself on a CPU, elsewhere a copy."""
     if isinstance(array, np.ndarray):
         return array
     host = np.empty(array.shape, _NAMES[array.dtype])

@@ -1,4 +1,4 @@
-"""Where a scene's objects stand: moved, added or taken away, without building again what stays."""
+"""The arrangement of a scene's objects: they move, come and go without a rebuild of the others' trees."""
 
 from dataclasses import dataclass, replace
 
@@ -27,11 +27,11 @@ class Arrangement:
     levels: tuple[Levels, ...]
 
     def has_moved(self, instance: int) -> bool:
-        """Whether an object has trees of its own."""
+        """Return whether an object has trees of its own."""
         return instance in self.levels[0].parts
 
     def triangles_of(self, instance: int) -> npt.NDArray[np.int64]:
-        """Ids of an object's triangles; raises BenchbotError when there is no such object."""
+        """Return the ids of an object's triangles; raise BenchbotError if there is no such object."""
         there = [known.index for known in self.scene.instances]
         if instance not in there:
             listed = ", ".join(str(index) for index in there[:20]) + (", …" if len(there) > 20 else "")

@@ -36,20 +36,20 @@ class BinaryTree:
 
 
 class Splitter(Protocol):
-    """What splits nodes."""
+    """An algorithm that splits the nodes of a tree."""
 
     def split(self, start: IndexArray, count: IndexArray, at_median: bool) -> tuple[IndexArray, FloatArray, FloatArray]:
-        """Reorder each node's items, left ones first; returns how many went left, and low and high of all children."""
+        """Reorder each node's items, left ones first; return the counts of these, and low and high of all children."""
 
     @property
     def order(self) -> IndexArray:
-        """The items, as they lie now."""
+        """The indices of the items in their current order."""
 
 
 def grow(low: FloatArray, high: FloatArray, leaf_size: int, *, compiled: bool) -> BinaryTree:
     """Split all nodes of one level at once until none holds more than `leaf_size` of the boxes (N, 3), N > 0.
 
-    To be `compiled` only where kernels run on the processor.
+    `compiled` is allowed only if kernels run on the processor.
     """
     splitter: Splitter = (CompiledSplitter if compiled else NumpySplitter)(low, high, leaf_size)
     lefts, starts, counts = [np.full(1, -1)], [np.zeros(1, np.int64)], [np.full(1, len(low))]
@@ -88,7 +88,7 @@ class CompiledSplitter:
 
     @property
     def order(self) -> IndexArray:
-        """The items, as they lie now."""
+        """The indices of the items in their current order."""
         return self._order.astype(np.int64)
 
     def split(self, start: IndexArray, count: IndexArray, at_median: bool) -> tuple[IndexArray, FloatArray, FloatArray]:

@@ -1,4 +1,4 @@
-"""What a camera's sensor adds to its pictures: shot noise and read noise."""
+"""The noise of a camera's sensor: shot noise and read noise."""
 
 import functools
 from collections.abc import Mapping

@@ -98,7 +98,7 @@ def curve() -> Any:
 
 @functools.cache
 def _lens(width: int) -> tuple[Any, int]:
-    """How light scatters: both Gaussians' weights by distance in cells, and the largest distance."""
+    """Return the glare's kernel: both Gaussians' weights by distance in cells, and the largest distance."""
     sigmas = np.maximum(np.array(BLOOM_WIDTHS) * width / BLOOM_CELL_PIXELS, 0.5)
     distance = np.arange(int(np.ceil(BLOOM_REACH * sigmas.max())) + 1)
     weights = np.exp(-0.5 * (distance[:, None] / sigmas) ** 2)

@@ -1,4 +1,4 @@
-"""What a robot's footprint can bump into: the scene's triangles between two heights, seen from above."""
+"""Collision of a robot's footprint with the scene's triangles between two heights, seen from above."""
 
 import math
 from collections.abc import Iterable
@@ -36,7 +36,7 @@ class ObstacleMap:
         return float(distances_m(x, y, self._nearest_edges(x, y, len(CELL_SIZES_M))).min(initial=np.inf))
 
     def covers(self, x: float, y: float) -> bool:
-        """Say whether a surface of an obstacle lies above or below a point of the map frame."""
+        """Return whether a surface of an obstacle lies above or below a point of the map frame."""
         edge = np.roll(self._polygons, -1, 1) - self._polygons
         offset = np.array([x, y]) - self._polygons
         side = edge[..., 0] * offset[..., 1] - edge[..., 1] * offset[..., 0]
@@ -115,7 +115,7 @@ class Clearance:
         return free_m if free_m > 0 else self.exactly_m(state)
 
     def exceeds(self, state: State, distance_m: float) -> bool:
-        """Say whether the clearance is more than a distance."""
+        """Return whether the clearance is more than a distance."""
         return self.at_least_m(state) > distance_m or self.exactly_m(state) > distance_m
 
 

@@ -1,4 +1,4 @@
-"""Reading what a robot's declaration says of its sensors, with errors that name the key."""
+"""Reading of the sensors in a robot's declaration, with errors that name the key."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields

@@ -7,11 +7,11 @@ from benchbot_scenes.scene import FloatArray
 
 
 def is_installed() -> bool:
-    """Whether pictures can be denoised here."""
+    """Return whether the library that denoises pictures is installed."""
     return find_spec("pyoidn") is not None
 
 
 def denoise(radiance: FloatArray, albedo: FloatArray, normal: FloatArray) -> FloatArray:
-    """(H, W, 3) radiance without noise, led by the reflectance and the normals (H, W, 3) of what is seen."""
+    """Return radiance (H, W, 3) without noise, guided by the reflectance and the normals (H, W, 3) of the surfaces."""
     denoised: FloatArray = importlib.import_module("pyoidn").denoise(radiance, albedo, normal, hdr=True, quality="high")
     return denoised

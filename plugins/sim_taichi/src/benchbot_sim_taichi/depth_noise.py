@@ -1,4 +1,4 @@
-"""How depth cameras err: two published models. Angles, shadows and rows are those of a picture without distortion."""
+"""Two published models of depth cameras' errors. Angles, shadows and rows are those of an undistorted picture."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ DEFAULT_MAX_INCIDENCE_DEG = 82.0  # about as far as Nguyen, Izadi and Lovell cou
 
 @dataclass(frozen=True)
 class View:
-    """Where a camera's pixels look: `x`, `y` (H, W) of their rays at unit depth, and its focal length in pixels."""
+    """The rays of a camera's pixels: `x`, `y` (H, W) at unit depth, and the focal length in pixels."""
 
     x: FloatArray
     y: FloatArray
@@ -21,7 +21,7 @@ class View:
 
 
 class DepthNoise(Protocol):
-    """What turns exact planar depth (H, W; metres, +inf nothing) into what the camera reports, NaN invalid."""
+    """A model that turns exact planar depth (H, W; metres, +inf nothing) into the camera's measurement, NaN invalid."""
 
     def apply(self, depth_m: FloatArray, view: View, random: np.random.Generator) -> FloatArray:
         """Return depth with noise."""

@@ -86,7 +86,7 @@ def rearranged(
 
 
 def relit(device: tables.DeviceScene, scene: SceneGeometry) -> tables.DeviceScene:
-    """Look again for the lamps of a scene, and for the panes that the sky is seen through."""
+    """Return `device` with new tables of a scene's lamps, and of the panes that sky light enters through."""
     table = lights.light_table(scene, _portals(scene, tables.group_triangles(scene), device.tree))
     return replace(
         device,

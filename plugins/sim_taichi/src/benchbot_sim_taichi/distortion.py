@@ -42,7 +42,7 @@ class Distortion:
         return np.array(astuple(self))
 
     def distort(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Where the lens shows points of the undistorted image plane."""
+        """Return the distorted positions of points of the undistorted image plane."""
         r2 = x * x + y * y
         radial = 1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))
         return (
@@ -51,7 +51,7 @@ class Distortion:
         )
 
     def undistort(self, shown_x: FloatArray, shown_y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Points of the undistorted image plane that the lens shows at these places, by Newton's method."""
+        """Return the undistorted points that the lens shows at positions of the image plane, by Newton's method."""
         x, y = shown_x, shown_y
         for _ in range(NEWTON_STEPS):
             error_x, error_y = (shown - now for shown, now in zip((shown_x, shown_y), self.distort(x, y), strict=True))

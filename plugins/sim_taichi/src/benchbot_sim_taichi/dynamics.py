@@ -1,4 +1,4 @@
-"""How a differential drive moves: velocity and acceleration limits, integrated as short arcs."""
+"""The motion of a differential drive: velocity and acceleration limits, integrated as short arcs."""
 
 import math
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ WIDEST_SUBSTEP_RAD = math.radians(1.0)
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """Where the base is (m, m, rad, map frame) and how fast it moves (m/s along its +x, rad/s about +z)."""
+    """The pose of the base (m, m, rad, map frame) and its velocity (m/s along its +x, rad/s about +z)."""
 
     x: float
     y: float
@@ -24,7 +24,7 @@ class State:
 
 @dataclass(frozen=True)
 class DriveLimits:
-    """What the drive can do: velocities (backwards negative) and accelerations, all enforced."""
+    """The limits of the drive, all enforced: velocities (backwards negative) and accelerations."""
 
     linear_mps: tuple[float, float]
     angular_radps: float
@@ -33,7 +33,7 @@ class DriveLimits:
 
     @classmethod
     def from_motion(cls, motion: MotionConfig) -> Self:
-        """Return the limits that a robot's motion is planned with: the drive can do all that, and no more."""
+        """Return the limits with which a robot's motion is planned, as those of its drive."""
         backwards, forwards = motion.linear_limits_mps
         return cls(
             (backwards * motion.speed_factor, forwards * motion.speed_factor),

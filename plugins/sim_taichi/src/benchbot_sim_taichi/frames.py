@@ -1,4 +1,4 @@
-"""What a renderer gives back: pictures on the host, and where they lie before they are copied there."""
+"""The output of a renderer: pictures on the host, and the device memory from which they are copied."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -1,4 +1,4 @@
-"""Cameras: their intrinsics, and what kernels know of each."""
+"""Cameras: their intrinsics, and their records for kernels."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

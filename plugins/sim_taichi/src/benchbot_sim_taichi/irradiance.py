@@ -1,4 +1,4 @@
-"""Light that surfaces exchange, worked out once per scene and lighting and kept on disk.
+"""Light that surfaces exchange, computed once per scene and lighting and cached on disk.
 
 Each cell of `surface_cells` sends cosine-distributed rays once and remembers which cells they met; bounces then only
 follow those links, as in a Monte Carlo radiosity solution (Cohen and Wallace, "Radiosity and realistic image
@@ -60,7 +60,7 @@ class Irradiance:
 def load_or_solve(
     scene: SceneGeometry, lighting: Lighting, device: DeviceScene, cache_dir: Path, seed: int
 ) -> Irradiance:
-    """Irradiance of a scene, from `cache_dir` when it was worked out before."""
+    """Return the irradiance of a scene, from `cache_dir` if it was computed before."""
     key = hashlib.sha256(repr((VERSION, scene.content_hash, lighting.sun, lighting.sky, seed)).encode()).hexdigest()
     path = cache_dir / f"irradiance-{key[:32]}.npz"
     stored = disk_cache.load(path)

@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept between runs; Taichi reads them when it starts and adds to them when it ends."""
+"""The cache of compiled kernels between runs; Taichi reads it when it starts and adds to it when it ends."""
 
 import time
 from pathlib import Path

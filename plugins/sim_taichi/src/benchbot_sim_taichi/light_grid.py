@@ -1,9 +1,9 @@
-"""Which lights matter where, so that a shadow ray goes to a window of its own room and not to one of another.
+"""The importance of lights by position, so that a shadow ray goes to a window of its own room, not of another.
 
-A house has more windows and lamps than a pixel has shadow rays. Each block of a coarse grid remembers, for surfaces
-that face one of six ways, what share of them goes to which window, and to which lamp: in proportion to the light that
-they give to some places on those surfaces, and a part by power alone, so that none is ever left out (importance
-sampling; Pharr, Jakob and Humphreys, "Physically based rendering", 4th edition, section 12.6.3).
+A house has more windows and lamps than a pixel has shadow rays. Each block of a coarse grid stores, for surfaces
+that face one of six directions, the share of rays for each window and lamp: in proportion to the light that it gives
+to some points on those surfaces, and a part by power alone, so that none is ever left out (importance sampling; Pharr,
+Jakob and Humphreys, "Physically based rendering", 4th edition, section 12.6.3).
 """
 
 import numpy as np

@@ -134,7 +134,7 @@ def _records(
 def is_sheet(
     scene: SceneGeometry, triangles: npt.NDArray[np.integer], oriented_area: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.bool_]:
-    """Whether each triangle belongs to a sheet: the oriented areas of a closed surface add up to nothing."""
+    """Return a mask of the triangles in open sheets: the oriented areas of a closed surface add up to zero."""
     instance = scene.triangle_instance[triangles]
     count = int(instance.max()) + 1
     total = np.stack([np.bincount(instance, oriented_area[:, i], count) for i in range(3)], axis=1)

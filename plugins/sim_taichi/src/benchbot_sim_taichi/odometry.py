@@ -1,4 +1,4 @@
-"""Dead reckoning that drifts: the believed pose of a robot whose wheels are measured with errors."""
+"""Dead reckoning that drifts: the estimated pose of a robot whose wheels are measured with errors."""
 
 import math
 
@@ -26,7 +26,7 @@ class Odometry:
         return self._pose
 
     def follow(self, before: State, after: State) -> None:
-        """Believe in the motion from one true state to the next."""
+        """Update the estimate by the measured motion from one true state to the next."""
         turn_rad = after.yaw_rad - before.yaw_rad
         heading_rad = before.yaw_rad + turn_rad / 2
         way_m = (after.x - before.x) * math.cos(heading_rad) + (after.y - before.y) * math.sin(heading_rad)

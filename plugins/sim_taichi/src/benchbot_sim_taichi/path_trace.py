@@ -71,12 +71,12 @@ def expose(
 
 
 def is_denoised(quality: "Quality") -> bool:
-    """Whether pictures of this quality are denoised here."""
+    """Return whether pictures of this quality are denoised on this machine."""
     return quality.name == "path" and denoise.is_installed()
 
 
 def features(pixels: Any, count: int, size: tuple[int, int, int]) -> tuple[FloatArray, FloatArray]:
-    """Reflectance and normal, (N, H, W, 3) each, of what `kernels.primary.see` left of `count` pixels.
+    """Return reflectance and normal, (N, H, W, 3) each, of `count` pixels from `kernels.primary.see`.
 
     `size` is N, W and H. The sky has reflectance 1 and no normal.
     """
@@ -116,7 +116,7 @@ def _rounds(samples: int) -> Iterator[int]:
 
 
 def _difference_bytes(one: FloatArray, other: FloatArray) -> float:
-    """How far the mean of two pictures is from its limit: half of what they differ by, root mean square."""
+    """Return the estimated error of the mean of two pictures: half of their RMS difference, in 8-bit steps."""
     first, second = (
         camera_response.srgb_bytes(camera_response.filmic(half)).astype(np.float32) for half in (one, other)
     )

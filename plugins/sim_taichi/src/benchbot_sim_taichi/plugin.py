@@ -1,13 +1,12 @@
-"""What this plug-in offers; light, so that listing it costs nothing."""
+"""The plug-in's hooks: robots and one simulator. Taichi is imported when a run starts."""
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from benchbot.plugin import Simulator, hookimpl
+from benchbot.plugin import Simulator, hookimpl, target
 
-if TYPE_CHECKING:
-    from benchbot.plugin import Platform, PlatformSpec
+PLUGIN_API = 1
+"""The major version of benchbot.plugin that this was made for."""
 
 
 @hookimpl
@@ -19,16 +18,8 @@ def benchbot_robots() -> Iterable[Path]:
 @hookimpl
 def benchbot_simulators() -> Iterable[Simulator]:
     """Yield `sim_taichi`."""
-    yield Simulator("sim_taichi", _create, _warm)
-
-
-def _create(spec: "PlatformSpec") -> "Platform":
-    from benchbot_sim_taichi.simulator import RayTracedSimulator
-
-    return RayTracedSimulator(spec)
-
-
-def _warm(cache_dir: Path) -> str:
-    from benchbot_sim_taichi.warm import warm
-
-    return warm(cache_dir)
+    yield Simulator(
+        "sim_taichi",
+        create=target("benchbot_sim_taichi.simulator:RayTracedSimulator"),
+        warm=target("benchbot_sim_taichi.warm:warm"),
+    )

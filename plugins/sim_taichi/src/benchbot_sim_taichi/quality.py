@@ -1,4 +1,4 @@
-"""How much work a picture's colours are worth: the option `quality`."""
+"""The rendering quality of colours: the option `quality`."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

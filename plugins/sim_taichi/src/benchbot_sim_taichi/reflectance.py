@@ -1,4 +1,4 @@
-"""How much of an even light a rough surface mirrors, tabulated: the directional albedo of the GGX microfacet model."""
+"""Tables of the directional albedo of the GGX microfacet model: the share of even light a rough surface mirrors."""
 
 import functools
 

@@ -94,7 +94,7 @@ class Renderer:
 
     @cached_property
     def near_lights(self) -> Any:
-        """Which lights matter where, as `kernels.light_grid` reads it."""
+        """The importance of lights by position, as `kernels.light_grid` reads it."""
         light = self.irradiance
         if self._lights_moved:
             return _ti.upload(light_grid.find(self.device, light.layout, *light.places()))
@@ -102,11 +102,11 @@ class Renderer:
 
     @property
     def scene(self) -> SceneGeometry:
-        """The scene as it stands, lamps switched; triangles of objects that were taken away have no area."""
+        """The current scene, with switched lamps; triangles of removed objects have no area."""
         return self._scene
 
     def move(self, instance: int, transform: npt.NDArray[np.floating]) -> None:
-        """Put an object where the rigid `transform` (4, 4) takes it from where it first was; milliseconds.
+        """Move an object by the rigid `transform` (4, 4) of its original position; it takes milliseconds.
 
         Shapes, shadows and direct light are right at once; light that bounces stays that of before until `relight`.
         Raises BenchbotError for what is no object or no pose.
@@ -178,7 +178,7 @@ class Renderer:
         rgb: bool = True,
         out: DeviceFrames | None = None,
     ) -> DeviceFrames:
-        """Like `render_batch`, but leave the pictures where they were worked out.
+        """Like `render_batch`, but leave the pictures on the device.
 
         `out` are frames of as many pictures of the same size and channels, to be overwritten and returned: memory on a
         device takes as long to get as some thousand small pictures to take.
@@ -216,7 +216,7 @@ class Renderer:
         glance.pack(colors, frames.words, frames.rgb_at(first), len(records), frames.width * frames.height)
 
     def _first_hits(self, cameras: Any, size: tuple[int, int, int]) -> Any:
-        """What the cameras' rays meet first: found here on a processor, by whoever asks for it on a GPU."""
+        """Return the buffer of the cameras' first hits: filled here on a processor, by its reader on a GPU."""
         from benchbot_sim_taichi.kernels import first_hits
 
         if _ti.is_on_gpu():  # packets suit vector instructions, not its threads

@@ -40,7 +40,7 @@ class Noise:
 
 @dataclass(frozen=True)
 class Robot:
-    """What is simulated; `mounts` are poses of the robot's frames in its base frame, `reported` those of `poses`."""
+    """A simulated robot; `mounts` are poses of its frames in its base frame, `reported` are the frames in `poses`."""
 
     name: str
     global_frame: str

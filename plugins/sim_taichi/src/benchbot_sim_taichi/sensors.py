@@ -1,4 +1,4 @@
-"""What a simulated robot sees: its declaration's camera, and how the channels of pictures are worked out."""
+"""The camera of a simulated robot, from its declaration, and the channels of its pictures."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -86,14 +86,14 @@ class Camera:
 
     @cached_property
     def view(self) -> View:
-        """Where the pixels look."""
+        """The rays of the pixels."""
         x, y = np.meshgrid((np.arange(self.width) - self.cx) / self.fx, (np.arange(self.height) - self.cy) / self.fy)
         if self.distortion:
             x, y = self.distortion.undistort(x, y)
         return View(x, y, self.fx)
 
     def expose(self, renderer: Renderer, camera_poses: Sequence[Pose], *, rgb: bool) -> list[Frame]:
-        """Take a picture from each pose of the optical frame in the map frame, all of them together."""
+        """Render a picture from each pose of the optical frame in the map frame, all in one batch."""
         # The renderer puts the centre of the first pixel at one half.
         intrinsics = Intrinsics(
             self.width, self.height, self.fx, self.fy, self.cx + 0.5, self.cy + 0.5, self.distortion
@@ -121,7 +121,7 @@ class Camera:
 
 @dataclass(frozen=True)
 class Labels:
-    """How the scene's objects are numbered in segmentation: tables by `Instance.index`, 0 is nothing."""
+    """The segmentation labels of the scene's objects: tables by `Instance.index`, 0 is nothing."""
 
     classes: npt.NDArray[np.uint8]
     instances: npt.NDArray[np.uint16]

@@ -70,7 +70,7 @@ class RayTracedSimulator:
             )
 
     def observe(self, channels: Iterable[str]) -> dict[str, Any]:
-        """Return the asked channels; pictures share one exposure, and what nobody asks for is not worked out."""
+        """Return the requested channels; pictures share one exposure, and other channels are not rendered."""
         return self.observe_many([self], channels)[0]
 
     def twin(self) -> Self:
@@ -118,7 +118,7 @@ class RayTracedSimulator:
         self._odometry.follow(before, self._state)
 
     def contact_ahead(self, linear_mps: float, angular_radps: float, horizon_s: float) -> bool:
-        """Say whether holding this command and then braking would touch something."""
+        """Return whether holding this command and then braking would touch something."""
         if self._clearance.exceeds(self._state, self._robot.limits.reach_m(self._state, linear_mps, horizon_s)):
             return False
         way = dynamics.drive_and_brake(self._state, linear_mps, angular_radps, horizon_s, self._robot.limits)
@@ -129,7 +129,7 @@ class RayTracedSimulator:
         return Pose.planar(self._state.x, self._state.y, self._state.yaw_rad, self._base_z_m)
 
     def odometry(self) -> Pose:
-        """Return where dead reckoning believes the base is."""
+        """Return the base's pose by dead reckoning."""
         return Pose.planar(*self._odometry.pose, self._base_z_m)
 
     @property
@@ -139,7 +139,7 @@ class RayTracedSimulator:
 
     @property
     def collided(self) -> bool:
-        """Whether the robot has touched something since `load`."""
+        """True if the robot has touched something since `load`."""
         return self._collided
 
     def clock(self) -> float:

@@ -1,4 +1,4 @@
-"""Where irradiance is stored: small world-space cells, one per direction that a surface in them faces."""
+"""The cells that store irradiance: small cubes of space, one for each direction that a surface in them faces."""
 
 from dataclasses import dataclass
 

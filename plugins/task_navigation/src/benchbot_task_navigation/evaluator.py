@@ -1,4 +1,4 @@
-"""The method `navigation`: success, SPL and their kin, from where the robot really went.
+"""The method `navigation`: success, SPL and related scores, from the robot's true path.
 
 P. Anderson et al., "On Evaluation of Embodied Navigation Agents", arXiv:1807.06757 (2018): success, SPL.
 D. Batra et al., "ObjectNav Revisited", arXiv:2006.13171 (2020): success within 1 m of an object.
@@ -26,7 +26,7 @@ ZERO_WHEN_MISSING = ("SPL", "success", "SoftSPL")
 
 @dataclass(frozen=True)
 class Run:
-    """What a run is judged by: how it ended, metres driven, metres still to go, and those there were to begin with."""
+    """The measures of a run: how it ended, metres driven, metres left to the goal, and the shortest path's length."""
 
     ended_well: bool
     near_enough: bool
@@ -121,7 +121,7 @@ def _left(ways: Ways, end: Point, goal: Mapping[str, Any], success_m: float) -> 
 
 
 def _meddled(provenance: Mapping[str, Any]) -> bool:
-    """Say whether the solution had another attempt before, or was not alone at it."""
+    """Return whether the solution had another attempt before, or was not alone at it."""
     return bool(provenance.get("restarts") or provenance.get("driven_by_hand"))
 
 

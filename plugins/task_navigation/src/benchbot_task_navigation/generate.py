@@ -29,7 +29,7 @@ Sees = Callable[[Mapping[str, Any], Floats], Mask]
 
 @dataclass(frozen=True)
 class Place:
-    """Where episodes are made: an environment `name:variant`, its plan, its start (x, y, z) and the robot's radius."""
+    """The setting of episodes: an environment `name:variant`, its plan, its start (x, y, z) and the robot's radius."""
 
     environment: str
     plan: FloorPlan
@@ -93,7 +93,7 @@ class _Goal:
     near: Mask
 
     def is_at(self, place: Floats) -> bool:
-        """Say whether a place (2,) is near enough."""
+        """Return whether a place (2,) is near enough."""
         x, y = place
         away_m = distance_to_box_m((x, y), self.item["centroid"][:2], self.item["extent"][:2])
         return away_m <= SUCCESS_DISTANCE_M["object_goal"]

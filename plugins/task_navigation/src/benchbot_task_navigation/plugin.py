@@ -1,10 +1,12 @@
 """The plug-in's hooks. Its numpy and scipy are imported when something is scored."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-from benchbot.plugin import Evaluator, Score, hookimpl
+from benchbot.plugin import Evaluator, Score, hookimpl, target
+
+PLUGIN_API = 1
+"""The major version of benchbot.plugin that this was made for."""
 
 _FOLDER = Path(__file__).parent
 
@@ -40,29 +42,17 @@ def benchbot_examples() -> Iterator[Path]:
     yield _FOLDER / "examples"
 
 
-def _evaluate(result: dict[str, Any], ground_truths: Sequence[dict[str, Any]]) -> dict[str, float]:
-    from benchbot_task_navigation import evaluator
-
-    return evaluator.evaluate(result, ground_truths)
-
-
-def _combine(scores: Sequence[dict[str, float]]) -> dict[str, float]:
-    from benchbot_task_navigation import evaluator
-
-    return evaluator.combine(scores)
-
-
 @hookimpl
 def benchbot_evaluators() -> Iterator[Evaluator]:
-    """Yield success, SPL and their kin."""
+    """Yield success, SPL and related scores."""
     yield Evaluator(
         name="navigation",
         version="1.0",
         headline="SPL",
         result_formats=frozenset({"navigation"}),
         ground_truth_formats=frozenset({"floor_plan"}),
-        evaluate=_evaluate,
-        combine=_combine,
+        evaluate=target("benchbot_task_navigation.evaluator:evaluate"),
+        combine=target("benchbot_task_navigation.evaluator:combine"),
         description="Navigation: whether the robot stopped at its goal, and how short its way there was (SPL).",
         scores={
             **dict.fromkeys(("SPL", "success", "SoftSPL"), Score(lower_is_better=False, least=0.0, greatest=1.0)),

@@ -1,4 +1,4 @@
-"""Ways: the shortest paths of a disc across a floor plan.
+"""Shortest paths of a disc across a floor plan.
 
 Dijkstra on a graph in which each node is joined to those up to five nodes away in 80 directions, then pulled taut.
 Before that a straight line is at most 0.5 % too long (1 / cos of half the largest angle between two directions).
@@ -62,7 +62,7 @@ class Ways:
         return found
 
     def sees(self, start: Point, goal: Point) -> bool:
-        """Say whether the straight line between two places is free."""
+        """Return whether the straight line between two places is free."""
         steps = max(2, math.ceil(2 * math.dist(start, goal) / self.plan.resolution_m))
         line = np.linspace(start, goal, steps + 1)
         return bool((self.plan.clearance_at(line) >= self.radius_m).all())

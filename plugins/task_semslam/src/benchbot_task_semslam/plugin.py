@@ -5,6 +5,9 @@ from pathlib import Path
 
 from benchbot.plugin import hookimpl
 
+PLUGIN_API = 1
+"""The major version of benchbot.plugin that this was made for."""
+
 _FOLDER = Path(__file__).parent
 
 

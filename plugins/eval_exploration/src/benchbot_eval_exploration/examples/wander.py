@@ -1,4 +1,4 @@
-"""Wanders: ahead while there is room, then to where the laser sees most of it. It remembers nothing."""
+"""Wandering without memory: ahead while there is room, then in the direction in which the laser sees most of it."""
 
 import argparse
 import json

@@ -1,4 +1,4 @@
-"""Dead reckoning: hands in what odometry says, corrected by nothing. A SLAM solution should do better.
+"""Dead reckoning: the trajectory is the odometry, without correction. A SLAM solution should score better.
 
 Follows the trajectory of a passive task. In an active one it drives ahead while the laser sees room, else it turns.
 """
@@ -30,7 +30,7 @@ def pick(observations: dict[str, Any], actions: Sequence[str]) -> tuple[str, dic
 
 
 def estimate(number: int, observations: dict[str, Any], robot_frame: str) -> dict[str, Any]:
-    """Return the pose of the robot's base, as it believes it to be, for the `number`-th observation."""
+    """Return the estimated pose of the robot's base at the `number`-th observation."""
     base = observations["poses"][robot_frame]
     return {
         "observation": number,

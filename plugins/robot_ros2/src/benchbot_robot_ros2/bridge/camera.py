@@ -58,7 +58,7 @@ class Camera:
             raise reply.error()
 
     def show(self, stamp_ns: int, base: Pose) -> None:
-        """Tell the camera where the robot is; it takes a picture from there as soon as one is due."""
+        """Send the robot's pose to the camera process, which takes a picture from there as soon as one is due."""
         if self._process.poll() is not None:
             raise self._ended()
         try:

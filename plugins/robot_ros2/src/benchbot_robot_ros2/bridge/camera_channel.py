@@ -1,4 +1,4 @@
-"""What the bridge and its camera's process say to each other: typed messages over a pair of packet sockets."""
+"""The messages between the bridge and its camera process: typed structs over a pair of packet sockets."""
 
 import socket
 from pathlib import Path
@@ -13,7 +13,7 @@ MAX_MESSAGE_BYTES = 2**18
 
 
 class Start(msgspec.Struct, tag="start", frozen=True):
-    """The first message: whose camera it is, and how many pictures it takes a second, at most."""
+    """The first message: the robot whose camera it is, and the largest number of pictures per second."""
 
     robot: BridgedRobot
     rate_hz: float
@@ -38,7 +38,7 @@ class Load(msgspec.Struct, tag="load", frozen=True):
 
 
 class Look(msgspec.Struct, tag="look", frozen=True):
-    """Where the base is at a time; not answered, and skipped when a newer one is there."""
+    """The pose of the base at a time; it is not answered, and is skipped when a newer one has arrived."""
 
     stamp_ns: int
     base: Pose

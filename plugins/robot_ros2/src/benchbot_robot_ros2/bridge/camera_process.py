@@ -72,17 +72,17 @@ def _serve(connection: socket.socket, start: Start, node: "Node") -> None:
 
 
 class Observing(Protocol):
-    """What a picture is taken with: a platform."""
+    """The part of a platform that takes pictures."""
 
     def observe(self, channels: Iterable[str]) -> dict[str, Any]:
-        """Return the asked channels, all of one instant."""
+        """Return the requested channels, all of the same instant."""
 
 
 class Album:
     """Publishes pictures on the topics of their channels."""
 
     def __init__(self, node: "Node", robot: BridgedRobot) -> None:
-        # Who is late for a picture wants the next one.
+        # A late subscriber gets the next picture instead of an old one.
         profile = qos.sending(depth=1)
         self._frame = robot.camera_frame
         self._publishers: dict[str, dict[str, Publisher[Any]]] = {
@@ -94,7 +94,7 @@ class Album:
         }
 
     def publish(self, camera: Observing, stamp_ns: int) -> None:
-        """Take a picture and publish the channels of it that somebody subscribes to."""
+        """Take a picture and publish those of its channels that have subscribers."""
         wanted = [
             channel
             for channel, parts in self._publishers.items()

@@ -8,7 +8,7 @@ LONGEST_TICK_S = 0.15
 
 
 class RobotTime(Protocol):
-    """What time it is for the robot, in nanoseconds; it never jumps back."""
+    """The robot's clock, in nanoseconds; it never jumps back."""
 
     stamp_ns: int
 
@@ -45,14 +45,14 @@ class WallTime:
 
 
 class Rate:
-    """Says when something that happens `rate_hz` times a second of the robot's time is due."""
+    """A timer for something that happens `rate_hz` times per second of the robot's time."""
 
     def __init__(self, rate_hz: float) -> None:
         self._period_ns = round(NANOSECONDS / rate_hz)
         self._due_ns = 0
 
     def due(self, stamp_ns: int) -> bool:
-        """Say whether it is due now; what was missed is not made up for."""
+        """Return whether it is due now; what was missed is not made up for."""
         if stamp_ns < self._due_ns:
             return False
         self._due_ns = max(self._due_ns + self._period_ns, stamp_ns)

@@ -1,4 +1,4 @@
-"""Which robot is bridged, where, and under which names ROS 2 knows its parts."""
+"""The bridged robot: its declaration, its environment, and the names of its frames and topics in ROS 2."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -74,7 +74,7 @@ class BridgedRobot(msgspec.Struct, frozen=True):
 
     @property
     def has_poses(self) -> bool:
-        """Whether the simulator tells where the robot's frames are."""
+        """True if the simulator reports the poses of the robot's frames."""
         return "poses" in self._channels
 
     @property

@@ -1,4 +1,4 @@
-"""What the bridged robot tells of itself: clock, odometry, truth, transforms, collision and scans."""
+"""Publishers of the bridged robot's state: clock, odometry, true pose, transforms, collision and scans."""
 
 import importlib
 from typing import TYPE_CHECKING, Any
@@ -78,7 +78,7 @@ class StatePublisher:
 
 
 def transforms_installed() -> bool:
-    """Say whether tf2_msgs is there; PyPI does not have it, a ROS 2 installation does."""
+    """Return whether tf2_msgs is there; PyPI does not have it, a ROS 2 installation does."""
     try:
         importlib.import_module("tf2_msgs.msg")
     except ImportError:
@@ -118,7 +118,7 @@ class Transforms:
         self._static.publish(self._type(transforms=mounts))
 
     def publish(self, stamp_ns: int, pose: Pose, odometry: Pose) -> None:
-        """Publish where the base is by odometry, and the drift that odometry does not know of."""
+        """Publish the base's pose by odometry, and the drift of odometry."""
         robot = self._robot
         drift = self._transform(stamp_ns, robot.map_frame, ODOMETRY_FRAME, pose @ odometry.inverse())
         travelled = self._transform(stamp_ns, ODOMETRY_FRAME, robot.base_frame, odometry)

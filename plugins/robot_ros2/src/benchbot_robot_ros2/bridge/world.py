@@ -10,7 +10,7 @@ COMMAND_HOLDS_NS = 150_000_000
 
 
 class World:
-    """A simulated robot in a scene. Its time goes on over resets; a contact is remembered until the next one.
+    """A simulated robot in a scene. Its time continues across resets; a contact is kept until the next reset.
 
     A command holds for 0.15 s of the robot's time: the first tick that begins later brakes towards zero.
     """
@@ -23,12 +23,12 @@ class World:
 
     @property
     def stamp_ns(self) -> int:
-        """What time it is for the robot, in nanoseconds."""
+        """The robot's time, in nanoseconds."""
         return self._time.stamp_ns
 
     @property
     def control_period_s(self) -> float:
-        """How long a tick is, in seconds."""
+        """The length of a tick, in seconds."""
         return self._platform.control_period_s
 
     def load(self, scene: Scene, seed: int) -> None:
@@ -70,7 +70,7 @@ class World:
         return self._platform.pose()
 
     def odometry(self) -> Pose:
-        """Return where the wheels believe the base is, from where it was at the last `load`."""
+        """Return the base's pose by wheel odometry, relative to that at the last `load`."""
         return self._origin.inverse() @ self._platform.odometry()
 
     @property
@@ -80,7 +80,7 @@ class World:
 
     @property
     def collided(self) -> bool:
-        """Whether the robot has touched something since the last `load`."""
+        """True if the robot has touched something since the last `load`."""
         return self._platform.collided
 
     def close(self) -> None:

@@ -1,1 +1,1 @@
-"""What `benchbot doctor --robot` looks at on a robot's graph."""
+"""The checks of `benchbot doctor --robot` on a robot's ROS 2 graph."""

@@ -1,4 +1,4 @@
-"""What the graph of ROS 2 says about a robot before any message is read: publishers, listeners, services."""
+"""Checks of a robot's ROS 2 graph that read no messages: publishers, subscribers and services."""
 
 import difflib
 from collections.abc import Iterator

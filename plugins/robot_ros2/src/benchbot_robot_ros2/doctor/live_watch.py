@@ -34,7 +34,7 @@ class Use:
 
 @dataclass
 class Stream:
-    """What came in on a topic: when, with which stamp (None without one), and the last message."""
+    """The messages received on a topic: arrival times and stamps (None without one), and the last message."""
 
     use: Use
     arrivals_ns: list[tuple[int, int | None]] = field(default_factory=list)
@@ -57,7 +57,7 @@ class Stream:
 
 
 def uses(robot: Ros2Robot) -> Iterator[Use]:
-    """Yield every topic that the robot's declaration says is published."""
+    """Yield every topic that the robot publishes according to its declaration."""
     for channel, connection in robot.observations.items():
         for part, topic in connection.parts().items():
             frame_id = frame_of(channel, robot)

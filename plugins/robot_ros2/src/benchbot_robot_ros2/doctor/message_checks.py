@@ -1,4 +1,4 @@
-"""What is wrong with the messages of a robot: cameras, depth, lasers, and how fresh each topic is."""
+"""Checks of a robot's messages: cameras, depth, lasers, and the age of the data on each topic."""
 
 import math
 from collections.abc import Iterator, Mapping

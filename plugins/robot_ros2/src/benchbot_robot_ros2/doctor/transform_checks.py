@@ -1,4 +1,4 @@
-"""What a robot's transforms say about its declared mounts, and about where it is."""
+"""Checks of a robot's transforms against its declared mounts and its localisation."""
 
 from collections.abc import Iterator
 

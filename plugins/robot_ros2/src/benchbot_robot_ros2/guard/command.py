@@ -97,7 +97,7 @@ def _stand_between(robot: "Ros2Robot", motion: "MotionConfig", source: str, targ
 
 
 class _Relay:
-    """Hands commands from a topic to the guard, says when it stops the base, and frees it when nobody drives it."""
+    """A relay of commands from a topic to the guard; it reports stops, and releases them once commands cease."""
 
     def __init__(self, node: "Node", velocity: "GuardedVelocity", source: "Topic") -> None:
         from rclpy.qos import qos_profile_sensor_data
@@ -111,7 +111,7 @@ class _Relay:
         node.create_subscription(message_type(source), source.ros_topic, self._on_command, qos_profile_sensor_data)
 
     def update(self) -> None:
-        """Look after the base; to be called at least every 20 ms."""
+        """Update the guard of the base; it is called at least every 20 ms."""
         self._velocity.update()
         trip = self._velocity.trip
         if trip is not None and not self._stopped:

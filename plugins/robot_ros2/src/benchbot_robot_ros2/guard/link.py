@@ -1,4 +1,4 @@
-"""The driver's side of its guard: commands go down, the news that the robot was stopped comes up."""
+"""The driver's end of the link to its guard: it sends commands and receives the news that the robot was stopped."""
 
 import os
 import select
@@ -160,7 +160,7 @@ class Guard:
             self._stop_by_another()
 
     def _stop_by_another(self) -> None:
-        """Let a second guard tell the base to rest: the last word of the first may have been a velocity."""
+        """Stop the base by a second guard: the last message of the first may have been a velocity."""
         process, connection, log = _spawn(msgspec.structs.replace(self._begin, stopped=self._trip))
         with log, connection:
             connection.settimeout(START_S + self._begin.wait_s)
@@ -200,7 +200,7 @@ def _spawn(begin: messages.Begin) -> tuple[subprocess.Popen[bytes], socket.socke
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """Wait for a guard that was told to end; one that hangs is made to."""
+    """Wait for a guard to end; kill one that hangs."""
     try:
         process.wait(END_S)
     except subprocess.TimeoutExpired:

@@ -1,4 +1,4 @@
-"""What the driver and its guard say to each other: one MessagePack message per packet of a socket pair."""
+"""The messages between the driver and its guard: one MessagePack message per packet of a socket pair."""
 
 import socket
 
@@ -41,7 +41,7 @@ ToGuard = Begin | Command | Stop
 
 
 class Armed(msgspec.Struct, tag="armed", frozen=True):
-    """The robot listens: commands may come."""
+    """The base has subscribed to the guard's topic: commands may be sent."""
 
 
 class Refused(msgspec.Struct, tag="refused", frozen=True):

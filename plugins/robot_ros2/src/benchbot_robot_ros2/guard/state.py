@@ -1,4 +1,4 @@
-"""What a guard decides: which velocity to publish now, and when to stop the robot and keep it stopped. No ROS here."""
+"""The guard's state machine, free of ROS: the velocity to publish now, and when to stop the robot for good."""
 
 import math
 
@@ -43,7 +43,7 @@ class GuardState:
 
     @property
     def moving(self) -> bool:
-        """Whether the robot is commanded to move, or still brakes."""
+        """True while the robot is commanded to move, or still brakes."""
         return self._wanted != REST or self._velocity != REST
 
     def command(self, wanted: Velocity, now_s: float) -> None:
@@ -57,12 +57,12 @@ class GuardState:
             self._wanted, self._commanded_s = clipped(wanted, self._motion), now_s
 
     def dead_man(self, *, held: bool, now_s: float) -> None:
-        """Take what the dead-man switch says."""
+        """Take the state of the dead-man switch."""
         self._held_s = now_s if held else -math.inf
         self._check_dead_man(now_s)
 
     def e_stop(self, *, pressed: bool) -> None:
-        """Take what the emergency stop says."""
+        """Take the state of the emergency stop."""
         self.e_stop_pressed = pressed
         self._check_e_stop()
 
@@ -72,7 +72,7 @@ class GuardState:
         self._wanted = self._velocity = REST
 
     def release(self) -> None:
-        """Forget a trip; an emergency stop that is still pressed trips again."""
+        """Clear a trip; an emergency stop that is still pressed trips again."""
         self.trip = None
         self._check_e_stop()
 

@@ -1,4 +1,4 @@
-"""The topic that a base takes its velocity from: publishing on it, and who listens."""
+"""The topic of a base's velocity commands: its publisher, and its subscribers."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -40,7 +40,7 @@ class VelocityPublisher:
 
     @property
     def heard(self) -> bool:
-        """Whether somebody receives what is published."""
+        """True if the topic has a subscriber."""
         return bool(self._publisher.get_subscription_count())
 
     def acknowledged(self, wait_s: float) -> bool:

@@ -1,4 +1,4 @@
-"""A robot's velocity under guard: what is published, and what the robot's safety devices say about it."""
+"""A robot's guarded velocity: the published commands, and the state of the robot's safety devices."""
 
 import threading
 import time
@@ -49,16 +49,16 @@ class GuardedVelocity:
 
     @property
     def trip(self) -> Trip | None:
-        """Why the robot is stopped, None when it is not."""
+        """The reason why the robot is stopped, None if it is not."""
         return self._state.trip
 
     @property
     def moving(self) -> bool:
-        """Whether the robot is commanded to move, or still brakes."""
+        """True while the robot is commanded to move, or still brakes."""
         return self._state.moving
 
     def now_s(self) -> float:
-        """Return the robot's time: simulated, or this computer's own, which nobody can set."""
+        """Return the robot's time in seconds: simulated, or this computer's monotonic clock, which cannot be set."""
         return self._node.get_clock().now().nanoseconds / 1e9 if self.use_sim_time else time.monotonic()
 
     def listen_to_devices(self) -> None:
@@ -116,7 +116,7 @@ class GuardedVelocity:
         return self._safety.e_stop is None or self._node.count_publishers(self._safety.e_stop.ros_topic) > 0
 
     def update(self, *changes: Change) -> None:
-        """Tell the guard what is new, and publish what it decides; to be called at least every 20 ms."""
+        """Pass new events to the state machine, and publish its velocity; it is called at least every 20 ms."""
         with self._lock:
             now_s = self.now_s()
             for change in changes:

@@ -1,4 +1,4 @@
-"""Small things on surfaces, by what goes on there."""
+"""Small objects on surfaces, by the use of the surface."""
 
 from benchbot_scenes.generator.furnish import Furnisher
 from benchbot_scenes.generator.plot import Item
@@ -43,7 +43,7 @@ def worktop(room: Furnisher, tops: list[Item]) -> None:
 
 
 def desk(room: Furnisher, table: Item, monitor: bool) -> None:
-    """A workplace; the one who sits there looks to -x of the desk's frame."""
+    """A workplace; its user faces -x of the desk's frame."""
     supply, rng = room.supply, room.plot.rng
     half_y = table.size_m[1] / 2
     shift = float(rng.uniform(-0.08, 0.08))

@@ -98,7 +98,7 @@ def _furnished(
 
 
 def touches(space: Space, opening: Opening) -> bool:
-    """Whether an opening is in one of a room's walls."""
+    """Return whether an opening is in one of a room's walls."""
     x, y = opening.at
     reach = OUTER_WALL_M / 2 + 0.02
     return (

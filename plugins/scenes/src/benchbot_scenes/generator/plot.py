@@ -38,7 +38,7 @@ class Box:
     top_m: float = 9.0
 
     def overlaps(self, other: "Box", gap_m: float = 0.0) -> bool:
-        """Whether two boxes share space, or are nearer to each other than `gap_m`."""
+        """Return whether two boxes overlap, or are nearer to each other than `gap_m`."""
         return (
             all(self.low[i] < other.high[i] + gap_m and other.low[i] < self.high[i] + gap_m for i in (0, 1))
             and self.bottom_m < other.top_m
@@ -130,7 +130,7 @@ class Plot:
         ]
 
     def fits(self, item: Item, gap_m: float = GAP_M) -> bool:
-        """Whether an item stands in the room, clear of others, of doors, and of windows when it is tall."""
+        """Return whether an item stands in the room, clear of others, of doors, and of windows if it is tall."""
         box = item.box
         inside = all(
             box.low[i] >= self.space.low[i] - 1e-6 and box.high[i] <= self.space.high[i] + 1e-6 for i in (0, 1)
@@ -140,7 +140,7 @@ class Plot:
         return not any(box.overlaps(zone) for zone in self.kept) or item.size_m[2] <= FLAT_M
 
     def leaves_ways(self, *items: Item) -> bool:
-        """Whether all doors are still connected, and each item can be driven up to."""
+        """Return whether all doors are still connected by free floor, and a robot can drive up to each item."""
         low = self.space.low
         shape = tuple(max(1, round(length / CELL_M)) for length in self.size_m)
         blocked = np.zeros((shape[0] + 2, shape[1] + 2), bool)

@@ -111,7 +111,7 @@ def _floors(spaces: Sequence[Space], openings: Sequence[Opening]) -> Iterator[Fl
 
 
 def _runs_along_x(opening: Opening, spaces: Sequence[Space]) -> bool:
-    """Whether the wall that an opening is in runs along x: a room ends just above or below it."""
+    """Return whether the wall that an opening is in runs along x: a room ends just above or below it."""
     x, y = opening.at
     return any(
         space.low[0] < x < space.high[0] and min(abs(y - space.low[1]), abs(y - space.high[1])) < 0.2
@@ -143,7 +143,7 @@ def _walls(spaces: Sequence[Space], openings: Sequence[Opening], height_m: float
 
 
 def _is_outer(opening: Opening, spaces: Sequence[Space]) -> bool:
-    """Whether an opening leads out of doors: only one room is beside it."""
+    """Return whether an opening leads out of doors: only one room is beside it."""
     x, y = opening.at
     beside = [
         space

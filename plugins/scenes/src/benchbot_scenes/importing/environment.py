@@ -45,7 +45,7 @@ class Imported:
 
 
 def build(path: Path, name: str, robot: Observer, known: Guesses) -> Imported:
-    """Understand a file and propose an environment in it; raises BenchbotError when that cannot be."""
+    """Analyse a file and propose an environment in it; raise BenchbotError if that is impossible."""
     understood = understand(path, known)
     geometry, reasons, notes = understood.geometry, dict(understood.reasons), list(understood.notes)
     room = find_room(geometry, robot, known.start_pose)

@@ -79,7 +79,7 @@ class Folder:
         return found.read_bytes()
 
     def read_texture(self, name: str) -> bytes | None:
-        """The bytes of a texture; None, remembered in `missing`, when it is not there or far too large."""
+        """Return the bytes of a texture; None, and an entry in `missing`, if it does not exist or is far too large."""
         found = self.find(name)
         if found is None or found.stat().st_size > MAX_TEXTURE_BYTES:
             self.missing.append(name)

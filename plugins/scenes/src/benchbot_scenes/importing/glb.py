@@ -62,7 +62,7 @@ def _encoded(image: ImageArray, is_data: bool) -> tuple[bytes, str]:
 
 
 def _compact(triangles: npt.NDArray[np.int32], count: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint32]]:
-    """Which of `count` vertices are used, and the triangles' corners as places among these."""
+    """Return the indices of the used ones of `count` vertices, and the triangles' corners as indices into these."""
     if triangles.size * 8 < count:
         used, places = np.unique(triangles, return_inverse=True)
         return used.astype(np.int64), places.astype(np.uint32)

@@ -17,7 +17,7 @@ SUFFIX = ".import.yaml"
 
 @dataclass(frozen=True)
 class Guesses:
-    """Values that are told, so that they need no guess; None is guessed. The keys are those of guesses.json."""
+    """Values that the user gives, so that they need no guess; None is guessed. The keys are those of guesses.json."""
 
     units: str | float | None = None
     up: UpAxis | None = None

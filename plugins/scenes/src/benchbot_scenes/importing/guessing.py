@@ -1,4 +1,4 @@
-"""Which unit and which up axis a file has, and where its floor is, as far as that can be told from what it holds."""
+"""Estimates of a file's unit, up axis and floor height from its contents."""
 
 import math
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ END_SHARE = 0.05
 
 
 def up_axis(model: Model, prior: UpAxis) -> tuple[UpAxis, str]:
-    """Which axis points up, and why; `prior` is what files of this kind mostly have."""
+    """Return the axis that points up, and the reason; `prior` is the usual one in files of this kind."""
     if model.up is not None:
         return model.up, "the file's format says so"
     boxes = _boxes(model.geometry)
@@ -50,7 +50,7 @@ def up_axis(model: Model, prior: UpAxis) -> tuple[UpAxis, str]:
 
 
 def unit(geometry: SceneGeometry, paths: Sequence[tuple[str, ...]], *, is_gltf: bool) -> tuple[str, str]:
-    """Which unit a scene with z up is in, and why: that in which named things and rooms have their usual sizes."""
+    """Return the unit of a scene with z up, in which named objects and rooms have usual sizes, and the reason."""
     named = _named_sizes(geometry, paths)
     extent = np.ptp(geometry.vertices.astype(np.float64), axis=0)
     reluctance = _GLTF_RELUCTANCE if is_gltf else _RELUCTANCE
@@ -131,7 +131,7 @@ def _level_things(
 
 
 def _named_sizes(geometry: SceneGeometry, paths: Sequence[tuple[str, ...]]) -> list[tuple[float, float]]:
-    """The longest side of things whose usual size is known, in the file's unit, and that size in metres."""
+    """Return the longest sides of objects whose usual size is known, in the file's unit, and that size in metres."""
     sizes = []
     for low, high, path in zip(*_boxes(geometry), paths, strict=True):
         found = names.meaning(path[-1]) if path else None

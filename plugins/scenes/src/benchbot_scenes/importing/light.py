@@ -1,4 +1,4 @@
-"""Whether light finds its way into a scene, and lamps for where it does not."""
+"""Detection of scenes that no light enters, and lamps for them."""
 
 from dataclasses import replace
 
@@ -28,7 +28,7 @@ def roofed_share(geometry: SceneGeometry, space: FreeSpace, region: npt.NDArray[
 
 
 def is_dark(geometry: SceneGeometry, start: tuple[float, float]) -> bool:
-    """Whether nothing shines in a scene and neither window nor gap lets daylight in to where a robot starts."""
+    """Return whether a scene has no light source, and no window or gap lets daylight in to the robot's start."""
     used = np.unique(geometry.triangle_material)
     if any(geometry.materials[number].is_emissive for number in used):
         return False
@@ -36,7 +36,7 @@ def is_dark(geometry: SceneGeometry, start: tuple[float, float]) -> bool:
 
 
 def _is_open(geometry: SceneGeometry, start: tuple[float, float]) -> bool:
-    """Whether air is connected from the robot's eye to the outside, panes of glass being open."""
+    """Return whether free space connects the robot's camera to the outside; panes of glass count as open."""
     extent = float(np.ptp(geometry.vertices, axis=0).max())
     filled = voxels(geometry, max(VOXEL_M, extent / MOST_VOXELS_A_SIDE))
     air = np.pad(filled.owner == 0, 1, constant_values=True)
@@ -87,7 +87,7 @@ def with_lamps(
 
 
 def _places(space: FreeSpace, region: npt.NDArray[np.bool_]) -> list[tuple[float, float]]:
-    """Where the floor is widest first, then wherever no lamp is near."""
+    """Return positions for lamps: first where the clearance is largest, then wherever no lamp is near."""
     left = np.where(region, space.clearance_m, -1.0)
     cells = np.argwhere(region)
     places: list[tuple[float, float]] = []

@@ -29,20 +29,20 @@ class Library:
     _image_numbers: dict[str, int | None] = field(default_factory=dict)
 
     def index(self, name: str) -> int:
-        """Where the material of a name is; what no library describes is grey."""
+        """Return the index of the material of a name; one that no library describes is grey."""
         return self._numbers.get(name, 0)
 
     def is_textured(self, number: int) -> bool:
-        """Whether a picture gives the colour of a material."""
+        """Return whether a material's colour comes from a texture."""
         return self.materials[number].base_color_image is not None
 
     def add(self, material: Material) -> None:
-        """Take a material in; a later one of the same name counts."""
+        """Add a material; it replaces an earlier one of the same name."""
         self._numbers[material.name] = len(self.materials)
         self.materials.append(material)
 
     def image(self, name: str, folder: Folder) -> int | None:
-        """The number of a texture, None when it is not there or no picture."""
+        """Return the index of a texture, None if it does not exist or is not an image."""
         if name not in self._image_numbers:
             self._image_numbers[name] = decode_texture(folder.read_texture(name), name, self.images, self.notes)
         return self._image_numbers[name]

@@ -29,7 +29,7 @@ def words(name: str) -> list[str]:
 
 
 def is_collider(name: str) -> bool:
-    """Whether a name says that its mesh is not to be seen: it is for physics, or a coarser copy (LOD1, …)."""
+    """Return whether a name marks a mesh as invisible: it is for physics, or a coarser copy (LOD1, …)."""
     return _COARSER.search(name) is not None or not COLLIDER_WORDS.isdisjoint(words(name))
 
 

@@ -1,4 +1,4 @@
-"""Which meshes together are which object, by their names and those of what they hang on."""
+"""Grouping of meshes into objects, by their names and those of their parent nodes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Where a robot starts in an imported scene, and a trajectory on which it sees what is there."""
+"""A start pose in an imported scene, and a trajectory from which the robot sees its objects."""
 
 import math
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ REACH_M, BOTTOM_M, TOP_M = 25.0, -1.0, 4.0
 
 @dataclass(frozen=True)
 class Room:
-    """Where a robot can go: the clearances, the cells that it reaches from its `start` (x, y, heading in radians)."""
+    """The floor that a robot can reach: clearances, and the cells reached from `start` (x, y, heading in radians)."""
 
     space: FreeSpace
     reached: Bools
@@ -34,12 +34,12 @@ class Room:
 
     @property
     def area_m2(self) -> float:
-        """Of the places that the robot's middle can be at."""
+        """The area of the positions that the robot's centre can reach."""
         return float(self.reached.sum()) * self.space.cell_m**2
 
 
 def find_room(geometry: SceneGeometry, robot: Observer, start_pose: Start | None) -> Room:
-    """The largest free region and a start in its middle, or the region around a start (x, y, heading in degrees).
+    """Return the largest free region and a start in its middle, or that around a start (x, y, heading in degrees).
 
     Raises BenchbotError when the robot fits nowhere, or not at the start that is asked for.
     """

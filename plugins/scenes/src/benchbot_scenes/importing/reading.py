@@ -1,4 +1,4 @@
-"""Which file is read how."""
+"""The reader of each file format."""
 
 import hashlib
 from collections.abc import Callable

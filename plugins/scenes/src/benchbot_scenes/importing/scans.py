@@ -89,7 +89,7 @@ def _part(name: str, mesh: Any, materials: list[Material], images: list[ImageArr
 
 
 def _check_length(path: Path, kind: str, data: bytes) -> None:
-    """Binary STL says how many triangles it has: 50 bytes each after the 84 of its head."""
+    """Check the length of binary STL against its number of triangles: 50 bytes each after a head of 84."""
     if kind != "stl" or len(data) < 84 or data[:5] == b"solid":
         return
     (count,) = struct.unpack_from("<I", data, 80)

@@ -49,7 +49,7 @@ def convert(path: Path) -> bytes:
 
 
 def understand(path: Path, known: Guesses) -> Understood:
-    """Read a file and guess what is not `known`; raises BenchbotError when it is not a scene."""
+    """Read a file and guess the values that are not `known`; raise BenchbotError if it is not a scene."""
     model = reading.read(path)
     suffix = path.suffix.lower()
     reasons = {}

@@ -28,7 +28,7 @@ _BOX_FACES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [
 
 
 def read(path: Path) -> Model:
-    """Read a USD file; it says which unit and which axis it has. Raises BenchbotError also without usd-core."""
+    """Read a USD file, which names its unit and up axis. Raises BenchbotError also without usd-core."""
     pxr = _library(path)
     if path.suffix.lower() == ".usdz":
         files.check_usdz(path)

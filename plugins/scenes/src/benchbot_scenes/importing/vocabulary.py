@@ -1,4 +1,4 @@
-"""Words for things in homes and offices: which of them are BEAR's 30 classes, which are something else.
+"""Words for objects in homes and offices: those of BEAR's 30 classes, and others.
 
 Synonyms are what data sets and model shops call these things (their usual English names, British and American).
 """

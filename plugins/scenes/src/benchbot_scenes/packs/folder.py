@@ -1,4 +1,4 @@
-"""Where packs that users have installed are: one folder each, in the user's data folder."""
+"""The packs that users have installed: one folder each, in the user's data folder."""
 
 import os
 import shutil

@@ -44,7 +44,7 @@ Progress = Callable[[Sequence["Wanted"]], Iterable["Wanted"]]
 
 @dataclass(frozen=True)
 class Wanted:
-    """A model that becomes an asset: its library, what the library says of it, and what the table does."""
+    """A model that becomes an asset: its library, and its entries in the library and in the table."""
 
     library: Library
     furniture: Furniture
@@ -179,7 +179,7 @@ def _is_tall_plant(kind: str | None, size_m: Sequence[float]) -> bool:
 
 
 def _surfaces(furniture: Furniture, class_name: str | None, size_m: Sequence[float]) -> list[Entry]:
-    """Where things stand on it, as far as the catalogue tells; all tables have a top."""
+    """Return the surfaces on which objects can stand, from the catalogue; every table has a top."""
     top_m = size_m[2] if furniture.top_m is None and class_name == "table" else furniture.top_m
     if top_m is None or top_m > size_m[2] + 1e-3 or class_name in ("chair", "couch", "bed", "toilet", "sink"):
         return []

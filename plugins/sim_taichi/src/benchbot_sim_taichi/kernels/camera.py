@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""Where a camera's rays begin, and where they go."""
+"""The origins and the directions of a camera's rays."""
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.lens import undistort

@@ -9,7 +9,7 @@ from benchbot_sim_taichi.surface_cells import CELL_STRIDE
 
 @ti.func
 def cell_weight(cells: ti.template(), cell, point, normal, inv_size):
-    """How far a stored cell speaks for a surface element: same plane, same orientation, not buried in a solid."""
+    """Return the weight of a stored cell for a surface element: same plane, same orientation, not buried in a solid."""
     base = cell * CELL_STRIDE
     stored = load3(cells, base + 3)
     alignment = ti.max(stored.dot(normal), 0.0)
@@ -20,7 +20,7 @@ def cell_weight(cells: ti.template(), cell, point, normal, inv_size):
 
 @ti.func
 def nearest_cell(grid: ti.template(), cells: ti.template(), layout: ti.template(), point, normal):
-    """Cell that speaks best for a surface element, -1 when there is none around."""
+    """Return the cell with the largest weight for a surface element, -1 if there is none nearby."""
     inv_size = layout[3]
     nx, ny, nz = ti.cast(layout[4], ti.i32), ti.cast(layout[5], ti.i32), ti.cast(layout[6], ti.i32)
     local = (point - load3(layout, 0)) * inv_size

@@ -196,7 +196,7 @@ def link_cells(
     rays: ti.i32,
     seed: ti.i32,
 ):
-    """Which cell each of a cell's rays meets, and where there are panes, what they let pass (`panes.pack`).
+    """Store the cell that each of a cell's rays meets, and the transmission of panes on the way (`panes.pack`).
 
     Panes mirror some of the rays: to surfaces and to the sky, but lamps are too small to be found so. `sky` (4 per
     cell): radiance sum of rays that escape, and number of valid rays; a cell's value 21 becomes the share of them that

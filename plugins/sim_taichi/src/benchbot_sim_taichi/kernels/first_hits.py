@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""What camera rays meet first, a square of 4 x 4 pixels at once. A square never reaches into another picture."""
+"""First hits of camera rays, for 4 x 4 pixels at once. Such a square never reaches into another picture."""
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray
@@ -23,7 +23,7 @@ def meet(
     width: ti.i32,
     height: ti.i32,
 ):
-    """What the middle of each pixel shows: the nearest opaque triangle, then the nearest sheer one before it.
+    """Store the first hits of each pixel's middle: the nearest opaque triangle, and the nearest sheer one before it.
 
     Either is four values: distance (the camera's unit is planar depth; FAR none), u, v, and the triangle's bits.
     """
@@ -67,7 +67,7 @@ def meet(
 
 @ti.func
 def met(hits: ti.template(), pixel, slot):
-    """What `meet` stored: the nearest opaque hit for `slot` 0, the sheer one before it for 1."""
+    """Return a hit that `meet` stored: the nearest opaque one for `slot` 0, the sheer one before it for 1."""
     at = pixel * HIT_STRIDE + slot * 4
     return Hit(
         t=hits[at],

@@ -40,14 +40,14 @@ class Glimpse:
 
 @ti.func
 def tiles(width, height):
-    """How many tiles a picture has, across and in all."""
+    """Return the number of tiles across a picture, and in all of it."""
     across = (width + 7) >> 3
     return across, across * ((height + 3) >> 2)
 
 
 @ti.func
 def tile_pixel(index, width, height):
-    """Picture, column and row of a thread's pixel; outside where the picture's edge cuts its tile."""
+    """Return picture, column and row of a thread's pixel; outside of the picture where its edge cuts the tile."""
     across, in_all = tiles(width, height)
     tile = index >> 5
     picture = tile // in_all

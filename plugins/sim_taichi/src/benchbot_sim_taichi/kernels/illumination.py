@@ -50,9 +50,9 @@ def mirror_kind(pixels: ti.template(), base):
 
 @ti.func
 def lobe(env: ti.template(), pixels: ti.template(), base, view, toward):
-    """What a pixel's glossy lobe mirrors of light from `toward`, as a density per solid angle of each colour (3).
+    """Return the share of light from `toward` that a pixel's glossy lobe mirrors, per solid angle and colour (3).
 
-    Then the density with which `mirror_direction` finds it. What is mirrored of even light from everywhere is 1.
+    The fourth value is the density with which `mirror_direction` finds it. The shares of all directions integrate to 1.
     """
     normal = load3(pixels, base + 1)
     specular = load3(pixels, base + 10)
@@ -298,9 +298,9 @@ def reflect(
     height: ti.i32,
     seed: ti.i32,
 ):
-    """What smooth surfaces and panes mirror.
+    """Trace the reflections of smooth surfaces and panes.
 
-    To be run after `light_directly`: both find windows and lamps for glossy surfaces, and share what they find.
+    It runs after `light_directly`: both sample windows and lamps for glossy surfaces, and their results are combined.
     """
     for pixel in range(count * width * height):
         x, y, _, eye = locate(pixel, width, height)

@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""What a lens does to camera rays."""
+"""Lens distortion of camera rays."""
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.distortion import NEWTON_STEPS

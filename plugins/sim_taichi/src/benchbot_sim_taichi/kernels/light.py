@@ -34,13 +34,13 @@ def sky_radiance(env: ti.template(), direction):
 
 @ti.func
 def is_sun(env: ti.template(), direction):
-    """Whether a unit direction meets the sun's disc."""
+    """Return whether a unit direction meets the sun's disc."""
     return (direction - load3(env, 0)).norm_sqr() * 3.14159265358979 < env[17]
 
 
 @ti.func
 def sun_direction(env: ti.template(), xi):
-    """Direction to a point of the sun's disc, uniform over its solid angle."""
+    """Return the direction to a point of the sun's disc, uniform over its solid angle."""
     tangent, bitangent = orthonormal(load3(env, 0))
     below = xi.x * env[17] / TWO_PI
     radius = ti.sqrt(ti.max(below * (2.0 - below), 0.0))

@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""Which lights matter where: weighs them in every block of a coarse grid, and chooses by that; see `light_grid`."""
+"""Light sampling by weights in the blocks of a coarse grid; see `light_grid`."""
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.lanes import absolute
@@ -21,7 +21,7 @@ OFFSET_M = 5e-4
 
 @ti.func
 def row_near(near: ti.template(), point, normal):
-    """Where in the grid the row begins that speaks for a surface at `point`."""
+    """Return the offset of the grid's row for a surface at `point`."""
     local = (point - load3(near, 0)) * near[3]
     nx, ny, nz = ti.cast(near[4], ti.i32), ti.cast(near[5], ti.i32), ti.cast(near[6], ti.i32)
     x = ti.math.clamp(ti.cast(ti.floor(local.x), ti.i32), 0, nx - 1)

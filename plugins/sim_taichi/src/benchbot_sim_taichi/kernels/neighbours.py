@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""Which pixels show the same surface, so that they may share light."""
+"""Tests for neighbouring pixels of the same surface, which may share light."""
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.camera import camera_ray

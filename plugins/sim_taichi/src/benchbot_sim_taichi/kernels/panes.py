@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""What panes and cut-outs let pass of the light between two places."""
+"""Transmission of light by panes and cut-outs between two points."""
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.reflectance import pane_reflectance
@@ -15,7 +15,7 @@ LEAST_PASSED = 1e-6
 
 @ti.dataclass
 class Passage:
-    """What passes of light: `share` of each colour, through how many `panes`."""
+    """The light that passes: its `share` of each colour, and the number of `panes` on the way."""
 
     share: vec3
     panes: ti.i32
@@ -32,7 +32,7 @@ def sheerness(
     v,
     direction,
 ):
-    """What one sheer triangle lets pass of light along unit `direction`: a pane's tint less what it mirrors.
+    """Return the transmission of one sheer triangle along unit `direction`: a pane's tint less its reflectance.
 
     Textures are looked up without blending: shadows are blurred anyway, and the sampler is long to compile.
     """
@@ -75,11 +75,10 @@ def sent(
     direction,
     reach,
 ):
-    """What of the light within `reach` along unit `direction` arrives at `origin`: nothing where something opaque is.
+    """Return the transmission up to `reach` along unit `direction` from `origin`: zero if an opaque triangle is there.
 
-    Opaque and sheer triangles are asked for in one place, and any of them will do: each place more makes a kernel
-    slower to compile, and to look for the nearest takes longer. A sheer triangle is the nearest once there is no other
-    before it.
+    Opaque and sheer triangles are traced by one call, for any hit: each further call makes a kernel slower to compile,
+    and a search for the nearest hit takes longer. A sheer triangle is the nearest once there is no other before it.
     """
     passed = Passage(share=vec3(1.0), panes=0)
     # Its distance counts from `start`, as it came from the tree: sums are rounded, and might let it be found again.

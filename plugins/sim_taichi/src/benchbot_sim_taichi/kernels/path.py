@@ -41,13 +41,13 @@ def draw(state):
 
 @ti.func
 def share(density, other, strategies):
-    """What counts of a sample found with `density` where the other strategy, if it is in use, has density `other`."""
+    """Return the weight of a sample found with `density` if the other strategy, when in use, has density `other`."""
     return ti.select(strategies == BOTH or other <= 0.0, power_share(density, other), 0.0)
 
 
 @ti.dataclass
 class Stages:
-    """The lights that there are to look for, in order: the first, and which follow the sun and the windows."""
+    """The order in which kinds of lights are sampled: the first, and those after the sun and after the windows."""
 
     first: ti.i32
     after_sun: ti.i32
@@ -56,7 +56,7 @@ class Stages:
 
 @ti.func
 def stages(env: ti.template(), portals, lamps, strategies):
-    """Which lights every reflection looks for."""
+    """Return the kinds of lights that every reflection samples."""
     after_windows = ti.select(lamps > 0, LAMP, GO_ON)
     after_sun = ti.select(portals > 0, WINDOW, after_windows)
     first = ti.select(load3(env, 3).max() > 0.0, SUN, after_sun)
@@ -67,7 +67,7 @@ def stages(env: ti.template(), portals, lamps, strategies):
 
 @ti.func
 def following(stage, looked_for):
-    """What comes after a light."""
+    """Return the kind of light that is sampled after another."""
     return ti.select(stage == SUN, looked_for.after_sun, ti.select(stage == WINDOW, looked_for.after_windows, GO_ON))
 
 

@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""How surfaces scatter light: a matt lobe below a GGX lobe (glTF 2.0, appendix B), and how panes pass it."""
+"""Scattering of light by surfaces, a matt lobe below a GGX lobe (glTF 2.0, appendix B), and by panes."""
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.sampling import TWO_PI, orthonormal

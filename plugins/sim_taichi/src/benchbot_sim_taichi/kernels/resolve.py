@@ -61,7 +61,7 @@ def expand(color):
 
 @ti.func
 def has_contrast(centers: ti.template(), first, x, y, width, height):
-    """Whether the colours around differ by more than `VISIBLE_STEP`, on the scale of the root of compressed light."""
+    """Return whether colours around a pixel differ by over `VISIBLE_STEP`, as square roots of compressed light."""
     here = load3(centers, (first + y * width + x) * 3)
     lowest = here
     highest = here
@@ -78,7 +78,7 @@ def has_contrast(centers: ti.template(), first, x, y, width, height):
 
 @ti.func
 def needs_more(pixels: ti.template(), guide: ti.template(), first, x, y, width, height):
-    """Whether a pixel touches an edge of an object, a crease or a jump in depth."""
+    """Return whether a pixel touches an edge of an object, a crease or a jump in depth."""
     base = (first + y * width + x) * PIXEL_STRIDE
     found = False
     for k in range(8):

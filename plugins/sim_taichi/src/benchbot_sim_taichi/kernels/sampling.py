@@ -55,7 +55,7 @@ def sobol_2d(index, scramble):
 
 @ti.func
 def power_share(density, other):
-    """What counts of a sample found with `density` that another strategy would have found with density `other`.
+    """Return the weight of a sample found with `density` that another strategy would find with density `other`.
 
     Power heuristic: Veach, "Robust Monte Carlo methods for light transport simulation", 1997.
     """
@@ -65,7 +65,7 @@ def power_share(density, other):
 
 @ti.func
 def bounded(color, brightest):
-    """The same colour, no brighter than `brightest`."""
+    """Return the colour scaled down to be no brighter than `brightest`."""
     return color * ti.min(1.0, brightest / ti.max(color.max(), 1e-20))
 
 

@@ -35,14 +35,14 @@ def blocks(count, leaf_size):
 
 @ti.func
 def middle_bin(boxes: ti.template(), item, axis, low, scale, bins):
-    """Where a box's middle (doubled, as `low` is) lies among the bins of an axis."""
+    """Return the bin of an axis in which a box's middle (doubled, as `low` is) lies."""
     at = item * BOX_STRIDE + axis
     return ti.min(ti.cast((boxes[at] + boxes[at + 3] - low) * scale, ti.i32), bins - 1)
 
 
 @ti.func
 def add_box(target: ti.template(), at, low, high):
-    """Let the box of six values from `at` on hold another."""
+    """Extend the box of six values from `at` on to contain another."""
     for i in ti.static(range(3)):
         target[at + i] = ti.min(target[at + i], low[i])
         target[at + 3 + i] = ti.max(target[at + 3 + i], high[i])

@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""What lies at a hit: normals, texture, reflectance."""
+"""The surface at a hit: normals, texture, reflectance."""
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.lanes import negated

@@ -1,4 +1,4 @@
-"""Drives to a point: plans around what the laser has seen and what has stopped the robot, and looks again.
+"""Driving to a point: planning around obstacles from the laser and from contact, again after each move.
 
 Where nothing was seen yet, the floor counts as free. What the laser's plane misses, such as a low table, is learnt by
 being stopped before it: that needs a robot that stops before contact.
@@ -109,7 +109,7 @@ class Driver:
         return FloorPlan(self._origin, RESOLUTION_M, clearance_m)
 
     def _leads_off(self, here: Point) -> bool:
-        """Say whether the free floor around a place reaches the edge of the grid."""
+        """Return whether the free floor around a place reaches the edge of the grid."""
         plan = self._plan()
         free = None if plan is None else plan.clearance_m >= self._radius_m + MARGINS_M[-1]
         if plan is None or free is None or not free.any():
@@ -128,7 +128,7 @@ class Driver:
         self._widenings += 1
 
     def _notice_contact(self, here: Point, yaw_rad: float) -> None:
-        """Where a drive ended early, the laser misses something there: the wider, the more often."""
+        """Mark an obstacle that the laser misses where a drive ended early; it grows wider with each repetition."""
         if self._drive is None:
             return
         start, distance_m = self._drive
@@ -150,7 +150,7 @@ class Driver:
 
 
 class GoToGoal(Agent):
-    """Drives to the goal and says so by handing in its result."""
+    """A solution that drives to the goal and ends the run by its result."""
 
     def __init__(self, robot_radius_m: float, robot_frame: str, step_budget: int = STEP_BUDGET) -> None:
         self._radius_m = robot_radius_m
@@ -184,7 +184,7 @@ class GoToGoal(Agent):
         empty_results: dict[str, Any],
         results_format_fns: Mapping[str, Callable[..., Any]],
     ) -> None:
-        """Hand in the empty result: it is judged where the robot went."""
+        """Write the empty result: the score depends on the robot's path."""
         Path(filename).write_text(json.dumps(empty_results), encoding="utf-8")
 
 

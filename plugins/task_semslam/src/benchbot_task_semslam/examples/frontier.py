@@ -1,4 +1,4 @@
-"""Explores by itself: looks around, then goes where it has not looked yet, and maps objects meanwhile.
+"""Autonomous exploration: look around, then drive to unseen places, and map objects on the way.
 
 Laser and depth say where the floor is free, the camera's field of view where the robot has looked. The next viewpoint
 is the one that shows most beyond the frontier; A* finds the way to it. It ends when no frontier is left.
@@ -35,7 +35,7 @@ STAY: Move = ("move_angle", {"angle": 0.0})
 
 
 class Explorer:
-    """Explores one scene: takes in observations, says where to go."""
+    """The exploration of one scene: it takes observations and returns the next move."""
 
     def __init__(self, observations: Mapping[str, Any], robot_radius_m: float, robot_frame: str) -> None:
         self.objects = ObjectMap()
@@ -89,7 +89,7 @@ class Explorer:
         look(self._grid, (x, y), heading_rad, self._sight)
 
     def _notice_contact(self, position: Point, yaw_rad: float) -> None:
-        """Where a drive ended early, the robot has stopped before something that the sensors do not show."""
+        """Mark an obstacle that the sensors do not show ahead of a drive that ended early."""
         if self._drive is not None:
             start, distance_m = self._drive
             if math.dist(start, position) < 0.9 * distance_m - 0.02:

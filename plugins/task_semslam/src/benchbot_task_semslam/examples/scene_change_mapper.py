@@ -1,4 +1,4 @@
-"""Scene change detection: map the first visit, map the second, and tell what only one of the two maps has.
+"""Scene change detection: map both visits, and report the objects that only one of the maps has.
 
 A loop of its own, as an alternative to an Agent. What one visit never looked at is not called a change.
 """

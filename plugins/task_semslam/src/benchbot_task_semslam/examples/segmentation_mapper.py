@@ -17,7 +17,7 @@ LOOK_AROUND = 8
 
 
 class SegmentationMapper(Agent):
-    """Looks everywhere it is taken, and writes down what it saw."""
+    """A solution that follows the trajectory and maps the objects in its images."""
 
     def __init__(self) -> None:
         self._maps: dict[int, ObjectMap] = {}

@@ -1,1 +1,1 @@
-"""What the examples share: where pixels are, a map of objects, what changed between two, where one can drive."""
+"""The shared parts of the examples: projection of pixels, object maps, their differences, and drivable floor."""

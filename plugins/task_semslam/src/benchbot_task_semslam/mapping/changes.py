@@ -1,4 +1,4 @@
-"""What was added and what was removed between two visits of a place: the difference of two maps of objects."""
+"""Objects added and removed between two visits of an environment: the difference of two object maps."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -18,7 +18,7 @@ Change = tuple[MappedObject, str]
 
 
 class Views:
-    """Where the camera has looked during a visit: coarse depth images and poses."""
+    """The camera's views during a visit: coarse depth images and poses."""
 
     def __init__(self) -> None:
         self._views: list[tuple[Floats, Floats, Mapping[str, Any]]] = []
@@ -30,7 +30,7 @@ class Views:
         self._views.append((depth_m, matrix, observations["poses"]["camera"]))
 
     def seen_empty(self, item: MappedObject) -> bool:
-        """Say whether some frame looked right through the object's box: it was not there."""
+        """Return whether some frame shows free space throughout the object's box, so that the object was not there."""
         return any(_looked_through(item, *view) for view in self._views)
 
 
@@ -69,7 +69,7 @@ def _alike(one: MappedObject, other: MappedObject) -> float:
 
 
 def _looked_through(item: MappedObject, depth_m: Floats, matrix: Floats, camera: Mapping[str, Any]) -> bool:
-    """Say whether most rays into the box left it again before they met a surface."""
+    """Return whether most rays into the box leave it again before they meet a surface."""
     steps = np.linspace(0.1, 0.9, 5, dtype=np.float32)
     inside = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1).reshape(-1, 3)
     targets = item.lower + inside * (item.upper - item.lower)

@@ -1,4 +1,4 @@
-"""Where one can drive, and where the camera has looked: a grid of the floor, filled from laser and depth."""
+"""An occupancy grid of drivable and of viewed floor, filled from laser and depth."""
 
 from collections.abc import Mapping
 from typing import Any

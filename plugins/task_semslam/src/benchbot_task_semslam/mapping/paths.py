@@ -52,7 +52,7 @@ def first_corner(drivable: Mask, path: Sequence[Cell]) -> Cell:
 
 
 def straight_line_is_free(drivable: Mask, start: Cell, end: Cell) -> bool:
-    """Say whether all cells on the straight line between two cells are drivable."""
+    """Return whether all cells on the straight line between two cells are drivable."""
     count = 2 * max(abs(end[0] - start[0]), abs(end[1] - start[1])) + 1
     i = np.rint(np.linspace(start[0], end[0], count)).astype(int)
     j = np.rint(np.linspace(start[1], end[1], count)).astype(int)

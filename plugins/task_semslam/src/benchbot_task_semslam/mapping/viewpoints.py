@@ -1,4 +1,4 @@
-"""Where to look next: the viewpoint that shows most of what lies beyond the frontier, for the way to it.
+"""The choice of the next viewpoint: the one that shows most beyond the frontier for the length of the path to it.
 
 A frontier is where what has been looked at ends and there is more to see (Yamauchi, "A frontier-based approach for
 autonomous exploration", CIRA 1997). Viewpoints are weighed by what they would show and how far they are (González-Baños
@@ -21,7 +21,7 @@ DISCOUNT_PER_M = 0.35
 
 @dataclass(frozen=True)
 class Sight:
-    """What the camera sees well: its field of view, and the distances from which to which it shows the floor."""
+    """The useful view of the camera: its field of view, and the range of distances at which it shows the floor."""
 
     field_of_view_rad: float
     near_m: float
