@@ -26,7 +26,7 @@ from benchbot.plugins.containers import context, engine
 from benchbot.plugins.containers import image as images
 from benchbot.plugins.containers.mode import Containerised
 from benchbot.plugins.sandbox.mode import Sandbox
-from benchbot.submission.init import tree
+from benchbot.submission.init.process import adopt
 from benchbot.submission.modes import NATIVE, Mode, SolutionSpec
 from benchbot.wire.run_state import Connection
 from benchmarks.bench_step import install, payload_bytes
@@ -104,7 +104,7 @@ def main() -> None:
     parser.add_argument("--container", action="store_true", help="measure a container, too; needs podman or docker")
     options = parser.parse_args()
     modes: dict[str, Callable[[], Mode]] = {"native": lambda: NATIVE, "sandbox": Sandbox}
-    tree.adopt()
+    adopt()
     with tempfile.TemporaryDirectory(prefix="bb-") as name, ExitStack() as stack:
         folder = Path(name)
         install(folder)

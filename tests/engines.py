@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.plugins.containers import service
+from benchbot.plugins.containers.engine import podman_service
 from tests.plugins.containers import base_image
 
 CONTAINERS_CONF = """\
@@ -46,7 +46,7 @@ def podman(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]
             changed.setenv(name, value)
         program = shutil.which("podman")
         assert program is not None
-        with service.podman(program) as socket:
+        with podman_service(program) as socket:
             base_image.build(f"unix://{socket}", folder / "base")
             yield {**variables, "DOCKER_HOST": f"unix://{socket}"}
     shutil.rmtree(folder)

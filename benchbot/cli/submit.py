@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import Plugins
     from benchbot.core.request import RunRequest
-    from benchbot.submission.episode import Episode
+    from benchbot.submission.episode import EndedEpisode
     from benchbot.submission.modes import Mode
     from benchbot.wire.run_state import Connection
 
@@ -158,8 +158,7 @@ def submit(
     from benchbot.core.request import Limits, RunRequest
     from benchbot.core.selection import select
     from benchbot.submission import episode
-    from benchbot.submission.command import spec_of, split_words
-    from benchbot.submission.modes import SolutionSpec, holder_of
+    from benchbot.submission.modes import SolutionSpec, holder_of, spec_of, split_words
 
     if submission is not None:
         others = {"--native": native, "--sandbox": sandbox, "--example": example, "--containerised": containerised}
@@ -247,7 +246,7 @@ def _pack(plugins: "Plugins", folder: Path, target: str | None, others: Mapping[
     pkgutil.resolve_name(plugins.record("commands", "pack").target)(folder, None if target is None else Path(target))
 
 
-def _kept(ended: "Episode", location: Path | None) -> Path | None:
+def _kept(ended: "EndedEpisode", location: Path | None) -> Path | None:
     """Write the result where it was asked for; return where it is now, and say so."""
     from benchbot.core import results
 
@@ -275,7 +274,7 @@ def _kept(ended: "Episode", location: Path | None) -> Path | None:
 
 def _score(
     catalog: "Catalog",
-    ended: "Episode",
+    ended: "EndedEpisode",
     result: Path,
     method: str,
     output: Path | None,
@@ -298,7 +297,7 @@ def _score(
     requirement.check(requirements, document["scores"])
 
 
-def _summary(ended: "Episode", result: Path | None) -> dict[str, Any]:
+def _summary(ended: "EndedEpisode", result: Path | None) -> dict[str, Any]:
     return {
         "result_path": None if result is None else str(result),
         "provenance": ended.document["provenance"],

@@ -11,8 +11,9 @@ import pluggy
 
 from benchbot.core import entry_points, hookspecs
 from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.core.hookspecs import KINDS
 from benchbot.core.light_records import DeclarationFolder
-from benchbot.core.records import API_VERSION, KINDS
+from benchbot.core.records import API_VERSION
 
 GROUP = "benchbot"
 

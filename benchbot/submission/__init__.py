@@ -1,1 +1,1 @@
-"""Submissions: a solution as a process, run against a back end, and what comes of it."""
+"""Submissions: a solution as a process, run against a back end, and its results."""

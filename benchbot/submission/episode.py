@@ -1,4 +1,4 @@
-"""One episode: a solution is run against a back end and watched, and how it ended becomes a result document."""
+"""One episode: a solution is run against a back end and watched, and its end becomes a result document."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -15,10 +15,8 @@ from benchbot.core.provenance import solution_details
 from benchbot.core.request import RunRequest
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
-from benchbot.submission import result_file
-from benchbot.submission.exchange import exchange_folder
 from benchbot.submission.modes import NATIVE, RESULT, SolutionSpec
-from benchbot.submission.output_log import OutputLog
+from benchbot.submission.output import OutputLog, exchange_folder, read_result
 from benchbot.submission.solution import describe_exit
 from benchbot.wire.run_state import Connection
 
@@ -27,25 +25,25 @@ EXIT_CODES = {
     FailureClass.PLATFORM: ExitCode.INTERNAL,
     FailureClass.INFRASTRUCTURE: ExitCode.INTERNAL,
 }
-"""What `benchbot submit` exits with, by the class of failure; the others mean that the submission failed."""
+"""The exit codes of `benchbot submit` by class of failure; the others mean that the submission failed."""
 
 
 class Watcher(Protocol):
-    """Who looks on while a solution runs."""
+    """An observer of a running solution."""
 
     def write(self, chunk: bytes) -> object:
         """Take what the solution prints, chunk by chunk and untouched; called in a thread of its own."""
 
     def started(self, process: int) -> None:
-        """Learn the number of the solution's process, which leads a process group."""
+        """Take the number of the solution's process, which is also that of its process group."""
 
     def look(self, progress: Mapping[str, Any], scene_count: int) -> BenchbotError | None:
-        """See where the episode stands (docs/wire.md); return a reason to end it now, or None to go on."""
+        """Take the progress of the episode (docs/wire.md); return a reason to end it now, or None to go on."""
 
 
 @dataclass(frozen=True)
-class Episode:
-    """How an episode ended: its result document, where the back end keeps it (if it does), and what went wrong."""
+class EndedEpisode:
+    """The end of an episode: its result document, the path where the back end keeps it (if it does), the problem."""
 
     document: dict[str, Any]
     path: Path | None
@@ -54,7 +52,7 @@ class Episode:
 
 def run(
     spec: SolutionSpec, connection: Connection, died: Callable[[], BenchbotError | None], watcher: Watcher
-) -> Episode:
+) -> EndedEpisode:
     """Run a solution to its end; `died` tells why the back end is gone, if it knows.
 
     Whatever happens there is a result document, and no process is left. Raises BenchbotError when the solution cannot
@@ -70,12 +68,12 @@ def run(
         problem = _watch(spec, client, connection, exchange, watcher, session, seen)
         if problem is None:
             try:
-                answer = client.result(result_file.read(exchange / RESULT), solution)
+                answer = client.result(read_result(exchange / RESULT), solution)
             except BenchbotError as error:
                 problem = error
             else:
                 kept = Path(answer["path"])
-                return Episode(_kept(kept, answer["document"]), kept, _safety_stop(client, kept))
+                return EndedEpisode(_kept(kept, answer["document"]), kept, _safety_stop(client, kept))
     problem = _with_cause(problem, client, died, seen)
     failure = problem.failure or FailureClass.AGENT
     problem.failure = failure
@@ -84,14 +82,14 @@ def run(
     try:
         answer = client.failed(failure, why, solution)
     except BenchbotError:
-        return Episode(_failed_without_supervisor(session, failure, why, solution), None, problem)
+        return EndedEpisode(_failed_without_supervisor(session, failure, why, solution), None, problem)
     path = Path(answer["path"])
     stopped = _safety_stop(client, path)
     if stopped is not None:
         problem = stopped
     elif failure is FailureClass.PLATFORM:
         problem.fix = f"Run it again; if it fails again, report it with its log: {path.with_name('platform.log')}"
-    return Episode(_kept(path, answer["document"]), path, problem)
+    return EndedEpisode(_kept(path, answer["document"]), path, problem)
 
 
 def _watch(
@@ -110,7 +108,7 @@ def _watch(
     looked_s = time.monotonic()
     deadline_s = None if spec.timeout_s is None else looked_s + spec.timeout_s
     with ExitStack() as stack:
-        kept = stack.enter_context(OutputLog.of(connection))
+        kept = stack.enter_context(OutputLog(connection))
 
         def printed(chunk: bytes) -> None:
             kept.write(chunk)
@@ -213,14 +211,7 @@ def _failed_without_supervisor(
     chosen = session["selection"]
     selection = select(
         Catalog(load()),
-        RunRequest(
-            task=chosen["task"],
-            robot=chosen["robot"],
-            environment=chosen["environment"],
-            seed=chosen["seed"],
-            episode=chosen["episode"],
-            settings=chosen["settings"],
-        ),
+        RunRequest(**{key: chosen[key] for key in ("task", "robot", "environment", "seed", "episode", "settings")}),
     )
     return failed_document(selection, failure, why, solution)
 

@@ -1,4 +1,4 @@
-"""The limits of a sandboxed solution: what they are unless told otherwise, and what is said when one is reached."""
+"""The limits of a sandboxed solution: their defaults, and the errors for those that are reached."""
 
 import errno
 import os
@@ -14,7 +14,7 @@ DEFAULTS = ProcessLimits(memory_bytes=8 * GIBIBYTE, processes=512, file_size_byt
 TEMPORARY_BYTES = GIBIBYTE
 OPEN_FILES = 4096
 ADDRESSES_PER_BYTE = 4
-"""What a process may address, for each byte that it may have: threads reserve much that they never use."""
+"""Bytes of address space for each byte of memory: threads reserve much that they never use."""
 
 
 def with_defaults(limits: ProcessLimits) -> ProcessLimits:
@@ -24,7 +24,7 @@ def with_defaults(limits: ProcessLimits) -> ProcessLimits:
 
 
 def of_each_process(limits: ProcessLimits, *, grouped: bool) -> Mapping[str, int]:
-    """Return what each process is limited to, by the names of `resource`.
+    """Return the limits of each process, by the names of `resource`.
 
     Where a control group holds the memory of all of them together, no process has a limit on that of its own.
     """
@@ -44,7 +44,12 @@ def of_each_process(limits: ProcessLimits, *, grouped: bool) -> Mapping[str, int
 def explain(limits: ProcessLimits, status: int, last_words: str) -> BenchbotError | None:
     """Return the limit that a solution which ended with `status` and these words has met, as far as they tell."""
     if status == -signal.SIGXCPU:
-        return out_of_cpu_time(limits)
+        return BenchbotError(
+            "The solution has used up its CPU time.",
+            f"It had {limits.cpu_time_s:g} seconds, and was ended.",
+            "Give it more with --cpu-time SECONDS, or look for what it spends them on.",
+            failure=FailureClass.TIMEOUT,
+        )
     if status == -signal.SIGXFSZ or os.strerror(errno.EFBIG) in last_words:
         return _reached("It wrote a file larger", limits.file_size_bytes, "bytes", "--file-size BYTES", last_words)
     if "MemoryError" in last_words or os.strerror(errno.ENOMEM) in last_words:
@@ -70,16 +75,6 @@ def out_of_processes(limits: ProcessLimits, last_words: str) -> BenchbotError:
     """Return the error of a solution that was refused a process or thread."""
     return _reached(
         "It had more processes and threads", limits.processes, "at a time", "--processes NUMBER", last_words
-    )
-
-
-def out_of_cpu_time(limits: ProcessLimits) -> BenchbotError:
-    """Return the error of a solution that has used the CPU time that it had."""
-    return BenchbotError(
-        "The solution has used up its CPU time.",
-        f"It had {limits.cpu_time_s:g} seconds, and was ended.",
-        "Give it more with --cpu-time SECONDS, or look for what it spends them on.",
-        failure=FailureClass.TIMEOUT,
     )
 
 

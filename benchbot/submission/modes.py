@@ -1,18 +1,23 @@
-"""The ways to run a solution: natively, in a sandbox, in a container; and what all of them promise."""
+"""The modes in which a solution is run (natively, in a sandbox, in a container), and the specification of one."""
 
 import os
 import pkgutil
+import shlex
+import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import Plugins
-from benchbot.submission.solution import Solution
+from benchbot.submission.solution import Solution, cannot_start, python_first
 from benchbot.wire.run_state import Connection
+
+if TYPE_CHECKING:
+    from benchbot.core.declarations.catalog import Catalog
 
 RESULT = "result.json"
 """The file in the exchange folder that a solution's result is read from."""
@@ -22,7 +27,7 @@ RESULT_MAX_BYTES = 64 * 2**20
 
 @dataclass(frozen=True)
 class ProcessLimits:
-    """What a solution may use at most; None leaves it to the mode, which may have a limit of its own or none."""
+    """The most that a solution may use; None leaves it to the mode, which may have a limit of its own or none."""
 
     memory_bytes: int | None = None
     processes: int | None = None
@@ -38,7 +43,7 @@ class Running(Protocol):
 
     @property
     def process(self) -> int:
-        """This machine's number of the leading process; 0 where there is none."""
+        """The number of its first process on this machine; 0 where there is none."""
 
     @property
     def last_words(self) -> str:
@@ -48,7 +53,7 @@ class Running(Protocol):
         """Return the exit status (negative: the signal that ended it), or None when it still runs after `timeout_s`."""
 
     def explain(self, status: int) -> BenchbotError | None:
-        """Return what the mode knows about why it ended with `status`: a limit that was reached. None: nothing."""
+        """Return the limit that made it end with `status`; None when the mode knows of none."""
 
     def end(self) -> None:
         """End it, and everything that it has started. May be called more than once."""
@@ -120,7 +125,7 @@ class SolutionSpec:
 
 
 class Holder(Protocol):
-    """What stands behind a submission mode, often a module: how its solutions are prepared.
+    """The implementation of a submission mode, often a module: it prepares solutions.
 
     `options` are the mode's own, as plain data that a plan or a bundle can keep.
     """
@@ -131,14 +136,14 @@ class Holder(Protocol):
     def prepared(
         self, spec: "SolutionSpec", options: Mapping[str, Any], tell: Callable[[str], object]
     ) -> AbstractContextManager["SolutionSpec"]:
-        """Yield the order as it is run in the mode, after proving that this machine can; `tell` hears of progress."""
+        """Yield the specification for the mode, once this machine has been checked; `tell` is called with progress."""
 
     def files(self, options: Mapping[str, Any]) -> Mapping[str, str] | None:
-        """Return the hashes of what the solution is made of; None where its command names the files."""
+        """Return the hashes of the files of the solution; None where its command names them."""
 
 
 def holder_of(plugins: Plugins, mode: str) -> Holder:
-    """Return what stands behind a submission mode; raises BenchbotError for one that is not installed."""
+    """Return the implementation of a submission mode; raises BenchbotError for one that is not installed."""
     holder: Holder = pkgutil.resolve_name(plugins.record("submission_modes", mode).target)
     return holder
 
@@ -154,9 +159,66 @@ def unix_socket_of(mode: Mode, connection: Connection) -> Path:
     return Path(connection.socket).absolute()
 
 
+def spec_of(
+    catalog: "Catalog",
+    native: str | None,
+    example: str | None,
+    words: list[str],
+    timeout_s: float | None,
+    sandbox: str | None = None,
+) -> SolutionSpec:
+    """Return the solution to run, natively; raises BenchbotError unless one was chosen and its command exists."""
+    commands = {"--native": native, "--sandbox": sandbox}
+    given = [name for name, value in {**commands, "--example": example}.items() if value is not None]
+    if len(given) != 1:
+        raise BenchbotError(
+            "It is not clear what to submit.",
+            f"{' and '.join(given)} were given." if given else "No solution was given.",
+            "Give one: --native python my_solution.py, --sandbox python my_solution.py, "
+            "or --example NAME (benchbot list examples).",
+        )
+    if example is None:
+        spec = SolutionSpec([*split_words(given[0], commands[given[0]]), *words], Path.cwd(), timeout_s=timeout_s)
+    else:
+        found = catalog.get("examples", example)
+        command = [*split_words("native_command", found.data["native_command"]), *words]
+        spec = SolutionSpec(command, found.path.parent, python_first(), timeout_s)
+    if not spec.command:
+        raise cannot_start(["(nothing)"], "there is no command")
+    path = spec.variables.get("PATH", os.environ.get("PATH"))
+    if os.sep not in spec.command[0] and shutil.which(spec.command[0], path=path) is None:
+        raise cannot_start(spec.command, "there is no such program on PATH")
+    return spec
+
+
+def split_words(origin: str, text: str | None) -> list[str]:
+    """Return the words of a command, split as a shell would; raises BenchbotError for a quote that stays open."""
+    try:
+        return shlex.split(text or "")
+    except ValueError as error:
+        raise BenchbotError(
+            f"The words of {origin} cannot be told apart.", f"{text!r}: {error}.", "Close the quote, or escape it."
+        ) from error
+
+
+@contextmanager
+def owned_by(user: tuple[int, int] | None, path: Path) -> Iterator[None]:
+    """Give a path to another user and group in the meantime; None leaves it as it is."""
+    if user is None:
+        yield
+        return
+    before = path.stat()
+    os.chown(path, *user)
+    try:
+        yield
+    finally:
+        with suppress(FileNotFoundError):
+            os.chown(path, before.st_uid, before.st_gid)
+
+
 @contextmanager
 def private_socket() -> Iterator[Path]:
-    """Yield a path for a back end's socket, in a folder of its own that goes with it.
+    """Yield a path for a back end's socket, in a folder of its own that is removed with it.
 
     Nobody else can list the folder, and the socket is for this user (0600); but a solution's own user may be let in.
     """

@@ -1,4 +1,4 @@
-"""A solution as a process under a leader, which starts it and ends all that comes of it; its output is passed on."""
+"""A solution as a process under an init process, which starts it and ends its whole process tree."""
 
 import json
 import os
@@ -11,13 +11,11 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Any, Self
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.process import LastWords
-from benchbot.submission.init.process import GRACE_S
-from benchbot.submission.init.tree import KILLING_TIMEOUT_S
+from benchbot.submission.init.process import GRACE_S, KILLING_TIMEOUT_S
 
 MARGIN_S = 5.0
 CODE = Path(__file__).parents[2]
@@ -26,21 +24,22 @@ START = "import sys; sys.path.insert(0, sys.argv[1]); from benchbot.submission.i
 
 
 @dataclass(frozen=True)
-class Leading:
-    """How a leader is started and what it is told beside the command; the defaults are those of a native solution.
+class InitOptions:
+    """The options of an init process; the defaults are those of a native solution.
 
-    `around` is a command that runs the leader, such as a sandbox's, `code` the folder that `benchbot` is in for it, and
-    `environment` its own. It inherits the open files `handles`. What is `told`: see `init.process.main`.
+    `wrapper` is a command that runs it, such as a sandbox's, `code` the folder that `benchbot` is in for it, and
+    `environment` its own. It inherits the open files `handles`. `job` are further keys of its job: see
+    `init.process.main`.
     """
 
-    around: Sequence[str] = ()
+    wrapper: Sequence[str] = ()
     code: Path = CODE
     environment: Mapping[str, str] | None = None
     handles: Sequence[int] = ()
-    told: Mapping[str, Any] = field(default_factory=dict)
+    job: Mapping[str, Any] = field(default_factory=dict)
 
 
-NATIVELY = Leading()
+NATIVE_INIT = InitOptions()
 
 
 class Solution:
@@ -56,13 +55,13 @@ class Solution:
         folder: Path,
         environment: Mapping[str, str],
         output: Callable[[bytes], object],
-        leading: Leading = NATIVELY,
+        init: InitOptions = NATIVE_INIT,
     ) -> None:
         self.command = list(command)
         self._folder = folder
         self._environment = environment
         self._output = output
-        self._leading = leading
+        self._init = init
         self._last_words = LastWords()
         self._reports = b""
         self._ended: dict[str, Any] = {}
@@ -73,10 +72,7 @@ class Solution:
         report, reported = os.pipe()
         controlled, self._control = os.pipe()
         try:
-            with tempfile.TemporaryFile() as orders:
-                orders.write(json.dumps(self._orders(controlled, reported)).encode())
-                orders.seek(0)
-                self._process = self._start_leader(orders, controlled, reported)
+            self._process = self._start_init(controlled, reported)
         except BaseException:
             os.close(report)
             os.close(self._control)
@@ -94,19 +90,17 @@ class Solution:
             raise
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.end()
 
     @property
     def process(self) -> int:
-        """The number of the leading process, and of its group."""
+        """The number of the init process, and of its group."""
         return self._process.pid
 
     @property
     def refused(self) -> str | None:
-        """Why the result that it wrote was not taken out of its sandbox; None when there is nothing to tell."""
+        """The reason why its result was not taken out of its sandbox; None when there is none."""
         refused: str | None = self._ended.get("refused")
         return refused
 
@@ -117,14 +111,14 @@ class Solution:
         except subprocess.TimeoutExpired:
             return None
         if not self._ended:
-            # A leader that was killed cannot tell how its solution ended. Bubblewrap adds 128 to signals, as shells do.
+            # An init process that was killed reports no status. Bubblewrap adds 128 to signals, as shells do.
             killed = 128 - status if status > 128 else status or -signal.SIGKILL
             self._ended = {"status": killed, **self._next_report()}
         told: int = self._ended["status"]
         return told
 
     def explain(self, status: int) -> BenchbotError | None:
-        """Nothing limits it, so no limit has ended it."""
+        """Return None: a native solution has no limits."""
         return None
 
     def end(self) -> None:
@@ -134,7 +128,7 @@ class Solution:
             self._control = -1
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(GRACE_S + KILLING_TIMEOUT_S + MARGIN_S)
-        # The leader itself may have been stopped, or killed before the others.
+        # The init process itself may have been stopped, or killed before the others.
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
@@ -146,8 +140,8 @@ class Solution:
         """The last lines of its output."""
         return str(self._last_words)
 
-    def _orders(self, control: int, report: int) -> dict[str, Any]:
-        return {
+    def _start_init(self, control: int, report: int) -> "subprocess.Popen[bytes]":
+        job = {
             "command": self.command,
             "folder": str(self._folder),
             "environment": dict(self._environment),
@@ -156,34 +150,34 @@ class Solution:
             "alone": False,
             "confinement": None,
             "handover": None,
-            **self._leading.told,
+            **self._init.job,
         }
-
-    def _start_leader(self, orders: IO[bytes], control: int, report: int) -> "subprocess.Popen[bytes]":
-        leading = self._leading
-        python = [str(Path(sys.executable).resolve()), "-I", "-S", "-c", START.format(orders.fileno())]
-        try:
-            # A session of its own, so that Ctrl-C reaches it through us only. The terminal stays readable for it.
-            return subprocess.Popen(
-                [*leading.around, *python, str(leading.code)],
-                env=leading.environment,
-                pass_fds=(orders.fileno(), control, report, *leading.handles),
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-            )
-        except OSError as error:
-            raise cannot_start(self.command, error.strerror or str(error)) from error
+        with tempfile.TemporaryFile() as job_file:
+            job_file.write(json.dumps(job).encode())
+            job_file.seek(0)
+            python = [str(Path(sys.executable).resolve()), "-I", "-S", "-c", START.format(job_file.fileno())]
+            try:
+                # A session of its own, so that Ctrl-C reaches it through us only. The terminal stays readable for it.
+                return subprocess.Popen(
+                    [*self._init.wrapper, *python, str(self._init.code)],
+                    env=self._init.environment,
+                    pass_fds=(job_file.fileno(), control, report, *self._init.handles),
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT,
+                    start_new_session=True,
+                )
+            except OSError as error:
+                raise cannot_start(self.command, error.strerror or str(error)) from error
 
     def _check_start(self) -> None:
-        """Wait for the word that the solution has started; raises BenchbotError when it has not."""
-        leading = self._next_report()
-        told = self._next_report() if leading else {}
+        """Wait for the report that the solution has started; raises BenchbotError when it has not."""
+        init_runs = bool(self._next_report())
+        told = self._next_report() if init_runs else {}
         if "started" in told:
             return
         status = self._process.wait()
         self._reader.join(GRACE_S)
-        if not leading and status < 0:  # later, it might be the solution's doing
+        if not init_runs and status < 0:  # later, it might be the solution's doing
             raise BenchbotError(
                 f"The solution '{' '.join(self.command)}' was not started.",
                 f"What starts it was killed before. {describe_exit(status)}",
@@ -194,7 +188,7 @@ class Solution:
         raise cannot_start(self.command, told.get("cannot_start") or self.last_words or "it ended before it began")
 
     def _next_report(self) -> dict[str, Any]:
-        """Return the next thing that the leader tells; nothing when it ends without a word."""
+        """Return the next report of the init process; an empty one when it ended without."""
         while b"\n" not in self._reports:
             chunk = self._report.read(4096)
             if not chunk:
@@ -223,12 +217,13 @@ def cannot_start(command: Sequence[str], why: str) -> BenchbotError:
 
 
 def describe_exit(status: int) -> str:
-    """Return how a process ended, in words."""
+    """Return a sentence about the exit status of a process (negative: a signal)."""
     if status >= 0:
         return f"It ended with exit status {status}."
-    return f"It was ended by {signal.Signals(-status).name}."
+    named = -status in set(signal.Signals)  # most real-time signals have no name
+    return f"It was ended by {signal.Signals(-status).name if named else f'signal {-status}'}."
 
 
 def python_first() -> dict[str, str]:
-    """Return the variable that lets `python` be the interpreter that runs BenchBot, as examples expect."""
+    """Return the PATH by which `python` is the interpreter that runs BenchBot, as examples expect."""
     return {"PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])}

@@ -5,6 +5,7 @@ import json
 import os
 import secrets
 import shutil
+import socket
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -142,9 +143,9 @@ def find() -> Connection:
 
     `BENCHBOT_URL`, `BENCHBOT_SOCKET` and `BENCHBOT_TOKEN` come first. Raises BenchbotError when no run is there.
     """
-    url, socket = os.environ.get("BENCHBOT_URL"), os.environ.get("BENCHBOT_SOCKET")
-    if url or socket:
-        return Connection(url or None, socket or None, os.environ.get("BENCHBOT_TOKEN", ""))
+    url, path = os.environ.get("BENCHBOT_URL"), os.environ.get("BENCHBOT_SOCKET")
+    if url or path:
+        return Connection(url or None, path or None, os.environ.get("BENCHBOT_TOKEN", ""))
     states = live()
     if not states:
         raise BenchbotError(
@@ -169,6 +170,16 @@ def clean() -> None:
             (folder / STATE_FILE).unlink(missing_ok=True)
     for folder in sorted(dead, key=lambda folder: folder.name)[:-KEPT_FOLDERS]:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def is_listening(path: Path) -> bool:
+    """Return whether the unix socket at a path accepts connections; raises OSError where it may not be tried."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
+        try:
+            probe.connect(str(path))
+        except (FileNotFoundError, ConnectionRefusedError):
+            return False
+    return True
 
 
 def _cannot_write(error: OSError) -> BenchbotError:

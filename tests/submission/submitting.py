@@ -8,7 +8,7 @@ from typing import Any
 from benchbot.core.errors import BenchbotError
 from benchbot.core.request import RunRequest
 from benchbot.submission import episode
-from benchbot.submission.episode import Episode
+from benchbot.submission.episode import EndedEpisode
 from benchbot.submission.modes import SolutionSpec, private_socket
 from benchbot.supervisor.backend import Backend
 
@@ -49,7 +49,7 @@ def back_end() -> Iterator[Backend]:
         yield backend
 
 
-def submit(spec: SolutionSpec, backend: Backend) -> tuple[Episode, Spectator]:
+def submit(spec: SolutionSpec, backend: Backend) -> tuple[EndedEpisode, Spectator]:
     """Run a solution; return how its episode ended, and who has looked on."""
     spectator = Spectator()
     return episode.run(spec, backend.state.connection, backend.died, spectator), spectator

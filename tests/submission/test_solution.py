@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.submission.solution import Leading, Solution
+from benchbot.submission.solution import InitOptions, Solution, describe_exit
 
 MARK = "BENCHBOT_TEST_MARK"
 RUNAWAY = """\
@@ -76,6 +76,11 @@ def test_the_status_is_the_solutions_own(command: list[str], status: int) -> Non
     assert ended(command)[0] == status
 
 
+def test_a_signal_without_a_name_is_told_by_its_number() -> None:
+    assert describe_exit(-signal.SIGSEGV) == "It was ended by SIGSEGV."
+    assert describe_exit(-40) == "It was ended by signal 40."
+
+
 def test_what_has_left_its_group_ends_with_the_solution(tmp_path: Path) -> None:
     mark = str(tmp_path)
 
@@ -126,7 +131,7 @@ def test_a_command_that_is_none_is_told(tmp_path: Path) -> None:
 
 
 def test_what_is_killed_before_the_solution_began_is_no_fault_of_it() -> None:
-    killed = Solution(["true"], Path.cwd(), {}, len, Leading(around=["sh", "-c", "kill -KILL $$"]))
+    killed = Solution(["true"], Path.cwd(), {}, len, InitOptions(wrapper=["sh", "-c", "kill -KILL $$"]))
 
     with pytest.raises(BenchbotError) as caught, killed:
         pass

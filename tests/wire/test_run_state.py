@@ -1,4 +1,5 @@
 import json
+import socket
 import stat
 import subprocess
 import sys
@@ -136,3 +137,21 @@ def test_the_environment_comes_first(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv(name, value)
     assert run_state.find() == there
     folder.close(keep=False)
+
+
+def test_a_socket_counts_from_its_first_listener_to_its_last(tmp_path: Path) -> None:
+    path = tmp_path / "there.sock"
+    assert not run_state.is_listening(path)
+    with socket.socket(socket.AF_UNIX) as there:
+        there.bind(str(path))
+        assert not run_state.is_listening(path)
+        there.listen()
+        assert run_state.is_listening(path)
+    assert path.is_socket()
+    assert not run_state.is_listening(path)
+
+
+def test_what_is_no_place_for_a_socket_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(OSError, match="Not a directory"):
+        run_state.is_listening(tmp_path / "file" / "there.sock")

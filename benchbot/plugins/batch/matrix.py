@@ -17,7 +17,7 @@ from benchbot.plugins.batch import solutions
 from benchbot.plugins.batch.plan import Plan, PlannedEpisode, PlannedSolution, plan_hash
 from benchbot.plugins.batch.request import BatchRequest
 from benchbot.plugins.batch.source_files import SourceFiles
-from benchbot.submission.command import spec_of
+from benchbot.submission.modes import spec_of
 
 LABEL_LENGTH = 100
 

@@ -11,7 +11,7 @@ from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
 from benchbot.core.request import Limits
 from benchbot.plugins.batch.plan import Hold, Policy
-from benchbot.submission.command import split_words
+from benchbot.submission.modes import split_words
 
 Wanted = dict[str, Any]
 """The content of a batch file, or of options by the same keys."""

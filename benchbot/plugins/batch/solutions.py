@@ -9,8 +9,7 @@ from benchbot.cli.kit.holding import NATIVE
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.plugins.batch.plan import Hold, Plan
 from benchbot.plugins.batch.source_files import SourceFiles, find
-from benchbot.submission.command import spec_of, split_words
-from benchbot.submission.modes import SolutionSpec, holder_of
+from benchbot.submission.modes import SolutionSpec, holder_of, spec_of, split_words
 
 IMAGE = "container"
 """The word for a container's command in a plan."""

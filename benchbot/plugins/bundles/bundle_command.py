@@ -69,7 +69,7 @@ def bundle(
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
     from benchbot.plugins.bundles import bundle_file
-    from benchbot.submission.command import split_words
+    from benchbot.submission.modes import split_words
 
     console.check_output(output)
     catalog = Catalog(load())

@@ -1,4 +1,4 @@
-"""What an image is built from: a Dockerfile, and the folder that it lies in."""
+"""The build context of an image: a Dockerfile, and the folder that it lies in."""
 
 import hashlib
 import os
@@ -29,9 +29,9 @@ class Context:
         return [line.strip() for line in lines if line.strip() and not line.startswith("#")]
 
     def digest(self, identity: Callable[[str], str | None]) -> str:
-        """Return a digest (SHA-256) of all that goes into the image: names, contents, what may be executed, bases.
+        """Return a digest (SHA-256) of everything in the image: names, contents, executable bits, bases.
 
-        `identity` returns what an image is on this machine, or None where it is not here yet.
+        `identity` returns the identifier of an image on this machine, or None where it is not here yet.
         """
         from docker.utils.build import exclude_paths
 

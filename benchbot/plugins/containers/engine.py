@@ -2,6 +2,8 @@
 
 import os
 import shutil
+import tempfile
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
@@ -10,18 +12,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.plugins.containers import service
+from benchbot.submission.solution import Solution
+from benchbot.wire.run_state import is_listening
 
 if TYPE_CHECKING:
     from docker import APIClient
 
 ANSWER_TIMEOUT_S = 300.0
-"""How long the engine may take to answer, on a machine that is busy with a simulator."""
+"""The time that the engine has to answer, on a machine that is busy with a simulator."""
+
+START_TIMEOUT_S = 60.0
+POLL_S = 0.02
 
 
 @dataclass(frozen=True)
 class Engine:
-    """An engine that answers: where, what it is (`podman` or `docker`), what it says of itself, its API's version."""
+    """An engine that answers: its URL, name (`podman` or `docker`), information and version of its API."""
 
     url: str
     name: str
@@ -30,7 +36,7 @@ class Engine:
     api_version: str
 
     def connect(self) -> "APIClient":
-        """Return a connection of its own: one may not be shared by threads. Close it."""
+        """Return a new connection, to be closed by the caller: threads may not share one."""
         return _client(self.url, self.api_version)
 
 
@@ -38,7 +44,7 @@ class Engine:
 def reached() -> Iterator[Engine]:
     """Yield the engine that DOCKER_HOST names, else the first that listens, else a podman of our own.
 
-    That one is started for as long as the context lasts. Raises BenchbotError when there is no engine, it cannot be
+    The latter is started for as long as the context lasts. Raises BenchbotError when there is no engine, it cannot be
     talked to, or it is on another machine.
     """
     named = os.environ.get("DOCKER_HOST")
@@ -61,12 +67,31 @@ def reached() -> Iterator[Engine]:
             "\n".join(["Neither podman nor docker is running, and podman is not installed.", *refused]),
             "Install podman (sudo apt-get install podman), or start docker; or name an engine: export DOCKER_HOST=…",
         )
-    with service.podman(program) as socket:
+    with podman_service(program) as socket:
         yield _asked(f"unix://{socket}")
 
 
+@contextmanager
+def podman_service(program: str) -> Iterator[Path]:
+    """Start `podman system service` of that program, yield its socket when it answers there, and end it on leaving.
+
+    It is a process, not a daemon: where podman is installed, nothing has to be set up. Its whole process tree ends,
+    however this process ends. Raises BenchbotError when it does not start.
+    """
+    with tempfile.TemporaryDirectory(prefix="benchbot-podman-") as folder:
+        socket = Path(folder) / "podman.sock"
+        command = [program, "system", "service", "--time", "0", f"unix://{socket}"]
+        # Under an init process, as a solution is: the processes of a build would outlive the service.
+        with Solution(command, Path("/"), os.environ, lambda chunk: None) as service:
+            deadline_s = time.monotonic() + START_TIMEOUT_S
+            while not is_listening(socket):
+                if service.wait(POLL_S) is not None or time.monotonic() > deadline_s:
+                    raise _podman_does_not_start(service.last_words)
+            yield socket
+
+
 def usual_sockets() -> list[Path]:
-    """Return the sockets of engines that are there: the user's podman, the machine's podman, docker."""
+    """Return the sockets of engines that exist: the user's podman, the machine's podman, docker."""
     runtime = Path(os.environ.get("XDG_RUNTIME_DIR") or f"/run/user/{os.getuid()}")
     places = (runtime / "podman/podman.sock", Path("/run/podman/podman.sock"), Path("/var/run/docker.sock"))
     return [place for place in places if os.access(place, os.R_OK | os.W_OK)]
@@ -84,8 +109,16 @@ def failed(doing: str, error: Exception) -> BenchbotError:
     )
 
 
+def api_errors() -> tuple[type[Exception], ...]:
+    """Return the exceptions that calls of an engine raise."""
+    from docker.errors import DockerException
+    from requests.exceptions import RequestException
+
+    return DockerException, RequestException
+
+
 def check_installed() -> None:
-    """Raise BenchbotError when the package is missing that engines are talked to through."""
+    """Raise BenchbotError when the package `docker` is missing, through which engines are used."""
     if find_spec("docker") is None:
         raise BenchbotError(
             "Containers need a Python package that is not installed.",
@@ -95,7 +128,7 @@ def check_installed() -> None:
 
 
 def _client(url: str, api_version: str | None = None) -> "APIClient":
-    """Return a connection that asks for the version first when it is not told: podman takes its time to say it."""
+    """Return a connection; without a version it asks for that first, which takes long with podman."""
     from docker import APIClient
 
     return APIClient(base_url=url, version=api_version, timeout=int(ANSWER_TIMEOUT_S))
@@ -110,14 +143,11 @@ def _asked(url: str) -> Engine:
             "Name an engine of this machine: export DOCKER_HOST=unix:///…, or unset DOCKER_HOST.",
         )
     check_installed()
-    from docker.errors import DockerException
-    from requests.exceptions import RequestException
-
     try:
         # It asks for the engine's version as soon as it is made.
         with closing(_client(url)) as client:
             information, version, api_version = client.info(), client.version(), client.api_version
-    except (DockerException, RequestException) as error:
+    except api_errors() as error:
         raise BenchbotError(
             "The container engine does not answer.",
             f"{url}: {error}",
@@ -127,3 +157,13 @@ def _asked(url: str) -> Engine:
     podman = any("podman" in str(part.get("Name", "")).lower() for part in version.get("Components") or ())
     rootless = bool(information.get("Rootless")) or "name=rootless" in (information.get("SecurityOptions") or ())
     return Engine(url, "podman" if podman else "docker", rootless, information, api_version)
+
+
+def _podman_does_not_start(said: str) -> BenchbotError:
+    return BenchbotError(
+        "podman does not start.",
+        f"'podman system service' says: {said or 'nothing'}",
+        "Try 'podman info'; it says what is missing.",
+        exit_code=ExitCode.INTERNAL,
+        failure=FailureClass.INFRASTRUCTURE,
+    )

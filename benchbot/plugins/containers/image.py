@@ -1,32 +1,30 @@
-"""The image of a solution: built from its context, or found where the same context was built before."""
+"""The image of a solution: built from its context, unless the same context was built before."""
 
-from collections.abc import Callable
-from contextlib import closing
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager, suppress
+from typing import TYPE_CHECKING, Any
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.plugins.containers import building
 from benchbot.plugins.containers.context import Context
-from benchbot.plugins.containers.engine import Engine, failed
+from benchbot.plugins.containers.engine import Engine, api_errors, failed
 
 if TYPE_CHECKING:
     from docker import APIClient
 
-# With a registry's name in front nobody takes it for an image that could be pulled.
+# With a registry's name in front it is never taken for an image that could be pulled.
 REPOSITORY = "localhost/benchbot/submission"
 LABEL = "benchbot.submission"
 TAG_DIGITS = 20
 TAIL_LINES = 15
+LIBPOD = "/v4.0.0/libpod/containers"
+"""podman's own API: docker's does not list the containers in which podman builds images."""
 
 
 def built(engine: Engine, context: Context, tell: Callable[[str], object]) -> str:
-    """Return the name of the context's image, which says what is in it; `tell` hears what is done, line by line.
+    """Return the name of the context's image, a digest of its content; `tell` is called with each line of progress.
 
     Raises BenchbotError with the step that failed.
     """
-    from docker.errors import DockerException
-    from requests.exceptions import RequestException
-
     try:
         with closing(engine.connect()) as client:
             name = _name(client, context)
@@ -41,7 +39,7 @@ def built(engine: Engine, context: Context, tell: Callable[[str], object]) -> st
                 client.tag(image, REPOSITORY, final.removeprefix(f"{REPOSITORY}:"))
                 client.remove_image(name, noprune=True)
             return final
-    except (DockerException, RequestException) as error:
+    except api_errors() as error:
         raise failed("build the image", error) from error
 
 
@@ -65,7 +63,7 @@ def _identity(client: "APIClient", name: str) -> str | None:
 
 def _build(engine: Engine, context: Context, name: str, tell: Callable[[str], object]) -> str:
     step, lines, image = "", [""], ""
-    with building.events(engine, context, name, {LABEL: "1"}) as events:
+    with _build_events(engine, context, name) as events:
         for event in events:
             if "error" in event:
                 raise _failed(context, step, [*lines, str(event["error"])])
@@ -79,6 +77,45 @@ def _build(engine: Engine, context: Context, name: str, tell: Callable[[str], ob
     if not image:
         raise _failed(context, step, lines)
     return image
+
+
+@contextmanager
+def _build_events(engine: Engine, context: Context, name: str) -> Iterator[Iterator[dict[str, Any]]]:
+    """Yield the events of a build (Docker Engine API, `POST /build`); an interrupted one leaves nothing behind."""
+    with closing(engine.connect()) as client:
+        before = _build_containers(engine, client)
+        answers: list[Any] = []
+        client.hooks["response"].append(lambda answer, *_, **__: answers.append(answer))
+        try:
+            yield client.build(
+                path=str(context.folder),
+                dockerfile=context.dockerfile,
+                tag=name,
+                labels={LABEL: "1"},
+                rm=True,
+                forcerm=True,
+                decode=True,
+            )
+        except BaseException:
+            # An engine gives up when the connection is closed. podman keeps the container of the build, mounted.
+            for answer in answers:
+                answer.close()
+            with closing(engine.connect()) as other:
+                for container in _build_containers(engine, other) - before:
+                    other.delete(f"{other.base_url}{LIBPOD}/{container}", params={"force": "true"})
+            raise
+
+
+def _build_containers(engine: Engine, client: "APIClient") -> set[str]:
+    """Return the containers in which podman is building images."""
+    if engine.name != "podman":
+        return set()
+    from requests.exceptions import RequestException
+
+    with suppress(RequestException):
+        listed = client.get(f"{client.base_url}{LIBPOD}/json", params={"all": "true", "external": "true"})
+        return {str(container["Id"]) for container in listed.json() if container.get("State") == "storage"}
+    return set()
 
 
 def _failed(context: Context, step: str, lines: list[str]) -> BenchbotError:

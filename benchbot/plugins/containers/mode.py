@@ -1,25 +1,65 @@
-"""The mode `container`: what `benchbot submit --containerised` runs a solution with."""
+"""The submission mode `container` (`benchbot.submission.modes.Holder`): an image that is built from a Dockerfile.
+
+Its options: `folder` and perhaps `file`, which `resolved` turns into `context` and `dockerfile`; `weak_limits`,
+`processors` and `gpus`.
+"""
 
 import os
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
-from benchbot.plugins.containers import engine as engines
-from benchbot.plugins.containers import image as images
-from benchbot.plugins.containers import outbox, seccomp, settings, strength
+from benchbot.plugins.containers import outbox, settings
 from benchbot.plugins.containers.container import Container
-from benchbot.plugins.containers.context import Context
-from benchbot.plugins.containers.engine import Engine
+from benchbot.plugins.containers.context import Context, find
+from benchbot.plugins.containers.engine import Engine, reached
+from benchbot.plugins.containers.image import built
 from benchbot.submission import modes
 from benchbot.submission.limits import with_defaults
+from benchbot.submission.modes import SolutionSpec
 from benchbot.wire.run_state import Connection
 
-if TYPE_CHECKING:
-    from benchbot.submission.modes import SolutionSpec
+IMAGE = "container"
+"""The name under which all files that an image is built from are hashed together."""
+
+
+def resolved(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options with the Dockerfile found; raises BenchbotError when there is none."""
+    rest = {key: value for key, value in options.items() if key not in ("folder", "file")}
+    folder, file = Path(options["folder"]), options.get("file")
+    found = find(folder) if file is None else find(Path(file), folder)
+    return {**rest, "context": str(found.folder), "dockerfile": found.dockerfile}
+
+
+@contextmanager
+def prepared(spec: SolutionSpec, options: Mapping[str, Any], tell: Callable[[str], object]) -> Iterator[SolutionSpec]:
+    """Yield the specification with a container of its image; the words of its command go to the image's own.
+
+    `tell` is called with the progress of the build. Raises BenchbotError when there is no engine, it would ignore the
+    limits, or the image cannot be built.
+    """
+    source = _context(options)
+    with container_mode(
+        source,
+        tell,
+        weak_limits=options.get("weak_limits", False),
+        processors=options.get("processors"),
+        gpus=options.get("gpus", 0),
+    ) as held:
+        yield replace(spec, command=[held.image, *spec.command], folder=source.folder, mode=held)
+
+
+def files(options: Mapping[str, Any]) -> Mapping[str, str] | None:
+    """Return the hash of all that the image is built from."""
+    # The digests of bases differ from machine to machine; their names are in the Dockerfile.
+    return {IMAGE: _context(options).digest(lambda _name: None)}
+
+
+def _context(options: Mapping[str, Any]) -> Context:
+    return Context(Path(options["context"]), options["dockerfile"])
 
 
 @dataclass(frozen=True)
@@ -36,28 +76,23 @@ class Containerised:
     needs_socket = True
 
     def check(self) -> None:
-        """Raise BenchbotError when the engine would ignore the limits, and nobody has allowed that."""
-        strength.check(self.engine, weak_limits=self.weak_limits)
+        """Raise BenchbotError when the engine would ignore the limits, unless that is allowed."""
+        settings.check_limits(self.engine, weak_limits=self.weak_limits)
 
     def describe(self) -> str:
-        """Return what holds the solution, in words, for who submits it."""
-        ignored = strength.ignored_limits(self.engine)
+        """Return the kind of container as a part of a sentence."""
+        ignored = settings.ignored_limits(self.engine)
         weaker = f", without a limit on {' and '.join(ignored)}" if ignored else ""
         return f"in a container ({self.engine.name}){weaker}"
 
-    def start(
-        self, spec: "SolutionSpec", connection: Connection, exchange: Path, output: Callable[[bytes], object]
-    ) -> AbstractContextManager[modes.Running]:
-        """Return the solution as a container. Its image says what runs; the words after its name are in `args`."""
-        return self._started(spec, connection, exchange, output)
-
     @contextmanager
-    def _started(
-        self, spec: "SolutionSpec", connection: Connection, exchange: Path, output: Callable[[bytes], object]
+    def start(
+        self, spec: SolutionSpec, connection: Connection, exchange: Path, output: Callable[[bytes], object]
     ) -> Iterator[modes.Running]:
+        """Yield the solution as a container. Its image says what runs; the words after its name are in `args`."""
         limits = with_defaults(spec.limits)
         user = settings.user()
-        ignored = strength.check(self.engine, weak_limits=self.weak_limits)
+        ignored = settings.check_limits(self.engine, weak_limits=self.weak_limits)
         variables = {
             "BENCHBOT_SOCKET": settings.SOCKET,
             "BENCHBOT_TOKEN": connection.token,
@@ -67,28 +102,33 @@ class Containerised:
             "args": " ".join(spec.command[1:]),
             **spec.variables,
         }
-        with (
-            _lent(modes.unix_socket_of(self, connection), user) as socket,
-            outbox.outbox(exchange, user) as folder,
-        ):
+        socket = modes.unix_socket_of(self, connection)
+        owner = user if os.geteuid() == 0 else None
+        with modes.owned_by(owner, socket), outbox.outbox(exchange, user) as folder:
             host_config = settings.host_config(
                 self.engine,
                 limits,
                 socket,
                 folder,
                 ignored=ignored,
-                seccomp=seccomp.write(self.engine, exchange / "seccomp.json"),
+                seccomp=settings.write_seccomp_profile(self.engine, exchange / "seccomp.json"),
                 processors=self.processors,
                 gpus=self.gpus,
             )
-            taking = partial(outbox.take, folder, exchange / modes.RESULT)
-            container = Container(self.engine, self.image, user, variables, host_config, limits, output, taking)
-            with container:
+            config = {
+                "Image": self.image,
+                "User": "{}:{}".format(*user),
+                "Hostname": "solution",
+                "Env": [f"{name}={value}" for name, value in variables.items()],
+                "HostConfig": host_config,
+            }
+            take_result = partial(outbox.take, folder, exchange / modes.RESULT)
+            with Container(self.engine, config, limits, output, take_result) as container:
                 yield container
 
 
 @contextmanager
-def prepared(
+def container_mode(
     context: Context,
     tell: Callable[[str], object],
     *,
@@ -96,25 +136,10 @@ def prepared(
     processors: float | None = None,
     gpus: int = 0,
 ) -> Iterator[Containerised]:
-    """Yield the mode for a context: its engine reached and its image built; `tell` hears of the progress.
+    """Yield the mode for a context: its engine reached and its image built; `tell` is called with progress.
 
     Raises BenchbotError when there is no engine, it would ignore the limits, or the image cannot be built.
     """
-    with engines.reached() as engine:
-        strength.check(engine, weak_limits=weak_limits)
-        yield Containerised(engine, images.built(engine, context, tell), weak_limits, processors, gpus)
-
-
-@contextmanager
-def _lent(socket: Path, user: tuple[int, int]) -> Iterator[Path]:
-    """Let another user connect to a socket (0600) meanwhile, where we are root."""
-    if os.geteuid() != 0:
-        yield socket
-        return
-    before = socket.stat()
-    os.chown(socket, *user)
-    try:
-        yield socket
-    finally:
-        if socket.exists():
-            os.chown(socket, before.st_uid, before.st_gid)
+    with reached() as engine:
+        settings.check_limits(engine, weak_limits=weak_limits)
+        yield Containerised(engine, built(engine, context, tell), weak_limits, processors, gpus)

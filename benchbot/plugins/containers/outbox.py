@@ -1,4 +1,4 @@
-"""The folder that a container may write its result into, and the way of the result out of it."""
+"""The folder that a container may write its result into, and the copy of the result out of it."""
 
 import os
 import shutil
@@ -32,12 +32,12 @@ def outbox(exchange: Path, user: tuple[int, int]) -> Iterator[Path]:
     try:
         yield folder
     finally:
-        # Lazily: an engine that is slow to end may still hold it.
+        # Lazily: an engine that ends slowly may still use it.
         _run("umount", "--lazy", str(folder))
 
 
 def take(folder: Path, target: Path) -> str | None:
-    """Copy the result out of the folder, once nobody writes there any more; return why it was refused, if it was.
+    """Copy the result out of the folder, once the container has ended; return why it was refused, if it was.
 
     No link is followed, nothing but a regular file is read, and no more than a result may have.
     """
@@ -50,16 +50,6 @@ def take(folder: Path, target: Path) -> str | None:
     with os.fdopen(source, "rb") as file, target.open("xb") as copy:
         shutil.copyfileobj(file, copy)
     return None
-
-
-def refused(why: str) -> BenchbotError:
-    """Return the error of a result that was not taken."""
-    return BenchbotError(
-        "The solution's result was refused.",
-        f"{why[0].upper()}{why[1:]}. A result is a regular file of at most {RESULT_MAX_BYTES // 2**20} MiB.",
-        "Write it with json.dump to the file that BENCHBOT_RESULT names.",
-        failure=FailureClass.AGENT,
-    )
 
 
 def _run(*command: str) -> None:

@@ -10,6 +10,6 @@ def benchbot_submission_modes() -> Iterator[SubmissionMode]:
     """Yield the mode."""
     yield SubmissionMode(
         "container",
-        "benchbot.plugins.containers.holding",
+        "benchbot.plugins.containers.mode",
         "In a container of podman or docker, built from its Dockerfile.",
     )

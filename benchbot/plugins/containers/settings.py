@@ -1,5 +1,9 @@
-"""What a solution's container is given, and all that it is not: in the words of the engines' API."""
+"""The settings that confine a solution's container: mounts, limits, the filter of system calls.
 
+Some engines accept every limit and ignore it: their information says which.
+"""
+
+import json
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -7,22 +11,50 @@ from typing import Any
 
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.containers.engine import Engine
+from benchbot.plugins.sandbox.syscalls import NEW_NAMESPACES, REFUSED
 from benchbot.submission.limits import OPEN_FILES, TEMPORARY_BYTES
 from benchbot.submission.modes import ProcessLimits
 
 SOCKET = "/benchbot/supervisor.sock"
 OUTBOX = "/benchbot/outbox"
-"""Where a solution finds the supervisor, and the folder that it writes its result into."""
+"""The supervisor's socket and the folder of the result, as a solution sees them."""
 
 NOBODY = 65534
-"""Whom a solution runs as where root submits it."""
+"""The user that a solution runs as where root submits it."""
 
 USER_PROCESSES = 16384
+
+LIMIT_KEYS = {"MemoryLimit": "memory", "PidsLimit": "processes", "CpuCfsQuota": "processors"}
+"""Keys of an engine's information, and the resources that it can limit if they are true."""
+
+SECCOMP_PROFILES = (Path("/etc/containers/seccomp.json"), Path("/usr/share/containers/seccomp.json"))
+"""The places of podman's filter (containers.conf(5), `seccomp_profile`)."""
 
 
 def user() -> tuple[int, int]:
     """Return the user and group that a solution runs as: never root, and of this machine, since it writes a file."""
     return (NOBODY, NOBODY) if os.geteuid() == 0 else (os.geteuid(), os.getegid())
+
+
+def ignored_limits(engine: Engine) -> list[str]:
+    """Return the resources that this engine would let a solution use without limit."""
+    # Without root there are no limits on control groups of version 1, whatever the kernel can do for others.
+    powerless = engine.rootless and str(engine.information.get("CgroupVersion")) == "1"
+    return [what for key, what in LIMIT_KEYS.items() if powerless or not engine.information.get(key)]
+
+
+def check_limits(engine: Engine, *, weak_limits: bool) -> list[str]:
+    """Return the limits that would be ignored, where that was allowed; raises BenchbotError where it was not."""
+    ignored = ignored_limits(engine)
+    if ignored and not weak_limits:
+        whose = "without root " if engine.rootless else ""
+        raise BenchbotError(
+            "The container could take all that this machine has.",
+            f"{engine.name} {whose}on control groups of version {engine.information.get('CgroupVersion')} "
+            f"ignores limits on {' and '.join(ignored)}.",
+            "Run it as root, or on a machine with control groups of version 2; or trust the solution: --weak-limits",
+        )
+    return ignored
 
 
 def host_config(
@@ -108,7 +140,35 @@ def _ulimits(limits: ProcessLimits) -> list[Any]:
     }
     soft = dict(hard)
     if limits.cpu_time_s is not None:
-        # Told by SIGXCPU, which says why; killed a second later where that is not heard.
+        # SIGXCPU names the cause; where it is ignored, SIGKILL follows a second later.
         soft["cpu"] = at_most(max(1, round(limits.cpu_time_s)), resource.RLIMIT_CPU)
         hard["cpu"] = at_most(soft["cpu"] + 1, resource.RLIMIT_CPU)
     return [Ulimit(name=name, soft=soft[name], hard=number) for name, number in hard.items()]
+
+
+def write_seccomp_profile(engine: Engine, path: Path) -> Path | None:
+    """Write podman's filter of system calls without those that a sandbox refuses; None keeps the engine's own.
+
+    podman's lets every process make namespaces, which is of use to containers in containers only. docker's does not.
+    """
+    if engine.name != "podman":
+        return None
+    usual = next((profile for profile in SECCOMP_PROFILES if profile.is_file()), None)
+    if usual is None:
+        return None
+    path.write_text(json.dumps(stricter_profile(json.loads(usual.read_text("utf-8")))), "utf-8")
+    return path
+
+
+def stricter_profile(profile: dict[str, Any]) -> dict[str, Any]:
+    """Return a filter (OCI runtime specification, `seccomp`) that allows no more than a sandbox does."""
+    refused = {*REFUSED, "clone", "clone3"}
+    rules = []
+    for rule in profile["syscalls"]:
+        allowed = rule["action"] == "SCMP_ACT_ALLOW"
+        names = [name for name in rule["names"] if not (allowed and name in refused)]
+        rules.append({**rule, "names": names})
+    # Of clone3 no filter sees the flags: unknown, it is replaced by clone.
+    same = {"index": 0, "value": NEW_NAMESPACES, "valueTwo": 0, "op": "SCMP_CMP_MASKED_EQ"}
+    rules.append({"names": ["clone"], "action": "SCMP_ACT_ALLOW", "args": [same]})
+    return {**profile, "syscalls": [rule for rule in rules if rule["names"]]}

@@ -1,4 +1,4 @@
-"""The format `object_map`: what a semantic SLAM solution found, as boxes with class probabilities."""
+"""The format `object_map`: the objects that semantic SLAM found, as boxes with class probabilities."""
 
 from collections.abc import Iterator
 from typing import Any

@@ -1,4 +1,4 @@
-"""The format `object_map_ground_truth`: which objects there are in an environment, and where."""
+"""The format `object_map_ground_truth`: the objects of an environment and their places."""
 
 from collections.abc import Iterator
 from typing import Any

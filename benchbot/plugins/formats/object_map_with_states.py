@@ -1,4 +1,4 @@
-"""The format `object_map_with_states`: an object map whose objects also say what has become of them."""
+"""The format `object_map_with_states`: an object map with probabilities of the change of each object."""
 
 from collections.abc import Iterator
 from typing import Any

@@ -18,7 +18,7 @@ POLL_S = 0.05
 
 
 class LocalWorkers:
-    """Processes that live on when their parent is gone."""
+    """Processes that outlive their parent."""
 
     def __init__(self, processes: Sequence[ProcessId], children: "Sequence[subprocess.Popen[bytes]]" = ()) -> None:
         self._processes = tuple(processes)
@@ -36,7 +36,7 @@ class LocalWorkers:
         return sum(not process.is_dead for process in self._processes)
 
     def stop(self) -> None:
-        """End them: in order, then by force."""
+        """End them: by SIGTERM, then by SIGKILL."""
         self._signal(signal.SIGTERM)
         deadline_s = time.monotonic() + GRACE_S
         while self.alive() and time.monotonic() < deadline_s:

@@ -2,7 +2,7 @@
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -49,11 +49,13 @@ def record(
     from benchbot.api.client import Client
     from benchbot.cli.kit.interrupting import interrupting
     from benchbot.cli.kit.options import recordings
+    from benchbot.core.plugin_manager import load
 
     state = _chosen(run)
     names = recordings([recorders or DEFAULT])
     folders = {name: folder if output is None else output / name for name, folder in names.items()}
-    _see_to_recorders(folders)
+    for name in folders:
+        load().record("recorders", name)  # raises before the run is asked to record
     client = Client(replace(state.connection, token=state.operator_token))
     ours = {str(folder.absolute()) for folder in folders.values()}
     with interrupting():
@@ -62,9 +64,15 @@ def record(
             console.note(f"Recording {state.task} on {state.robot} in {state.environment}. Ctrl-C finishes it.")
             while any(entry["folder"] in ours and not entry["ended"] for entry in going_on):
                 time.sleep(POLL_S)
-                going_on = _going_on(client)
+                try:
+                    going_on = client.record()
+                except BenchbotError:  # the run has ended
+                    break
         except KeyboardInterrupt:
-            _finish(client, list(folders.values()))
+            try:
+                client.record(finish=list(folders.values()))
+            except BenchbotError as error:
+                console.note(f"The run has ended, too: {error.why}")
     tell_recordings(folders)
     for folder in folders.values():
         console.data(str(folder))
@@ -82,27 +90,3 @@ def _chosen(run: str | None) -> "RunState":
             "Start one: benchbot run --task T --robot R --env E; or record it from its start on, with its --record.",
         )
     return found[0]
-
-
-def _see_to_recorders(folders: dict[str, Path]) -> None:
-    """Raise BenchbotError for a recorder that is not there before anybody is asked to record with it."""
-    from benchbot.core.plugin_manager import load
-
-    for name in folders:
-        load().record("recorders", name)
-
-
-def _going_on(client: Any) -> list[dict[str, Any]]:
-    """Return the recordings of the run that go on; none when the run has ended."""
-    try:
-        going_on: list[dict[str, Any]] = client.record()
-    except BenchbotError:
-        return []
-    return going_on
-
-
-def _finish(client: Any, folders: list[Path]) -> None:
-    try:
-        client.record(finish=folders)
-    except BenchbotError as error:
-        console.note(f"The run has ended, too: {error.why}")

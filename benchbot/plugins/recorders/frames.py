@@ -1,4 +1,4 @@
-"""The recorder `frames`: what the robot's camera saw at each step, as JPEG files."""
+"""The recorder `frames`: the images of the robot's camera at each step, as JPEG files."""
 
 from collections.abc import Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -6,7 +6,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchbot.plugins.recorders.faults import told
+from benchbot.plugins.recorders.files import disk_errors
 
 if TYPE_CHECKING:
     from benchbot.core.progress import Progress, Step
@@ -23,11 +23,11 @@ class FramesRecording:
         # One frame is written while the next one is taken.
         self._writer = ThreadPoolExecutor(max_workers=1)
         self._writing: Future[None] | None = None
-        with told("frames", folder):
+        with disk_errors("frames", folder):
             folder.mkdir(parents=True, exist_ok=True)
 
     def reset(self) -> None:
-        """Remove the frames of the episode that was given up."""
+        """Remove the frames of the abandoned episode."""
         self._wait()
         for path in self._written:
             path.unlink(missing_ok=True)
@@ -50,10 +50,10 @@ class FramesRecording:
             self._writer.shutdown()
 
     def _wait(self) -> None:
-        """Wait for the frame that is being written; raises what went wrong with it."""
+        """Wait for the frame that is being written; raises BenchbotError when it cannot be."""
         writing, self._writing = self._writing, None
         if writing is not None:
-            with told("frames", self._folder):
+            with disk_errors("frames", self._folder):
                 writing.result()
 
 

@@ -1,12 +1,11 @@
-"""The recorder `steps`: a line of JSON for each observation, with what led to it and what it was, but no pictures."""
+"""The recorder `steps`: a line of JSON for each observation and the action that led to it, without images."""
 
 import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchbot.plugins.recorders.faults import told
-from benchbot.plugins.recorders.lines import LineFile
+from benchbot.plugins.recorders.files import LineFile
 
 if TYPE_CHECKING:
     from benchbot.core.progress import Progress, Step
@@ -16,20 +15,17 @@ BASE = "base_link"
 
 
 class StepsRecording:
-    """Writes `steps.jsonl`: what was done, what came of it, when, where as observed, and a digest of what was seen.
+    """Writes `steps.jsonl`: action, outcome, times, observed pose, and a digest of the observations.
 
     The true pose is not in it where the task hides it: a solution might read the file.
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
-        with told("steps", folder):
-            self._lines = LineFile(folder / FILE)
+        self._lines = LineFile("steps", folder / FILE)
 
     def reset(self) -> None:
         """Start over."""
-        with told("steps", self._folder):
-            self._lines.restart()
+        self._lines.restart()
 
     def step(self, action: str | None, arguments: Mapping[str, Any], step: "Step", progress: "Progress") -> None:
         """Write one line."""
@@ -52,8 +48,7 @@ class StepsRecording:
             "failure": progress.failure,
             "sha256": digest.hexdigest(),
         }
-        with told("steps", self._folder):
-            self._lines.add(json.dumps(line))
+        self._lines.add(json.dumps(line))
 
     def close(self) -> None:
         """Close the file."""
@@ -61,7 +56,7 @@ class StepsRecording:
 
 
 def _pose(observations: Mapping[str, Any]) -> dict[str, Any] | None:
-    """Return where the solution was told that the robot's base is."""
+    """Return the pose of the robot's base as the solution observed it."""
     pose = observations.get("poses", {}).get(BASE)
     if pose is None:
         return None

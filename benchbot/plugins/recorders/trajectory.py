@@ -1,4 +1,4 @@
-"""The recorder `trajectory`: where the robot was said to be, and where it was, as files of the TUM RGB-D benchmark.
+"""The recorder `trajectory`: observed and true poses of the robot, as files of the TUM RGB-D benchmark.
 
 A pose a line, `time x y z qx qy qz qw`, seconds of simulated time, metres, in the map frame.
 Format: https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats
@@ -6,11 +6,11 @@ Format: https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchbot.plugins.recorders.faults import told
-from benchbot.plugins.recorders.lines import LineFile
+from benchbot.plugins.recorders.files import LineFile
 
 if TYPE_CHECKING:
     from benchbot.core.progress import Progress, Step
@@ -23,7 +23,7 @@ BASE = "base_link"
 class TrajectoryRecording:
     """Writes `observed.tum` step by step, and `true.tum` when the recording ends.
 
-    The true poses are kept back until then: a solution that read them might still be driving.
+    The true poses are kept back until then: a solution could read them while it drives.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -31,15 +31,13 @@ class TrajectoryRecording:
         self._true: list[str] = []
         self._time_s = -math.inf
         self._closed = False
-        with told("trajectories", folder):
-            self._observed = LineFile(folder / OBSERVED, HEAD)
+        self._observed = LineFile("trajectories", folder / OBSERVED, HEAD)
 
     def reset(self) -> None:
         """Start over."""
         self._true.clear()
         self._time_s = -math.inf
-        with told("trajectories", self._folder):
-            self._observed.restart()
+        self._observed.restart()
 
     def step(self, action: str | None, arguments: Mapping[str, Any], step: "Step", progress: "Progress") -> None:
         """Add a pose to each, unless no time has passed: a robot is in one place at a time."""
@@ -51,8 +49,7 @@ class TrajectoryRecording:
         self._true.append(_line(self._time_s, (x, y, 0.0), turned))
         pose = step.observations.get("poses", {}).get(BASE)
         if pose is not None:
-            with told("trajectories", self._folder):
-                self._observed.add(_line(self._time_s, pose["translation_xyz"], pose["rotation_xyzw"]))
+            self._observed.add(_line(self._time_s, pose["translation_xyz"], pose["rotation_xyzw"]))
 
     def close(self) -> None:
         """Write the true poses."""
@@ -60,15 +57,11 @@ class TrajectoryRecording:
             return
         self._closed = True
         self._observed.close()
-        with told("trajectories", self._folder):
-            true = LineFile(self._folder / TRUE, HEAD)
-            try:
-                for line in self._true:
-                    true.add(line)
-            finally:
-                true.close()
+        with closing(LineFile("trajectories", self._folder / TRUE, HEAD)) as true:
+            for line in self._true:
+                true.add(line)
 
 
 def _line(time_s: float, translation_xyz: Sequence[float], rotation_xyzw: Sequence[float]) -> str:
-    # As many digits as a number has: it is read back as what it was.
+    # All digits: the same number is read back.
     return " ".join(repr(float(value)) for value in (time_s, *translation_xyz, *rotation_xyzw))

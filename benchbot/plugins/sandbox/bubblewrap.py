@@ -1,10 +1,12 @@
-"""The command of bubblewrap (https://github.com/containers/bubblewrap) that a sandboxed solution's leader runs in."""
+"""Sandboxes of bubblewrap (https://github.com/containers/bubblewrap): their command, and the pipe of the result."""
 
 import os
 import shutil
 import subprocess
+import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Self
 
 from benchbot.plugins.sandbox.view import View, code_needed
 from benchbot.submission.limits import TEMPORARY_BYTES
@@ -16,17 +18,20 @@ CODE_INSIDE = INSIDE / "code"
 SOCKET_INSIDE = INSIDE / "supervisor.sock"
 RESULT_INSIDE = INSIDE / "result" / RESULT
 FOLDER_BYTES = 2 * RESULT_MAX_BYTES
-"""How much the folder of the result holds: more than is read of it, so that too much can be told from a full disk."""
+"""The size of the folder of the result: more than is read of it, to tell too large a result from a full disk."""
 PROBE_TIMEOUT_S = 30.0
+CHUNK_BYTES = 2**20
+PIPE_TIMEOUT_S = 15.0
+"""The time to read what is left in the pipe when the sandbox has ended: 64 KiB at most."""
 
 
 def program() -> str | None:
-    """Return where bubblewrap is; None where it is not installed."""
+    """Return the path of bubblewrap; None where it is not installed."""
     return shutil.which("bwrap")
 
 
 def problem() -> str | None:
-    """Return why bubblewrap cannot make a sandbox on this machine; None when it can."""
+    """Return the reason why bubblewrap cannot make a sandbox on this machine; None when it can."""
     bwrap = program()
     if bwrap is None:
         return "bubblewrap is not installed"
@@ -39,7 +44,7 @@ def problem() -> str | None:
 
 
 def command(view: View, socket: Path) -> list[str]:
-    """Return the words that come before the leader's: namespaces of its own, and what it sees of the files.
+    """Return the command that the init process is run by: with namespaces of its own, and a view of the files.
 
     The root of the file system is empty but for the view, all of it read-only; /tmp, /dev/shm and the folder of the
     result are in memory, each with a size.
@@ -51,7 +56,7 @@ def _namespaces() -> Iterator[str]:
     yield from ("--unshare-pid", "--unshare-net", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try")
     yield from ("--hostname", "sandbox", "--die-with-parent", "--new-session", "--cap-drop", "ALL")
     if os.geteuid() == 0:
-        # The leader becomes somebody else with them, and has none from then on. A namespace of users would only give
+        # The init process changes its user with them, and has none from then on. A user namespace would only give
         # root another name: what belongs to root would stay the solution's to read.
         yield from ("--cap-add", "CAP_SETUID", "--cap-add", "CAP_SETGID")
     else:
@@ -88,3 +93,44 @@ def _mounts(view: View, socket: Path) -> Iterator[str]:
     yield from ("--ro-bind", str(socket), str(SOCKET_INSIDE))
     yield from ("--size", str(FOLDER_BYTES), "--perms", "0777", "--tmpfs", str(RESULT_INSIDE.parent))
     yield from ("--remount-ro", "/dev", "--remount-ro", "/")
+
+
+class ResultPipe:
+    """A pipe for the result, and the thread that writes its content into a file.
+
+    A file of this machine could be filled by any process that got hold of it. Leaving the context completes the file at
+    `path`; an empty pipe makes none.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._output, self.input = os.pipe()
+        self._thread = threading.Thread(target=self._keep, name="benchbot-result", daemon=True)
+        self._thread.start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def close_input(self) -> None:
+        """Close this process's end, so that the sandbox alone holds the pipe open."""
+        if self.input >= 0:
+            os.close(self.input)
+            self.input = -1
+
+    def __exit__(self, *_error: object) -> None:
+        self.close_input()
+        self._thread.join(PIPE_TIMEOUT_S)  # the rest is in the pipe when the sandbox has ended
+
+    def _keep(self) -> None:
+        # One byte more than is read of it shows that it was too large.
+        left = RESULT_MAX_BYTES + 1
+        with os.fdopen(self._output, "rb", buffering=0) as output:
+            first = output.read(CHUNK_BYTES)
+            if not first:
+                return
+            with self._path.open("xb") as file:
+                chunk = first
+                while chunk:
+                    file.write(chunk[:left])
+                    left -= len(chunk[:left])
+                    chunk = output.read(CHUNK_BYTES)

@@ -24,17 +24,17 @@ class ControlGroup:
     folders: Mapping[str, Path]
 
     def entering(self, command: list[str]) -> list[str]:
-        """Return the command that joins the group and becomes `command`: so nothing that it starts is outside."""
+        """Return a command that joins the group and then executes `command`: its process tree stays inside."""
         joined = [str(folder / "cgroup.procs") for folder in dict.fromkeys(self.folders.values())]
         return ["/bin/sh", "-c", ENTER, "sh", *joined, "--", *command]
 
     def killed_for_memory(self) -> bool:
-        """Say whether the kernel has killed one of its processes because the group used too much memory."""
+        """Return whether the kernel has killed one of its processes because the group used too much memory."""
         folder = self.folders["memory"]
         return any(_count(folder / name, "oom_kill") for name in ("memory.oom_control", "memory.events"))
 
     def refused_processes(self) -> bool:
-        """Say whether the group has been refused a process because it had too many."""
+        """Return whether the group has been refused a process because it had too many."""
         return _count(self.folders["pids"] / "pids.events", "max") > 0
 
     def cpu_time_s(self) -> float:
@@ -89,7 +89,7 @@ def _make(name: str, limits: ProcessLimits, mounted: Path, own: Path, made: list
 
 
 def _folder(mounted: Path, path: str, name: str, files: tuple[str, ...], made: list[Path]) -> Path | None:
-    """Make the group below our own, or below the nearest one above that lets us and has the controllers."""
+    """Make the group below our own, or below the nearest ancestor that permits it and has the controllers."""
     inner = mounted / path.strip("/")
     for above in (inner, *inner.parents):
         folder = above / name
@@ -141,14 +141,8 @@ def _count(file: Path, key: str) -> int:
 def _remove(folder: Path) -> None:
     """Remove a group; its last processes may still be on their way out."""
     until_s = time.monotonic() + REMOVING_TIMEOUT_S
-    while True:
-        try:
+    while folder.exists() and time.monotonic() < until_s:
+        with suppress(OSError):
             folder.rmdir()
-        except FileNotFoundError:
             return
-        except OSError:
-            if time.monotonic() > until_s:
-                return
-            time.sleep(0.01)
-        else:
-            return
+        time.sleep(0.01)

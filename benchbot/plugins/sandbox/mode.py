@@ -1,38 +1,67 @@
-"""The sandbox as a way to run a solution: bubblewrap, or Landlock where there is none, or not at all."""
+"""The submission mode `sandbox` (`benchbot.submission.modes.Holder`): bubblewrap, or Landlock where there is none.
+
+Its option is `readable`, the paths of this machine that a solution may read besides what it needs.
+"""
 
 import base64
 import os
 import secrets
 import signal
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, ExitStack, contextmanager
-from dataclasses import dataclass, field
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.plugin_manager import load
-from benchbot.plugins.sandbox import bubblewrap, fallback
+from benchbot.plugins.sandbox import bubblewrap, landlock
 from benchbot.plugins.sandbox.control_group import ControlGroup, control_group
-from benchbot.plugins.sandbox.hidden import hidden_paths
-from benchbot.plugins.sandbox.result_pipe import ResultPipe, result_pipe
 from benchbot.plugins.sandbox.syscalls import filter_program
-from benchbot.plugins.sandbox.view import View, view_of
+from benchbot.plugins.sandbox.view import View, hidden_paths, view_of
 from benchbot.submission import limits
-from benchbot.submission.modes import RESULT, RESULT_MAX_BYTES, ProcessLimits, Running, unix_socket_of
-from benchbot.submission.solution import CODE, Leading, Solution
+from benchbot.submission.modes import (
+    RESULT,
+    RESULT_MAX_BYTES,
+    ProcessLimits,
+    Running,
+    SolutionSpec,
+    owned_by,
+    unix_socket_of,
+)
+from benchbot.submission.output import refused_result
+from benchbot.submission.solution import InitOptions, Solution
 from benchbot.wire.run_state import Connection
-
-if TYPE_CHECKING:
-    from benchbot.submission.modes import SolutionSpec
 
 PASSED_ON = ("LANG", "LANGUAGE", "TZ", "PYTHONHASHSEED", "PYTHONUTF8")
 PASSED_ON_ENDS = ("_NUM_THREADS",)
 PASSED_ON_STARTS = ("LC_",)
 SPARE_USERS = range(2_000_000_000, 2_100_000_000)
 NOBODY = 65534
+
+
+def resolved(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options with absolute paths; raises BenchbotError for one that is not there."""
+    paths = [Path(path).absolute() for path in options.get("readable", ())]
+    for path in paths:
+        if not path.exists():
+            raise BenchbotError(f"There is no {path}.", "--readable names it.", "Name a file or folder that is there.")
+    return {"readable": [str(path) for path in paths]}
+
+
+@contextmanager
+def prepared(spec: SolutionSpec, options: Mapping[str, Any], tell: Callable[[str], object]) -> Iterator[SolutionSpec]:
+    """Yield the specification in a sandbox; raises BenchbotError when there can be none on this machine."""
+    sandbox = Sandbox(tuple(map(Path, options["readable"])))
+    sandbox.check()
+    yield replace(spec, mode=sandbox)
+
+
+def files(options: Mapping[str, Any]) -> Mapping[str, str] | None:
+    """Return None: the command of a solution names its files."""
+    return None
 
 
 @dataclass(frozen=True)
@@ -50,7 +79,7 @@ class Sandbox:
     def check(self) -> None:
         """Raise BenchbotError when this machine can make no sandbox: nothing is run without one instead."""
         filter_program()
-        problems = (bubblewrap_problem(), fallback.problem())
+        problems = (bubblewrap_problem(), landlock.problem())
         if None not in problems:
             raise BenchbotError(
                 "There is no sandbox on this machine, so the solution is not run.",
@@ -62,93 +91,86 @@ class Sandbox:
             )
 
     def describe(self) -> str:
-        """Return what holds the solution, in words, for who submits it."""
+        """Return the kind of sandbox as a part of a sentence."""
         problem = bubblewrap_problem()
-        return "in a sandbox (bubblewrap)" if problem is None else f"{fallback.WEAKER}. {_sentence(problem)}"
-
-    def start(
-        self, spec: "SolutionSpec", connection: Connection, exchange: Path, output: Callable[[bytes], object]
-    ) -> AbstractContextManager[Running]:
-        """Return the solution in its sandbox; see `docs/sandbox.md`."""
-        return self._started(spec, connection, exchange, output)
+        return "in a sandbox (bubblewrap)" if problem is None else f"{landlock.WEAKER}. {_sentence(problem)}"
 
     @contextmanager
-    def _started(
-        self, spec: "SolutionSpec", connection: Connection, exchange: Path, output: Callable[[bytes], object]
+    def start(
+        self, spec: SolutionSpec, connection: Connection, exchange: Path, output: Callable[[bytes], object]
     ) -> Iterator[Running]:
+        """Yield the solution in its sandbox; see `docs/sandbox.md`."""
         self.check()
         socket = unix_socket_of(self, connection)
         bounds = limits.with_defaults(spec.limits)
         path = spec.variables.get("PATH", os.environ.get("PATH", os.defpath))
-        hidden = hidden_paths(Catalog(load()), spec.folder)
-        view = view_of(spec.command, spec.folder, path, self.readable, hidden)
-        environment = {**_environment(view, path), "BENCHBOT_TOKEN": connection.token}
+        view = view_of(spec.command, spec.folder, path, self.readable, hidden_paths(Catalog(load()), spec.folder))
         user = _spare_user() if os.geteuid() == 0 else None
+        owner = None if user is None else (user, user)
         with ExitStack() as stack:
             group = stack.enter_context(control_group(bounds))
-            stack.enter_context(_given_to(user, socket))
-            made = (_in_bubblewrap if bubblewrap_problem() is None else _under_landlock)(
-                stack, view, socket, exchange, user
-            )
+            stack.enter_context(owned_by(owner, socket))
             confinement = {
                 "user": user,
                 "limits": limits.of_each_process(bounds, grouped=group is not None),
                 "filter": base64.b64encode(filter_program()).decode(),
-                "files": made.rules,
+                "files": None,
             }
-            leading = Leading(
-                around=made.around if group is None else group.entering(made.around),
-                code=made.code,
-                environment={},
-                handles=() if made.pipe is None else (made.pipe.input,),
-                told={"alone": made.alone, "handover": made.handover, "confinement": confinement},
-            )
-            variables = {**environment, **made.places, **_safe(spec.variables, view)}
-            solution = Solution(spec.command, spec.folder, variables, output, leading)
-            held = stack.enter_context(_Held(solution, bounds, group))
-            if made.pipe is not None:
-                made.pipe.close_input()
+            if bubblewrap_problem() is None:
+                pipe = stack.enter_context(bubblewrap.ResultPipe(exchange / RESULT))
+                seen_socket, result, home = bubblewrap.SOCKET_INSIDE, bubblewrap.RESULT_INSIDE, Path("/tmp")  # noqa: S108
+                handover = {"path": str(result), "target": pipe.input, "max_bytes": RESULT_MAX_BYTES}
+                init = InitOptions(
+                    wrapper=bubblewrap.command(view, socket),
+                    code=bubblewrap.CODE_INSIDE,
+                    environment={},
+                    handles=(pipe.input,),
+                    job={"alone": True, "handover": handover, "confinement": confinement},
+                )
+            else:
+                pipe = None
+                stack.enter_context(owned_by(owner, exchange))
+                seen_socket, result, home = socket, exchange / RESULT, exchange
+                rules = {"files": landlock.rules(view, exchange)}
+                init = InitOptions(environment={}, job={"alone": False, "confinement": {**confinement, **rules}})
+            if group is not None:
+                init = replace(init, wrapper=group.entering(list(init.wrapper)))
+            variables = {
+                **_environment(),
+                "PATH": path,
+                "BENCHBOT_TOKEN": connection.token,
+                "BENCHBOT_SOCKET": str(seen_socket),
+                "BENCHBOT_RESULT": str(result),
+                "HOME": str(home),
+                "TMPDIR": str(home),
+                **spec.variables,
+            }
+            variables["PATH"] = _seen(variables["PATH"], view)
+            solution = _SandboxedSolution(spec, variables, output, init, bounds, group)
+            held = stack.enter_context(solution)
+            if pipe is not None:
+                pipe.close_input()
             yield held
 
 
-@dataclass(frozen=True)
-class _Made:
-    """What differs between the two kinds: see `Leading`; `places` are variables that name paths as they are inside."""
+class _SandboxedSolution(Solution):
+    """A solution in its sandbox, whose limits are watched."""
 
-    places: Mapping[str, str]
-    alone: bool
-    around: list[str] = field(default_factory=list)
-    code: Path = CODE
-    pipe: ResultPipe | None = None
-    handover: Mapping[str, Any] | None = None
-    rules: list[tuple[str, int]] | None = None
-
-
-class _Held:
-    """A solution in its sandbox, with an eye on its limits."""
-
-    def __init__(self, solution: Solution, bounds: ProcessLimits, group: ControlGroup | None) -> None:
-        self._solution = solution
+    def __init__(
+        self,
+        spec: SolutionSpec,
+        variables: Mapping[str, str],
+        output: Callable[[bytes], object],
+        init: InitOptions,
+        bounds: ProcessLimits,
+        group: ControlGroup | None,
+    ) -> None:
+        super().__init__(spec.command, spec.folder, variables, output, init)
         self._bounds = bounds
         self._group = group
 
-    def __enter__(self) -> "_Held":
-        self._solution.__enter__()
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        self.end()
-
-    @property
-    def process(self) -> int:
-        return self._solution.process
-
-    @property
-    def last_words(self) -> str:
-        return self._solution.last_words
-
     def wait(self, timeout_s: float) -> int | None:
-        status = self._solution.wait(timeout_s)
+        status = super().wait(timeout_s)
         most_s = self._bounds.cpu_time_s
         if status is None and most_s is not None and self._group is not None and self._group.cpu_time_s() > most_s:
             self.end()
@@ -157,7 +179,7 @@ class _Held:
 
     def explain(self, status: int) -> BenchbotError | None:
         if status == 0:
-            return None if self._solution.refused is None else _refused(self._solution.refused)
+            return None if self.refused is None else refused_result(self.refused)
         if self._group is not None and self._group.killed_for_memory():
             return limits.out_of_memory(self._bounds, self.last_words)
         explained = limits.explain(self._bounds, status, self.last_words)
@@ -165,56 +187,11 @@ class _Held:
             return limits.out_of_processes(self._bounds, self.last_words)
         return explained
 
-    def end(self) -> None:
-        self._solution.end()
-
 
 @cache
 def bubblewrap_problem() -> str | None:
-    """Return why bubblewrap cannot be used on this machine, looked at once; None when it can."""
+    """Return the reason why bubblewrap cannot be used on this machine, checked once; None when it can."""
     return bubblewrap.problem()
-
-
-def _in_bubblewrap(stack: ExitStack, view: View, socket: Path, exchange: Path, user: int | None) -> _Made:
-    pipe = stack.enter_context(result_pipe(exchange / RESULT))
-    return _Made(
-        places={
-            "BENCHBOT_SOCKET": str(bubblewrap.SOCKET_INSIDE),
-            "BENCHBOT_RESULT": str(bubblewrap.RESULT_INSIDE),
-            "HOME": "/tmp",  # noqa: S108
-            "TMPDIR": "/tmp",  # noqa: S108
-        },
-        alone=True,
-        around=bubblewrap.command(view, socket),
-        code=bubblewrap.CODE_INSIDE,
-        pipe=pipe,
-        handover={"path": str(bubblewrap.RESULT_INSIDE), "target": pipe.input, "max_bytes": RESULT_MAX_BYTES},
-    )
-
-
-def _under_landlock(stack: ExitStack, view: View, socket: Path, exchange: Path, user: int | None) -> _Made:
-    stack.enter_context(_given_to(user, exchange))
-    places = {
-        "BENCHBOT_SOCKET": str(socket),
-        "BENCHBOT_RESULT": str(exchange / RESULT),
-        "HOME": str(exchange),
-        "TMPDIR": str(exchange),
-    }
-    return _Made(places, alone=False, rules=fallback.rules(view, exchange))
-
-
-@contextmanager
-def _given_to(user: int | None, path: Path) -> Iterator[None]:
-    """Let a path be another user's for a while; one that was root's is root's again."""
-    if user is None:
-        yield
-        return
-    before = path.stat()
-    os.chown(path, user, user)
-    try:
-        yield
-    finally:
-        os.chown(path, before.st_uid, before.st_gid)
 
 
 def _spare_user() -> int:
@@ -227,18 +204,14 @@ def _spare_user() -> int:
     return NOBODY
 
 
-def _environment(view: View, path: str) -> dict[str, str]:
-    """Return the variables that are passed on; what is not on the list may tell, or hold, what is the user's own."""
+def _environment() -> dict[str, str]:
+    """Return the variables that are passed on; others may tell, or hold, what is the user's own."""
     passed_on = {
         name: value
         for name, value in os.environ.items()
         if name in PASSED_ON or name.startswith(PASSED_ON_STARTS) or name.endswith(PASSED_ON_ENDS)
     }
-    return {**passed_on, "PATH": _seen(path, view), "PYTHONUNBUFFERED": "1", "USER": "solution", "LOGNAME": "solution"}
-
-
-def _safe(variables: Mapping[str, str], view: View) -> dict[str, str]:
-    return {name: _seen(value, view) if name == "PATH" else value for name, value in variables.items()}
+    return {**passed_on, "PYTHONUNBUFFERED": "1", "USER": "solution", "LOGNAME": "solution"}
 
 
 def _seen(path: str, view: View) -> str:
@@ -246,15 +219,6 @@ def _seen(path: str, view: View) -> str:
     tops = (*view.shown, *(link for link, _ in view.links))
     folders = [Path(folder) for folder in path.split(os.pathsep) if folder]
     return os.pathsep.join(str(folder) for folder in folders if any(folder.is_relative_to(top) for top in tops))
-
-
-def _refused(why: str) -> BenchbotError:
-    return BenchbotError(
-        "The solution's result was refused.",
-        f"{_sentence(why)} A result is a regular file of at most {limits.size(RESULT_MAX_BYTES)}.",
-        "Write it with json.dump to the file that BENCHBOT_RESULT names.",
-        failure=FailureClass.AGENT,
-    )
 
 
 def _sentence(text: str) -> str:

@@ -7,9 +7,9 @@ from benchbot.plugin import SubmissionMode, hookimpl
 
 @hookimpl
 def benchbot_submission_modes() -> Iterator[SubmissionMode]:
-    """Yield the mode."""
+    """Yield the submission mode."""
     yield SubmissionMode(
         "sandbox",
-        "benchbot.plugins.sandbox.holding",
+        "benchbot.plugins.sandbox.mode",
         "Held by the kernel: little to see, one way out, limits on everything.",
     )

@@ -1,19 +1,33 @@
-"""What of the file system a sandboxed solution sees, at the paths where it is, and what is blotted out in it."""
+"""The view of the file system that a sandboxed solution has: the paths that are shown, and those hidden in them.
+
+Hidden are ground truths, the positions of objects in environments, and BenchBot's own folders.
+"""
 
 import os
 import shutil
 import sys
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
+from benchbot.core import plugin_manager, resources
+from benchbot.core.declarations import schema
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.provenance import is_file
+from benchbot.core.resources import YAML_SUFFIXES, declaration_files
 from benchbot.submission.solution import CODE
+from benchbot.supervisor.recording.host import recorded_folders
+from benchbot.wire import run_state
 
 SYSTEM = ("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/libx32")
 SETTINGS = ("ld.so.cache", "localtime", "timezone", "alternatives", "fonts", "ssl", "ca-certificates", "mime.types")
 LINKS = 40
+KINDS = {"ground_truths": (".json",), "environments": YAML_SUFFIXES, "episodes": (".json",)}
+"""The kinds of declarations that tell a solution what it is to find out, and how their files end."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +44,7 @@ class View:
 
 
 def view_of(command: Sequence[str], folder: Path, path: str, readable: Iterable[Path], hidden: Sequence[Path]) -> View:
-    """Return what a command sees that runs in `folder`, with programs looked up on `path`.
+    """Return the view of a command that runs in `folder`, with programs looked up on `path`.
 
     That is the system's programs and libraries, the interpreter and its packages, the folder and the files that the
     command names, and `readable`; nothing that is `hidden` (paths without links). Raises BenchbotError when the folder
@@ -81,7 +95,7 @@ def _check_folder(folder: Path, hidden: Sequence[Path]) -> None:
 
 
 def _around(program: Path) -> Iterator[Path]:
-    """Yield what a program needs beside itself: the prefixes that it, and what it is a link to, is installed in."""
+    """Yield the prefixes that a program, and each target of its links, is installed in; else the program itself."""
     for _ in range(LINKS):
         prefix = program.parent.parent
         if program.parent.name == "bin" and not _is_too_much(prefix):
@@ -124,7 +138,7 @@ def _linked_packages(prefix: Path) -> Iterator[Path]:
 
 
 def _within(shown: Sequence[Path], hidden: Sequence[Path]) -> Iterator[Path]:
-    """Yield where the hidden paths would be seen; the outermost of each."""
+    """Yield the hidden paths as they would be seen; the outermost of each."""
     found = [
         seen / path.relative_to(real)
         for seen, real in ((seen, seen.resolve()) for seen in shown)
@@ -136,8 +150,61 @@ def _within(shown: Sequence[Path], hidden: Sequence[Path]) -> Iterator[Path]:
             yield path
 
 
+def hidden_paths(catalog: Catalog, folder: Path) -> tuple[Path, ...]:
+    """Return the files and folders, links resolved, to hide from a solution that runs in `folder`.
+
+    Those are the folders of every ground truth, environment and list of episodes; the whole packages of distributions
+    that bring environments or ground truths, unless the solution itself is a part of one; what environments name as
+    files of theirs; the folders of the user's runs, results, caches and assets, and those of recordings, which may tell
+    where the robot really is.
+    """
+    inside = folder.resolve()
+    found = {resources.state_dir(), resources.cache_dir(), resources.data_dir()}
+    found.update(path for run in run_state.live() for path in recorded_folders(Path(run.folder)) if path.is_dir())
+    found.update(package for package in _declaring_packages(catalog) if not inside.is_relative_to(package.resolve()))
+    found.update(_declared_paths(catalog, [path.resolve() for path in found]))
+    return tuple(sorted({path.resolve() for path in found}))
+
+
+def _declared_paths(catalog: Catalog, hidden: Sequence[Path]) -> Iterator[Path]:
+    """Yield the declared files and folders, and those that environments name, unless they are in hidden packages."""
+    for kind, suffixes in KINDS.items():
+        for source in catalog.plugins.sources(kind):
+            path = Path(str(source.value))
+            if any(path.resolve().is_relative_to(other) for other in hidden):
+                continue
+            yield path
+            for file in declaration_files([path], suffixes):
+                yield file
+                if kind == "environments":
+                    # A declaration that cannot be read is not in use.
+                    with suppress(BenchbotError):
+                        yield from _named_files(schema.read(file), file.parent)
+
+
+def _declaring_packages(catalog: Catalog) -> Iterator[Path]:
+    sources = [source for kind in ("ground_truths", "environments") for source in catalog.plugins.sources(kind)]
+    distributions = {source.distribution for source in sources if source.folder is None} - {"benchbot"}
+    for info in plugin_manager.installed():
+        if info.distribution in distributions:
+            spec = find_spec(info.module.partition(":")[0].partition(".")[0])
+            yield from map(Path, (spec.submodule_search_locations if spec else None) or ())
+
+
+def _named_files(value: Any, folder: Path) -> Iterator[Path]:
+    """Yield what exists of the paths that a declaration holds; they are relative to its folder."""
+    if isinstance(value, str) and ("/" in value or "." in value) and "\0" not in value and len(value) < 1024:
+        path = folder / value
+        if value.strip("./") and path.exists():
+            yield path
+    elif isinstance(value, dict | list):
+        items: Iterable[Any] = value.values() if isinstance(value, dict) else value
+        for item in items:
+            yield from _named_files(item, folder)
+
+
 def code_needed() -> tuple[Path, ...]:
-    """Return the files and folders of BenchBot that a leader needs."""
+    """Return the files and folders of BenchBot that an init process needs."""
     package = CODE / "benchbot"
     inner = package / "submission"
     return package / "__init__.py", inner / "__init__.py", inner / "init"

@@ -1,4 +1,4 @@
-"""Add-on folders of BenchBot v2: where they are, and which folders in them declare what.
+"""Add-on folders of BenchBot v2: where they are, and the folders in them that hold declarations.
 
 Named by `--addons FOLDER` or the environment variable `BENCHBOT_ADDONS`, which the back end's processes inherit; or
 installed into the environment by `benchbot install`.
@@ -39,7 +39,7 @@ class Addon:
 
     @property
     def name(self) -> str:
-        """What a result calls it: the last two folders, which for v2's own add-ons are `user/repository`."""
+        """The name in results: the last two folders, which for v2's own add-ons are `user/repository`."""
         return "/".join(self.root.parts[-2:]).lstrip("/")
 
     def sources(self, kind: str) -> list[Path]:
@@ -117,7 +117,7 @@ def _named() -> list[Path]:
 
 
 def _declares(folder: Path, root: Path) -> bool:
-    # What an add-on needs beside its declarations is in folders whose names start with a dot.
+    # Folders whose names start with a dot hold requirements of an add-on, not declarations.
     hidden = any(part.startswith(".") for part in folder.relative_to(root).parts)
     return folder.name in KINDS and not hidden
 

@@ -108,7 +108,7 @@ class Code:
 
     @contextmanager
     def _siblings(self, folder: Path) -> Iterator[None]:
-        """Let `import x` mean the file x.py of a folder of the add-on, for as long as its code runs."""
+        """Resolve `import x` to the file x.py of a folder of the add-on while its code runs."""
         beside = {path.stem for path in self.files if path.parent == folder}
         beside |= {path.parent.name for path in self.files if path.name == "__init__.py"}
         finder = _Finder(folder, self.files)

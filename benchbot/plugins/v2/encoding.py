@@ -1,4 +1,4 @@
-"""What BenchBot v2's client decodes: observations as jsonpickle text, everything else as JSON. Nothing is decoded here.
+"""The encodings of BenchBot v2: observations as jsonpickle text, everything else as JSON. Nothing is decoded here.
 
 The form is that of jsonpickle with its numpy extension, as v2's robot controller wrote it: arrays of up to 16 elements
 as nested lists, larger ones as base64 of their zlib-compressed bytes (https://jsonpickle.readthedocs.io).
@@ -18,7 +18,7 @@ from benchbot.core.errors import BenchbotError
 MAX_LISTED_ELEMENTS = 16
 TAG = "py/"
 IMAGE_RGB_CALLBACK = "api_callbacks.convert_to_rgb"
-"""What v2's client calls, by its own name, to turn `image_rgb` as it is sent into RGB."""
+"""The function of v2's client, by its own name, that turns `image_rgb` as it is sent into RGB."""
 
 
 def observation(name: str, value: Any) -> bytes:

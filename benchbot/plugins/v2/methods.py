@@ -55,7 +55,7 @@ class Method:
         return self.addon.code.functions(self.path, {name: self.functions[name]})[name]
 
     def _document(self, scores: dict[str, float]) -> Document:
-        """Return what `evaluate` has returned with these scores, which `combine` may look further into."""
+        """Return the document that `evaluate` returned with these scores: `combine` may use more of it."""
         if not scores:
             return {}
         for kept, document in self._scored:
@@ -84,7 +84,7 @@ class Method:
 
 
 def evaluators(addon: Addon) -> Iterator[Evaluator | BenchbotError]:
-    """Yield the evaluation methods of an add-on, and what is wrong with those that cannot be read. Imports nothing."""
+    """Yield the evaluation methods of an add-on, and an error for each that cannot be read. Imports nothing."""
     for path in declaration_files(addon.sources("evaluation_methods")):
         try:
             data = schema.read(path)

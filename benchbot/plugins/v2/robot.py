@@ -1,4 +1,4 @@
-"""A run as BenchBot v2's robot controller showed it: commands and states instead of one answer a step."""
+"""The robot controller of BenchBot v2 on top of a run: commands and states instead of one answer a step."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -12,12 +12,12 @@ from benchbot.supervisor import RefusedError
 from benchbot.supervisor.run import Caller, Run, ended
 
 Mover = Callable[[Callable[[Caller], dict[str, Any]]], Awaitable[dict[str, Any]]]
-"""Has a blocking call that may move the robot done in another thread, for as long as its caller is there."""
+"""Runs a blocking call that may move the robot in another thread, while its caller is connected."""
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Observations of one instant, and where the run stood at it; `given` are those that a client has had."""
+    """Observations of one instant with the progress at it; `given` are those that a client has received."""
 
     observations: dict[str, Any]
     progress: Progress
@@ -47,7 +47,7 @@ class V2Robot:
     async def observe(self, name: str, move: Mover) -> Any:
         """Return an observation of the instant after the last action.
 
-        The world around a real robot does not wait for actions: asked again, it is looked at again.
+        The world around a real robot changes without actions: a second request for a name observes again.
         """
         self._require_running()
         if not self._begun:
@@ -106,25 +106,25 @@ class V2Robot:
         return {"stop_success": True}
 
     def is_running(self) -> dict[str, Any]:
-        """Say whether the robot takes actions; one that has failed is started by a reset."""
+        """Return whether the robot takes actions; one that has failed is started by a reset."""
         if self._run.stop_asked.is_set():
             raise ended()
         return {"is_running": self._is_running}
 
     def is_collided(self) -> dict[str, Any]:
-        """Say whether the robot has hit something in this scene."""
+        """Return whether the robot has hit something in this scene."""
         return {"is_collided": self._is_running and self._run.progress.state is State.COLLIDED}
 
     def is_dirty(self) -> dict[str, Any]:
-        """Say whether the robot has left the start of this scene, or failed."""
+        """Return whether the robot has left the start of this scene, or failed."""
         return {"is_dirty": self._is_running and self._run.progress.state is not State.CLEAN}
 
     def is_finished(self) -> dict[str, Any]:
-        """Say whether the trajectory of this scene is at its end."""
+        """Return whether the trajectory of this scene is at its end."""
         return {"is_finished": self._is_running and self._run.progress.state is State.FINISHED}
 
     def selected_environment(self) -> dict[str, Any]:
-        """Return which scene the robot is in; the first is number 0."""
+        """Return the scene that the robot is in; the first is number 0."""
         number = self._run.progress.scene_number
         scene = self._run.selection.environments[number].data
         return {"name": scene["name"], "variant": scene["variant"], "number": number}
@@ -149,7 +149,7 @@ class V2Robot:
         return await move(call_and_keep)
 
     def _latest(self) -> Snapshot | None:
-        """Return what was seen last, unless another client has moved the robot since, or looked."""
+        """Return the last snapshot, unless another client has moved the robot or observed since."""
         snapshot, progress = self._snapshot, self._run.progress
         current = snapshot is not None and snapshot.progress is progress and snapshot.frames == progress.frames
         return snapshot if current else None

@@ -152,7 +152,7 @@ def config(selection: Selection) -> dict[str, Any]:
 
 
 async def _in_turn(request: Request, run: Run, robot: V2Robot, command: Callable[[Mover], Awaitable[Any]]) -> Any:
-    """Return what a command returns when it is its turn; nothing is done for a client that has hung up by then."""
+    """Return what a command returns when it is its turn; nothing is done for a client that has disconnected by then."""
     async with robot.turn:
         if await request.is_disconnected():
             raise ClientDisconnect

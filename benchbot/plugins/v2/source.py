@@ -6,7 +6,6 @@ list things answer faster than typer reads an option, and `--list-tasks` must kn
 
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,41 +15,20 @@ from benchbot.plugins.v2 import addons, methods, trust
 from benchbot.plugins.v2.addons import Addon
 
 
-@dataclass(frozen=True)
-class AddonFolder:
+class AddonFolder(Addon):
     """A folder of add-ons as the catalog sees it (`benchbot.core.records.DeclarationFolder`)."""
-
-    addon: Addon
-
-    @property
-    def root(self) -> Path:
-        """The folder."""
-        return self.addon.root
-
-    @property
-    def name(self) -> str:
-        """Its name in the provenance of results."""
-        return self.addon.name
-
-    def sources(self, kind: str) -> list[Path]:
-        """Return the folders that declare things of a kind (`tasks`, `formats`, …)."""
-        return self.addon.sources(kind)
 
     def evaluators(self) -> Iterator[Evaluator | BenchbotError]:
         """Yield its evaluation methods, and what is wrong with those that cannot be read."""
-        return methods.evaluators(self.addon)
+        return methods.evaluators(self)
 
     def functions(self, declaration: Path, names: Mapping[str, str]) -> dict[str, Callable[..., Any]]:
         """Return the functions that a declaration names; raises BenchbotError for one that is not there."""
-        return self.addon.code.functions(declaration, dict(names))
+        return self.code.functions(declaration, dict(names))
 
     def require_trust(self) -> None:
-        """Raise BenchbotError unless the user has said that its code may run."""
-        trust.require(self.addon)
-
-    def content_hash(self) -> str:
-        """Return the SHA-256 over the names and bytes of all its files."""
-        return self.addon.content_hash()
+        """Raise BenchbotError unless the user has allowed its code to run."""
+        trust.require(self)
 
     def removal(self) -> str:
         """Return the command that removes it."""
@@ -62,7 +40,7 @@ class AddonFolder:
 
 def folders() -> list[AddonFolder]:
     """Return the add-ons in use: those of `BENCHBOT_ADDONS`, and those installed."""
-    return [AddonFolder(addon) for addon in addons.from_environment()]
+    return [AddonFolder(addon.root, addon.folders) for addon in addons.from_environment()]
 
 
 def installed() -> list[dict[str, str]]:
@@ -116,5 +94,5 @@ def _use(named: Sequence[Path], *, trusted: bool) -> None:
 def _ask(addon: Addon) -> bool:
     import typer
 
-    what = f"The add-ons in {addon.root} have Python code, which would run with all your rights: "
-    return typer.confirm(f"{what}{trust.files_shown(addon)}.\nLet it run, now and until it changes?", err=True)
+    code = f"The add-ons in {addon.root} have Python code, which would run with all your rights: "
+    return typer.confirm(f"{code}{trust.files_shown(addon)}.\nLet it run, now and until it changes?", err=True)

@@ -1,4 +1,4 @@
-"""Which code of v2's add-ons may run: what the user has said so of, remembered by content."""
+"""Trust in the code of v2's add-ons: the user's consent to run it, remembered by content."""
 
 from collections.abc import Callable
 
@@ -13,18 +13,18 @@ _declined: set[str] = set()
 
 
 def ask_with(ask: Callable[[Addon], bool] | None) -> None:
-    """Say how to ask the user whether an add-on's code may run; None where there is nobody to ask."""
+    """Set the question to the user whether an add-on's code may run; None where nobody can be asked."""
     global _ask
     _ask = ask
 
 
 def remember(addon: Addon) -> None:
-    """Let the code of an add-on run, now and later, until it changes."""
+    """Allow the code of an add-on to run, now and later, until it changes."""
     trust.give(addon.code.digest, str(addon.root))
 
 
 def require(addon: Addon) -> None:
-    """Return when the code of an add-on may run; raises BenchbotError when the user has not said so."""
+    """Raise BenchbotError unless the user allows the code of an add-on to run; asks where that is possible."""
     if trust.given(addon.code.digest):
         return
     if _ask is not None and addon.code.digest not in _declined:

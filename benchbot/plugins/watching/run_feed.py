@@ -14,7 +14,7 @@ from benchbot.core.errors import BenchbotError
 from benchbot.plugins.watching.logs import Logs
 from benchbot.plugins.watching.usage import GpuMeter, Rates
 from benchbot.plugins.watching.views import LogLine, RunView, Snapshot, Usage
-from benchbot.submission import output_log
+from benchbot.submission import output
 from benchbot.wire import run_state
 from benchbot.wire.run_state import Connection, RunState
 
@@ -83,7 +83,7 @@ class RunFeed:
             {
                 "supervisor": Path(state.supervisor_log),
                 "platform": Path(state.platform_log),
-                "solution": Path(state.folder) / output_log.NAME,
+                "solution": Path(state.folder) / output.LOG_NAME,
             }
         )
         self._logs_read_s = float("-inf")

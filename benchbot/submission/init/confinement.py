@@ -1,4 +1,4 @@
-"""What the kernel is told about a solution before it starts: who it is, what it may use, what it may ask for."""
+"""The confinement of a solution before it starts: its user, resource limits, files and system calls."""
 
 import base64
 import ctypes
@@ -21,8 +21,8 @@ class _Program(ctypes.Structure):
     _fields_ = (("length", ctypes.c_ushort), ("filter", ctypes.c_char_p))
 
 
-def of_leader(wanted: dict[str, Any] | None) -> None:
-    """Give up root for good, where a `user` is named, and hide from the solution's debuggers.
+def of_init_process(wanted: dict[str, Any] | None) -> None:
+    """Give up root for good where a `user` is named, and forbid the solution to trace this process.
 
     Raises OSError when the kernel refuses.
     """
@@ -47,7 +47,7 @@ def of_solution(wanted: dict[str, Any] | None) -> None:
         number = getattr(resource, name)
         _, hard = resource.getrlimit(number)
         most = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
-        # A second more than it may have is for dying of SIGXCPU, which tells why, instead of SIGKILL.
+        # One second more, so that it ends by SIGXCPU, which names the cause, instead of SIGKILL.
         resource.setrlimit(number, (most, most + 1 if name == "RLIMIT_CPU" and hard != most else most))
     os.umask(0o077)
     _prctl(PR_SET_NO_NEW_PRIVS, 1)

@@ -1,49 +1,30 @@
-"""The way of a result out of a sandbox: copied from a file that the solution wrote into a pipe.
+"""The transfer of a result out of a sandbox: from the file that the solution wrote into a pipe.
 
-Whatever the solution put there is looked at with suspicion: no link is followed, nothing but a regular file is read,
-and no more of it than was agreed.
+The file is not trusted: no link is followed, nothing but a regular file is read, and no more of it than is allowed.
 """
 
 import os
 import stat
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
 
 CHUNK_BYTES = 2**20
 
 
-@dataclass(frozen=True)
-class Handover:
-    """Copies the file `path` to the pipe `target`, if it has at most `max_bytes`."""
-
-    path: str
-    target: int
-    max_bytes: int
-
-    @classmethod
-    def of(cls, document: dict[str, Any] | None) -> Self | None:
-        """Return what a JSON document describes; the target is kept from the solution."""
-        if document is None:
-            return None
-        os.set_inheritable(document["target"], False)
-        return cls(**document)
-
-    def hand_over(self) -> str | None:
-        """Copy it; return why it was refused, or None when it was not, or there is none."""
-        try:
-            source = open_result(self.path, self.max_bytes)
-        except FileNotFoundError:
-            return None
-        except OSError as error:
-            return error.strerror or str(error)
-        left = self.max_bytes
-        while left and (chunk := os.read(source, min(left, CHUNK_BYTES))):
-            left -= len(chunk)
-            while chunk:
-                chunk = chunk[os.write(self.target, chunk) :]
-        os.close(source)
+def hand_over(path: str, target: int, max_bytes: int) -> str | None:
+    """Copy the file `path` to the pipe `target`; return why it was refused, or None if it was not or there is none."""
+    try:
+        source = open_result(path, max_bytes)
+    except FileNotFoundError:
         return None
+    except OSError as error:
+        return error.strerror or str(error)
+    left = max_bytes
+    while left and (chunk := os.read(source, min(left, CHUNK_BYTES))):
+        left -= len(chunk)
+        while chunk:
+            chunk = chunk[os.write(target, chunk) :]
+    os.close(source)
+    return None
 
 
 def open_result(path: str, max_bytes: int) -> int:

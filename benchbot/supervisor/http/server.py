@@ -18,8 +18,8 @@ from starlette.requests import Request
 from starlette.types import ASGIApp
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.core.unix_sockets import somebody_listens
 from benchbot.supervisor.run import Caller, Run
+from benchbot.wire.run_state import is_listening
 
 # A solution may think for hours between two steps: its connection stays open.
 KEEP_ALIVE_S = 24 * 3600
@@ -203,7 +203,7 @@ def _remove_dead(path: Path) -> None:
         return
     if not stat.S_ISSOCK(mode):
         raise FileExistsError(errno.EEXIST, "Something that is not a socket is there")
-    if somebody_listens(path):
+    if is_listening(path):
         raise OSError(errno.EADDRINUSE, "Another supervisor listens there")
     path.unlink()
 

@@ -78,7 +78,7 @@ print("children:", children)
 @pytest.fixture
 def told(engine_variables: dict[str, str], tmp_path: Path) -> Iterator[Containerised]:
     """The mode, with an image that executes its arguments."""
-    with mode.prepared(context.find(solutions.write(tmp_path / "told")), print) as prepared:
+    with mode.container_mode(context.find(solutions.write(tmp_path / "told")), print) as prepared:
         yield prepared
 
 

@@ -34,7 +34,7 @@ def test_the_same_example_comes_to_the_same_result_in_every_mode(
     shutil.copy(EXAMPLE, folder)
     (folder / "Dockerfile").write_text(DOCKERFILE)
     native = [sys.executable, "hello_passive.py"]
-    with containers.prepared(context.find(folder), print) as container:
+    with containers.container_mode(context.find(folder), print) as container:
         found = [
             result_of(SolutionSpec(native, folder)),
             result_of(SolutionSpec(native, folder, mode=Sandbox())),

@@ -18,7 +18,7 @@ from benchbot.submission.init import landlock
 from tests.plugins.sandbox.solutions import (
     BURNS,
     EATS_MEMORY,
-    ENDS_ITS_LEADER,
+    ENDS_ITS_INIT_PROCESS,
     FORKS,
     KILLS_ALL,
     LINKS,
@@ -123,7 +123,7 @@ def test_what_goes_beyond_a_limit_is_ended_and_told(drive: Drive) -> None:
 
 def test_a_result_that_is_none_is_refused_and_a_solution_that_ends_its_sandbox_has_failed(drive: Drive) -> None:
     link, pipe, much, *killers = drive(
-        [{"code": code} for code in (LINKS, PIPES, TOO_MUCH, KILLS_ALL, ENDS_ITS_LEADER)]
+        [{"code": code} for code in (LINKS, PIPES, TOO_MUCH, KILLS_ALL, ENDS_ITS_INIT_PROCESS)]
     )
 
     assert "It is a link" in link["explained"]

@@ -11,8 +11,7 @@ import benchbot
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
-from benchbot.plugins.sandbox.hidden import hidden_paths
-from benchbot.plugins.sandbox.view import View, view_of
+from benchbot.plugins.sandbox.view import View, hidden_paths, view_of
 
 
 @pytest.fixture(autouse=True)

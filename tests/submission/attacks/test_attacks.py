@@ -252,7 +252,7 @@ def test_a_result_that_is_none_is_told_and_harms_nobody(
     prey: Prey, engine_variables: dict[str, str], tmp_path: Path
 ) -> None:
     telling = solutions.write(tmp_path / "telling")
-    with back_end() as backend, containers.prepared(context.find(telling), print) as container:
+    with back_end() as backend, containers.container_mode(context.find(telling), print) as container:
         for name, code in HANDED_IN.items():
             mark = tmp_path / f"mark-{len(name)}"
             names = (

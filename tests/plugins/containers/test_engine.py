@@ -4,7 +4,7 @@ import socket
 import sys
 from pathlib import Path
 
-from benchbot.plugins.containers import service
+from benchbot.plugins.containers.engine import podman_service
 
 SLOW = f"""\
 #!{sys.executable}
@@ -21,5 +21,5 @@ def test_a_socket_counts_once_somebody_listens_there(tmp_path: Path) -> None:
     program = tmp_path / "podman"
     program.write_text(SLOW)
     program.chmod(0o755)
-    with service.podman(str(program)) as path, socket.socket(socket.AF_UNIX) as ours:
+    with podman_service(str(program)) as path, socket.socket(socket.AF_UNIX) as ours:
         ours.connect(str(path))

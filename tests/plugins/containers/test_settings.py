@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.containers import seccomp, settings, strength
+from benchbot.plugins.containers import settings
 from benchbot.plugins.containers.engine import Engine
 from benchbot.submission.limits import with_defaults
 from benchbot.submission.modes import ProcessLimits
@@ -29,12 +29,12 @@ def engine(name: str = "docker", *, rootless: bool = False, **information: Any) 
     ],
 )
 def test_limits_that_would_be_ignored_are_refused_unless_allowed(asked: Engine, ignored: list[str]) -> None:
-    assert strength.check(asked, weak_limits=True) == ignored
+    assert settings.check_limits(asked, weak_limits=True) == ignored
     if not ignored:
-        assert strength.check(asked, weak_limits=False) == []
+        assert settings.check_limits(asked, weak_limits=False) == []
         return
     with pytest.raises(BenchbotError, match="all that this machine has") as raised:
-        strength.check(asked, weak_limits=False)
+        settings.check_limits(asked, weak_limits=False)
     assert " and ".join(ignored) in raised.value.why
     assert "--weak-limits" in raised.value.fix
 
@@ -66,8 +66,8 @@ def test_podman_filters_what_a_sandbox_refuses_and_keeps_the_rest(tmp_path: Path
     allowed = {"names": ["read", "unshare", "clone", "clone3", "mount"], "action": "SCMP_ACT_ALLOW", "args": []}
     errors = {"names": ["userfaultfd"], "action": "SCMP_ACT_ERRNO"}
     profile = {"defaultAction": "SCMP_ACT_ERRNO", "syscalls": [allowed, errors]}
-    read, kept, clone = seccomp.stricter(profile)["syscalls"]
+    read, kept, clone = settings.stricter_profile(profile)["syscalls"]
     assert read == {**allowed, "names": ["read"]}
     assert kept == errors
     assert (clone["names"], clone["args"][0]["op"]) == (["clone"], "SCMP_CMP_MASKED_EQ")
-    assert seccomp.write(engine("docker"), tmp_path / "none") is None
+    assert settings.write_seccomp_profile(engine("docker"), tmp_path / "none") is None

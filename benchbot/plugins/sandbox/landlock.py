@@ -1,4 +1,4 @@
-"""Where there is no bubblewrap: what a solution may open, as rules for Landlock. Weaker, and announced as such."""
+"""The weaker sandbox where there is no bubblewrap: a view of the file system as rules for Landlock."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -15,7 +15,7 @@ WEAKER = (
 
 
 def problem() -> str | None:
-    """Return why Landlock cannot hold a solution on this machine; None when it can."""
+    """Return the reason why Landlock cannot hold a solution on this machine; None when it can."""
     found = landlock.version()
     if found >= landlock.NEEDED_VERSION:
         return None
@@ -25,7 +25,7 @@ def problem() -> str | None:
 
 
 def rules(view: View, writable: Path) -> list[tuple[str, int]]:
-    """Return what may be opened: what the view shows and does not hide, some devices, and one folder to write to.
+    """Return rules for the paths that the view shows and does not hide, some devices, and one folder to write to.
 
     Landlock only ever allows, so a folder with something hidden in it is allowed piece by piece.
     """

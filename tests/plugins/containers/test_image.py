@@ -42,7 +42,7 @@ def test_the_same_context_is_built_once_and_another_one_anew(engine_variables: d
         for change in (lambda: None, lambda: (folder / "notes").write_text("x"), (folder / "more").mkdir):
             change()
             told: list[str] = []
-            with mode.prepared(context.find(folder), told.append) as prepared:
+            with mode.container_mode(context.find(folder), told.append) as prepared:
                 images.append(prepared.image)
             assert ("there already" in told[0]) == (len(images) == 2), told
         assert images[0] == images[1] != images[2]
@@ -64,7 +64,10 @@ def test_a_build_that_fails_says_at_which_step(
     engine_variables: dict[str, str], tmp_path: Path, dockerfile: str, step: str, why: str
 ) -> None:
     folder = solutions.write(tmp_path / "broken", dockerfile=dockerfile)
-    with pytest.raises(BenchbotError, match="cannot be built") as raised, mode.prepared(context.find(folder), print):
+    with (
+        pytest.raises(BenchbotError, match="cannot be built") as raised,
+        mode.container_mode(context.find(folder), print),
+    ):
         pass
     assert step in raised.value.why
     assert why in raised.value.why
@@ -96,7 +99,7 @@ def test_an_interrupted_build_leaves_no_container_and_no_process(
     interrupting = threading.Thread(target=interrupt)
     interrupting.start()
     try:
-        with pytest.raises(KeyboardInterrupt), mode.prepared(context.find(folder), tell):
+        with pytest.raises(KeyboardInterrupt), mode.container_mode(context.find(folder), tell):
             pass
     finally:
         over.set()
