@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from benchbot.core.channels import Observation as Observation
     from benchbot.core.declarations.catalog import Catalog as Catalog
     from benchbot.core.declarations.catalog import Declaration as Declaration
-    from benchbot.core.declarations.editors import first_line as _editor_line
-    from benchbot.core.declarations.editors import leave as _write_editor_schema
     from benchbot.core.declarations.formats import check_format as check_format
     from benchbot.core.declarations.schema import check as _check_declaration
+    from benchbot.core.declarations.schema import editor_line as editor_line
     from benchbot.core.declarations.schema import problems as _declaration_problems
     from benchbot.core.declarations.schema import read as _read_declaration
+    from benchbot.core.declarations.schema import write_editor_schema as write_editor_schema
     from benchbot.core.episodes import digest as _episodes_digest
     from benchbot.core.errors import BenchbotError as BenchbotError
     from benchbot.core.errors import ExitCode as ExitCode
@@ -85,8 +85,6 @@ if TYPE_CHECKING:
     from benchbot.evaluation.ground_truths import GroundTruths as GroundTruths
 
     write_atomically = _write_atomically
-    editor_line = _editor_line
-    write_editor_schema = _write_editor_schema
     check_declaration = _check_declaration
     declaration_problems = _declaration_problems
     read_declaration = _read_declaration
@@ -112,9 +110,9 @@ _HOMES = {
     "core": "instance_checks",
     "core.atomic": "write=write_atomically write_text",
     "core.declarations.catalog": "Catalog Declaration",
-    "core.declarations.editors": "first_line=editor_line leave=write_editor_schema",
     "core.declarations.formats": "check_format",
-    "core.declarations.schema": "check=check_declaration problems=declaration_problems read=read_declaration",
+    "core.declarations.schema": "check=check_declaration editor_line problems=declaration_problems "
+    "read=read_declaration write_editor_schema",
     "core.episodes": "digest=episodes_digest",
     "core.errors": "BenchbotError ExitCode FailureClass did_you_mean",
     "core.findings": "Finding Level Problem",

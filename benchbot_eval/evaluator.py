@@ -40,9 +40,9 @@ class Evaluator:
         Raises BenchbotError when nothing can be scored.
         """
         from benchbot.cli.kit import scoring
-        from benchbot.core import scores
         from benchbot.core.declarations.catalog import Catalog
         from benchbot.core.plugin_manager import load
+        from benchbot.core.results import write_scores
         from benchbot.evaluation import evaluate_files
 
         validated = self.validator or latest()
@@ -53,6 +53,6 @@ class Evaluator:
             required_task=validated.required_task,
             required_envs=validated.required_envs,
         )
-        scores.write(Path(self.scores_filename), document)
+        write_scores(Path(self.scores_filename), document)
         print(scoring.table(document) if self.print_all else scoring.headline(document))
         return document

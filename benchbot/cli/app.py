@@ -129,7 +129,7 @@ def _without_source_options(words: list[str]) -> list[str]:
 
 @dataclass
 class Settings:
-    """What was asked for before the sub-command's name."""
+    """Options given before the sub-command's name."""
 
     verbose: bool = False
 

@@ -5,19 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchbot.cli.kit import console, requirement
-from benchbot.cli.kit.options import (
-    GroundTruths,
-    Json,
-    Method,
-    Missing,
-    Over,
-    RequiredEnvs,
-    RequiredEnvsBatch,
-    RequiredTask,
-    Requirements,
-)
-from benchbot.cli.legacy_options import listing, showing
+from benchbot.cli.kit import console, options, requirement
+from benchbot.cli.show import listing, showing
 from benchbot.core.errors import BenchbotError, ExitCode
 
 if TYPE_CHECKING:
@@ -28,16 +17,16 @@ def evaluate(
     results: Annotated[
         list[Path], typer.Argument(metavar="RESULT", help="Result files, ZIP archives and folders of them.")
     ],
-    method: Method = None,
-    ground_truth: GroundTruths = None,
+    method: options.Method = None,
+    ground_truth: options.GroundTruths = None,
     output: Annotated[
         Path, typer.Option("--output-location", "-o", metavar="PATH", help="Write the scores here.")
     ] = Path("scores.json"),
-    required_task: RequiredTask = None,
-    required_envs: RequiredEnvs = None,
-    required_envs_batch: RequiredEnvsBatch = None,
-    missing: Missing = "zero",
-    over: Over = "places",
+    required_task: options.RequiredTask = None,
+    required_envs: options.RequiredEnvs = None,
+    required_envs_batch: options.RequiredEnvsBatch = None,
+    missing: options.Missing = "zero",
+    over: options.Over = "places",
     explain: Annotated[
         Path | None,
         typer.Option(
@@ -48,8 +37,8 @@ def evaluate(
     validate_only: Annotated[
         bool, typer.Option("--validate-only", "-V", help="Check the results, score nothing.")
     ] = False,
-    require: Requirements = None,
-    as_json: Json = False,
+    require: options.Requirements = None,
+    as_json: options.Json = False,
     list_methods: Annotated[bool, listing("methods", "--list-methods")] = False,
     show_method: Annotated[str | None, showing("methods", "--show-method")] = None,
     list_batches: Annotated[bool, listing("batches", "--list-batches")] = False,
@@ -60,9 +49,9 @@ def evaluate(
     The headline score goes to stdout, the table to stderr. One result that cannot be scored does not stop the others.
     """
     from benchbot.cli.kit import scoring
-    from benchbot.core import scores
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
+    from benchbot.core.results import write_scores
     from benchbot.evaluation import intervals, validate_files
     from benchbot.evaluation.score import explain as explain_scores
     from benchbot.evaluation.score import score_files, write_explanation
@@ -94,7 +83,7 @@ def evaluate(
     )
     document = evaluation.document
     explained = None if explain is None else explain_scores(evaluation)
-    scores.write(output, document)
+    write_scores(output, document)
     console.note(scoring.table(document))
     console.note(f"Scores: {output}")
     if explain is not None and explained is not None:

@@ -31,6 +31,8 @@ def _attribute(name: str) -> Callable[[Any], Any]:
     return lambda record: getattr(record, name) or None
 
 
+_DESCRIPTION = {"description": _attribute("description")}
+
 LISTINGS: Mapping[str, Listing] = {
     "tasks": Listing(
         "List what a solution can be asked to do.",
@@ -77,19 +79,9 @@ LISTINGS: Mapping[str, Listing] = {
         {},
         {"simulators": "simulator", "robot_drivers": "driver"},
     ),
-    "executors": Listing(
-        "List where the workers of a batch can run.", {"description": _attribute("description")}, {"executors": ""}
-    ),
-    "recorders": Listing(
-        "List what --record and benchbot record can write.",
-        {"description": _attribute("description")},
-        {"recorders": ""},
-    ),
-    "modes": Listing(
-        "List the ways to hold a solution while it runs.",
-        {"description": _attribute("description")},
-        {"submission_modes": ""},
-    ),
+    "executors": Listing("List where the workers of a batch can run.", _DESCRIPTION, {"executors": ""}),
+    "recorders": Listing("List what --record and benchbot record can write.", _DESCRIPTION, {"recorders": ""}),
+    "modes": Listing("List the ways to hold a solution while it runs.", _DESCRIPTION, {"submission_modes": ""}),
     "commands": Listing(
         "List the commands that plug-ins add to benchbot.", {"help": _attribute("help")}, {"commands": ""}
     ),

@@ -6,20 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchbot.cli.kit import console
-from benchbot.cli.kit.options import (
-    Display,
-    EpisodeNumber,
-    MaxSimulatedTime,
-    MaxSteps,
-    MaxWallTime,
-    Record,
-    Seed,
-    Settings,
-    recordings,
-    tell_recordings,
-)
-from benchbot.cli.legacy_options import listing, showing
+from benchbot.cli.kit import console, options
+from benchbot.cli.show import listing, showing
 from benchbot.core.errors import ExitCode
 
 if TYPE_CHECKING:
@@ -43,9 +31,9 @@ def run(
     task: Task,
     robot: Robot,
     environment: Environment,
-    episode: EpisodeNumber = None,
-    settings: Settings = None,
-    seed: Seed = 0,
+    episode: options.EpisodeNumber = None,
+    settings: options.Settings = None,
+    seed: options.Seed = 0,
     port: Annotated[
         int | None,
         typer.Option(
@@ -62,11 +50,11 @@ def run(
         bool,
         typer.Option("--no-token", help="Let solutions in that use the client of BenchBot v2: it knows no token."),
     ] = False,
-    max_steps: MaxSteps = None,
-    max_simulated_time: MaxSimulatedTime = None,
-    max_wall_time: MaxWallTime = None,
-    record: Record = None,
-    display: Display = "auto",
+    max_steps: options.MaxSteps = None,
+    max_simulated_time: options.MaxSimulatedTime = None,
+    max_wall_time: options.MaxWallTime = None,
+    record: options.Record = None,
+    display: options.Display = "auto",
     force_updateless: Annotated[
         bool, typer.Option("--force-updateless", "-f", hidden=True, help="BenchBot v2's; nothing is updated here.")
     ] = False,
@@ -91,19 +79,9 @@ def run(
     from benchbot.wire.run_state import DEFAULT_PORT
 
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
-    recorded = recordings(record)
-    selection = select(
-        Catalog(load()),
-        RunRequest(
-            task=task,
-            robot=robot,
-            environment=environment,
-            seed=seed,
-            limits=limits,
-            episode=episode,
-            settings=overrides.parse(settings or ()),
-        ),
-    )
+    recorded = options.recordings(record)
+    request = RunRequest(task, robot, environment, seed, episode, overrides.parse(settings or ()), limits)
+    selection = select(Catalog(load()), request)
     console.note(summary(selection))
     if port is None and unix_socket is None:
         port = DEFAULT_PORT
@@ -111,8 +89,7 @@ def run(
     with StatusLine(display) as status:
 
         def show(progress: "Progress") -> None:
-            document = progress_document(progress, with_pose=True)
-            status.show_progress(document, len(selection.environments))
+            status.show_progress(progress_document(progress, with_pose=True), len(selection.environments))
 
         ended_by = serve(
             selection,
@@ -124,13 +101,13 @@ def run(
             on_progress=show,
         )
     console.note("The back end has ended.")
-    tell_recordings(recorded)
+    options.tell_recordings(recorded)
     if ended_by is not None:
         raise typer.Exit(ExitCode.INTERRUPTED)
 
 
 def summary(selection: "Selection") -> str:
-    """Return what is about to run, for people."""
+    """Return a summary of the run, a line for each part."""
     from benchbot.core import overrides
 
     rows = [
@@ -150,10 +127,9 @@ def summary(selection: "Selection") -> str:
 def _scene(environment: dict[str, object]) -> str:
     from benchbot.core.platform import Scene
 
-    start = Scene(environment, Path()).start_pose
-    x, y, _ = start.translation_xyz
-    poses = len(Scene(environment, Path()).trajectory)
-    trajectory = f", trajectory of {poses} poses" if poses else ""
+    scene = Scene(environment, Path())
+    x, y, _ = scene.start_pose.translation_xyz
+    trajectory = f", trajectory of {len(scene.trajectory)} poses" if scene.trajectory else ""
     return f"{environment['name']}:{environment['variant']}, starts at ({x:.2f}, {y:.2f}) m{trajectory}"
 
 
@@ -177,14 +153,11 @@ def _announce(state: "RunState", *, no_token: bool) -> None:
     console.note(f"{'Listening':<13}{where}")
     console.note(f"{'Logs':<13}{state.folder}")
     if no_token:
-        console.note(f"{'Token':<13}not needed by BenchBot v2's client, which has none: {_who_may(state)}")
+        who = "every program of yours" if state.connection.url is None else "every user and program of this machine"
+        console.note(
+            f"{'Token':<13}not needed by BenchBot v2's client, which has none: {who} can move the robot, "
+            "and see what it sees."
+        )
+        if state.connection.url is not None:
+            console.note(f"{'':<13}In the solution: BenchBot(agent, supervisor_address='{state.connection.url}')")
     console.note("\nReady. In another terminal: benchbot submit --native python my_solution.py   (Ctrl-C ends the run)")
-
-
-def _who_may(state: "RunState") -> str:
-    if state.connection.url is None:
-        return "every program of yours can move the robot, and see what it sees."
-    return (
-        "every user and program of this machine can move the robot, and see what it sees.\n"
-        f"{'':<13}In the solution: BenchBot(agent, supervisor_address='{state.connection.url}')"
-    )

@@ -1,4 +1,4 @@
-"""`benchbot show`: one declaration as it was written, and the file it is in."""
+"""`benchbot show`: one declaration as it was written, and the file it is in; and v2's options that list and show."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -32,7 +32,7 @@ _RECORDS = ("evaluators", "simulators")
 def declaration(kind: str, name: str, as_json: bool = False) -> None:
     """Print a declaration of a pool; raises BenchbotError for an unknown name.
 
-    It is printed even when it is not valid: whoever mends it must see it.
+    It is printed even when it is not valid, so that it can be mended.
     """
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
@@ -70,6 +70,31 @@ def record(kind: str, name: str, as_json: bool = False) -> None:
         console.data_json(document)
     else:
         console.data(yaml.safe_dump(document, sort_keys=False, allow_unicode=True).rstrip())
+
+
+def listing(kind: str, *flags: str) -> Any:
+    """Return v2's option that lists a kind and ends the command, such as `--list-tasks`."""
+
+    def callback(wanted: bool) -> None:
+        from benchbot.cli import list as lists
+
+        if wanted:
+            lists.show(kind)
+            raise typer.Exit
+
+    return typer.Option(*flags, callback=callback, is_eager=True, help=f"List the {kind} and exit.")
+
+
+def showing(kind: str, *flags: str) -> Any:
+    """Return v2's option that shows one thing of a kind and ends the command, such as `--show-task NAME`."""
+
+    def callback(name: str | None) -> None:
+        if name:
+            record("evaluators", name) if kind == "methods" else declaration(kind, name)
+            raise typer.Exit
+
+    help_line = f"Print one of the {kind} and exit."
+    return typer.Option(*flags, metavar="NAME", callback=callback, is_eager=True, help=help_line)
 
 
 def _add_command(word: str, pool: str, help_line: str) -> None:

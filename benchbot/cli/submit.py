@@ -9,44 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from benchbot.cli import run
-from benchbot.cli.kit import console, requirement
-from benchbot.cli.kit.holding import (
-    CONTAINER,
-    NATIVE,
-    SANDBOX,
-    Containerised,
-    Cpus,
-    CpuTime,
-    ExampleContainerised,
-    FileSize,
-    Gpus,
-    Memory,
-    Processes,
-    Readable,
-    SandboxCommand,
-    Sandboxed,
-    WeakLimits,
-    check_options,
-    container_options,
-    held,
-    process_limits,
-)
-from benchbot.cli.kit.interrupting import interruptible
-from benchbot.cli.kit.options import (
-    Display,
-    EpisodeNumber,
-    Json,
-    MaxSimulatedTime,
-    MaxSteps,
-    MaxWallTime,
-    Record,
-    Requirements,
-    Settings,
-    key_values,
-    recordings,
-    tell_recordings,
-)
-from benchbot.cli.legacy_options import listing, showing
+from benchbot.cli.kit import console, holding, options, requirement
+from benchbot.cli.show import listing, showing
 from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
@@ -68,11 +32,11 @@ def submit(
     example: Annotated[
         str | None, typer.Option("--example", "-E", metavar="NAME", help="Run an example solution.")
     ] = None,
-    sandbox: SandboxCommand = None,
-    sandboxed: Sandboxed = False,
-    readable: Readable = None,
-    containerised: Containerised = None,
-    example_containerised: ExampleContainerised = False,
+    sandbox: holding.SandboxCommand = None,
+    sandboxed: holding.Sandboxed = False,
+    readable: holding.Readable = None,
+    containerised: holding.Containerised = None,
+    example_containerised: holding.ExampleContainerised = False,
     submission: Annotated[
         Path | None,
         typer.Option(
@@ -82,9 +46,9 @@ def submit(
             help="Run nothing: pack this folder as v2 did, into submission.tgz beside it, or what --args names.",
         ),
     ] = None,
-    cpus: Cpus = None,
-    gpus: Gpus = 0,
-    weak_limits: WeakLimits = False,
+    cpus: holding.Cpus = None,
+    gpus: holding.Gpus = 0,
+    weak_limits: holding.WeakLimits = False,
     mode_name: Annotated[
         str | None,
         typer.Option("--mode", metavar="MODE", help="Hold it in a mode that a plug-in brings: benchbot list modes."),
@@ -93,10 +57,10 @@ def submit(
         list[str] | None,
         typer.Option("--mode-option", metavar="KEY=VALUE", help="What that mode is told beside; repeatable."),
     ] = None,
-    memory: Memory = None,
-    processes: Processes = None,
-    cpu_time: CpuTime = None,
-    file_size: FileSize = None,
+    memory: holding.Memory = None,
+    processes: holding.Processes = None,
+    cpu_time: holding.CpuTime = None,
+    file_size: holding.FileSize = None,
     args: Annotated[
         str | None, typer.Option("--args", "-a", metavar="WORDS", help="Words to append to the command, in quotes.")
     ] = None,
@@ -110,7 +74,7 @@ def submit(
         Path | None,
         typer.Option("--output-location", "-o", metavar="PATH", help="Write the scores here, not beside the result."),
     ] = None,
-    require: Requirements = None,
+    require: options.Requirements = None,
     timeout: Annotated[
         float | None, typer.Option(metavar="SECONDS", min=0, help="End a solution that runs longer than this.")
     ] = None,
@@ -121,20 +85,20 @@ def submit(
     environment: Annotated[
         str | None, typer.Option("--env", "--environment", metavar="NAME:VARIANT", help="and the environment.")
     ] = None,
-    episode_number: EpisodeNumber = None,
-    settings: Settings = None,
+    episode_number: options.EpisodeNumber = None,
+    settings: options.Settings = None,
     seed: Annotated[
         int | None, typer.Option("--seed", metavar="N", min=0, help="Everything stochastic draws from it. [default: 0]")
     ] = None,
-    max_steps: MaxSteps = None,
-    max_simulated_time: MaxSimulatedTime = None,
-    max_wall_time: MaxWallTime = None,
-    record: Record = None,
+    max_steps: options.MaxSteps = None,
+    max_simulated_time: options.MaxSimulatedTime = None,
+    max_wall_time: options.MaxWallTime = None,
+    record: options.Record = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Prove that it is possible, say what would be run, and end.")
     ] = False,
-    display: Display = "auto",
-    as_json: Json = False,
+    display: options.Display = "auto",
+    as_json: options.Json = False,
     list_examples: Annotated[bool, listing("examples", "--list-examples")] = False,
     show_example: Annotated[str | None, showing("examples", "--show-example")] = None,
 ) -> None:
@@ -178,15 +142,15 @@ def submit(
     for path in (results_location, output):
         console.check_output(path)
     more_words = [*(words or ()), *split_words("--args", args)]
-    bounds = process_limits(memory, processes, cpu_time, file_size)
-    contained = container_options(catalog, containerised, example, (native, sandbox), example_containerised)
-    mode, asked = mode_name or NATIVE, key_values("--mode-option", mode_options)
+    bounds = holding.process_limits(memory, processes, cpu_time, file_size)
+    contained = holding.container_options(catalog, containerised, example, (native, sandbox), example_containerised)
+    mode, asked = mode_name or holding.NATIVE, options.key_values("--mode-option", mode_options)
     if contained is not None:
-        mode, asked = CONTAINER, {**contained, "weak_limits": weak_limits, "processors": cpus, "gpus": gpus}
+        mode, asked = holding.CONTAINER, {**contained, "weak_limits": weak_limits, "processors": cpus, "gpus": gpus}
     elif sandboxed or sandbox is not None:
-        mode, asked = SANDBOX, {"readable": readable or ()}
-    check_options(mode, readable, bounds, cpus, gpus, weak_limits)
-    options = {} if mode == NATIVE else holder_of(catalog.plugins, mode).resolved(asked)
+        mode, asked = holding.SANDBOX, {"readable": readable or ()}
+    holding.check_options(mode, readable, bounds, cpus, gpus, weak_limits)
+    resolved = {} if mode == holding.NATIVE else holder_of(catalog.plugins, mode).resolved(asked)
     if contained is None:
         spec = spec_of(catalog, native, example, more_words, timeout, sandbox)
     else:
@@ -194,7 +158,7 @@ def submit(
     spec = replace(spec, limits=bounds)
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     names = _names(task, robot, environment)
-    recorded = recordings(record, results_location)
+    recorded = options.recordings(record, results_location)
     changed = overrides.parse(settings or ())
     own = (seed is not None, episode_number is not None, recorded, changed, limits != Limits())
     if names is None and any(own):
@@ -213,14 +177,14 @@ def submit(
         console.note(summary or "It would run against the back end that is running.")
         return
     with ExitStack() as stack:
-        stack.enter_context(interruptible("the solution and its back end have been ended."))
-        spec = stack.enter_context(held(catalog, spec, mode, options))
+        stack.enter_context(console.interruptible("the solution and its back end have been ended."))
+        spec = stack.enter_context(holding.held(catalog, spec, mode, resolved))
         if request is not None:
             console.note(summary)
         connection, died = _back_end(stack, request, spec.mode)
         ended = episode.run(spec, connection, died, stack.enter_context(StatusLine(display)))
     kept = _kept(ended, results_location)
-    tell_recordings(recorded)
+    options.tell_recordings(recorded)
     if ended.problem is not None or kept is None or evaluate_with is None:
         if as_json:
             console.data_json(_summary(ended, kept))
@@ -282,12 +246,12 @@ def _score(
     as_json: bool,
 ) -> None:
     from benchbot.cli.kit import scoring
-    from benchbot.core import scores
+    from benchbot.core.results import write_scores
     from benchbot.evaluation import evaluate_files
 
     document = evaluate_files([result], method=method, catalog=catalog)
     path = output or result.parent / "scores.json"
-    scores.write(path, document)
+    write_scores(path, document)
     console.note(scoring.table(document))
     console.note(f"Scores: {path}")
     if as_json:

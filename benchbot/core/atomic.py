@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all."""
+"""Atomic writing: a file is there whole or not at all."""
 
 import os
 import tempfile
@@ -44,7 +44,7 @@ def cannot_write(path: Path, error: OSError) -> BenchbotError:
     return BenchbotError(
         f"Cannot write {path}.",
         error.strerror or str(error),
-        "Free some disk space or choose another place, then try again.",
+        "Free some disk space, or choose a file in a folder that you may write to.",
         failure=FailureClass.INFRASTRUCTURE,
         exit_code=ExitCode.INTERNAL,
     )
@@ -55,9 +55,4 @@ def write_text(path: Path, text: str) -> None:
     try:
         write(path, text.encode())
     except OSError as error:
-        raise BenchbotError(
-            f"Cannot write {path}.",
-            error.strerror or str(error),
-            "Choose a file in a folder that you may write to, on a disk with room.",
-            exit_code=ExitCode.INTERNAL,
-        ) from error
+        raise cannot_write(path, error) from error

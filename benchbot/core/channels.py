@@ -81,7 +81,7 @@ OBSERVATIONS: dict[str, Observation] = {
 }
 
 GIVEN_BY_EPISODES = frozenset({"goal"})
-"""What a robot need not offer: it comes with the episode."""
+"""Channels that come with the episode: a robot need not offer them."""
 
 ACTIONS: dict[str, Action] = {
     action.name: action

@@ -1,15 +1,51 @@
-"""A digest of everything that a solution was shown, so that two runs can be proven identical."""
+"""Proof of a run: a log of the actions taken, to replay them, and a digest of everything the solution was shown."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, Future
 from hashlib import sha256
 from typing import Any
 
 import numpy as np
 
-from benchbot.core.action_log import MAX_OBSERVATIONS
-
 MARK_DIGITS = 16
+MAX_OBSERVATIONS = 100_000
+"""A run that has observed more often is not logged: its log would be larger than anything else of its result."""
+
+BY_HAND = "by_hand"
+"""The last entry of a row whose action was taken by a person at the host, not by the solution."""
+
+
+class ActionLog:
+    """The actions taken since the run was last reset: in each scene a row for each observation.
+
+    A row holds the action that led to the observation and its arguments, if there are any. The first row of a scene
+    follows from entering it.
+    """
+
+    def __init__(self) -> None:
+        self._scenes: list[tuple[str, list[list[Any]]]] = []
+        self._observed = 0
+
+    def entered(self, scene: str) -> None:
+        """Note that the robot has been put into a scene, the next one."""
+        self._scenes.append((scene, []))
+
+    def observed(self, action: str | None, arguments: Mapping[str, Any], *, by_hand: bool = False) -> None:
+        """Note that the robot has been observed, after an action or without one."""
+        self._observed += 1
+        if self._observed <= MAX_OBSERVATIONS:
+            taken = [action, dict(arguments)]
+            self._scenes[-1][1].append([*taken, BY_HAND] if by_hand else [part for part in taken if part])
+
+    def as_list(self, marks: Sequence[str]) -> list[dict[str, Any]] | None:
+        """Return the log as a result has it, with the mark of the observation digest at the head of each row.
+
+        None when there is no mark for each of them: then it cannot be proven, either.
+        """
+        if self._observed > MAX_OBSERVATIONS or len(marks) != self._observed:
+            return None
+        left = iter(marks)
+        return [{"scene": scene, "rows": [[next(left), *row] for row in rows]} for scene, rows in self._scenes]
 
 
 class ObservationDigest:
@@ -20,7 +56,7 @@ class ObservationDigest:
         self._marks: list[str] = []
 
     def update(self, observations: Mapping[str, Any]) -> None:
-        """Add what a solution was shown at one step."""
+        """Add the observations of one step."""
         self._add(observations)
         if len(self._marks) < MAX_OBSERVATIONS:
             self._marks.append(self._hash.hexdigest()[:MARK_DIGITS])
@@ -33,7 +69,7 @@ class ObservationDigest:
         return self._hash.hexdigest()
 
     def marks(self) -> list[str]:
-        """Return how the digest began after each update: where two of them part, what was shown differs first."""
+        """Return the first digits of the digest after each update; two runs first differ where their marks do."""
         return list(self._marks)
 
     def _add(self, value: Any) -> None:
@@ -51,7 +87,7 @@ class ObservationDigest:
 
 
 class BackgroundDigest(ObservationDigest):
-    """The same digest, computed in a thread, from `begin` on, while whoever was shown the observations thinks.
+    """The same digest, computed in a thread, from `begin` on, while the solution works on the observations.
 
     The arrays of an update must stay as they are until `wait` has returned.
     """
@@ -63,12 +99,12 @@ class BackgroundDigest(ObservationDigest):
         self._begun: Future[None] | None = None
 
     def update(self, observations: Mapping[str, Any]) -> None:
-        """Note what a solution was shown at one step."""
+        """Note the observations of one step."""
         self.wait()
         self._noted = observations
 
     def begin(self) -> None:
-        """Add what is noted, in the thread: call it when nothing more urgent is left to do."""
+        """Start adding the noted observations in the thread, once nothing more urgent is left to do."""
         if self._noted is not None and self._begun is None:
             self._begun = self._executor.submit(super().update, self._noted)
 
@@ -85,6 +121,6 @@ class BackgroundDigest(ObservationDigest):
         return super().hexdigest()
 
     def marks(self) -> list[str]:
-        """Return how the digest began after each update."""
+        """Return the first digits of the digest after each update."""
         self.wait()
         return super().marks()

@@ -1,8 +1,8 @@
-"""Episodes: a start and a goal in an environment each, listed once and for all, so that every agent has the same."""
+"""Episodes: a start and a goal in an environment each, from a fixed list, so that every agent has the same."""
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from typing import Any
 
@@ -28,7 +28,7 @@ class Episode:
 
     @property
     def goal(self) -> Any:
-        """What the channel `goal` shows: float64 (2,) metres from the start pose, x forward; or the name of a class."""
+        """The channel `goal`: float64 (2,) metres from the start pose, x forward; or the name of a class."""
         goal = self.data["goal"]
         if "class" in goal:
             return str(goal["class"])
@@ -38,8 +38,7 @@ class Episode:
 
     def placed(self, scene: Declaration) -> Declaration:
         """Return the scene with the episode's start pose instead of its own."""
-        data = {**scene.data, "start_pose": list(self.data["start_pose"])}
-        return Declaration(scene.kind, scene.name, scene.path, scene.distribution, data, scene.folder)
+        return replace(scene, data={**scene.data, "start_pose": list(self.data["start_pose"])})
 
     def provenance(self) -> dict[str, Any]:
         """Return what says which episode it is: the list's name and content hash, number and id."""

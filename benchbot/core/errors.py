@@ -1,10 +1,10 @@
-"""The one error class that people see, and what the exit codes of every command mean."""
+"""The one error class that users see, and the exit codes of every command."""
 
 from enum import IntEnum, StrEnum
 
 
 class ExitCode(IntEnum):
-    """What a command's exit status says."""
+    """The exit status of a command."""
 
     OK = 0
     SUBMISSION_FAILED = 1
@@ -15,7 +15,7 @@ class ExitCode(IntEnum):
 
 
 class FailureClass(StrEnum):
-    """Whose fault it is that an episode did not end well; carried through to the score."""
+    """The cause of an episode that did not end well; carried through to the score."""
 
     AGENT = "agent"
     COLLISION = "collision"
@@ -25,7 +25,7 @@ class FailureClass(StrEnum):
 
 
 class BenchbotError(Exception):
-    """Something a person can understand and mend: what went wrong, why, and the exact fix.
+    """An error that a user can understand and mend: what went wrong, why, and the exact fix.
 
     `failure` is set when the error ends an episode; `ends_run` when nothing may be tried again, as after a safety stop.
     """
@@ -65,6 +65,6 @@ def did_you_mean(wrong: str, known: list[str]) -> str:
     """Return ` Did you mean 'x'?` for the nearest known name, or an empty string."""
     from difflib import get_close_matches
 
-    near = get_close_matches(wrong.lower(), [name.lower() for name in known], n=1, cutoff=0.6)
     originals = {name.lower(): name for name in known}
+    near = get_close_matches(wrong.lower(), originals, n=1)
     return f" Did you mean '{originals[near[0]]}'?" if near else ""

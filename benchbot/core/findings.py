@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 class Level(StrEnum):
-    """How bad a finding is."""
+    """The severity of a finding."""
 
     OK = "ok"
     WARNING = "warning"
@@ -15,7 +15,7 @@ class Level(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at; `fix` is empty when there is nothing to mend."""
+    """The result of one check; `fix` is empty when there is nothing to mend."""
 
     level: Level
     subject: str

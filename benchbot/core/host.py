@@ -1,26 +1,26 @@
-"""Where a platform lives: behind this seam it may be in this process or in a child that can crash."""
+"""Host: the seam behind which a platform runs in this process, or in a child process that may crash."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import Platform, Scene
-from benchbot.core.track import Trail, Way, followed
+from benchbot.core.track import DrivenPath, TrackedPlatform
 
 
 @dataclass(frozen=True)
 class Status:
-    """Where the robot is and how it is: true pose in the map frame, seconds since the scene was loaded.
+    """The robot's state: true pose in the map frame, and seconds since the scene was loaded.
 
-    `way` is what it has driven since the last status, or None where nobody has followed it.
+    `path` is what it has driven since the last status; None where no path is tracked.
     """
 
     pose: Pose
     clock_s: float
     collided: bool
-    way: Way | None = None
+    path: DrivenPath | None = None
 
 
 class Host(Protocol):
@@ -49,22 +49,21 @@ class InProcessHost:
         self._platform = platform
         self._scenes = scenes
         self._motion = motion
-        self._trail = Trail(platform)
-        self._followed = followed(platform, self._trail)
+        self._tracked = TrackedPlatform(platform)
 
     def change_scenes(self, scenes: Sequence[Scene]) -> None:
-        """Be of other scenes from the next `load` on."""
+        """Use other scenes from the next `load` on."""
         self._scenes = scenes
 
     def load(self, scene_index: int, seed: int) -> Status:
         """Put the robot into the clean start state of a scene of the selection."""
         self._platform.load(self._scenes[scene_index], seed)
-        self._trail.begin()
+        self._tracked.begin()
         return self.status()
 
     def act(self, action: str, arguments: Mapping[str, Any], goal: Pose | None) -> tuple[Outcome, Status]:
         """Execute one action to its end."""
-        outcome = execute(self._followed, action, arguments, goal, self._motion)
+        outcome = execute(cast(Platform, self._tracked), action, arguments, goal, self._motion)
         return outcome, self.status()
 
     def observe(self, channels: Iterable[str]) -> dict[str, Any]:
@@ -72,8 +71,8 @@ class InProcessHost:
         return self._platform.observe(channels)
 
     def status(self) -> Status:
-        """Return where the robot is and how it is."""
-        return Status(self._platform.pose(), self._platform.clock(), self._platform.collided, self._trail.take())
+        """Return the robot's state."""
+        return Status(self._platform.pose(), self._platform.clock(), self._platform.collided, self._tracked.take())
 
     def halt(self, why: str) -> None:
         """Stop a real robot in the middle of an action, for good."""

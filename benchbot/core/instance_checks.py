@@ -1,4 +1,4 @@
-"""What the object map formats check alike; each check yields a line per problem: the place in the document, and why."""
+"""Checks that the object map formats share; each yields a line per problem: the place in the document, and why."""
 
 from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
@@ -90,7 +90,7 @@ def numbers(value: Any, path: str, length: int, expected: str, lowest: float, hi
 
 
 def kind(value: Any) -> str:
-    """Return a JSON value's type in words that people use."""
+    """Return a JSON value's type in plain words."""
     known = {
         type(None): "nothing",
         bool: "true or false",

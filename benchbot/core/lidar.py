@@ -1,4 +1,4 @@
-"""What a multi-beam lidar measured, as points and as the records of a point cloud."""
+"""Multi-beam lidars: their measurements as points and as the records of a point cloud."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 FIELDS = ("x", "y", "z", "azimuth", "elevation", "distance")
-"""What is said of a point of a cloud, as Autoware's PointXYZIRCAEDT calls it; metres and radians."""
+"""Fields of a point of a cloud, named as in Autoware's PointXYZIRCAEDT; metres and radians."""
 POINT = np.dtype([(name, "<f4") for name in FIELDS])
 OFFSETS = {name: 4 * place for place, name in enumerate(FIELDS)}
-"""Where the fields of a `POINT` begin, in bytes."""
+"""Offsets of the fields of a `POINT`, in bytes."""
 
 
 def elevations_deg(values: Any) -> tuple[float, ...]:

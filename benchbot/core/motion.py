@@ -1,7 +1,7 @@
 """Motion: the three actions, written once on top of the platform, so that simulated and real robots behave alike.
 
-Every action is a sequence of phases. A phase looks at the believed pose once per control tick, says how far away its
-goal is and how to get closer, and ends with the robot at rest.
+Every action is a sequence of phases. A phase reads the believed pose once per control tick, returns the distance to its
+goal and a command that reduces it, and ends with the robot at rest.
 """
 
 import math
@@ -20,7 +20,7 @@ from benchbot.core.platform import Localisation, Platform
 K_RHO, K_ALPHA, K_BETA = 2.0, 10.0, -4.0
 # A goal behind the robot is approached in reverse; a bit more than a right angle, as in v2, prefers driving forwards.
 REVERSE_BEYOND_RAD = 1.05 * math.pi / 2
-# Per metre of way and per square metre: critically damped return to a straight line.
+# Per metre driven and per square metre: critically damped return to a straight line.
 K_HEADING, K_LATERAL = 4.0, 4.0
 # How much of the declared acceleration is planned with; the rest is a reserve for following the plan.
 PLANNED_SHARE = 0.8
@@ -30,7 +30,7 @@ REST_MPS, REST_RADPS, REST_TIMEOUT_S = 1e-3, 1e-3, 5.0
 
 
 class Outcome(StrEnum):
-    """How an action ended."""
+    """The end of an action."""
 
     REACHED = "reached"
     BLOCKED = "blocked"
@@ -101,7 +101,7 @@ def execute(
 
 
 class Steering(NamedTuple):
-    """What a phase wants now: its error in units of its tolerance, and the command that makes it smaller."""
+    """A phase's current error in units of its tolerance, and the command that makes it smaller."""
 
     error: float
     linear_mps: float
@@ -122,7 +122,7 @@ def _phases(
     elif action == "move_angle":
         yield _turn(start, math.radians(float(arguments.get("angle", 0.0))), config, period_s)
     elif action == "move_next" and goal is not None:
-        if _planar_distance_m(start, goal) > config.position_tolerance_m:
+        if math.dist(start.translation_xyz[:2], goal.translation_xyz[:2]) > config.position_tolerance_m:
             yield _approach(start, goal, config, period_s)
         yield _turn_to(goal, _believed_pose(platform, config), config, period_s)
     else:
@@ -252,10 +252,6 @@ def _braking_speed(remaining: float, acceleration: float, period_s: float) -> fl
 
 def _believed_pose(platform: Platform, config: MotionConfig) -> Pose:
     return platform.odometry() if config.localisation == "noisy" else platform.pose()
-
-
-def _planar_distance_m(a: Pose, b: Pose) -> float:
-    return math.dist(a.translation_xyz[:2], b.translation_xyz[:2])
 
 
 def _range(value: Any) -> tuple[float, float]:

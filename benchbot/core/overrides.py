@@ -1,5 +1,6 @@
 """Settings of a run that override its environments' declarations: `lighting.time=21:30`, `assets=sweethome3d`."""
 
+import json
 import re
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
@@ -15,7 +16,7 @@ from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.findings import Problem
 
 OPEN_KEYS = ("lighting", "options", "assets")
-"""What of an environment a run may change; what is in `options` is the simulator's business."""
+"""Keys of an environment that a run may change; `options` are passed on to the simulator."""
 
 BY_TIME = ("time", "date", "latitude_deg", "north_deg", "turbidity")
 BY_HAND = ("sun", "sky")
@@ -191,6 +192,4 @@ def _told(problem: Problem) -> str:
 
 
 def _text(value: Any) -> str:
-    import json
-
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False, default=str)

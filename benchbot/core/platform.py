@@ -12,7 +12,7 @@ Localisation = Literal["ground_truth", "noisy"]
 
 @dataclass(frozen=True)
 class PlatformSpec:
-    """What a simulator's or driver's `create` is given.
+    """The argument of a simulator's or driver's `create`.
 
     `robot` is the robot's declaration. `localisation` says whether the `poses` channel reports true poses or
     those of drifting odometry. `options` are the user's settings for the plug-in. `cache_dir` holds what may be
@@ -36,7 +36,7 @@ class Scene:
 
     @property
     def start_pose(self) -> Pose:
-        """Where the robot's base frame starts, in the map frame."""
+        """The start of the robot's base frame, in the map frame."""
         return Pose.from_wxyz_xyz(self.environment["start_pose"])
 
     @property
@@ -54,7 +54,7 @@ class Platform(Protocol):
 
     @property
     def control_period_s(self) -> float:
-        """How long one control tick of `drive` should be."""
+        """The duration of one control tick of `drive`."""
 
     def load(self, scene: Scene, seed: int) -> None:
         """Put robot and world into the clean start state of `scene`, clock at zero, nothing collided."""
@@ -83,7 +83,7 @@ class Platform(Protocol):
 
     @property
     def collided(self) -> bool:
-        """Whether the robot has touched something since `load`."""
+        """True when the robot has touched something since `load`."""
 
     def clock(self) -> float:
         """Return the seconds since `load`: simulated time, or wall time on a real robot. Never jumps back."""
@@ -92,7 +92,7 @@ class Platform(Protocol):
         """Stop a real robot at once and refuse to `drive` it again; called from another thread.
 
         The action under way, and every later one, raises a BenchbotError that ends the run. A simulated robot moves
-        inside `drive` only and harms nobody: a simulator has nothing to do here.
+        inside `drive` only: a simulator has nothing to do here.
         """
 
     def close(self) -> None:
@@ -108,7 +108,7 @@ class Simulation(Platform, Protocol):
 
 @runtime_checkable
 class ManyCameras(Protocol):
-    """What a simulator has besides when many robots of one process can share its scenes and look at once."""
+    """A simulator of which many robots of one process can share the scenes and be observed at once."""
 
     def twin(self) -> Self:
         """Return another simulator of the same spec, not yet loaded, that shares what scenes are made of."""

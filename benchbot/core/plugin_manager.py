@@ -5,7 +5,7 @@ import pkgutil
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import pluggy
 
@@ -20,7 +20,7 @@ GROUP = "benchbot"
 
 @dataclass(frozen=True)
 class PluginInfo:
-    """What the metadata of an installed plug-in says; reading it imports nothing."""
+    """An installed plug-in by its metadata; reading that imports nothing."""
 
     name: str
     module: str
@@ -38,23 +38,11 @@ class BrokenPlugin:
 
 @dataclass(frozen=True)
 class Provided:
-    """A record or a declaration's source, with the distribution, or the folder of no distribution, it came from."""
+    """A record or a declaration, with its distribution, or with the folder of no distribution that it came from."""
 
     value: Any
     distribution: str
     folder: DeclarationFolder | None = None
-
-
-class Origin(Protocol):
-    """Anything that says which distribution, or which folder of no distribution, it came from."""
-
-    @property
-    def distribution(self) -> str:
-        """The distribution's name, or the folder's path."""
-
-    @property
-    def folder(self) -> DeclarationFolder | None:
-        """The folder; None for a distribution."""
 
 
 def installed(group: str = GROUP) -> list[PluginInfo]:
@@ -95,7 +83,7 @@ class Plugins:
         except (Exception, SystemExit) as error:  # noqa: BLE001
             if self._manager.has_plugin(name):
                 self._manager.unregister(name=name)
-            self._report(info, error)
+            self._note(info, _cause(error))
         else:
             self._infos[name] = info
 
@@ -167,7 +155,7 @@ class Plugins:
                 values = list(implementation.function())
             # As at import: one plug-in's mistake is reported, and the others go on.
             except Exception as error:  # noqa: BLE001
-                self._report(info, error)
+                self._note(info, _cause(error))
             else:
                 yield from (Provided(value, info.distribution) for value in values)
 
@@ -176,14 +164,12 @@ class Plugins:
             for found in folder.evaluators():
                 if isinstance(found, BenchbotError):
                     info = PluginInfo(folder.name, "", str(folder.root), "")
-                    self._note(BrokenPlugin(info, f"{found.title} {found.why}"))
+                    self._note(info, f"{found.title} {found.why}")
                 else:
                     yield Provided(found, str(folder.root), folder)
 
-    def _report(self, info: PluginInfo, error: BaseException) -> None:
-        self._note(BrokenPlugin(info, _cause(error)))
-
-    def _note(self, broken: BrokenPlugin) -> None:
+    def _note(self, info: PluginInfo, cause: str) -> None:
+        broken = BrokenPlugin(info, cause)
         if broken not in self.broken:
             self.broken.append(broken)
 
@@ -211,7 +197,7 @@ def _check_api(plugin: Any) -> None:
         )
 
 
-def conflict(kind: str, name: str, first: Origin, second: Origin) -> BenchbotError:
+def conflict(kind: str, name: str, first: Provided, second: Provided) -> BenchbotError:
     """Return the error for one name provided twice."""
     if first.distribution == second.distribution:
         why = f"'{first.distribution}' provides it twice."
@@ -223,7 +209,7 @@ def conflict(kind: str, name: str, first: Origin, second: Origin) -> BenchbotErr
     return BenchbotError(f"Two {kind.replace('_', ' ')} are called '{name}'.", why, fix)
 
 
-def _removal(origin: Origin) -> str:
+def _removal(origin: Provided) -> str:
     return f"benchbot uninstall {origin.distribution}" if origin.folder is None else origin.folder.removal()
 
 

@@ -1,4 +1,4 @@
-"""What a session tells: the state of its scene, the answer to each step, and its progress."""
+"""Progress of a session: the state of its scene, the answer to each step, and counters."""
 
 import time
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from benchbot.core.motion import Outcome
 
 
 class State(StrEnum):
-    """Where the current scene stands. `failed` means that the episode cannot go on: see the failure class."""
+    """The state of the current scene. `failed` means that the episode cannot go on: see the failure class."""
 
     CLEAN = "clean"
     DIRTY = "dirty"
@@ -20,7 +20,7 @@ class State(StrEnum):
 
 
 class ActionResult(StrEnum):
-    """What a solution is told after each step."""
+    """The result of a step, as a solution is told it."""
 
     SUCCESS = "SUCCESS"
     FINISHED = "FINISHED"
@@ -29,7 +29,7 @@ class ActionResult(StrEnum):
 
 @dataclass(frozen=True)
 class Step:
-    """What a solution gets back: observations by channel, the result, and what it may do next."""
+    """The answer to a step: observations by channel, the result, and the actions that may follow."""
 
     observations: dict[str, Any]
     result: ActionResult
@@ -41,7 +41,7 @@ class Step:
 
 @dataclass
 class Progress:
-    """What can be watched of a session from outside while it runs.
+    """The part of a session's state that can be watched while it runs.
 
     `ends_run` says that the failure is a safety stop: there is no way back. `waiting_for` is what the operator of a
     real robot is asked to do before it can go on.
@@ -63,7 +63,7 @@ class Progress:
     started_s: float = field(default_factory=time.monotonic)
     paused_since_s: float | None = None
     paused_s: float = 0.0
-    """How long it was paused, before the pause that there may be now."""
+    """Seconds for which it was paused, without the pause that there may be now."""
 
     @property
     def wall_time_s(self) -> float:
@@ -74,7 +74,7 @@ class Progress:
 
     @property
     def paused(self) -> bool:
-        """Whether whoever runs it holds the solution's next step."""
+        """True while the solution's next step is held back."""
         return self.paused_since_s is not None
 
     def pause(self) -> None:

@@ -1,8 +1,7 @@
-"""Provenance: what a result came from, exactly, so that anybody can tell whether two results are comparable."""
+"""Provenance: everything that determined a result, so that two results can be compared."""
 
 import os
 import platform as python_platform
-import re
 import subprocess
 from dataclasses import asdict
 from functools import cache
@@ -15,7 +14,6 @@ from typing import Any
 import benchbot
 from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import Declaration
-from benchbot.core.light_records import DeclarationFolder
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
 
@@ -60,6 +58,10 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
 
 def software(selection: Selection) -> dict[str, Any]:
     """Return versions and hashes of BenchBot and of what determines a run's result beside what was selected."""
+    folders = (declaration.folder for declaration in _declared(selection))
+    pool = plugin_manager.load().pool("asset_packs")
+    # The packs that stand in for the scenes' own models are pinned by the hashes of their catalogues.
+    packs = {name: {"sha256": _file_hash(pool[name].value.catalogue)} for name in _assets_named(selection)}
     return {
         "benchbot": benchbot.__version__,
         "plugins": {
@@ -67,14 +69,14 @@ def software(selection: Selection) -> dict[str, Any]:
                 name: {"version": version(name), "sha256": distribution_hash(name)}
                 for name in sorted(distributions_used(selection))
             },
-            **{one.name: {"version": "v2", "sha256": one.content_hash()} for one in folders_used(selection)},
+            **{one.name: {"version": "v2", "sha256": one.content_hash()} for one in dict.fromkeys(folders) if one},
         },
-        **_asset_packs(selection),
+        **({"assets": packs} if packs else {}),
     }
 
 
 def source_of_pose(selection: Selection) -> str:
-    """Return whose word the track is: that of a `simulation`, or of a real `robot` about itself."""
+    """Return the source of the track's poses: a `simulation`, or a real `robot`."""
     return "robot" if selection.robot.data["type"] in plugin_manager.load().pool("robot_drivers") else "simulation"
 
 
@@ -101,37 +103,24 @@ def distributions_used(selection: Selection) -> set[str]:
 
 def _with_required(distributions: set[str]) -> set[str]:
     """Return distributions and those that they require, as far as they are plug-ins, too."""
-    known = {_normalised(info.distribution): info.distribution for info in plugin_manager.installed()}
+    from packaging.requirements import Requirement
+    from packaging.utils import canonicalize_name
+
+    known = {canonicalize_name(info.distribution): info.distribution for info in plugin_manager.installed()}
     found, left = set[str](), set(distributions)
     while left:
         distribution = left.pop()
         found.add(distribution)
-        texts = [text for text in requires(distribution) or () if "extra ==" not in text]
-        names = {_normalised(re.split(r"[^\w.-]", text, maxsplit=1)[0]) for text in texts}
+        required = map(Requirement, requires(distribution) or ())
+        # Without extras: a run uses no more than what it names.
+        needed = [one for one in required if one.marker is None or one.marker.evaluate({"extra": ""})]
+        names = {canonicalize_name(one.name) for one in needed}
         left |= {known[name] for name in names if name in known} - found
     return found
 
 
-def _normalised(name: str) -> str:
-    # As packaging.python.org/specifications/name-normalization says.
-    return re.sub(r"[-_.]+", "-", name).lower()
-
-
 def _assets_named(selection: Selection) -> list[str]:
     return sorted({str(scene.data["assets"]) for scene in selection.environments if "assets" in scene.data})
-
-
-def _asset_packs(selection: Selection) -> dict[str, Any]:
-    """Return the packs that stand in for the scenes' own models, pinned by the SHA-256 of their catalogues."""
-    pool = plugin_manager.load().pool("asset_packs")
-    packs = {name: {"sha256": _file_hash(pool[name].value.catalogue)} for name in _assets_named(selection)}
-    return {"assets": packs} if packs else {}
-
-
-def folders_used(selection: Selection) -> list[DeclarationFolder]:
-    """Return the folders, of no distribution, that a run's declarations come from."""
-    found = (declaration.folder for declaration in _declared(selection) if declaration.folder is not None)
-    return list(dict.fromkeys(found))
 
 
 def _declared(selection: Selection) -> list[Declaration]:

@@ -1,4 +1,4 @@
-"""Recording: what a recorder is told of a session while it runs, and the note that says how complete a recording is."""
+"""Recordings of a session while it runs, and the notes that say how complete they are."""
 
 import json
 import os
@@ -41,14 +41,14 @@ class Recording(Protocol):
 
 
 class ShowsResults(Protocol):
-    """What a recording may also have: it is then told of the result that a solution hands in."""
+    """A recording that is also told of the result that a solution hands in."""
 
     def result(self, document: Mapping[str, Any]) -> None:
         """Take note of a result document, without `track` and `actions`; there may be more steps, and other results."""
 
 
 class RecordingState(StrEnum):
-    """How a recording stands: being written, finished, or given up because something failed."""
+    """The state of a recording: being written, finished, or given up because something failed."""
 
     RECORDING = "recording"
     FINISHED = "finished"
@@ -57,7 +57,7 @@ class RecordingState(StrEnum):
 
 @dataclass(frozen=True)
 class RecordingNote:
-    """What `recording.json` in a recording's folder says of it: how many observations are in it, and how many are not.
+    """The note `recording.json` in a recording's folder: how many observations are in it, and how many are not.
 
     `dropped` are those that were made while it was written and are not in it; `why` says what ended it early.
     """
@@ -122,7 +122,7 @@ class Noted:
 
     @property
     def ended(self) -> bool:
-        """Whether it takes nothing more."""
+        """True when the recording takes nothing more."""
         return self.note.state is not RecordingState.RECORDING
 
     def reset(self) -> BenchbotError | None:
@@ -173,6 +173,6 @@ class Noted:
         return None
 
     def _write(self) -> None:
-        # The note is a courtesy: what a recording lacks is also in the run's log.
+        # The note is not essential: what a recording lacks is also in the run's log.
         with suppress(OSError):
             self.note.write(self._folder)

@@ -21,7 +21,7 @@ Document = dict[str, Any]
 
 @dataclass(frozen=True)
 class Simulator:
-    """What robots and environments of `type: <name>` run on.
+    """A simulator, on which robots and environments of `type: <name>` run.
 
     `create` returns a fresh platform; it is called in a child process. `warm`, if given, prepares caches (compiled
     kernels) in the given folder, so that the first run starts fast; it prints nothing and returns what it did.
@@ -70,7 +70,7 @@ class Explain(Protocol):
 
 @dataclass(frozen=True)
 class Score:
-    """How a score is read: whether less of it is better, and the least and the greatest value that it can have.
+    """The reading of a score: whether less of it is better, and the least and the greatest value that it can have.
 
     `lower_is_better` is None of a score that is not good or bad by itself, such as a length; so is what is not known.
     """
@@ -108,7 +108,7 @@ class Evaluator:
 
 @dataclass(frozen=True)
 class Resources:
-    """What one worker of a batch needs: processor cores, GPUs, bytes of memory and seconds of wall time at most.
+    """The needs of one worker of a batch: processor cores, GPUs, bytes of memory and seconds of wall time at most.
 
     What is None is not limited, or left to the executor.
     """
@@ -121,7 +121,7 @@ class Resources:
 
 @dataclass(frozen=True)
 class WorkOrder:
-    """What an executor is asked to launch: `count` workers of the batch in `folder`, which all of them can write to.
+    """An order to an executor: launch `count` workers of the batch in `folder`, which all of them can write to.
 
     A worker is the process `[*command, "--name", NAME]`, with a name that no other worker of the batch has had
     (letters, digits, `-`, `_` and `.`). It finds its work in the folder, ends by itself when there is none left, may be

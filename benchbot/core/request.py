@@ -1,4 +1,4 @@
-"""The request of a run: one frozen value that says what is to be run, whoever asks for it.
+"""The request of a run: one frozen value that says what is to be run.
 
 The command line, the TUI, a batch, a bundle and the Gymnasium environments describe a run by it, and it crosses to the
 supervisor's process. Its canonical bytes are what keys and hashes of a run are made of.
@@ -13,7 +13,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Limits:
-    """When an episode is cut off; None is no limit. Times in seconds."""
+    """Limits at which an episode is cut off; None is no limit. Times in seconds."""
 
     steps: int | None = None
     simulated_time_s: float | None = None

@@ -1,4 +1,4 @@
-"""Where things are on this machine: the user's cache, state and data folders, and files that plug-ins declare."""
+"""Folders of this machine: the user's cache, state and data, and files that plug-ins declare."""
 
 import os
 from collections.abc import Iterable, Iterator

@@ -1,6 +1,7 @@
-"""Result documents: created, checked, finished with provenance, written atomically, read with care."""
+"""Documents of results and of scores: created, checked, finished with provenance, written atomically and read."""
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from benchbot.core.selection import Selection
 from benchbot.core.session import Session
 
 VERSION = 1
+SCORES_VERSION = 1
 PUBLIC_ENVIRONMENT_KEYS = (
     "name",
     "variant",
@@ -23,7 +25,7 @@ PUBLIC_ENVIRONMENT_KEYS = (
     "trajectory_poses",
     "object_labels",
 )
-"""What a solution, and a result, may say of an environment: not what stands in it, nor where that is on disk."""
+"""Keys of an environment that a solution and a result may hold: not its objects, nor where those are on disk."""
 
 
 def empty_result(selection: Selection) -> dict[str, Any]:
@@ -31,11 +33,12 @@ def empty_result(selection: Selection) -> dict[str, Any]:
     results = None
     if selection.results_format is not None:
         results = formats.call(selection.results_format, "create", [], {})
-    return {
-        "task_details": dict(selection.task.data),
-        "environment_details": [public_environment(scene) for scene in selection.environments],
-        "results": results,
-    }
+    return {**_details(selection), "results": results}
+
+
+def _details(selection: Selection) -> dict[str, Any]:
+    scenes = [public_environment(scene) for scene in selection.environments]
+    return {"task_details": dict(selection.task.data), "environment_details": scenes}
 
 
 def public_environment(scene: Declaration) -> dict[str, Any]:
@@ -44,34 +47,26 @@ def public_environment(scene: Declaration) -> dict[str, Any]:
 
 
 def finish(document: dict[str, Any], session: Session, *, solution: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Return a solution's result, checked and completed: version, true details of task and scenes, provenance, track,
-    actions.
+    """Return a solution's result, checked and completed: version, task, scenes, provenance, track and actions.
 
-    What a solution claims about task, environment, provenance, track and actions is replaced by what really ran and
-    happened.
+    What a solution claims about these is replaced by what really ran and happened.
     Raises BenchbotError (failure `agent`) when `results` is missing or breaks the task's format.
     """
     results_format = session.selection.results_format
+    refused = partial(BenchbotError, exit_code=ExitCode.SUBMISSION_FAILED, failure=FailureClass.AGENT)
     if "results" not in document:
-        raise BenchbotError(
+        raise refused(
             "The result has no key 'results'.",
             f"It has: {', '.join(sorted(map(str, document))) or 'nothing'}.",
             "Start from BenchBot.empty_results() and fill in its 'results'.",
-            exit_code=ExitCode.SUBMISSION_FAILED,
-            failure=FailureClass.AGENT,
         )
     if results_format is not None:
         try:
             formats.validate(results_format, document["results"])
         except BenchbotError as error:
-            raise BenchbotError(
-                f"The result breaks the format '{results_format.name}'.",
-                f"{error.title} {error.why}",
-                error.fix,
-                exit_code=ExitCode.SUBMISSION_FAILED,
-                failure=FailureClass.AGENT,
-            ) from error
-    return _complete({**document}, session, solution)
+            title = f"The result breaks the format '{results_format.name}'."
+            raise refused(title, f"{error.title} {error.why}", error.fix) from error
+    return _complete(document, session, solution)
 
 
 def failed(session: Session, *, solution: dict[str, Any] | None = None) -> dict[str, Any]:
@@ -80,16 +75,17 @@ def failed(session: Session, *, solution: dict[str, Any] | None = None) -> dict[
 
 
 def _complete(document: dict[str, Any], session: Session, solution: dict[str, Any] | None) -> dict[str, Any]:
-    details = empty_result(session.selection)
-    document["version"] = VERSION
-    document["task_details"] = details["task_details"]
-    document["environment_details"] = details["environment_details"]
-    document["provenance"] = provenance(session, solution)
-    session.handed_in = True
     source = source_of_pose(session.selection)
-    document["track"] = [track.as_dict(source) for track in session.tracks]
-    document["actions"] = session.log.as_list(session.digest.marks())
-    return document
+    completed = {
+        **document,
+        "version": VERSION,
+        **_details(session.selection),
+        "provenance": provenance(session, solution),
+        "track": [track.as_dict(source) for track in session.tracks],
+        "actions": session.log.as_list(session.digest.marks()),
+    }
+    session.handed_in = True
+    return completed
 
 
 def write_json(path: Path, document: dict[str, Any]) -> None:
@@ -129,4 +125,25 @@ def read(path: Path) -> dict[str, Any]:
             "Upgrade BenchBot: pip install --upgrade benchbot",
         )
     schema.check(document, "result", path)
+    return document
+
+
+def write_scores(path: Path, document: dict[str, Any]) -> None:
+    """Write a scores document atomically; raises BenchbotError when it is not valid or cannot be written."""
+    schema.check(document, "scores", path)
+    write_json(path, document)
+
+
+def read_scores(path: Path) -> dict[str, Any]:
+    """Return a scores document; raises BenchbotError for one of a version or form that it does not know."""
+    document = schema.read(path)
+    version = document.get("version")
+    if version != SCORES_VERSION:
+        found = "no version" if version is None else f"version {version!r:.20}"
+        raise BenchbotError(
+            f"{path} is not a scores document that this BenchBot reads.",
+            f"It has {found}; this BenchBot reads version {SCORES_VERSION}.",
+            "Score the results again with: benchbot eval RESULT… -o scores.json",
+        )
+    schema.check(document, "scores", path)
     return document

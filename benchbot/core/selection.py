@@ -1,7 +1,7 @@
-"""Selection: is a run of this task on this robot in these scenes possible, and if not, every reason why."""
+"""Selection: the task, robot and scenes of a run, or every reason why that run is not possible."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from benchbot.core.request import NO_LIMITS, Limits, RunRequest
 from benchbot.core.resources import YAML_SUFFIXES
 
 V2_TYPES = ("sim_omni", "sim_unreal", "real")
-"""What v2's own robots and environments ran on."""
+"""Platforms of the robots and environments that v2 shipped."""
 
 
 class ImpossibleError(BenchbotError):
@@ -58,7 +58,7 @@ class Selection:
 
     @property
     def localisation(self) -> Localisation:
-        """Whether the task reports true poses or those of drifting odometry."""
+        """The poses that the task reports: true ones, or those of drifting odometry."""
         return "noisy" if self.task.data.get("localisation") == "noisy" else "ground_truth"
 
     @property
@@ -157,19 +157,15 @@ def misfits(robot: Mapping[str, Any], scene: Declaration) -> Iterator[BenchbotEr
 def _runs(catalog: Catalog, robot: Declaration) -> Iterator[BenchbotError]:
     kind = robot.data["type"]
     platforms = {**catalog.plugins.pool("simulators"), **catalog.plugins.pool("robot_drivers")}
-    if kind in V2_TYPES and kind not in platforms:
-        yield BenchbotError(
-            f"The robot '{robot.name}' is of type '{kind}', which BenchBot v2 ran and this one does not.",
-            f"Installed simulators and drivers: {', '.join(sorted(platforms)) or 'none'}.",
-            "Choose a robot that runs here (benchbot list robots), and an environment for it: see docs/v2.md",
-        )
-    elif kind not in platforms:
-        yield BenchbotError(
-            f"Nothing installed can run robots of type '{kind}'.",
-            f"Installed simulators and drivers: {', '.join(sorted(platforms)) or 'none'}."
-            f"{catalog.plugins.broken_hint()}",
-            f"Install it: benchbot install benchbot-{kind.replace('_', '-')}",
-        )
+    if kind in platforms:
+        return
+    title = f"Nothing installed can run robots of type '{kind}'."
+    fix = f"Install it: benchbot install benchbot-{kind.replace('_', '-')}"
+    if kind in V2_TYPES:
+        title = f"The robot '{robot.name}' is of type '{kind}', which BenchBot v2 ran and this one does not."
+        fix = "Choose a robot that runs here (benchbot list robots), and an environment for it: see docs/v2.md"
+    known = ", ".join(sorted(platforms)) or "none"
+    yield BenchbotError(title, f"Installed simulators and drivers: {known}.{catalog.plugins.broken_hint()}", fix)
 
 
 def _scenes(task: Declaration, scenes: list[Declaration]) -> Iterator[BenchbotError]:
@@ -245,10 +241,5 @@ def _scoring(catalog: Catalog, method: str, task: Declaration | None) -> Iterato
 def _limits(task: Declaration, asked: Limits) -> Limits:
     """Return the task's own limits, tightened or loosened by what the user asked for."""
     declared = task.data.get("limits", {})
-    return Limits(
-        steps=asked.steps if asked.steps is not None else declared.get("steps"),
-        simulated_time_s=(
-            asked.simulated_time_s if asked.simulated_time_s is not None else declared.get("simulated_time_s")
-        ),
-        wall_time_s=asked.wall_time_s if asked.wall_time_s is not None else declared.get("wall_time_s"),
-    )
+    limits = asdict(asked).items()
+    return Limits(**{name: declared.get(name) if limit is None else limit for name, limit in limits})

@@ -1,13 +1,13 @@
 """The session: one solution's run through the scenes of a selection, as a state machine."""
 
 import logging
+import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from typing import Any, TypeVar
 
-from benchbot.core.action_log import ActionLog
 from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES
-from benchbot.core.digest import ObservationDigest
+from benchbot.core.digest import ActionLog, ObservationDigest
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass, did_you_mean
 from benchbot.core.geometry import Pose
 from benchbot.core.host import Host, Status
@@ -19,6 +19,7 @@ from benchbot.core.selection import Selection
 from benchbot.core.track import Track, waypoint
 
 T = TypeVar("T")
+OutcomeT = TypeVar("OutcomeT", bound=Outcome | None)
 
 log = logging.getLogger("benchbot.session")
 
@@ -42,13 +43,13 @@ class Session:
         self.recordings = tuple(recordings)
         self.progress = Progress()
         self.tracks: list[Track] = []
-        """Where the robot really went, scene by scene. It is not for solutions before they have handed in a result."""
+        """The true tracks, scene by scene; solutions do not see them before they have handed in a result."""
         self.log = ActionLog()
-        """What the solution has done since the last reset."""
+        """The solution's actions since the last reset."""
         self.restarts = 0
-        """How often the robot was put back after it had moved, since a result was last handed in."""
+        """Number of times that the robot was put back after it had moved, since a result was last handed in."""
         self.driven_by_hand = 0
-        """How many of the steps were the host's own, since a result was last handed in."""
+        """Number of steps taken by a person at the host, since a result was last handed in."""
         self.handed_in = False
         self.digest = digest()
         self.scenes = tuple(Scene(declaration.data, declaration.path.parent) for declaration in selection.environments)
@@ -69,7 +70,7 @@ class Session:
 
     @property
     def result(self) -> ActionResult:
-        """What the current state means to a solution."""
+        """The current state as solutions are told of it."""
         if self.progress.state is State.COLLIDED:
             return ActionResult.COLLISION
         return ActionResult.FINISHED if self.progress.state is State.FINISHED else ActionResult.SUCCESS
@@ -131,19 +132,12 @@ class Session:
         goal = None
         if action == "move_next":
             goal = self._trajectory[self.progress.trajectory_index]
-        self.progress.last_action = action
-        self.progress.steps += 1
         self.driven_by_hand += by_hand
-        outcome, status = self._guarded(lambda: host.act(action, arguments, goal))
+        outcome, status = self._moved(action, lambda: host.act(action, arguments, goal))
         if action == "move_next":
             self.progress.trajectory_index += 1
-        self._note(status)
-        if status.collided:
-            self._end(State.COLLIDED, FailureClass.COLLISION, f"The robot hit something during {action}.")
-        elif action == "move_next" and self.progress.trajectory_index >= len(self._trajectory):
-            self.progress.state = State.FINISHED
-        else:
-            self.progress.state = State.DIRTY
+            if not status.collided and self.progress.trajectory_index >= len(self._trajectory):
+                self.progress.state = State.FINISHED
         return self._observe(host, outcome, action, arguments, by_hand=by_hand)
 
     def move_by(self, name: str, arguments: Mapping[str, Any], move: Callable[[], Status]) -> Step:
@@ -160,15 +154,20 @@ class Session:
                 "Go on with next_scene() or reset().",
                 failure=FailureClass.AGENT,
             )
+        self._moved(name, lambda: (None, move()))
+        return self._observe(host, None, name, arguments)
+
+    def _moved(self, name: str, move: Callable[[], tuple[OutcomeT, Status]]) -> tuple[OutcomeT, Status]:
+        """Move the robot by a step of this name, and note where that has led."""
         self.progress.last_action = name
         self.progress.steps += 1
-        status = self._guarded(move)
+        outcome, status = self._guarded(move)
         self._note(status)
         if status.collided:
             self._end(State.COLLIDED, FailureClass.COLLISION, f"The robot hit something during {name}.")
         else:
             self.progress.state = State.DIRTY
-        return self._observe(host, None, name, arguments)
+        return outcome, status
 
     def fail(self, failure: FailureClass, why: str) -> None:
         """Record that the episode ended badly for a reason outside the robot: the first one stays."""
@@ -256,13 +255,11 @@ class Session:
 
     def _look(self, host: Host) -> dict[str, Any]:
         """Return what the robot senses, and the goal of the episode where the task shows one."""
-        episode = self.selection.episode
+        episode, wanted = self.selection.episode, self.selection.observations
         if episode is None:
-            return host.observe(self.selection.observations)
-        given = {"goal": episode.goal}
-        wanted = self.selection.observations
-        sensed = host.observe([name for name in wanted if name not in GIVEN_BY_EPISODES])
-        return {name: given[name] if name in given else sensed[name] for name in wanted}
+            return host.observe(wanted)
+        shown = host.observe([name for name in wanted if name not in GIVEN_BY_EPISODES]) | {"goal": episode.goal}
+        return {name: shown[name] for name in wanted}
 
     def _tell_recordings(self, tell: Callable[[Recording], None]) -> None:
         for recording in self.recordings:
@@ -308,7 +305,7 @@ class Session:
             )
         value = arguments.get(known, 0.0) if known else 0.0
         number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not number or value != value or value in (float("inf"), float("-inf")):
+        if not number or not math.isfinite(value):
             raise BenchbotError(
                 f"The {known} of '{action}' is {value!r}.",
                 f"It must be a finite number, in {ACTIONS[action].unit}.",
@@ -339,7 +336,7 @@ class Session:
         x, y, _ = status.pose.translation_xyz
         self.progress.pose_xyyaw = (x, y, status.pose.yaw_rad)
         self.progress.simulated_time_s = self._simulated_before_s + status.clock_s
-        self.tracks[-1].follow(waypoint(status.pose, status.clock_s), status.way, collided=status.collided)
+        self.tracks[-1].follow(waypoint(status.pose, status.clock_s), status.path, collided=status.collided)
 
     def _end(self, state: State, failure: FailureClass, why: str) -> None:
         self.progress.state = state

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Unpack
 
-from benchbot.core import scores
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.records import Evaluator
+from benchbot.core.results import read_scores
 from benchbot.evaluation.coverage import counted_rows
 from benchbot.evaluation.result_files import SIZE_LIMIT_BYTES
 from benchbot.evaluation.score import Options, evaluate_files
@@ -102,7 +102,7 @@ def _named(text: str) -> tuple[str, Path]:
 
 def _scored(path: Path, options: Options) -> Document:
     if path.suffix.lower() == ".json" and _holds_scores(path):
-        return scores.read(path)
+        return read_scores(path)
     return evaluate_files([path], **options)
 
 

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Required, TypedDict, Unpack
 
-from benchbot.core import plugin_manager, results, scores
+from benchbot.core import plugin_manager, results
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
@@ -231,7 +231,7 @@ def _document(
     }
     reading = {name: asdict(evaluator.scores[name]) for name in combined if name in evaluator.scores}
     return {
-        "version": scores.VERSION,
+        "version": results.SCORES_VERSION,
         "method": method | ({"scores": reading} if reading else {}),
         "task_details": result["task_details"],
         "environment_details": environment_details,

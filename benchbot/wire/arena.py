@@ -30,7 +30,7 @@ def create() -> int:
         handle = os.memfd_create(NAME, os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
         # A file that cannot shrink cannot take mapped pages away from a reader (SIGBUS).
         fcntl.fcntl(handle, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK)
-        # Whoever opens it anew opens it for reading: the child writes through the descriptor that it inherits.
+        # Another process can open it for reading only: the child writes through the descriptor that it inherits.
         os.fchmod(handle, 0o400)
     else:
         import tempfile
@@ -55,11 +55,6 @@ class Layout:
         self._arrays.append((offset, array))
         return offset
 
-    @property
-    def is_empty(self) -> bool:
-        """True when no array has been added."""
-        return not self._arrays
-
     def write(self, memory: mmap.mmap, base: int = 0) -> None:
         """Copy the arrays in C order to their places, counted from byte `base` on."""
         for offset, array in self._arrays:
@@ -82,8 +77,8 @@ class ArenaWriter:
         (self._sequence,) = _SEQUENCE.unpack_from(self._map, NONCE_BYTES)
 
     def write(self, layout: Layout) -> None:
-        """Write arrays, if there are any, over those that were written before."""
-        if layout.is_empty:
+        """Write a layout's arrays, if there are any, over those that were written before."""
+        if layout.end == HEADER_BYTES:
             return
         if len(self._map) < layout.end:
             os.ftruncate(self._handle, layout.end)

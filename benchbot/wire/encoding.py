@@ -29,10 +29,10 @@ DTYPES = {
     name: np.dtype(name)
     for name in ("|b1", "|i1", "|u1", "<i2", "<u2", "<i4", "<u4", "<i8", "<u8", "<f2", "<f4", "<f8")
 }
-"""The dtypes that arrays may have on the wire, by what they are called there."""
+"""The dtypes that arrays may have on the wire, by their names there."""
 
 Locate = Callable[[NDArray[Any]], int | None]
-"""Returns where an array lies in shared memory, or None for one that does not."""
+"""Returns the offset of an array in shared memory, or None for one that does not lie there."""
 Fetch = Callable[[str, list[int], int], NDArray[Any]]
 """Returns the array of a dtype and shape that lies at an offset in shared memory; raises ValueError for none."""
 
@@ -50,7 +50,11 @@ def encode(value: Any, locate: Locate | None = None) -> bytes:
     scalars of bool, int, uint and float.
     """
     try:
-        return _joined(value) if locate is None else _placed(value, locate)
+        if locate is not None:
+            return _placed(value, locate)
+        message = _Message()
+        message.append(value)
+        return b"".join(message.parts)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:
         raise BenchbotError(
             "A value cannot be sent.",
@@ -78,12 +82,6 @@ def decode(data: bytes | bytearray | memoryview, fetch: Fetch | None = None) -> 
 def place_of(dtype: str, shape: Sequence[int], offset: int) -> msgspec.msgpack.Ext:
     """Return the extension that stands for an array in shared memory."""
     return msgspec.msgpack.Ext(PLACE_CODE, _encoder.encode((dtype, shape, offset)))
-
-
-def _joined(value: Any) -> bytes:
-    message = _Message()
-    message.append(value)
-    return b"".join(message.parts)
 
 
 def _placed(value: Any, locate: Locate) -> bytes:
@@ -206,23 +204,19 @@ def _check(dtype: str, shape: Sequence[int]) -> int:
 
 
 def has_place(dtype: str, shape: Sequence[int]) -> bool:
-    """Say whether an array in shared memory is sent by its place: one that is empty is not, nor one not allowed."""
+    """Return True when an array in shared memory is sent by its place: it is neither empty nor outside of the caps."""
     try:
         return _check(dtype, shape) > 0
     except ValueError:
         return False
 
 
-def _decode_hook(code: int, data: memoryview) -> NDArray[Any]:
-    if code != ARRAY_CODE:
-        raise ValueError(f"extension type {code} is not known")
-    return unpack_array(data)
-
-
-def _decoder_with(fetch: Fetch) -> "msgspec.msgpack.Decoder[Any]":
+def _decoder_with(fetch: Fetch | None) -> "msgspec.msgpack.Decoder[Any]":
     def hook(code: int, data: memoryview) -> NDArray[Any]:
-        if code != PLACE_CODE:
-            return _decode_hook(code, data)
+        if code == ARRAY_CODE:
+            return unpack_array(data)
+        if code != PLACE_CODE or fetch is None:
+            raise ValueError(f"extension type {code} is not known")
         dtype, shape, offset = decode_place(data)
         _check(dtype, shape)
         return fetch(dtype, shape, offset)
@@ -231,4 +225,4 @@ def _decoder_with(fetch: Fetch) -> "msgspec.msgpack.Decoder[Any]":
 
 
 _encoder = msgspec.msgpack.Encoder(enc_hook=_encode_scalar)
-_decoder: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(ext_hook=_decode_hook)
+_decoder = _decoder_with(None)

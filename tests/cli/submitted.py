@@ -1,4 +1,4 @@
-"""What the tests of submissions submit to, and what they read."""
+"""The back end and the documents of the tests of submissions."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What people hand in by mistake, or to do harm: each is told by file and place, and the other results are scored."""
+"""Bad input, by mistake or to do harm: each is told by file and place, and the other results are scored."""
 
 import json
 import zipfile

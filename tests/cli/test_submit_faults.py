@@ -1,4 +1,4 @@
-"""What goes wrong while a solution runs: whose fault it is, what is said, and what is left."""
+"""Faults while a solution runs: their class, the message, and what is left."""
 
 import os
 import resource

@@ -7,9 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchbot.core import results
-from benchbot.core.action_log import MAX_OBSERVATIONS, ActionLog
 from benchbot.core.declarations import schema
-from benchbot.core.digest import MARK_DIGITS, BackgroundDigest, ObservationDigest
+from benchbot.core.digest import MARK_DIGITS, MAX_OBSERVATIONS, ActionLog, BackgroundDigest, ObservationDigest
 from tests.core.test_track import chosen, started
 
 Taken = tuple[str | None, dict[str, int]]

@@ -3,8 +3,8 @@ from typing import Any
 
 import pytest
 
-from benchbot.core import scores
 from benchbot.core.errors import BenchbotError
+from benchbot.core.results import read_scores, write_scores
 
 DOCUMENT = {
     "version": 1,
@@ -18,9 +18,9 @@ DOCUMENT = {
 
 
 def test_scores_are_read_as_written(tmp_path: Path) -> None:
-    scores.write(tmp_path / "scores.json", DOCUMENT)
+    write_scores(tmp_path / "scores.json", DOCUMENT)
 
-    assert scores.read(tmp_path / "scores.json") == DOCUMENT
+    assert read_scores(tmp_path / "scores.json") == DOCUMENT
 
 
 @pytest.mark.parametrize("version", [None, 2, "1"])
@@ -30,11 +30,11 @@ def test_another_version_is_refused(tmp_path: Path, version: Any) -> None:
     (tmp_path / "scores.json").write_text(json.dumps(DOCUMENT | {"version": version}))
 
     with pytest.raises(BenchbotError, match="this BenchBot reads version 1"):
-        scores.read(tmp_path / "scores.json")
+        read_scores(tmp_path / "scores.json")
 
 
 def test_scores_that_are_not_valid_are_not_written(tmp_path: Path) -> None:
     with pytest.raises(BenchbotError, match="unknown key 'score'"):
-        scores.write(tmp_path / "scores.json", DOCUMENT | {"score": 1})
+        write_scores(tmp_path / "scores.json", DOCUMENT | {"score": 1})
 
     assert list(tmp_path.iterdir()) == []

@@ -21,7 +21,7 @@ from benchbot.core.plugin_manager import load
 from benchbot.core.request import RunRequest
 from benchbot.core.selection import Selection, select
 from benchbot.core.session import Session
-from benchbot.core.track import ROW_ANGLE_RAD, ROW_DISTANCE_M, Track, Trail, Way, Waypoint, followed
+from benchbot.core.track import ROW_ANGLE_RAD, ROW_DISTANCE_M, DrivenPath, Track, TrackedPlatform, Waypoint
 
 COLUMNS = ["observation", "time_s", "x_m", "y_m", "yaw_rad"]
 
@@ -158,24 +158,23 @@ class Rail:
         return float(self.ticks)
 
 
-def test_a_robot_that_has_lost_its_pose_for_a_moment_drives_on_and_its_way_is_straight() -> None:
-    rail = cast(Platform, Rail({2, 3}))
-    trail = Trail(rail)
-    trail.begin()
+def test_a_robot_that_has_lost_its_pose_for_a_moment_drives_on_and_its_path_is_straight() -> None:
+    tracked = TrackedPlatform(cast(Platform, Rail({2, 3})))
+    tracked.begin()
     for _ in range(5):
-        followed(rail, trail).drive(2.0, 0.0, 0.05)
+        tracked.drive(2.0, 0.0, 0.05)
 
-    way = trail.take()
-    assert way.length_m == pytest.approx(0.5)
-    assert [place.x_m for place in way.waypoints] == pytest.approx([0.1, 0.4, 0.5])
-    assert trail.take() == Way()
+    path = tracked.take()
+    assert path.length_m == pytest.approx(0.5)
+    assert [place.x_m for place in path.waypoints] == pytest.approx([0.1, 0.4, 0.5])
+    assert tracked.take() == DrivenPath()
 
 
 places = st.builds(Waypoint, *[st.floats(-50, 50, allow_nan=False)] * 4)
 
 
 @given(st.lists(places, min_size=1))
-def test_without_its_way_a_robot_went_straight(waypoints: list[Waypoint]) -> None:
+def test_without_its_path_a_robot_went_straight(waypoints: list[Waypoint]) -> None:
     track = Track("rail:1")
     for number, here in enumerate(waypoints):
         track.follow(here, None, collided=False)
@@ -191,7 +190,7 @@ def test_without_its_way_a_robot_went_straight(waypoints: list[Waypoint]) -> Non
 def test_a_place_that_is_observed_from_has_one_row() -> None:
     here = Waypoint(1.0, 0.05, 0.0, 0.0)
     track = Track("rail:1")
-    track.follow(here, Way(0.05, (here,)), collided=False)
+    track.follow(here, DrivenPath(0.05, (here,)), collided=False)
     track.observed(0)
 
     assert track.as_dict("robot")["rows"] == [[0, 1.0, 0.05, 0.0, 0.0]]

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.core import plugin_manager, scores
+from benchbot.core import plugin_manager
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
+from benchbot.core.results import read_scores
 from benchbot_eval import Evaluator, GroundTruthCreator, Validator
 from benchbot_eval.evaluator import Validator as ValidatorOfEvaluator
 from tests.made_results import Make, Save
@@ -32,7 +33,7 @@ def test_what_was_validated_is_scored_as_in_v2(
     document = Evaluator("omq", str(tmp_path / "scores.json")).evaluate()
 
     assert document["scores"]["OMQ"] == 0.5
-    assert scores.read(tmp_path / "scores.json") == document
+    assert read_scores(tmp_path / "scores.json") == document
     assert "missing: flat:3" in capsys.readouterr().out
 
 

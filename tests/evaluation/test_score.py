@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from benchbot.core import scores
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
+from benchbot.core.results import read_scores, write_scores
 from benchbot.evaluation import evaluate, evaluate_files, validate_files
 from tests.made_results import Make, Save, chair, ground_truth
 
@@ -29,8 +29,8 @@ def test_one_result_against_its_ground_truth(make_result: Make, tmp_path: Path) 
     assert document["environment_details"] == result["environment_details"]
     assert document["rows"][0]["ground_truths"][0]["environment"] == "flat:1"
     assert (result, truth) == before
-    scores.write(tmp_path / "scores.json", document)
-    assert scores.read(tmp_path / "scores.json") == document
+    write_scores(tmp_path / "scores.json", document)
+    assert read_scores(tmp_path / "scores.json") == document
 
 
 def test_a_file_is_scored_by_the_method_and_the_truth_that_belong_to_it(

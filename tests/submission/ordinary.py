@@ -7,7 +7,7 @@ from pathlib import Path
 
 SPARE_USER = 54321
 NEEDED = (Path(sys.executable).resolve().parents[1], Path(__file__).resolve().parents[2])
-"""What the command runs with: Python, and the checkout with its packages."""
+"""The files that the command needs: Python, and the checkout with its packages."""
 
 # Those may be in folders that are root's alone; in a mount namespace of its own, such a folder holds them only.
 SCRIPT = """\

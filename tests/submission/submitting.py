@@ -1,4 +1,4 @@
-"""What the tests of the ways to run a solution share: a back end on a unix socket, and somebody who looks on."""
+"""Helpers of the tests of submission modes: a back end on a unix socket, and a watcher."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -22,7 +22,7 @@ class Spectator:
 
     @property
     def text(self) -> str:
-        """What was printed."""
+        """The output as text."""
         return self.output.decode()
 
     def write(self, chunk: bytes) -> None:

@@ -19,15 +19,18 @@ RUNAWAY = """\
 import os, signal, subprocess, sys, time
 for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
     signal.signal(number, signal.SIG_IGN)
+reading, writing = os.pipe()
 if os.fork() == 0:
     os.setsid()
     if os.fork() == 0:
         print("away", flush=True)
+        os.write(writing, b".")
         time.sleep(1000)
     os._exit(0)
 os.wait()
+os.read(reading, 1)
 """
-"""Starts a process in a session of its own whose parent is gone, and which ignores what is polite."""
+"""Starts a process in a session of its own whose parent has ended, and which ignores what is polite; waits for it."""
 
 OWNER = """\
 import os, sys, time

@@ -127,8 +127,8 @@ def request(**changes: Any) -> RunRequest:
     return RunRequest(**{"task": "sample:passive", "robot": "sample_robot", "environment": "arena:1", **changes})
 
 
-def sample_backend(**changes: Any) -> Any:
-    return Backend.start(request(**changes))
+def sample_backend(port: int | None = 0, unix_socket: Path | None = None, **changes: Any) -> Any:
+    return Backend.start(request(**changes), port=port, unix_socket=unix_socket)
 
 
 def test_a_back_end_is_there_while_it_is_needed() -> None:

@@ -138,12 +138,12 @@ def test_large_arrays_are_aligned_wherever_they_begin(name: str, dtype: str, siz
 
 
 def test_the_place_of_an_array_is_sent_instead_of_it() -> None:
-    lent, own = np.arange(6, dtype="<u2").reshape(2, 3), np.zeros(3)
-    message = encoding.encode({"lent": lent, "own": own}, lambda array: 4096 if array is lent else None)
+    shared, own = np.arange(6, dtype="<u2").reshape(2, 3), np.zeros(3)
+    message = encoding.encode({"shared": shared, "own": own}, lambda array: 4096 if array is shared else None)
     place = b"\x93\xa3<u2\x92\x02\x03\xcd\x10\x00"
     assert b"\xc7" + bytes([len(place)]) + b"\x02" + place in message
     arrived = encoding.decode(message, lambda *asked: np.array([str(asked)]))
-    assert arrived["lent"].tolist() == ["('<u2', [2, 3], 4096)"]
+    assert arrived["shared"].tolist() == ["('<u2', [2, 3], 4096)"]
     assert arrived["own"].tolist() == [0, 0, 0]
 
 

@@ -1,11 +1,15 @@
-"""What commands print: data on stdout, everything else on stderr; errors as title, why and fix."""
+"""The terminal: data on stdout, everything else on stderr, errors as title, why and fix; and Ctrl-C, in order."""
 
 import errno
 import os
+import signal
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+
+import typer
 
 from benchbot.core.errors import BenchbotError, ExitCode
 
@@ -67,8 +71,8 @@ def error(problem: BenchbotError, *, verbose: bool = False) -> None:
         _traceback(problem)
     lines = [_styled("1;31", "Error: ") + _styled("1", problem.title), ""]
     lines += [f"  {line}" for line in problem.why.splitlines()]
-    lines += ["", *_labelled("Fix: ", problem.fix.splitlines())]
-    note("\n".join(lines))
+    fix, *more = problem.fix.splitlines() or [""]
+    note("\n".join([*lines, "", f"  {_styled('32', 'Fix: ')}{fix}", *(f"{'':7}{line}" for line in more)]))
 
 
 def internal_error(problem: Exception, *, verbose: bool = False) -> None:
@@ -84,9 +88,33 @@ def internal_error(problem: Exception, *, verbose: bool = False) -> None:
         _traceback(problem)
 
 
-def _labelled(label: str, lines: list[str]) -> list[str]:
-    indent = " " * len(label)
-    return [f"  {_styled('32', label) if number == 0 else indent}{line}" for number, line in enumerate(lines)]
+@contextmanager
+def interruptible(said: str) -> Iterator[None]:
+    """Interrupt the block at the first SIGINT, SIGTERM or SIGHUP, then print `said` and exit with 130."""
+    with interrupting():
+        try:
+            yield
+        except KeyboardInterrupt:
+            note(f"Interrupted: {said}")
+            raise typer.Exit(ExitCode.INTERRUPTED) from None
+
+
+@contextmanager
+def interrupting() -> Iterator[None]:
+    """Raise KeyboardInterrupt in the block at the first SIGINT, SIGTERM or SIGHUP; further ones are ignored."""
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+    def interrupt(_number: int, _frame: object) -> None:
+        for number in numbers:
+            signal.signal(number, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    before = {number: signal.signal(number, interrupt) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _styled(code: str, text: str) -> str:

@@ -34,7 +34,17 @@ class Requirement:
 
 def parse(texts: Iterable[str] | None) -> list[Requirement]:
     """Return the requirements that `texts` state, such as `OMQ>=0.4`; raises BenchbotError for another form."""
-    return [_parse(text) for text in texts or ()]
+    found = []
+    for text in texts or ():
+        match = _PATTERN.fullmatch(text)
+        if match is None:
+            raise BenchbotError(
+                f"'{text}' is not a requirement.",
+                "A requirement is a score's name, one of >= > <= <, and a number.",
+                "Write it like this, in quotes: --require 'OMQ>=0.4'",
+            )
+        found.append(Requirement(match[1], match[2], float(match[3])))
+    return found
 
 
 def check(requirements: Iterable[Requirement], scores: Mapping[str, float]) -> None:
@@ -56,14 +66,3 @@ def check(requirements: Iterable[Requirement], scores: Mapping[str, float]) -> N
             "Improve the solution, or ask for less with --require.",
             exit_code=ExitCode.BELOW_THRESHOLD,
         )
-
-
-def _parse(text: str) -> Requirement:
-    match = _PATTERN.fullmatch(text)
-    if match is None:
-        raise BenchbotError(
-            f"'{text}' is not a requirement.",
-            "A requirement is a score's name, one of >= > <= <, and a number.",
-            "Write it like this, in quotes: --require 'OMQ>=0.4'",
-        )
-    return Requirement(match[1], match[2], float(match[3]))

@@ -1,4 +1,4 @@
-"""Scores as people read them."""
+"""Scores as text: a headline, a table, and the coverage."""
 
 from collections import Counter
 from typing import Any
@@ -14,7 +14,8 @@ def headline(document: dict[str, Any]) -> str:
 
 def table(document: dict[str, Any]) -> str:
     """Return a line per result and a summary, the headline score first, its interval, and what is missing."""
-    names = _ordered(document)
+    first = document["method"]["headline"]
+    names = [first, *(name for name in document["scores"] if name != first)]
     lines = [["", *names]]
     rows = zip(_labels(document["rows"]), document["rows"], strict=True)
     lines += [[label, *_numbers(row["scores"], names)] for label, row in rows]
@@ -51,11 +52,6 @@ def _label(row: dict[str, Any]) -> str:
     said = [f"{key} {row[key]}" for key in ("seed", "episode", "repeat") if row.get(key) is not None]
     settings = overrides.label(row.get("settings") or {})
     return " ".join(filter(None, [row["environment"], *said, settings]))
-
-
-def _ordered(document: dict[str, Any]) -> list[str]:
-    first = document["method"]["headline"]
-    return [first, *(name for name in document["scores"] if name != first)]
 
 
 def _numbers(scores: dict[str, float], names: list[str]) -> list[str]:

@@ -7,18 +7,21 @@ import shutil
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from types import TracebackType
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any, Literal, Self
 
-from benchbot.cli.kit.outlet import Outlet
-
 Display = Literal["auto", "rich", "plain", "json", "none"]
-"""How a status is shown on stderr: a line that is rewritten, lines, JSON lines, or not; `auto` is what fits stderr."""
+"""The form of a status on stderr: a line that is rewritten, lines, JSON lines, or nothing; `auto` is what fits."""
 
 PLAIN_PERIOD_S = 2.0
 REMINDER_PERIOD_S = 15.0
 JSON_PERIOD_S = 0.1
+PENDING_BYTES = 2**20
+"""Size of the output kept for a terminal that takes nothing, as after Ctrl-S; the rest is not shown."""
+WRITE_PERIOD_S = 0.1
+PATIENCE_S = 2.0
+_ERASE = b"\r\x1b[K"
 
 
 def fitting(display: Display) -> Display:
@@ -47,18 +50,16 @@ class StatusLine:
             handle = sys.stderr.fileno()
         except (OSError, ValueError):  # it is no file, or closed
             handle = None
-        self._outlet = Outlet(handle, keep=not sys.stderr.isatty())
+        self._writer = StderrWriter(handle, keep=not sys.stderr.isatty())
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._outlet.close()
+    def __exit__(self, *_error: object) -> None:
+        self._writer.close()
 
     def started(self, process: int) -> None:
-        """Learn the number of a solution's process: nobody needs it here."""
+        """Ignore the number of a solution's process: it is not shown."""
 
     def look(self, progress: Mapping[str, Any], scene_count: int) -> None:
         """Show where an episode stands; it is for the solution to end it."""
@@ -92,38 +93,151 @@ class StatusLine:
                 if changed and (urgent or age_s >= JSON_PERIOD_S):
                     self._news = news
                     self._printed_s = time.monotonic()
-                    self._outlet.say(_json({"kind": "status", "text": text} if document is None else document()))
+                    self._writer.say(_json({"kind": "status", "text": text} if document is None else document()))
             elif self.display == "rich":
                 if urgent and changed:
                     self._say(text)
                 self._news = news
                 width = shutil.get_terminal_size().columns - 1
                 shown = text[:width].encode()
-                self._outlet.show(b"\x1b[2m%s\x1b[0m" % shown if self._dim else shown)
-            elif (self._is_due(age_s, urgent=urgent) and changed) or (urgent and age_s >= REMINDER_PERIOD_S):
+                self._writer.show(b"\x1b[2m%s\x1b[0m" % shown if self._dim else shown)
+            elif (urgent and (changed or age_s >= REMINDER_PERIOD_S)) or (
+                changed and self.display == "plain" and age_s >= PLAIN_PERIOD_S
+            ):
                 self._news = news
                 self._say(text)
 
     def write(self, chunk: bytes) -> None:
-        """Print what somebody else wrote, untouched but as JSON, where that is the display."""
+        """Print the output of another program, untouched, or as JSON, where that is the display."""
         if self.display == "json":
-            self._outlet.write(_json({"kind": "output", "text": chunk.decode("utf-8", "replace")}) + b"\n")
+            self._writer.write(_json({"kind": "output", "text": chunk.decode("utf-8", "replace")}) + b"\n")
         else:
-            self._outlet.write(chunk)
+            self._writer.write(chunk)
 
     def note(self, text: str, document: Mapping[str, Any] | None = None) -> None:
         """Print a line of ours that stays, unless nothing is displayed."""
         if self.display == "json":
-            self._outlet.say(_json({"kind": "note", "text": text} if document is None else document))
+            self._writer.say(_json({"kind": "note", "text": text} if document is None else document))
         elif self.display != "none":
-            self._outlet.say(text.encode())
-
-    def _is_due(self, age_s: float, *, urgent: bool) -> bool:
-        return urgent or (self.display == "plain" and age_s >= PLAIN_PERIOD_S)
+            self._writer.say(text.encode())
 
     def _say(self, text: str) -> None:
         self._printed_s = time.monotonic()
-        self._outlet.say(text.encode())
+        self._writer.say(text.encode())
+
+
+class StderrWriter:
+    """A thread that writes to a file descriptor (None: nowhere), so that no other thread waits for a terminal.
+
+    Safe to use from any thread. What is printed is written in order, with the current status below it, at most ten
+    times a second. With `keep`, for files and pipes, printing waits and nothing is lost. The thread is a daemon: one
+    that a terminal blocks ends with the process.
+    """
+
+    def __init__(self, handle: int | None, *, keep: bool) -> None:
+        self._handle = handle
+        self._keep = keep
+        self._changed = threading.Condition()
+        self._printed: list[tuple[bytes, bool]] = []
+        self._pending_bytes = 0
+        self._lost_bytes = 0
+        self._status = b""
+        self._shown = b""
+        self._at_line_start = True
+        self._closing = False
+        self._reader_gone = handle is None
+        self._thread: threading.Thread | None = None
+
+    def write(self, data: bytes) -> None:
+        """Print the output of another program, untouched."""
+        with self._changed:
+            while self._keep and self._is_full and not self._reader_gone:
+                self._changed.wait()
+            if self._is_full:
+                self._lost_bytes += len(data)
+            else:
+                self._add(data, ours=False)
+
+    def say(self, line: bytes) -> None:
+        """Print a line of ours; never waits."""
+        with self._changed:
+            if not self._is_full:
+                self._add(line + b"\n", ours=True)
+
+    def show(self, status: bytes) -> None:
+        """Show a status below what is printed from now on; empty for none."""
+        with self._changed:
+            self._status = status
+            self._wake()
+
+    def close(self) -> None:
+        """Remove the status, and write what is left; a terminal that takes nothing is waited for a moment only."""
+        with self._changed:
+            self._status, self._closing = b"", True
+            self._changed.notify_all()
+        if self._thread is not None:
+            self._thread.join(None if self._keep else PATIENCE_S)
+
+    @property
+    def _is_full(self) -> bool:
+        return self._pending_bytes > PENDING_BYTES
+
+    def _add(self, data: bytes, *, ours: bool) -> None:
+        self._printed.append((data, ours))
+        self._pending_bytes += len(data)
+        self._wake()
+
+    def _wake(self) -> None:
+        if self._thread is None and not self._reader_gone:
+            self._thread = threading.Thread(target=self._write_all, name="benchbot-stderr", daemon=True)
+            self._thread.start()
+        self._changed.notify_all()
+
+    def _write_all(self) -> None:
+        drew_s = float("-inf")
+        while True:
+            with self._changed:
+                while not self._printed and not self._closing:
+                    left_s = drew_s + WRITE_PERIOD_S - time.monotonic() if self._status != self._shown else None
+                    if left_s is not None and left_s <= 0:
+                        break
+                    self._changed.wait(left_s)
+                if self._closing and not self._printed and not self._shown:
+                    return
+                data, taken_bytes = self._composed()
+            drew_s = time.monotonic()
+            gone = not self._put(data)
+            with self._changed:
+                self._pending_bytes -= taken_bytes
+                self._reader_gone |= gone
+                self._changed.notify_all()
+            if gone:
+                return
+
+    def _composed(self) -> tuple[bytes, int]:
+        """Return what is to be written now, and how much of it was pending."""
+        parts = [_ERASE] if self._shown else []
+        taken_bytes = 0
+        for data, ours in self._printed:
+            if ours and not self._at_line_start:
+                parts.append(b"\n")
+            parts.append(data)
+            taken_bytes += len(data)
+            self._at_line_start = data.endswith((b"\n", b"\r"))
+        if self._lost_bytes:
+            parts.append(b"\n[%d bytes are not shown: the terminal did not take them]\n" % self._lost_bytes)
+            self._at_line_start, self._lost_bytes = True, 0
+        self._printed = []
+        # Below half a line, such as a question that a solution asks, there is no room for a status.
+        self._shown = self._status if self._at_line_start else b""
+        return b"".join([*parts, self._shown]), taken_bytes
+
+    def _put(self, data: bytes) -> bool:
+        """Write data; return False when the reader is gone, which must not end the episode."""
+        with suppress(OSError):
+            while data:
+                data = data[os.write(self._handle or 0, data) :]
+        return not data
 
 
 def _json(document: Mapping[str, Any]) -> bytes:
@@ -141,6 +255,8 @@ def progress_text(progress: Mapping[str, Any], scene_count: int) -> str:
     steps = f"step {progress['steps']}"
     if progress["trajectory_index"]:
         steps += f" · pose {progress['trajectory_index']}/{progress['trajectory_length']}"
+    pose = progress["pose_xyyaw"]  # a task with noisy localisation hides it
+    where = [] if pose is None else [f"at ({pose[0]:.2f}, {pose[1]:.2f}) m {math.degrees(pose[2]):.0f}°"]
     wall_s = progress["wall_time_s"]
     frames_per_s = progress["frames"] / wall_s if wall_s > 0 else 0.0
     parts = [
@@ -148,7 +264,7 @@ def progress_text(progress: Mapping[str, Any], scene_count: int) -> str:
         progress["state"],
         f"scene {progress['scene_number'] + 1}/{scene_count}",
         steps,
-        *_place(progress["pose_xyyaw"]),
+        *where,
         f"{progress['simulated_time_s']:.1f} s simulated",
         f"{wall_s:.1f} s",
         f"{frames_per_s:.1f} frames/s",
@@ -160,9 +276,3 @@ def progress_text(progress: Mapping[str, Any], scene_count: int) -> str:
 
 def _one_line(text: str) -> str:
     return " ".join(text.split())
-
-
-def _place(pose_xyyaw: Sequence[float] | None) -> Iterator[str]:
-    if pose_xyyaw is not None:  # a task with noisy localisation hides it
-        x, y, yaw_rad = pose_xyyaw
-        yield f"at ({x:.2f}, {y:.2f}) m {math.degrees(yaw_rad):.0f}°"

@@ -1,6 +1,5 @@
 """The catalog: every declaration that installed plug-ins offer, in pools by kind and name."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -61,10 +60,7 @@ class Catalog:
         return self._pools[kind]
 
     def get(self, kind: str, name: str) -> Declaration:
-        """Return a validated declaration; raises BenchbotError with the nearest known name.
-
-        And for a format with code that the user has not said to trust.
-        """
+        """Return a validated declaration; raises BenchbotError for an unknown name and for code that is not trusted."""
         pool = self.pool(kind)
         if name not in pool:
             raise self.unknown(kind, name)
@@ -108,22 +104,20 @@ class Catalog:
 
     def _read_pool(self, kind: str) -> dict[str, Declaration]:
         pool: dict[str, Declaration] = {}
-        for declaration in self._declarations(kind, self.plugins.sources(kind)):
-            if declaration.name in pool:
-                raise conflict(kind, declaration.name, pool[declaration.name], declaration)
-            pool[declaration.name] = declaration
-        return pool
-
-    def _declarations(self, kind: str, sources: Iterable[Provided]) -> Iterable[Declaration]:
-        for source in sources:
-            for path in declaration_files([source.value], (".json",) if kind == "episodes" else YAML_SUFFIXES):
+        suffixes = (".json",) if kind == "episodes" else YAML_SUFFIXES
+        for source in self.plugins.sources(kind):
+            for path in declaration_files([source.value], suffixes):
                 try:
                     data = schema.read(path)
                     name = name_of(kind, data, path)
                 except BenchbotError as error:
                     self.broken.append(error)
-                else:
-                    yield Declaration(kind, name, path, source.distribution, data, source.folder)
+                    continue
+                if name in pool:
+                    first = pool[name]
+                    raise conflict(kind, name, Provided(first, first.distribution, first.folder), source)
+                pool[name] = Declaration(kind, name, path, source.distribution, data, source.folder)
+        return pool
 
 
 def name_of(kind: str, data: dict[str, Any], path: Path) -> str:

@@ -44,23 +44,15 @@ def call(declaration: Declaration, name: str, args: list[Any], kwargs: dict[str,
         )
     try:
         return known[name](*args, **kwargs)
-    except TypeError as error:
-        raise BenchbotError(
-            f"{name}() was called with arguments that do not fit.",
-            str(error),
-            f"See the format with: benchbot show format {declaration.name}",
-            exit_code=ExitCode.SUBMISSION_FAILED,
-        ) from error
     except BenchbotError:
         raise
     # A format's author may fail in any way at all; those of BenchBot v2 validate with `assert`.
     except Exception as error:
-        raise BenchbotError(
-            f"{name}() failed.",
-            f"{type(error).__name__}: {error}",
-            f"See the format with: benchbot show format {declaration.name}",
-            exit_code=ExitCode.SUBMISSION_FAILED,
-        ) from error
+        title, why = f"{name}() failed.", f"{type(error).__name__}: {error}"
+        if isinstance(error, TypeError):
+            title, why = f"{name}() was called with arguments that do not fit.", str(error)
+        fix = f"See the format with: benchbot show format {declaration.name}"
+        raise BenchbotError(title, why, fix, exit_code=ExitCode.SUBMISSION_FAILED) from error
 
 
 def validate(declaration: Declaration, instance: Any) -> None:

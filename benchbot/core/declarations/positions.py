@@ -1,4 +1,4 @@
-"""Where in a YAML or JSON file a value is: its line, found by the keys that lead to it."""
+"""Lines of values in YAML and JSON files, found by the keys that lead to them."""
 
 import json
 import re

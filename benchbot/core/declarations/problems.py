@@ -1,6 +1,7 @@
-"""What a JSON Schema finds wrong with a document, in words for the person who wrote it."""
+"""Violations of a JSON Schema, in words for the author of the document."""
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -97,21 +98,15 @@ def _advice(error: Any, written: str | None) -> str:
         return "Nothing is written there"
     if "string" in wanted and not isinstance(value, dict | list):
         return f'Put it in quotes: "{written}"' if written else "Put it in quotes"
-    if isinstance(value, str) and {"integer", "number"} & set(wanted) and _is_number(value):
-        return "Leave out the quotes"
+    if isinstance(value, str) and {"integer", "number"} & set(wanted):
+        with suppress(ValueError):
+            float(value)
+            return "Leave out the quotes"
     if "array" in wanted:
         return "A list is written in brackets: [a, b]"
     if "object" in wanted:
         return "Write indented keys below it, each with a colon and a value"
     return ""
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _meant(error: Any) -> list[Any]:

@@ -1,5 +1,10 @@
-"""Reading declarations and documents: YAML or JSON, checked against JSON Schema, errors with file and line."""
+"""Reading declarations and documents: YAML or JSON, checked against JSON Schema, errors with file and line.
 
+Editors such as VS Code, Vim and Emacs complete a declaration whose first line names a schema, as the YAML language
+server reads it: https://github.com/redhat-developer/yaml-language-server#using-inlined-schema
+"""
+
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -145,3 +150,29 @@ def check(document: Any, kind: str, path: Path, folder: Path = _SCHEMAS) -> None
             "\n".join(str(problem) for problem in wrong),
             "Mend the lines above" + (f", then run: benchbot check {path}" if folder == _SCHEMAS else "."),
         )
+
+
+EDITOR_FOLDER = ".schemas"
+"""The folder of schemas that is written beside declarations for editors."""
+
+
+def editor_line(kind: str, up: int = 1) -> str:
+    """Return the first line of a declaration that is `up` folders below the one that holds `EDITOR_FOLDER`."""
+    return f"# yaml-language-server: $schema={'../' * up}{EDITOR_FOLDER}/{kind}.json\n"
+
+
+def write_editor_schema(folder: Path, *kinds: str) -> None:
+    """Write schemas for editors into a folder of declarations; raises OSError when they cannot be written."""
+    write_schemas(folder / EDITOR_FOLDER, {kind: schema(kind) for kind in kinds})
+
+
+def write_schemas(folder: Path, schemas: Mapping[str, dict[str, Any]]) -> list[Path]:
+    """Write schemas into a folder, by kind, and return their files; raises OSError when they cannot be written."""
+    import json
+
+    from benchbot.core import atomic
+
+    paths = [folder / f"{kind}.json" for kind in schemas]
+    for path, document in zip(paths, schemas.values(), strict=True):
+        atomic.write(path, (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode())
+    return paths

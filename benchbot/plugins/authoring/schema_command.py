@@ -68,11 +68,11 @@ def _schema(kind: str, *, plain: bool) -> dict[str, Any]:
 
 
 def _write(folder: Path, documents: dict[str, dict[str, Any]]) -> None:
-    from benchbot.core.declarations import editors
+    from benchbot.core.declarations.schema import write_schemas
     from benchbot.core.errors import BenchbotError
 
     try:
-        paths = editors.write(folder, documents)
+        paths = write_schemas(folder, documents)
     except OSError as error:
         raise BenchbotError(
             f"The schemas cannot be written to {folder}.",

@@ -10,7 +10,7 @@ from typer.core import TyperGroup
 
 from benchbot.cli.kit import console, requirement
 from benchbot.cli.kit.options import QUICK, Display, Json, Requirements
-from benchbot.cli.legacy_options import listing, showing
+from benchbot.cli.show import listing, showing
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.batch import following, solution_options
 from benchbot.plugins.batch.following import Detach

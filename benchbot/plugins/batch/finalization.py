@@ -11,7 +11,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from benchbot.core import atomic, results, scores
+from benchbot.core import atomic, results
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.request import digest
@@ -79,7 +79,7 @@ def evaluate(folder: Folder, plan: Plan, catalog: Catalog, *, archive: bool = Fa
         "report": folder.path / "report.html",
         "junit": folder.path / "junit.xml",
     }
-    scores.write(made["scores"], evaluation.document)
+    results.write_scores(made["scores"], evaluation.document)
     material = gather(evaluation, paths, catalog=catalog)
     atomic.write_text(made["report"], render(material, "html"))
     atomic.write_text(made["junit"], render(material, "xml"))

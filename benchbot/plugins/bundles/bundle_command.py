@@ -131,7 +131,7 @@ def _scores(
     catalog: "Catalog",
     ground_truth: list[Path] | None,
 ) -> dict[str, Any] | None:
-    from benchbot.core import scores
+    from benchbot.core.results import read_scores
     from benchbot.evaluation import evaluate_files
 
     if stated is not None and method is not None:
@@ -142,7 +142,7 @@ def _scores(
         return evaluate_files(paths, catalog=catalog, method=method, ground_truth_paths=ground_truth)
     if stated is None:
         return None
-    document = scores.read(stated)
+    document = read_scores(stated)
     known = {item.about for item in submissions}
     rows = len(document["rows"])
     if rows > len(known):

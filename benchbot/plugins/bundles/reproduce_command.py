@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from benchbot.cli.kit import console
+from benchbot.cli.kit.console import interruptible
 from benchbot.cli.kit.holding import (
     Cpus,
     CpuTime,
@@ -19,7 +20,6 @@ from benchbot.cli.kit.holding import (
     WeakLimits,
     process_limits,
 )
-from benchbot.cli.kit.interrupting import interruptible
 from benchbot.cli.kit.options import GroundTruths, Json
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.plugins.bundles.untrusted_solution import Choice, unpacked

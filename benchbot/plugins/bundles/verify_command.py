@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from benchbot.cli.kit import console
-from benchbot.cli.kit.interrupting import interruptible
+from benchbot.cli.kit.console import interruptible
 from benchbot.cli.kit.options import GroundTruths, Json
 from benchbot.core.errors import BenchbotError, ExitCode
 
@@ -108,11 +108,11 @@ def _note_details(row: dict[str, Any]) -> None:
 
 
 def _wrong_scores(results: list[Path], stated: Path, catalog: "Catalog", ground_truth: list[Path] | None) -> list[str]:
-    from benchbot.core import scores
+    from benchbot.core.results import read_scores
     from benchbot.evaluation import evaluate_files
     from benchbot.plugins.bundles.comparing import score_contradictions
 
-    document = scores.read(stated)
+    document = read_scores(stated)
     method = document["method"]["name"]
     found = evaluate_files(results, catalog=catalog, method=method, ground_truth_paths=ground_truth)
     return score_contradictions(document, found)

@@ -12,7 +12,6 @@ import typer
 from packaging.utils import canonicalize_name
 
 from benchbot.cli.kit import console
-from benchbot.core import trust
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.plugins.installer import addons
 from benchbot.plugins.installer.distributions import Distribution, found_in, origin_text
@@ -25,6 +24,7 @@ from benchbot.plugins.installer.post_install_check import check
 from benchbot.plugins.installer.sources import AddonFolder, RequirementLine, SourcePreparer
 from benchbot.plugins.installer.subprocesses import Runner
 from benchbot.plugins.v2 import addons as v2_addons
+from benchbot.plugins.v2 import trust
 
 
 @dataclass(frozen=True)

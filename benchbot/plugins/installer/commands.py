@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from benchbot.cli.kit import console
-from benchbot.cli.kit.interrupting import interruptible
+from benchbot.cli.kit.console import interruptible
 from benchbot.cli.kit.options import Json
 
 if TYPE_CHECKING:

@@ -9,11 +9,11 @@ from typing import Any
 
 from packaging.version import InvalidVersion, Version
 
-from benchbot.core import trust
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.installer.code_scan import code_in
 from benchbot.plugins.installer.distributions import Distribution, found_in, origin_text, without_parents
 from benchbot.plugins.installer.environment import Environment
+from benchbot.plugins.v2 import trust
 
 # Files that installers leave beside the distributions that they unpack.
 _INSTALLER_LEFTOVERS = frozenset({".lock"})

@@ -47,7 +47,7 @@ def record(
     from dataclasses import replace
 
     from benchbot.api.client import Client
-    from benchbot.cli.kit.interrupting import interrupting
+    from benchbot.cli.kit.console import interrupting
     from benchbot.cli.kit.options import recordings
     from benchbot.core.plugin_manager import load
 

@@ -154,9 +154,9 @@ def hidden_paths(catalog: Catalog, folder: Path) -> tuple[Path, ...]:
     """Return the files and folders, links resolved, to hide from a solution that runs in `folder`.
 
     Those are the folders of every ground truth, environment and list of episodes; the whole packages of distributions
-    that bring environments or ground truths, unless the solution itself is a part of one; what environments name as
-    files of theirs; the folders of the user's runs, results, caches and assets, and those of recordings, which may tell
-    where the robot really is.
+    that contain environments or ground truths, unless the solution itself is a part of one; files that environments
+    name; the folders of the user's runs, results, caches and assets, and those of recordings, which may hold the true
+    pose of the robot.
     """
     inside = folder.resolve()
     found = {resources.state_dir(), resources.cache_dir(), resources.data_dir()}

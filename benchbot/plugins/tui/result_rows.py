@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from benchbot.core import scores
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
+from benchbot.core.results import read_scores, write_scores
 
 SCORES = "scores.json"
 MOST_OBJECTS = 400
@@ -75,7 +75,7 @@ def evaluate(paths: Sequence[Path], catalog: Catalog, method: str | None = None)
 
     document = evaluate_files(paths, catalog=catalog, method=method)
     target = scores_path(paths[0])
-    scores.write(target, document)
+    write_scores(target, document)
     return scoring.table(document), target
 
 
@@ -118,7 +118,7 @@ def headline_of(path: Path) -> str:
     from benchbot.cli.kit import scoring
 
     with suppress(BenchbotError):
-        return scoring.headline(scores.read(path))
+        return scoring.headline(read_scores(path))
     return ""
 
 
@@ -136,7 +136,7 @@ def _known_scores(paths: Sequence[Path]) -> dict[Path, str]:
     # Documents further down are of fewer results and newer: they come last and win.
     for found in sorted(file for folder in folders for file in folder.rglob(f"*{SCORES}")):
         with suppress(BenchbotError):
-            document = scores.read(found)
+            document = read_scores(found)
             for row in document["rows"]:
                 if row["source"] is not None:
                     known[_key(Path(row["source"]))] = scoring.headline({**document, "scores": row["scores"]})

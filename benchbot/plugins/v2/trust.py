@@ -1,8 +1,13 @@
-"""Trust in the code of v2's add-ons: the user's consent to run it, remembered by content."""
+"""Trust in the code of v2's add-ons and of the installer's packages: given by the user, remembered by content.
+
+Trust is a file named by a hash of the code in the folder `trusted` of the state folder. Other code has another hash, so
+it is asked for again. To take trust back, delete the file: its text says what it is about.
+"""
 
 from collections.abc import Callable
+from pathlib import Path
 
-from benchbot.core import trust
+from benchbot.core import resources
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.v2.addons import Addon
 
@@ -13,19 +18,19 @@ _declined: set[str] = set()
 
 
 def ask_with(ask: Callable[[Addon], bool] | None) -> None:
-    """Set the question to the user whether an add-on's code may run; None where nobody can be asked."""
+    """Say how to ask the user whether an add-on's code may run; None where there is nobody to ask."""
     global _ask
     _ask = ask
 
 
 def remember(addon: Addon) -> None:
-    """Allow the code of an add-on to run, now and later, until it changes."""
-    trust.give(addon.code.digest, str(addon.root))
+    """Let the code of an add-on run, now and later, until it changes."""
+    give(addon.code.digest, str(addon.root))
 
 
 def require(addon: Addon) -> None:
-    """Raise BenchbotError unless the user allows the code of an add-on to run; asks where that is possible."""
-    if trust.given(addon.code.digest):
+    """Return when the code of an add-on may run; raises BenchbotError when the user has not said so."""
+    if given(addon.code.digest):
         return
     if _ask is not None and addon.code.digest not in _declined:
         if _ask(addon):
@@ -44,3 +49,26 @@ def files_shown(addon: Addon) -> str:
     names = [path.relative_to(addon.root).as_posix() for path in addon.code.files if path.suffix == ".py"]
     more = [f"and {len(names) - SHOWN_FILES} more"] if len(names) > SHOWN_FILES else []
     return ", ".join(names[:SHOWN_FILES] + more)
+
+
+def given(digest: str) -> bool:
+    """Say whether the user trusts the code with this hash."""
+    return _mark(digest).is_file()
+
+
+def give(digest: str, what: str) -> None:
+    """Remember that the user trusts the code with this hash; raises BenchbotError when it cannot be remembered."""
+    path = _mark(digest)
+    try:
+        path.parent.mkdir(mode=0o700, exist_ok=True)
+        path.write_text(f"{what}\n", "utf-8")
+    except OSError as error:
+        raise BenchbotError(
+            "It cannot be remembered what you trust.",
+            f"{path}: {error.strerror}.",
+            "Free some disk space, or name a folder that is yours to write: export BENCHBOT_STATE_DIR=…",
+        ) from error
+
+
+def _mark(digest: str) -> Path:
+    return resources.state_dir() / "trusted" / digest

@@ -12,10 +12,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from benchbot.core import scores
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
+from benchbot.core.results import read_scores
 from benchbot.plugins.batch import plan as plans
 from benchbot.plugins.batch.driver_lock import REGISTER_LIMIT, driver_lock, registered, registered_batches
 from benchbot.plugins.batch.folder import Folder
@@ -195,7 +195,7 @@ class _BatchScore:
             about = path.stat()
             version = about.st_mtime_ns, about.st_size
             if version != self._read:
-                self.value, self._read = headline(scores.read(path), count), version
+                self.value, self._read = headline(read_scores(path), count), version
             return True
         return False
 

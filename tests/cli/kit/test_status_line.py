@@ -155,7 +155,7 @@ def test_without_colour_the_line_is_still_rewritten(terminal: Terminal, monkeypa
 
 
 def test_a_terminal_that_takes_nothing_holds_nobody_up(terminal: Terminal) -> None:
-    """What Ctrl-S does: more is printed than the terminal has room for, and nobody reads it."""
+    """As after Ctrl-S: more is printed than the terminal has room for, and nothing is read from it."""
     with terminal.line() as status:
         for number in range(2000):
             status.show_progress({**PROGRESS, "frames": number}, 1)

@@ -53,7 +53,7 @@ def test_a_warm_back_end_gives_the_bytes_of_a_cold_one_also_to_a_solution_in_a_s
     done = batches.cli("batch", *words, "--robots", "sample_robot", "--seeds", "0..2", "--jobs", "1", "-o", "b")
     assert done.returncode == 0, done.stderr
     assert done.stdout == f"{batches.path('b')}\n"
-    assert "The solution is held: sandbox" in done.stderr
+    assert "The solution runs in a sandbox" in done.stderr
     batches.cli("submit", *words, "--robot", "sample_robot", "--seed", "2", "--results-location", "cold.json")
     assert batches.results("b")["sample_robot_arena-1_seed2"] == (batches.cli.folder / "cold.json").read_text()
     assert batches.told("b", "started") == 1

@@ -75,7 +75,7 @@ def test_all_that_a_run_depends_on_is_looked_at_and_what_is_not_well_has_a_fix(c
     told = findings(cli)
 
     assert {
-        *("Python", "command", "versions", "plug-in builtin", "names", "tasks", "simulator sim_sample", "GPU", "ROS 2"),
+        *("Python", "command", "versions", "plug-in formats", "names", "tasks", "simulator sim_sample", "GPU", "ROS 2"),
         *(
             "containers",
             "sandbox",

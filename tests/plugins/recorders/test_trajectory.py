@@ -1,4 +1,4 @@
-"""What `trajectory` writes, as evo reads it."""
+"""The files of `trajectory` are read by evo."""
 
 import math
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What a sandbox shows: of everything that is installed here, nothing that tells what a solution is to find out."""
+"""The view of a sandbox: it shows no installed file that tells what a solution is to find out."""
 
 import os
 import sys

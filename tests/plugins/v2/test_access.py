@@ -1,4 +1,4 @@
-"""Who may use v2's routes, and who may not."""
+"""Access to v2's routes."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""What BenchBot v2's published client does on the wire, restated with the standard library and jsonpickle.
+"""BenchBot v2's published client on the wire, restated with the standard library and jsonpickle.
 
 Each query is a GET with a JSON body, and a status of 300 or more is a failed connection. Its addresses have doubled
 slashes where it joins a base that ends with one to a route that begins with one.

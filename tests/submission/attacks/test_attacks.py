@@ -1,4 +1,4 @@
-"""What a cheating solution gets in each mode: natively what the user has, in a sandbox and in a container nothing."""
+"""A cheating solution in each mode: natively it gets all that the user has, in a sandbox or container nothing."""
 
 import base64
 import json
@@ -42,7 +42,7 @@ SCENE = Path(__file__).parents[2] / "sample_plugin" / "benchbot_sample" / "envir
 
 @dataclass
 class Prey:
-    """What there is to get: ground truth, another run's result, a service on this machine, and who tried."""
+    """The targets of an attack: ground truth, another run's result, a service on this machine; and its mark."""
 
     folder: Path
     port: int
@@ -82,7 +82,7 @@ class Prey:
 
 @dataclass(frozen=True)
 class Submitted:
-    """What came of a submission: each attempt by name, the result, and all that was printed."""
+    """The end of a submission: each attempt by name, the result, and all output."""
 
     attempts: dict[str, dict[str, Any]]
     result: dict[str, Any]
@@ -245,7 +245,7 @@ with open(RESULT, "wb") as file:
     file.truncate(65 * 2**20)
 """,
 }
-"""What a solution may leave where its result is looked for."""
+"""Things that a solution may leave in the place of its result."""
 
 
 def test_a_result_that_is_none_is_told_and_harms_nobody(
