@@ -14,9 +14,10 @@ from textual.screen import Screen
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
+from benchbot.core.request import RunRequest
 from benchbot.plugins.tui import jobs, result_rows
 from benchbot.plugins.tui.dialogs import Question
-from benchbot.plugins.tui.forms import RunOptions, run_words
+from benchbot.plugins.tui.forms import run_words
 from benchbot.plugins.tui.jobs import RUNNING, WELL, Alive, Job
 from benchbot.plugins.tui.panels import Words
 from benchbot.plugins.watching.batch_feed import BatchFeed
@@ -165,7 +166,7 @@ class BaseApp(App[None]):
             if words[0] == "submit" and f"--env={state.environment}" in words and f"--seed={state.seed}" in words:
                 self.start(list(words), each.job.result, watch=True)
                 return
-        self.start(run_words(RunOptions(state.task, state.robot, state.environment, state.seed)), watch=True)
+        self.start(run_words(RunRequest(state.task, state.robot, state.environment, state.seed)), watch=True)
 
     def end_job(self, text: str, job: Job) -> None:
         """End a job if the answer to a question is yes."""

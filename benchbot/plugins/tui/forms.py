@@ -15,6 +15,7 @@ from textual.widgets._select import NoSelection
 
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
+from benchbot.core.request import Limits, RunRequest
 
 T = TypeVar("T")
 
@@ -29,34 +30,6 @@ NUMBERS = {
 NO_SOLUTION, OWN_COMMAND = "", "\0own"
 NOT_SCORED = ""
 _RUNS = [("on this machine, as you", "native"), ("in a sandbox: somebody else's", "sandboxed")]
-
-
-@dataclass(frozen=True)
-class RunOptions:
-    """The options of `benchbot run`; None leaves a limit to the task."""
-
-    task: str
-    robot: str
-    environment: str
-    seed: int = 0
-    episode: int | None = None
-    max_steps: int | None = None
-    max_simulated_time_s: float | None = None
-    max_wall_time_s: float | None = None
-
-    def words(self) -> list[str]:
-        """Return the options of `benchbot run` and `benchbot submit`."""
-        options = {
-            "--task": self.task,
-            "--robot": self.robot,
-            "--env": self.environment,
-            "--seed": self.seed,
-            "--episode": self.episode,
-            "--max-steps": self.max_steps,
-            "--max-simulated-time": self.max_simulated_time_s,
-            "--max-wall-time": self.max_wall_time_s,
-        }
-        return [f"{name}={value}" for name, value in options.items() if value is not None]
 
 
 @dataclass(frozen=True)
@@ -114,19 +87,16 @@ class RunForm(Vertical):
         for label, otherwise in NUMBERS.items():
             yield Field(label, Input(placeholder=otherwise, compact=True, id=_id(label)))
 
-    def options(self, task: str, robot: str, environment: str) -> RunOptions:
-        """Return the options of the run; raises BenchbotError for a field that is not a number."""
+    def request(self, task: str, robot: str, environment: str) -> RunRequest:
+        """Return the run that is asked for; raises BenchbotError for a field that is not a number."""
         fields = {label: self.query_one(f"#{_id(label)}", Input).value for label in NUMBERS}
-        return RunOptions(
-            task,
-            robot,
-            environment,
-            seed=number(fields, "Seed") or 0,
-            episode=number(fields, "Episode"),
-            max_steps=number(fields, "Steps at most", least=1),
-            max_simulated_time_s=seconds(fields, "Simulated s at most"),
-            max_wall_time_s=seconds(fields, "Real s at most"),
+        limits = Limits(
+            number(fields, "Steps at most", least=1),
+            seconds(fields, "Simulated s at most"),
+            seconds(fields, "Real s at most"),
         )
+        seed, episode = number(fields, "Seed") or 0, number(fields, "Episode")
+        return RunRequest(task, robot, environment, seed, episode, limits=limits)
 
 
 class SolutionForm(Vertical):
@@ -187,14 +157,29 @@ class SolutionForm(Vertical):
         return "" if isinstance(value, NoSelection) else str(value)
 
 
-def run_words(options: RunOptions) -> list[str]:
+def run_words(request: RunRequest) -> list[str]:
     """Return the command that starts a robot and waits for solutions, at any free port."""
-    return ["run", *options.words(), "--port=0"]
+    return ["run", *request_words(request), "--port=0"]
 
 
-def submit_words(solution: SubmissionOptions, run: RunOptions | None = None) -> list[str]:
+def submit_words(solution: SubmissionOptions, request: RunRequest | None = None) -> list[str]:
     """Return the command that submits a solution, to a live run or with a back end of its own."""
-    return ["submit", *solution.words(), *(run.words() if run else [])]
+    return ["submit", *solution.words(), *(request_words(request) if request else [])]
+
+
+def request_words(request: RunRequest) -> list[str]:
+    """Return the options of `benchbot run` and `benchbot submit` that ask for a run."""
+    options = {
+        "--task": request.task,
+        "--robot": request.robot,
+        "--env": request.environment,
+        "--seed": request.seed,
+        "--episode": request.episode,
+        "--max-steps": request.limits.steps,
+        "--max-simulated-time": request.limits.simulated_time_s,
+        "--max-wall-time": request.limits.wall_time_s,
+    }
+    return [f"{name}={value}" for name, value in options.items() if value is not None]
 
 
 def new_result(environment: str) -> Path:

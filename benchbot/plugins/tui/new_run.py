@@ -109,7 +109,7 @@ class NewRunScreen(Screen[None]):
             self.action_step("start")
             return
         try:
-            run = self.query_one(RunForm).options(*(self.chosen[step] for step in CHOSEN))
+            run = self.query_one(RunForm).request(*(self.chosen[step] for step in CHOSEN))
             solution = self.query_one(SolutionForm).options(run.environment)
         except BenchbotError as error:
             self.app.tell(error)

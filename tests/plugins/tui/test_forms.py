@@ -6,10 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchbot.core.errors import BenchbotError
+from benchbot.core.request import Limits, RunRequest
 from benchbot.plugins.tui import forms
-from benchbot.plugins.tui.forms import RunOptions, SubmissionOptions, run_words, submit_words
+from benchbot.plugins.tui.forms import SubmissionOptions, request_words, run_words, submit_words
 
-RUN = RunOptions("t", "r", "e:1", seed=3, max_steps=5)
+RUN = RunRequest("t", "r", "e:1", seed=3, limits=Limits(steps=5))
 RESULT = Path("/somewhere/result.json")
 
 
@@ -25,7 +26,7 @@ def test_a_solution_brings_its_own_back_end_or_joins_a_run() -> None:
 
     assert alone[0] == "submit"
     assert set(alone) > {"--example=hello", "--evaluate-with=omq", "--sandboxed", "--args=a b", "--json"}
-    assert with_run == [*alone, *RUN.words()]
+    assert with_run == [*alone, *request_words(RUN)]
 
 
 @given(st.text(min_size=1).filter(str.strip))
