@@ -83,6 +83,14 @@ if TYPE_CHECKING:
     from benchbot.core.results import write_json as write_json
     from benchbot.core.selection import misfits as misfits
     from benchbot.evaluation.ground_truths import GroundTruths as GroundTruths
+    from benchbot.submission.modes import NATIVE as NATIVE
+    from benchbot.submission.modes import Holder as Holder
+    from benchbot.submission.modes import Mode as Mode
+    from benchbot.submission.modes import ProcessLimits as ProcessLimits
+    from benchbot.submission.modes import Running as Running
+    from benchbot.submission.modes import SolutionSpec as SolutionSpec
+    from benchbot.supervisor.http.access import Access as Access
+    from benchbot.supervisor.run import Run as Run
 
     write_atomically = _write_atomically
     check_declaration = _check_declaration
@@ -131,6 +139,9 @@ _HOMES = {
     "core.results": "read=read_result write_json",
     "core.selection": "misfits",
     "evaluation.ground_truths": "GroundTruths",
+    "submission.modes": "NATIVE Holder Mode ProcessLimits Running SolutionSpec",
+    "supervisor.http.access": "Access",
+    "supervisor.run": "Run",
 }
 """Modules to the names that they give; `first_line=editor_line` is `first_line`, known here as `editor_line`."""
 _MODULES = {

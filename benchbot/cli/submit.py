@@ -144,7 +144,9 @@ def submit(
     more_words = [*(words or ()), *split_words("--args", args)]
     bounds = holding.process_limits(memory, processes, cpu_time, file_size)
     contained = holding.container_options(catalog, containerised, example, (native, sandbox), example_containerised)
-    mode, asked = mode_name or holding.NATIVE, options.key_values("--mode-option", mode_options)
+    mode, asked = holding.plugin_mode(
+        mode_name, mode_options, contained is not None or sandboxed or sandbox is not None
+    )
     if contained is not None:
         mode, asked = holding.CONTAINER, {**contained, "weak_limits": weak_limits, "processors": cpus, "gpus": gpus}
     elif sandboxed or sandbox is not None:

@@ -80,7 +80,7 @@ class AssetPack(NamedTuple):
 class SubmissionMode(NamedTuple):
     """A way to hold a solution while it runs: a sandbox, a container, …
 
-    `target` is the module, or `module:attribute`, of what implements `benchbot.submission.modes.Holder`.
+    `target` is the module, or `module:attribute`, of what implements `benchbot.plugin.Holder`.
     """
 
     name: str
@@ -91,7 +91,7 @@ class SubmissionMode(NamedTuple):
 class Routes(NamedTuple):
     """More routes of a run's server; `target` is `module:attribute` of a function of a run and its access rules.
 
-    It is called with a `benchbot.supervisor.run.Run` and a `benchbot.supervisor.http.access.Access` and returns
+    It is called with a `benchbot.plugin.Run` and a `benchbot.plugin.Access` and returns
     Starlette routes.
     """
 

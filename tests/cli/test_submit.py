@@ -180,6 +180,105 @@ def test_everything_is_told_as_json(with_ground_truth: CommandLine) -> None:
     assert Path(summary["scores_path"]).exists()
 
 
+MARKED = """
+import os, sys
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from benchbot.plugin import NATIVE, BenchbotError, SubmissionMode, hookimpl
+
+PLUGIN_API = 1
+
+@hookimpl
+def benchbot_submission_modes():
+    yield SubmissionMode("marked", "marking", "Tells the solution a word.")
+
+@dataclass(frozen=True)
+class Marked:
+    name = "marked"
+    needs_socket = False
+    word: str
+
+    def describe(self):
+        return f"marked {self.word}"
+
+    def check(self):
+        pass
+
+    def start(self, spec, connection, exchange, output):
+        marked = replace(spec, variables={**spec.variables, "MARK": self.word})
+        return NATIVE.start(marked, connection, exchange, output)
+
+def resolved(options):
+    if set(options) != {"word"}:
+        raise BenchbotError("No word.", "The mode needs one.", "Give it: --mode-option word=hello")
+    return dict(options)
+
+@contextmanager
+def prepared(spec, options, tell):
+    yield replace(spec, mode=Marked(options["word"]))
+
+def files(options):
+    return None
+"""
+
+
+def test_a_plugin_brings_a_mode(cli: CommandLine, make_plugin: Callable[..., Path]) -> None:
+    make_plugin("marking", MARKED)
+    code = PASSIVE + "import os; print('the mark is', os.environ['MARK'])"
+    submit = [
+        "submit",
+        "--native",
+        cli.script("solution.py", code),
+        *SELECTION,
+        "-r",
+        "result.json",
+        "--mode",
+        "marked",
+    ]
+
+    wrong = cli(*submit)
+    done = cli(*submit, "--mode-option", "word=tango")
+
+    assert "marked" in cli("list", "modes").stdout
+    assert wrong.returncode == 2
+    assert "--mode-option word=hello" in wrong.stderr
+    assert done.returncode == 0, done.stderr
+    assert "The solution runs marked tango." in done.stderr
+    assert "the mark is tango" in done.stderr
+    assert read(cli.folder / "result.json")["provenance"]["solution"]["mode"] == "marked"
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--native", "true", "--mode-option", "word=x"], "Name it: --mode NAME"),
+        (["--native", "true", "--mode", "native", "--mode-option", "word=x"], "Name it: --mode NAME"),
+        (["--native", "true", "--mode", "cage"], "cage"),
+        (["--native", "true", "--mode", "sandbox"], "--sandbox COMMAND"),
+        (["--sandbox", "true", "--mode", "marked"], "--mode NAME --native COMMAND"),
+    ],
+)
+def test_a_mode_that_is_not_clear_is_refused(cli: CommandLine, options: list[str], said: str) -> None:
+    done = cli("submit", *options, *SELECTION)
+
+    assert done.returncode != 0
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+    assert cli.nothing_is_left()
+
+
+def test_a_dry_run_says_what_would_run_and_starts_nothing(cli: CommandLine) -> None:
+    done = cli("submit", "--dry-run", "--native", cli.script("solution.py", PASSIVE), *SELECTION, "-r", "result.json")
+    refused = cli("submit", "--dry-run", "--example", "hello_passive", *SELECTION[:-1], "atlantis:1")
+
+    assert done.returncode == 0, done.stderr
+    assert "arena:1" in done.stderr
+    assert not (cli.folder / "result.json").exists()
+    assert cli.nothing_is_left()
+    assert refused.returncode != 0
+    assert "atlantis" in refused.stderr
+
+
 def test_a_solution_is_not_told_where_the_truth_is(with_ground_truth: CommandLine) -> None:
     cli = with_ground_truth
     listing = "os.listdir(os.path.dirname(os.environ['BENCHBOT_RESULT']))"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from benchbot.cli.kit import console
+from benchbot.cli.kit.options import key_values
 from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
@@ -127,6 +128,33 @@ def container_options(
         )
     inside = found.path.parent / (folder or ".")
     return {"folder": str(inside)} | ({} if file is None else {"file": str(found.path.parent / file)})
+
+
+def plugin_mode(name: str | None, options: list[str] | None, held: bool) -> tuple[str, dict[str, Any]]:
+    """Return the mode that --mode names, and its options; native without one.
+
+    `held` is whether other options hold the solution already. Raises BenchbotError when they do, or for options of no
+    mode.
+    """
+    if name is not None and held:
+        raise BenchbotError(
+            "It is not clear how to hold the solution.",
+            f"--mode {name} was given, and a sandbox or a container.",
+            "Give one; a command in a mode that a plug-in brings: --mode NAME --native COMMAND",
+        )
+    if name in (SANDBOX, CONTAINER):
+        raise BenchbotError(
+            f"The {name} has options of its own.",
+            "--mode is for modes that a plug-in brings.",
+            "Run it so: --sandbox COMMAND, --example NAME --sandboxed, or --containerised FOLDER",
+        )
+    if options and name in (None, NATIVE):
+        raise BenchbotError(
+            "There is no mode to tell.",
+            "--mode-option is for a mode that a plug-in brings, and none was named.",
+            "Name it: --mode NAME; these are installed: benchbot list modes",
+        )
+    return name or NATIVE, key_values("--mode-option", options)
 
 
 def check_options(mode: str, readable: object, limits: "ProcessLimits", *container: object) -> None:
