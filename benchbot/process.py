@@ -34,13 +34,18 @@ def how_it_ended(code: int) -> str:
     """Return what an exit code of `subprocess` says, as the end of a sentence."""
     if code >= 0:
         return f"ended with exit code {code}"
-    try:
-        name = signal.Signals(-code).name
-    except ValueError:  # most real-time signals have no name
-        name = f"signal {-code}"
+    name = signal_name(-code)
     if -code == signal.SIGKILL:
         return f"was ended by {name} (somebody killed it, or the machine ran out of memory)"
     return f"was ended by {name}"
+
+
+def signal_name(number: int) -> str:
+    """Return the name of a signal; most real-time signals have none, and are named by their number."""
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
 
 
 def last_words(log: IO[bytes], start: int = 0) -> str:

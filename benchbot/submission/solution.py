@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import IO, Any, Self
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.process import LastWords
+from benchbot.process import LastWords, signal_name
 from benchbot.submission.init.process import GRACE_S, KILLING_TIMEOUT_S
 
 MARGIN_S = 5.0
@@ -220,8 +220,7 @@ def describe_exit(status: int) -> str:
     """Return a sentence about the exit status of a process (negative: a signal)."""
     if status >= 0:
         return f"It ended with exit status {status}."
-    named = -status in set(signal.Signals)  # most real-time signals have no name
-    return f"It was ended by {signal.Signals(-status).name if named else f'signal {-status}'}."
+    return f"It was ended by {signal_name(-status)}."
 
 
 def python_first() -> dict[str, str]:

@@ -3,16 +3,13 @@
 import string
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from textual.app import ComposeResult
-from textual.containers import Vertical
 
 from benchbot.plugins.drawing.palette import INVALID, SHADES, UNLABELLED, Color, Pixels, class_colors, ramp
 from benchbot.plugins.tui import panels
-from benchbot.plugins.tui.raster import Picture, Raster
+from benchbot.plugins.tui.raster import Picture, Raster, RasterPanel
 from benchbot.plugins.watching.views import Snapshot
 
 LONGEST_LEGEND = 24
@@ -111,28 +108,13 @@ def classes(image: NDArray[np.integer], ids: Mapping[str, int], behind: NDArray[
     return Picture(pixels, tuple(legend), symbols[image], tuple(marks), exact=True)
 
 
-class Camera(Vertical):
+class Camera(RasterPanel):
     """Shows a channel of the newest snapshot; `show` with the same snapshot again costs nothing."""
 
-    DEFAULT_CSS: ClassVar[str] = """
-    Camera {
-        border: round $foreground 25%; border-title-color: $foreground 70%;
-        border-subtitle-color: $foreground 50%; width: 1fr; height: 1fr;
-    }
-    Camera > Words { height: 1; }
-    """
-
     def __init__(self, box: Raster, *, id: str | None = None) -> None:  # noqa: A002 - as Textual names it
-        super().__init__(id=id)
-        self._box = box
-        self._legend = panels.Words()
+        super().__init__(box, id=id)
         self._key: tuple[object, ...] = ()
         self._seen: Picture | None = None
-
-    def compose(self) -> ComposeResult:
-        """Lay out the picture and its legend."""
-        yield self._box
-        yield self._legend
 
     @property
     def pixels_wide(self) -> int:
@@ -151,13 +133,10 @@ class Camera(Vertical):
         self._box.show(seen, _why_nothing(snapshot, channel))
         self._seen = seen
         self._legend.display = seen is not None and bool(seen.legend)
-        self._tell_legend()
+        self.tell_legend()
 
-    def on_resize(self) -> None:
+    def tell_legend(self) -> None:
         """Fit the legend."""
-        self._tell_legend()
-
-    def _tell_legend(self) -> None:
         if self._seen is not None:
             marks = self._seen.marks if self.app.no_color else ()
             self._legend.tell(panels.legend(self._seen.legend, self.size.width - 2, marks))

@@ -6,11 +6,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
-from textual.app import ComposeResult
-from textual.containers import Vertical
 
 from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import Catalog
@@ -19,7 +17,7 @@ from benchbot.plugins.drawing.map_model import DrivenPath, MapObject, Points, Sc
 from benchbot.plugins.drawing.scene_maps import installed_map
 from benchbot.plugins.tui import panels
 from benchbot.plugins.tui.map_canvas import CHARACTERS, RunMap, cleaned
-from benchbot.plugins.tui.raster import Raster
+from benchbot.plugins.tui.raster import Raster, RasterPanel
 from benchbot.plugins.watching.views import RunView
 
 SCANNERS = ("laser", "lidar", "base_link")
@@ -30,28 +28,13 @@ Surroundings = Callable[[str], SceneMap]
 """Returns the map of an environment with its true objects. Raises BenchbotError."""
 
 
-class MapPanel(Vertical):
+class MapPanel(RasterPanel):
     """Shows a map; one that it shows already costs nothing."""
 
-    DEFAULT_CSS: ClassVar[str] = """
-    MapPanel {
-        border: round $foreground 25%; border-title-color: $foreground 70%;
-        border-subtitle-color: $foreground 50%; width: 1fr; height: 1fr;
-    }
-    MapPanel > Words { height: 1; }
-    """
-
     def __init__(self, box: Raster, *, id: str | None = None) -> None:  # noqa: A002 - as Textual names it
-        super().__init__(id=id)
-        self._box = box
-        self._legend = panels.Words()
+        super().__init__(box, id=id)
         self._key: object = None
         self._map: RunMap | None = None
-
-    def compose(self) -> ComposeResult:
-        """Lay out the map and its legend."""
-        yield self._box
-        yield self._legend
 
     def show(self, run_map: RunMap, key: object) -> None:
         """Show a map; `key` is equal for maps that look the same."""
@@ -61,13 +44,10 @@ class MapPanel(Vertical):
         scene = run_map.scene
         known = bool(scene.name or scene.robot_xyyaw or scene.path.points)
         self._box.show(run_map if known else None, "Nothing is known of this place yet.")
-        self._tell()
+        self.tell_legend()
 
-    def on_resize(self) -> None:
-        """Fit the legend."""
-        self._tell()
-
-    def _tell(self) -> None:
+    def tell_legend(self) -> None:
+        """Fit the legend, and say how much the map shows."""
         run_map, size = self._map, self._box.size
         if run_map is None or size.width < 2 or size.height < 1:
             return

@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 from PIL import Image
 from rich.style import Style
 from textual.app import ComposeResult
+from textual.containers import Vertical
 from textual.geometry import Size
 from textual.strip import Strip
 from textual.widget import Widget
 
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.plugins.drawing.palette import Color, Pixels
-from benchbot.plugins.tui import half_cells
+from benchbot.plugins.tui import half_cells, panels
 
 KINDS = ["halfcell", "kitty", "sixel", "none"]
 
@@ -225,3 +226,33 @@ def _nearest(values: NDArray[np.uint8], width: int, height: int) -> NDArray[np.u
     columns = np.arange(width) * values.shape[1] // width
     chosen: NDArray[np.uint8] = values[rows[:, None], columns]
     return chosen
+
+
+class RasterPanel(Vertical):
+    """A raster above its legend, in a frame."""
+
+    DEFAULT_CSS: ClassVar[str] = """
+    RasterPanel {
+        border: round $foreground 25%; border-title-color: $foreground 70%;
+        border-subtitle-color: $foreground 50%; width: 1fr; height: 1fr;
+    }
+    RasterPanel > Words { height: 1; }
+    """
+
+    def __init__(self, box: Raster, *, id: str | None = None) -> None:  # noqa: A002 - as Textual names it
+        super().__init__(id=id)
+        self._box = box
+        self._legend = panels.Words()
+
+    def compose(self) -> ComposeResult:
+        """Lay out the raster and its legend."""
+        yield self._box
+        yield self._legend
+
+    def on_resize(self) -> None:
+        """Fit the legend."""
+        self.tell_legend()
+
+    def tell_legend(self) -> None:
+        """Write the legend for the width that there is."""
+        raise NotImplementedError
