@@ -11,7 +11,6 @@ from typing import Any, TypeVar
 
 import msgspec
 from starlette.applications import Starlette
-from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
 from starlette.requests import ClientDisconnect, Request
@@ -26,7 +25,7 @@ from benchbot.supervisor import RefusedError
 from benchbot.supervisor.events import stream
 from benchbot.supervisor.http import bodies
 from benchbot.supervisor.http.access import Access, Endpoint
-from benchbot.supervisor.http.server import while_connected
+from benchbot.supervisor.http.server import in_thread, while_connected
 from benchbot.supervisor.platform import borrowed
 from benchbot.supervisor.recording.host import Recordings
 from benchbot.supervisor.run import Caller, Run
@@ -137,13 +136,13 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
                 "The run itself knows of none, and an episode that failed like that may be tried again.",
                 "Say that the solution failed, with class 'agent'.",
             )
-        finished = await run_in_threadpool(run.finish, body.result, body.solution, failure)
+        finished = await in_thread(run.finish, body.result, body.solution, failure)
         return bodies.respond(request, finished)
 
     async def results_function(request: Request) -> Response:
         body = await bodies.read(request, FunctionRequest)
         name = request.path_params["name"]
-        value = await run_in_threadpool(run.results_function, name, body.args, body.kwargs)
+        value = await in_thread(run.results_function, name, body.args, body.kwargs)
         return bodies.respond(request, {"value": value})
 
     async def events(request: Request) -> Response:
@@ -172,16 +171,17 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
 
     async def record(request: Request) -> Response:
         body = await bodies.read(request, RecordRequest)
-        await run_in_threadpool(_record, run.recordings, body)
+        await in_thread(_record, run.recordings, body)
         return await recordings(request)
 
     return Starlette(
         routes=[
+            # First, since routes are matched in order and this one is in a solution's loop.
+            Route("/api/v1/step", observing(StepRequest, step), methods=["POST"]),
             Route("/api/v1/health", health),
             Route("/api/v1/session", access.solution(session)),
             Route("/api/v1/events", access.solution(events)),
             Route("/api/v1/reset", observing(EmptyRequest, reset), methods=["POST"]),
-            Route("/api/v1/step", observing(StepRequest, step), methods=["POST"]),
             Route("/api/v1/next_scene", observing(EmptyRequest, next_scene), methods=["POST"]),
             Route("/api/v1/result", access.solution(result), methods=["POST"]),
             Route("/api/v1/results_functions/{name}", access.solution(results_function), methods=["POST"]),
@@ -210,7 +210,7 @@ def _merging_slashes(app: ASGIApp) -> ASGIApp:
     """Return an application that takes doubled slashes in a path for one, as v2's server did: its client sends them."""
 
     async def answer(scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] == "http":
+        if scope["type"] == "http" and "//" in scope["path"]:
             scope = {**scope, "path": re.sub("//+", "/", scope["path"])}
         await app(scope, receive, send)
 
@@ -223,7 +223,7 @@ def _following_up(app: ASGIApp, run: Run) -> ASGIApp:
     async def answer(scope: Scope, receive: Receive, send: Send) -> None:
         await app(scope, receive, send)
         if run.due:
-            await run_in_threadpool(run.follow_up)
+            await in_thread(run.follow_up)
 
     return answer
 
