@@ -1,1 +1,13 @@
 """Batches: many episodes, computed by workers that may die, in a folder that is the truth."""
+
+__all__ = [
+    "driver",
+    "driver_lock",
+    "finalization",
+    "folder",
+    "machine",
+    "plan",
+    "status",
+    "status_lines",
+    "worker_pool",
+]

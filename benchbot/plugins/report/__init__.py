@@ -1,1 +1,3 @@
 """Reports of results: a page for people, tables for papers and programs, test cases for continuous integration."""
+
+__all__ = ["episodes", "rendering"]
