@@ -147,7 +147,7 @@ def _boxed(document: object) -> list[dict[str, Any]]:
 
 
 @dataclass(frozen=True)
-class DrivenPath:
+class MapPath:
     """The path through one scene, and the pose of the robot's base at each observation.
 
     `recorded` says whether the robot was there, or was only meant to be.
@@ -160,7 +160,7 @@ class DrivenPath:
     collisions: int | None = None
 
 
-def driven_paths(result: Document | None) -> list[DrivenPath]:
+def driven_paths(result: Document | None) -> list[MapPath]:
     """Return the path through each scene of a result: the recorded track, else the poses that were to be visited."""
     result = result or {}
     if result.get("track"):
@@ -169,11 +169,11 @@ def driven_paths(result: Document | None) -> list[DrivenPath]:
     return [_planned_path(scene, follows=follows) for scene in result.get("environment_details", ())]
 
 
-def _recorded_path(track: Document) -> DrivenPath:
+def _recorded_path(track: Document) -> MapPath:
     columns: Sequence[str] = track["columns"]
     x, y, yaw, number = (columns.index(name) for name in ("x_m", "y_m", "yaw_rad", "observation"))
     rows = [row for row in track["rows"] if max(abs(row[x]), abs(row[y])) < FARTHEST_M]
-    return DrivenPath(
+    return MapPath(
         points=tuple((float(row[x]), float(row[y])) for row in rows),
         observed=tuple(Pose.planar(row[x], row[y], row[yaw]) for row in rows if row[number] is not None),
         recorded=True,
@@ -182,12 +182,12 @@ def _recorded_path(track: Document) -> DrivenPath:
     )
 
 
-def _planned_path(scene: Document, *, follows: bool) -> DrivenPath:
+def _planned_path(scene: Document, *, follows: bool) -> MapPath:
     if "start_pose" not in scene:
-        return DrivenPath()
+        return MapPath()
     declared = [scene["start_pose"], *(scene.get("trajectory_poses", ()) if follows else ())]
     poses = tuple(map(Pose.from_wxyz_xyz, declared))
-    return DrivenPath(tuple(map(planar, poses)), poses)
+    return MapPath(tuple(map(planar, poses)), poses)
 
 
 def planar(pose: Pose) -> Point:
@@ -266,7 +266,7 @@ class SceneMap:
     """The environment, `NAME:VARIANT`."""
     occupancy: Occupancy | None = None
     objects: tuple[MapObject, ...] = ()
-    path: DrivenPath = DrivenPath()
+    path: MapPath = MapPath()
     believed: Points | None = None
     """The path as a solution estimates it, (N, 2), fitted to the true one as a whole."""
     planned: tuple[Point, ...] = ()

@@ -12,7 +12,7 @@ from PIL import Image, ImageDraw, ImageFont
 from benchbot.core.geometry import Pose
 from benchbot.plugins.drawing.map_layout import MapLayout, MapTransform, Rectangle, lay_out
 from benchbot.plugins.drawing.map_model import (
-    DrivenPath,
+    MapPath,
     Occupancy,
     Point,
     SceneMap,
@@ -49,7 +49,7 @@ def draw(
     image = Image.new("RGB", (WIDTH_PX * _SCALE, HEIGHT_PX * _SCALE), _WHITE)
     pencil = ImageDraw.Draw(image, "RGBA")
     truth, estimates = true_objects(ground_truth["ground_truth"]), estimated_objects(result["results"])
-    path = DrivenPath(tuple(map(planar, trajectory)))
+    path = MapPath(tuple(map(planar, trajectory)))
     scene = SceneMap(occupancy=occupancy, objects=(*truth, *estimates), path=path).without_far()
     counts = [f"{len(truth)} objects are there, {len(estimates)} are mapped"]
     if outside := len(truth) + len(estimates) - len(scene.objects):

@@ -15,8 +15,8 @@ from benchbot.core.errors import BenchbotError
 from benchbot.core.platform import Scene
 from benchbot.evaluation.ground_truths import GroundTruths, environment_of
 from benchbot.plugins.drawing.map_model import (
-    DrivenPath,
     MapObject,
+    MapPath,
     Points,
     SceneMap,
     driven_paths,
@@ -54,7 +54,7 @@ def maps_of_result(path: Path, catalog: Catalog, truth_paths: Sequence[Path] | N
                 # An environment that is not installed here has no floor to show.
                 occupancy_of(catalog.pool("environments").get(name)),
                 tuple(objects),
-                paths[number] if number < len(paths) else DrivenPath(),
+                paths[number] if number < len(paths) else MapPath(),
                 believed[number] if number < len(believed) else None,
             )
         )
@@ -93,7 +93,7 @@ def installed_truth(catalog: Catalog, environment: str) -> tuple[MapObject, ...]
     return ()
 
 
-def _believed_paths(document: dict[str, Any], paths: Sequence[DrivenPath]) -> list[Points]:
+def _believed_paths(document: dict[str, Any], paths: Sequence[MapPath]) -> list[Points]:
     """Return the believed path through each scene: the poses of a trajectory, by the number of their observation."""
     results_of = document.get("results")
     listed = results_of.get("poses") if isinstance(results_of, dict) else None

@@ -22,8 +22,8 @@ from benchbot.plugins.drawing.map_model import (
     IGNORED,
     MATCH,
     Box,
-    DrivenPath,
     MapObject,
+    MapPath,
     Point,
     driven_paths,
     estimated_objects,
@@ -105,7 +105,7 @@ class ReportedEpisode:
         return list((self.document or {}).get("environment_details", ()))
 
     @property
-    def paths(self) -> list[DrivenPath]:
+    def paths(self) -> list[MapPath]:
         """The robot's path through each scene."""
         return driven_paths(self.document)
 

@@ -18,8 +18,8 @@ from benchbot.plugins.drawing.map_model import (
     FALSE_NEGATIVE,
     FALSE_POSITIVE,
     Box,
-    DrivenPath,
     MapObject,
+    MapPath,
     SceneMap,
     occupancy_of,
 )
@@ -85,7 +85,7 @@ class SceneView:
     """One scene of an episode: its name, its map, and some of what the camera saw."""
 
     name: str
-    path: DrivenPath
+    path: MapPath
     drawing: Drawing | None
     pictures: list[str]
 
@@ -192,7 +192,7 @@ def _view(episode: ReportedEpisode, data: ReportData, budget: Budget) -> Episode
     camera = None if robot is None else Camera.of(robot.data)
     scenes = []
     for number, scene in enumerate(episode.scenes):
-        path = paths[number] if number < len(paths) else DrivenPath()
+        path = paths[number] if number < len(paths) else MapPath()
         seen = _spread([frame for frame in frames if frame.scene == number])
         pictures = [(frame, thumbnail(frame, budget)) for frame in seen]
         shown = [(frame, uri) for frame, uri in pictures if uri is not None]

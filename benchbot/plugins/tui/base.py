@@ -16,7 +16,7 @@ from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
 from benchbot.core.request import RunRequest
 from benchbot.plugins.tui import jobs, result_rows
-from benchbot.plugins.tui.dialogs import Question
+from benchbot.plugins.tui.dialogs import QuestionDialog
 from benchbot.plugins.tui.forms import run_words
 from benchbot.plugins.tui.jobs import RUNNING, WELL, Alive, Job
 from benchbot.plugins.tui.panels import Words
@@ -81,7 +81,7 @@ class BaseApp(App[None]):
 
     def confirm(self, text: str, key: str, meaning: str, act: Callable[[], None]) -> None:
         """Ask a question that has one answer but "back", and act on that answer."""
-        self.push_screen(Question(text, {key: meaning}), lambda answer: act() if answer is not None else None)
+        self.push_screen(QuestionDialog(text, {key: meaning}), lambda answer: act() if answer is not None else None)
 
     def in_thread(
         self, work: Callable[[], Any], done: Callable[[Any], None], finally_do: Callable[[], None] | None = None
@@ -241,7 +241,9 @@ class WatchScreen(Screen[None]):
     def _ask_to_end(self, text: str, answers: Mapping[str, str], end: Callable[[], None]) -> None:
         """Ask whether to end the run or batch (`x`) or only to leave the screen (`w`)."""
         acts = {"x": end, "w": self.action_leave}
-        self.app.push_screen(Question(text, answers), lambda answer: acts[answer]() if answer is not None else None)
+        self.app.push_screen(
+            QuestionDialog(text, answers), lambda answer: acts[answer]() if answer is not None else None
+        )
 
     def _show_keys(self, state: object) -> None:
         """Update the keys when the state on which they depend has changed."""

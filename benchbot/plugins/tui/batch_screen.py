@@ -14,7 +14,7 @@ from benchbot.plugins.batch.folder import Folder
 from benchbot.plugins.tui import batch_facts, panels
 from benchbot.plugins.tui.base import WatchScreen
 from benchbot.plugins.tui.batch_facts import RUNNING
-from benchbot.plugins.tui.dialogs import Question, TextScreen
+from benchbot.plugins.tui.dialogs import QuestionDialog, TextScreen
 from benchbot.plugins.tui.matrix import Matrix
 from benchbot.plugins.watching.batch_feed import BatchFeed
 from benchbot.plugins.watching.logs import end_of
@@ -196,7 +196,7 @@ class BatchScreen(WatchScreen):
                 )
 
         text = "Compute which episodes once more? What they left is kept beside."
-        self.app.push_screen(Question(text, answers), retry)
+        self.app.push_screen(QuestionDialog(text, answers), retry)
 
     def action_go_on(self) -> None:
         """Drive a batch on whose workers have ended."""

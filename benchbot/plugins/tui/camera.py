@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from benchbot.plugins.drawing.palette import INVALID, SHADES, UNLABELLED, Color, Pixels, class_colors, ramp
 from benchbot.plugins.tui import panels
 from benchbot.plugins.tui.raster import Picture, Raster, RasterPanel
-from benchbot.plugins.watching.views import Snapshot
+from benchbot.plugins.watching.views import FeedSnapshot
 
 LONGEST_LEGEND = 24
 NO_CLASS = "."
@@ -43,7 +43,7 @@ def available(observations: Iterable[str]) -> list[Channel]:
     return [channel for channel in CHANNELS if channel.name in names]
 
 
-def picture(snapshot: Snapshot, channel: Channel) -> Picture | None:
+def picture(snapshot: FeedSnapshot, channel: Channel) -> Picture | None:
     """Return the picture of a channel in a snapshot; None where the snapshot has none."""
     image = snapshot.images.get(channel.image)
     if image is None or not image.size:
@@ -108,7 +108,7 @@ def classes(image: NDArray[np.integer], ids: Mapping[str, int], behind: NDArray[
     return Picture(pixels, tuple(legend), symbols[image], tuple(marks), exact=True)
 
 
-class Camera(RasterPanel):
+class CameraPanel(RasterPanel):
     """Shows a channel of the newest snapshot; `show` with the same snapshot again costs nothing."""
 
     def __init__(self, box: Raster, *, id: str | None = None) -> None:  # noqa: A002 - as Textual names it
@@ -121,7 +121,7 @@ class Camera(RasterPanel):
         """The number of pixels of the picture from left to right."""
         return self._box.pixels_wide
 
-    def show(self, snapshot: Snapshot | None, channel: Channel | None) -> None:
+    def show(self, snapshot: FeedSnapshot | None, channel: Channel | None) -> None:
         """Show a channel of a snapshot, or why there is nothing to show; None is a run that has no such channel."""
         key = (snapshot, channel) if snapshot is None else (snapshot.number, channel, tuple(snapshot.images))
         if key == self._key:
@@ -142,7 +142,7 @@ class Camera(RasterPanel):
             self._legend.tell(panels.legend(self._seen.legend, self.size.width - 2, marks))
 
 
-def _why_nothing(snapshot: Snapshot | None, channel: Channel | None) -> str:
+def _why_nothing(snapshot: FeedSnapshot | None, channel: Channel | None) -> str:
     if channel is None:
         return "This run observes no picture."
     return "Nothing has been observed yet." if snapshot is None else f"Waiting for {channel.title} …"

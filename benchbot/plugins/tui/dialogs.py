@@ -13,12 +13,12 @@ from textual.screen import ModalScreen, Screen
 from textual.widgets import Footer, Input, Log, Static
 
 
-class Question(ModalScreen[str | None]):
+class QuestionDialog(ModalScreen[str | None]):
     """Asks before an action that cannot be undone. Returns the key of the chosen answer, or None to do nothing."""
 
     DEFAULT_CSS = """
-    Question { align: center middle; }
-    Question Vertical {
+    QuestionDialog { align: center middle; }
+    QuestionDialog Vertical {
         width: 64; max-width: 100%; height: auto; max-height: 100%;
         border: round $warning; padding: 0 1; background: $surface; overflow-y: auto;
     }

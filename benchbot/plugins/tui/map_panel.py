@@ -13,7 +13,7 @@ import numpy as np
 from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.drawing.map_model import DrivenPath, MapObject, Points, SceneMap, Vector, estimated_objects
+from benchbot.plugins.drawing.map_model import MapObject, MapPath, Points, SceneMap, Vector, estimated_objects
 from benchbot.plugins.drawing.scene_maps import installed_map
 from benchbot.plugins.tui import panels
 from benchbot.plugins.tui.map_canvas import CHARACTERS, RunMap, cleaned
@@ -123,7 +123,7 @@ def map_of_run(view: RunView, scenery: Scenery, zoom: int, *, truth: bool) -> tu
     scene = replace(
         around,
         robot_xyyaw=robot,
-        path=DrivenPath(view.path, recorded=True),
+        path=MapPath(view.path, recorded=True),
         laser=laser,
         objects=(*estimates, *(around.objects if truth else ())),
     )

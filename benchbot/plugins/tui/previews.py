@@ -8,7 +8,7 @@ from typing import Any
 from PIL import Image, ImageChops, ImageDraw, ImageOps
 
 from benchbot.core.declarations.catalog import Declaration
-from benchbot.plugins.drawing.map_model import DrivenPath
+from benchbot.plugins.drawing.map_model import MapPath
 from benchbot.plugins.drawing.palette import DARK, ROBOT, between
 from benchbot.plugins.drawing.scene_maps import map_of_environment
 from benchbot.plugins.tui.choices import field_of_view_deg
@@ -33,7 +33,7 @@ def environment(declaration: Declaration) -> Image.Image | None:
     start = scene.start_xyyaw
     if start is None and scene.occupancy is None and not scene.planned:
         return None
-    path = DrivenPath((start[:2], *scene.planned) if start else ())
+    path = MapPath((start[:2], *scene.planned) if start else ())
     run_map = RunMap(replace(scene, planned=(), path=path, robot_xyyaw=start))
     picture = Image.fromarray(paint(run_map.scene, run_map.transform(WIDE_PX, HIGH_PX), dark=True))
     # Without most of the borders that have nothing of the map on them.

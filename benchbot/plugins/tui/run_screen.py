@@ -14,7 +14,7 @@ from textual.widgets import Footer
 
 from benchbot.plugins.tui import panels, raster, run_facts, snapshot
 from benchbot.plugins.tui.base import WatchScreen
-from benchbot.plugins.tui.camera import Camera, Channel, available
+from benchbot.plugins.tui.camera import CameraPanel, Channel, available
 from benchbot.plugins.tui.dialogs import AskText
 from benchbot.plugins.tui.log_view import LogView
 from benchbot.plugins.tui.map_panel import ZOOMS, MapPanel, Scenery, Surroundings, environment_of_run, map_of_run
@@ -142,7 +142,7 @@ class RunScreen(WatchScreen):
         self._truth = False
         self._requested: tuple[tuple[str, ...], int] = ((), 0)
         self._fetched = 0
-        self._cameras = [Camera(raster.make(images), id=f"camera-{number}") for number in (1, 2)]
+        self._cameras = [CameraPanel(raster.make(images), id=f"camera-{number}") for number in (1, 2)]
         self._map = MapPanel(raster.make(images), id="map")
         self._log = LogView()
 

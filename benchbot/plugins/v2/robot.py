@@ -16,7 +16,7 @@ Mover = Callable[[Callable[[Caller], dict[str, Any]]], Awaitable[dict[str, Any]]
 
 
 @dataclass(frozen=True)
-class Snapshot:
+class LastObservation:
     """Observations of one instant with the progress at it; `given` are those that a client has received."""
 
     observations: dict[str, Any]
@@ -35,7 +35,7 @@ class V2Robot:
     def __init__(self, run: Run) -> None:
         self._run = run
         self._turn = asyncio.Lock()
-        self._snapshot: Snapshot | None = None
+        self._snapshot: LastObservation | None = None
         self._stopped: Progress | None = None
         self._real = run.selection.robot.data["type"] in plugin_manager.load().pool("robot_drivers")
 
@@ -143,12 +143,12 @@ class V2Robot:
             answer = call(caller)
             if "observations" in answer:
                 progress = self._run.progress
-                self._snapshot = Snapshot(answer["observations"], progress, progress.frames)
+                self._snapshot = LastObservation(answer["observations"], progress, progress.frames)
             return answer
 
         return await move(call_and_keep)
 
-    def _latest(self) -> Snapshot | None:
+    def _latest(self) -> LastObservation | None:
         """Return the last snapshot, unless another client has moved the robot or observed since."""
         snapshot, progress = self._snapshot, self._run.progress
         current = snapshot is not None and snapshot.progress is progress and snapshot.frames == progress.frames

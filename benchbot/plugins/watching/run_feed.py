@@ -13,7 +13,7 @@ from benchbot.api.client import Client
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.watching.logs import Logs
 from benchbot.plugins.watching.usage import GpuMeter, Rates
-from benchbot.plugins.watching.views import LogLine, RunView, Snapshot, Usage
+from benchbot.plugins.watching.views import FeedSnapshot, LogLine, RunView, Usage
 from benchbot.submission import output
 from benchbot.wire import run_state
 from benchbot.wire.run_state import Connection, RunState
@@ -250,14 +250,14 @@ class RunFeed:
         )
 
 
-def _snapshot(answer: Mapping[str, Any]) -> Snapshot:
+def _snapshot(answer: Mapping[str, Any]) -> FeedSnapshot:
     observations = answer["observations"]
     images = {name: observations[name] for name in ("image_rgb", "image_depth") if name in observations}
     segments = observations.get("image_segment") or {}
     for name, key in (("image_class", "class_segment_img"), ("image_instance", "instance_segment_img")):
         if key in segments:
             images[name] = segments[key]
-    return Snapshot(
+    return FeedSnapshot(
         number=answer["number"],
         images=images,
         laser=observations.get("laser"),

@@ -12,7 +12,7 @@ from benchbot.wire.run_state import RunState
 
 
 @dataclass(frozen=True)
-class Snapshot:
+class FeedSnapshot:
     """The newest observation. Images may be subsampled: every n-th row and column, without averaging."""
 
     number: int
@@ -78,7 +78,7 @@ class RunView:
     frames_per_s: float = 0.0
     real_time_factor: float = 0.0
     usage: Usage | None = None
-    snapshot: Snapshot | None = None
+    snapshot: FeedSnapshot | None = None
     log: tuple[LogLine, ...] = ()
     """The newest lines, oldest first."""
     log_dropped: int = 0

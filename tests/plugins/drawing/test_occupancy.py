@@ -11,7 +11,7 @@ from PIL import Image
 
 from benchbot.core.declarations.catalog import Catalog, Declaration
 from benchbot.core.plugin_manager import load
-from benchbot.plugins.drawing.map_model import DrivenPath, SceneMap, occupancy_of
+from benchbot.plugins.drawing.map_model import MapPath, SceneMap, occupancy_of
 from benchbot.plugins.report.camera_pictures import Budget
 from benchbot.plugins.report.page import draw
 
@@ -48,7 +48,7 @@ def test_the_picture_holds_what_is_occupied_and_says_where_it_lies(tmp_path: Pat
 
 
 def test_it_lies_behind_the_map_at_its_scale(tmp_path: Path) -> None:
-    path = DrivenPath(((-1.0, 2.0), (0.5, 3.0)), (), recorded=True)
+    path = MapPath(((-1.0, 2.0), (0.5, 3.0)), (), recorded=True)
     drawing = draw(SceneMap(occupancy=occupancy_of(flat(tmp_path)), path=path), [], Budget())
 
     assert drawing is not None

@@ -6,7 +6,7 @@ import pytest
 from benchbot.core import episodes
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.plugins.drawing.map_layout import MOST_LABELS
-from benchbot.plugins.drawing.map_model import FALSE_POSITIVE, MATCH, Box, DrivenPath, MapObject, SceneMap
+from benchbot.plugins.drawing.map_model import FALSE_POSITIVE, MATCH, Box, MapObject, MapPath, SceneMap
 from benchbot.plugins.report import page
 from benchbot.plugins.report.camera_pictures import Budget
 from benchbot.plugins.report.rendering import render
@@ -15,7 +15,7 @@ from tests.made_results import Make, Save
 from tests.plugins.report.conftest import START, TRACK, Report, provenance
 from tests.plugins.report.pages import Page
 
-NOWHERE = DrivenPath()
+NOWHERE = MapPath()
 
 
 def thing(x: float, y: float = 0.0, verdict: str | None = MATCH, name: str = "chair") -> MapObject:
@@ -24,7 +24,7 @@ def thing(x: float, y: float = 0.0, verdict: str | None = MATCH, name: str = "ch
     return MapObject(name, name, box, there, 0, verdict, 0.5, "Because.")
 
 
-def draw(objects: Sequence[MapObject], path: DrivenPath = NOWHERE) -> page.Drawing | None:
+def draw(objects: Sequence[MapObject], path: MapPath = NOWHERE) -> page.Drawing | None:
     return page.draw(SceneMap(objects=tuple(objects), path=path), [], Budget())
 
 
@@ -47,7 +47,7 @@ def test_nothing_to_show_is_no_map() -> None:
 
 
 def test_a_single_place_is_a_map() -> None:
-    drawing = draw([], DrivenPath(((1.0, 2.0),), (), recorded=True))
+    drawing = draw([], MapPath(((1.0, 2.0),), (), recorded=True))
 
     assert drawing is not None
     assert len(drawing.layout.path) == 1

@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchbot.plugins.drawing.map_model import Box, DrivenPath, MapObject, SceneMap
+from benchbot.plugins.drawing.map_model import Box, MapObject, MapPath, SceneMap
 from benchbot.plugins.drawing.palette import DARK, LASER, ROBOT
 from benchbot.plugins.tui.map_canvas import RunMap, arrow, cleaned, paint, write
 from benchbot.plugins.tui.map_panel import Scenery, endpoints, map_of_run
 from tests.plugins.tui.watched import ESTIMATES, PLACE, SEEN, TRUTH, run_view, snapshot, surroundings
 
-DRIVEN = DrivenPath(((1.2, 1.5), (0.7, 1.4)), recorded=True)
+DRIVEN = MapPath(((1.2, 1.5), (0.7, 1.4)), recorded=True)
 
 metres = st.floats(-1e9, 1e9) | st.sampled_from([math.inf, -math.inf, math.nan])
 points = st.lists(st.tuples(metres, metres), max_size=6).map(tuple)
@@ -31,7 +31,7 @@ def test_whatever_a_robot_says_there_is_a_map_of_the_right_size(
 ) -> None:
     boxes = [Box((x, y, 0.0), (abs(y), 1.0, -x)) for x, y in path]
     objects = tuple(MapObject("chair", "chair", box, box) for box in boxes)
-    scene = SceneMap(objects=objects, path=DrivenPath(path), robot_xyyaw=pose_xyyaw, laser=np.array([[1e300, 0.0]]))
+    scene = SceneMap(objects=objects, path=MapPath(path), robot_xyyaw=pose_xyyaw, laser=np.array([[1e300, 0.0]]))
     scene = cleaned(scene)
     transform = RunMap(scene, zoom).transform(columns, 2 * lines)
     assert paint(scene, transform, dark=True, finer=1).shape == (2 * lines, columns, 3)

@@ -14,7 +14,7 @@ from benchbot.plugins.batch.status import BatchStatus, RunningEpisode, Score
 from benchbot.plugins.drawing.map_model import Box, MapObject, Occupancy, SceneMap
 from benchbot.plugins.watching.batch_feed import BatchFeed
 from benchbot.plugins.watching.run_feed import RunFeed
-from benchbot.plugins.watching.views import BatchView, EpisodeCell, LogLine, RunView, Snapshot, Usage, WorkerRow
+from benchbot.plugins.watching.views import BatchView, EpisodeCell, FeedSnapshot, LogLine, RunView, Usage, WorkerRow
 from benchbot.wire.run_state import Connection, RunState
 
 SEEN: Mapping[str, Any] = dict(np.load(Path(__file__).with_name("miniroom.npz")))
@@ -70,13 +70,15 @@ def surroundings(environment: str) -> SceneMap:
     return replace(PLACE, objects=TRUTH) if environment == "miniroom:1" else SceneMap()
 
 
-def snapshot(number: int = 7) -> Snapshot:
+def snapshot(number: int = 7) -> FeedSnapshot:
     images = {
         "image_rgb": SEEN["image_rgb"],
         "image_depth": SEEN["depth_cm"].astype(np.float32) / 100,
         "image_class": SEEN["image_class"],
     }
-    return Snapshot(number, images, {"scans": SEEN["laser"], "range_min": 0.05, "range_max": 30.0}, None, CLASSES, 2)
+    return FeedSnapshot(
+        number, images, {"scans": SEEN["laser"], "range_min": 0.05, "range_max": 30.0}, None, CLASSES, 2
+    )
 
 
 def run_view(**changes: Any) -> RunView:

@@ -11,7 +11,7 @@ from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.findings import Problem
 from benchbot.core.resources import YAML_SUFFIXES, declaration_files
 from benchbot.plugins.authoring.checks import project
-from benchbot.plugins.authoring.checks.documents import SUFFIXES, Document, Target, examine
+from benchbot.plugins.authoring.checks.documents import SUFFIXES, CheckTarget, Document, examine
 from benchbot.plugins.authoring.checks.references import KnownNames, taken_names, unknown_names
 
 _IGNORED_FOLDERS = {"build", "dist", "node_modules", "site-packages"}
@@ -57,9 +57,9 @@ def check_all(words: Sequence[str], kind: str | None = None) -> Report:
     return Report(found, len(targets) - len(left_out) + len(projects), left_out)
 
 
-def _targets(words: Iterable[str]) -> list[Target]:
+def _targets(words: Iterable[str]) -> list[CheckTarget]:
     """Return the named files, each once; raises BenchbotError for a word that names nothing."""
-    found: dict[Path, Target] = {}
+    found: dict[Path, CheckTarget] = {}
     for word in words:
         for target in _named(word):
             path = target.path.absolute()
@@ -75,7 +75,7 @@ def _project_folders(words: Iterable[str]) -> list[Path]:
     return [folder for folder in dict.fromkeys(folders) if (folder / "pyproject.toml").is_file()]
 
 
-def _named(word: str) -> Iterator[Target]:
+def _named(word: str) -> Iterator[CheckTarget]:
     path = Path(word)
     if path.is_dir():
         found = sorted(_walk(path))
@@ -85,11 +85,11 @@ def _named(word: str) -> Iterator[Target]:
                 "The folder holds no .yaml, .yml or .json file.",
                 "Name a file, or a folder that holds some.",
             )
-        yield from map(Target, found)
+        yield from map(CheckTarget, found)
     elif path.name == "pyproject.toml" and path.is_file():
         yield from _named(str(path.parent))
     elif path.exists() or os.sep in word or path.suffix in SUFFIXES:
-        yield Target(path, named=True)
+        yield CheckTarget(path, named=True)
     else:
         yield from _files_of_distribution(word)
 
@@ -110,7 +110,7 @@ def _walk(root: Path) -> Iterator[Path]:
                 yield folder / child
 
 
-def _files_of_distribution(name: str) -> Iterator[Target]:
+def _files_of_distribution(name: str) -> Iterator[CheckTarget]:
     installed = sorted({info.distribution for info in plugin_manager.installed()})
     if name not in installed:
         here = [path.name for path in Path().iterdir()]
@@ -132,4 +132,4 @@ def _files_of_distribution(name: str) -> Iterator[Target]:
     for kind, declared in sources.items():
         suffixes = (".json",) if kind in ("episodes", "ground_truths") else YAML_SUFFIXES
         for path in declaration_files((source.value for source in declared), suffixes):
-            yield Target(path, kind=kinds[kind])
+            yield CheckTarget(path, kind=kinds[kind])

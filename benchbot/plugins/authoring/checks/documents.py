@@ -26,7 +26,7 @@ _NORM_TOLERANCE = 0.5
 
 
 @dataclass(frozen=True)
-class Target:
+class CheckTarget:
     """A file to check. `kind` is set where that is known, `named` where the user named this very file."""
 
     path: Path
@@ -50,7 +50,7 @@ def kind_of(document: dict[str, Any], path: Path) -> str | None:
     return _kind_of_folder(path) or _nearest_kind(document)[0]
 
 
-def examine(target: Target, kind: str | None, catalog: Catalog) -> Document | Problem | None:
+def examine(target: CheckTarget, kind: str | None, catalog: Catalog) -> Document | Problem | None:
     """Return the content of a file, why it cannot be read, or None for one that was not named and declares nothing."""
     path = target.path
     if target.named and path.suffix not in (*SUFFIXES, "") and path.is_file():
