@@ -171,6 +171,23 @@ def test_a_wrong_action_is_the_agents_error_and_moves_nothing(
 
 
 @pytest.mark.parametrize(
+    ("action", "argument", "call"),
+    [
+        ("move_distance", "distance", "move_distance with {'distance': 1.0}"),
+        ("move_angle", "angle", "move_angle with {'angle': 1.0}"),
+        ("move_next", "none", "move_next with no argument"),
+    ],
+)
+def test_a_wrong_argument_is_answered_with_the_right_one(action: str, argument: str, call: str) -> None:
+    ride = session(action)
+    ride.reset()
+    with pytest.raises(BenchbotError, match=f"'{action}' has no argument 'speed'") as caught:
+        ride.step(action, {"speed": 2.0})
+    assert caught.value.why == f"Its argument: {argument}."
+    assert caught.value.fix == f"Call it like this: {call}"
+
+
+@pytest.mark.parametrize(
     ("limits", "unit"), [(Limits(steps=2), "2 steps"), (Limits(simulated_time_s=1.5), "1.5 seconds of simulated time")]
 )
 def test_a_limit_ends_the_episode_as_a_timeout(limits: Limits, unit: str) -> None:
@@ -194,9 +211,26 @@ def test_a_dead_platform_fails_the_episode_and_reset_starts_another() -> None:
         ride.step("move_distance", {"distance": 1})
     assert dying.closed
     assert (ride.progress.failure, ride.progress.state) == (FailureClass.PLATFORM, State.FAILED)
-    with pytest.raises(BenchbotError, match="not running"):
+    with pytest.raises(BenchbotError, match="not running") as caught:
         ride.step(None)
+    assert (caught.value.why, caught.value.failure) == ("The simulator died. Battery.", FailureClass.PLATFORM)
     assert ride.reset().state is State.CLEAN
+
+
+@pytest.mark.parametrize("failure", [None, *(kind for kind in FailureClass if kind is not FailureClass.PLATFORM)])
+def test_an_error_of_the_host_that_is_not_its_death_leaves_it_running(failure: FailureClass | None) -> None:
+    host = RailHost()
+    ride = session("move_distance", host=host)
+    ride.reset()
+
+    def slip() -> Status:
+        raise BenchbotError("The wheels slip.", "Leaves.", "Sweep.", failure=failure)
+
+    with pytest.raises(BenchbotError, match="The wheels slip"):
+        ride.move_by("push", {}, slip)
+
+    assert not host.closed
+    assert ride.step("move_distance", {"distance": 1}).state is State.DIRTY
 
 
 def test_there_is_no_way_back_from_a_safety_stop() -> None:
@@ -230,8 +264,23 @@ def test_nothing_runs_before_the_first_reset(action: str | None, prepared: bool)
     ride = session("move_next")
     if prepared:
         ride.prepare()
-    with pytest.raises(BenchbotError, match="not running"):
+    with pytest.raises(BenchbotError, match="not running") as caught:
         ride.step(action)
+    assert caught.value.why == "It has not been started yet."
+
+
+def test_steps_by_hand_are_counted_until_a_result_is_handed_in() -> None:
+    ride = session("move_distance")
+    ride.reset()
+    ride.step("move_distance", {"distance": 1})
+    assert ride.driven_by_hand == 0
+    ride.step("move_distance", {"distance": 1}, by_hand=True)
+    ride.step(None)
+    ride.reset()
+    assert ride.driven_by_hand == 1
+    ride.handed_in = True
+    ride.reset()
+    assert (ride.driven_by_hand, ride.handed_in) == (0, False)
 
 
 def test_the_same_episode_has_the_same_digest_and_another_has_another() -> None:

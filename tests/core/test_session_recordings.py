@@ -8,6 +8,8 @@ from benchbot.core.progress import Progress, State, Step
 from benchbot.core.session import Session
 from tests.core.test_session import RailHost, selection
 
+PUSHED = "move_distance {'distance': 1.0}"
+
 
 class Tape:
     """A recording that runs out after a number of steps, and tells what happened to it."""
@@ -24,7 +26,7 @@ class Tape:
         self.left -= 1
         if self.left < 0:
             raise BenchbotError("The tape is full.", "It was short.", "Buy.", failure=FailureClass.INFRASTRUCTURE)
-        self.told.append(str(action))
+        self.told.append(f"{action} {dict(arguments)}" if arguments else str(action))
 
     def close(self) -> None:
         self.told.append("close")
@@ -39,7 +41,7 @@ def test_a_recording_is_told_of_everything_in_order() -> None:
     ride.step("move_distance", {"distance": 1.0})
     ride.step(None)
     ride.close()
-    assert tape.told == ["reset", "None", "move_distance", "None", "close"]
+    assert tape.told == ["reset", "None", PUSHED, "None", "close"]
 
 
 def test_a_recording_that_fails_ends_and_the_episode_goes_on(caplog: pytest.LogCaptureFixture) -> None:
@@ -50,7 +52,7 @@ def test_a_recording_that_fails_ends_and_the_episode_goes_on(caplog: pytest.LogC
     ride.step(None)
     assert (ride.progress.state, ride.progress.failure) == (State.DIRTY, None)
     assert short.told == ["reset", "None", "close"]
-    assert long.told == ["reset", "None", "move_distance", "None"]
+    assert long.told == ["reset", "None", PUSHED, "None"]
     assert "The tape is full. It was short." in caplog.text.replace("\n", " ")
 
 
@@ -64,7 +66,7 @@ def test_a_recording_joins_a_session_and_leaves_it() -> None:
     ride.step("move_distance", {"distance": 1.0})
     ride.close()
     assert first.told == ["reset", "None", "None"]
-    assert second.told == ["None", "move_distance", "close"]
+    assert second.told == ["None", PUSHED, "close"]
 
 
 def test_a_recording_that_cannot_be_finished_keeps_no_other_from_it_nor_the_host(
