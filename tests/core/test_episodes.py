@@ -38,6 +38,7 @@ def listed(**changes: Any) -> dict[str, Any]:
 def test_a_run_has_the_first_episode_unless_it_is_told_another() -> None:
     assert [chosen(number).episode.number for number in (None, 0, 2)] == [0, 0, 2]  # type: ignore[union-attr]
     assert chosen(task="sample:active").episode is None
+    assert [chosen(2).request.episode, chosen(task="sample:active").request.episode] == [2, None]
 
 
 def test_the_scene_starts_where_the_episode_does(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import Plugins, installed
 from benchbot.core.request import Limits, RunRequest
-from benchbot.core.selection import select
+from benchbot.core.selection import ImpossibleError, select
 from tests.plugin_factory import PluginFactory
 
 CODE = """\
@@ -48,6 +48,13 @@ connections: {poses: {connection: ros_to_api}}
     "environments/room.yaml": """\
 name: room
 variant: 1
+type: sim_acme
+start_pose: [1, 0, 0, 0, 0, 0, 0]
+trajectory_poses: [[1, 0, 0, 0, 1, 0, 0]]
+""",
+    "environments/room_2.yaml": """\
+name: room
+variant: 2
 type: sim_acme
 start_pose: [1, 0, 0, 0, 0, 0, 0]
 trajectory_poses: [[1, 0, 0, 0, 1, 0, 0]]
@@ -103,8 +110,51 @@ def test_every_reason_is_named_at_once(catalog: Catalog) -> None:
         "'omg' is not an installed evaluator.",
     ):
         assert reason in caught.value.why
+    assert [line.partition(".")[0] for line in caught.value.why.splitlines()] == list("12345678")
+    assert [line.partition(".")[0] for line in caught.value.fix.splitlines()] == list("12345678")
     assert "benchbot install benchbot-acme-driver" in caught.value.fix
     assert "--env NAME:VARIANT_1:VARIANT_2" in caught.value.fix
+
+
+@pytest.mark.parametrize(
+    ("request_", "reason"),
+    [
+        (RunRequest("tuor", "cart", "room:1"), "'tuor' is not a known task"),
+        (RunRequest("tour", "crat", "room:1"), "'crat' is not a known robot"),
+        (RunRequest("tour", "cart", "rom:1"), "'rom:1' is not a known environment"),
+    ],
+)
+def test_one_wrong_name_is_the_only_reason(catalog: Catalog, request_: RunRequest, reason: str) -> None:
+    with pytest.raises(BenchbotError, match=reason) as caught:
+        select(catalog, request_)
+    assert not isinstance(caught.value, ImpossibleError)
+
+
+def test_a_task_with_one_scene_is_not_given_two(catalog: Catalog) -> None:
+    with pytest.raises(BenchbotError, match="The task 'tour' needs 1 scene, not 2") as caught:
+        select(catalog, RunRequest("tour", "cart", "room:1:2"))
+    assert caught.value.why == "You named: room:1, room:2."
+    assert caught.value.fix == "Name the scenes like this: --env NAME:VARIANT"
+
+
+def test_a_robot_that_lacks_a_channel_says_what_it_offers(catalog: Catalog) -> None:
+    with pytest.raises(BenchbotError, match="does not offer the observations") as caught:
+        select(catalog, RunRequest("compare", "cart", "room:1:2"))
+    assert caught.value.why == "Missing: laser. It offers: poses."
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        RunRequest("compare", "cart", "room:2:1", seed=3, limits=Limits(steps=5, wall_time_s=60.0)),
+        RunRequest("tour", "cart", "room:1", settings={"lighting.time": "21:30"}, limits=Limits(steps=9)),
+    ],
+)
+def test_the_request_of_a_run_selects_the_same_run_again(catalog: Catalog, request_: RunRequest) -> None:
+    catalog.get("robots", "cart").data["connections"]["laser"] = {"connection": "ros_to_api"}
+    selection = select(catalog, request_)
+    assert selection.request == request_
+    assert select(catalog, selection.request) == selection
 
 
 def test_a_method_must_read_the_format_of_the_task(catalog: Catalog) -> None:
@@ -152,6 +202,7 @@ def test_settings_that_do_not_fit_are_among_the_reasons(catalog: Catalog) -> Non
     [
         ("room:1", "Its scene is made from a finished one (none), not a layout"),
         ("loft:1", "Its scene is made from a finished one (room.glb), not a layout"),
+        ("ring:1", "Installed: tools."),
         ("flat:1", "Installed: tools."),
     ],
 )
@@ -159,12 +210,15 @@ def test_assets_need_a_layout_and_a_pack(environment: str, reason: str, plugin_f
     flat = FILES["environments/room.yaml"].replace("name: room", "name: flat\nmap_path: .layouts/flat.yaml")
     pack = CODE.replace("import Evaluator", "import AssetPack, Evaluator")
     pack += '\n@hookimpl\ndef benchbot_asset_packs(): yield AssetPack("tools", HERE / "catalogue.json")\n'
-    files = {"environments/flat.yaml": flat, "environments/loft.yaml": flat.replace("flat", "loft")}
+    files = {f"environments/{name}.yaml": flat.replace("flat", name) for name in ("flat", "loft", "ring")}
     layouts = {
         "environments/.layouts/flat.yaml": "assets: tools\n",
         "environments/.layouts/loft.yaml": "base: b.yaml\n",
     }
     layouts["environments/.layouts/b.yaml"] = "base: room.glb\n"
+    layouts["environments/.layouts/room.glb"] = "glTF: ["
+    # Whoever loads it says that it goes round in a circle.
+    layouts["environments/.layouts/ring.yaml"] = "base: ring.yaml\n"
     plugin_factory.make("acme-assets", pack, {**FILES, **files, **layouts})
     catalog = Catalog(Plugins([info for info in installed() if info.distribution == "acme-assets"]))
 

@@ -46,6 +46,15 @@ def test_seeds_can_be_ignored() -> None:
     assert [(item.a["seed"], item.b["seed"]) for item in found.pairs] == [(3, 8), (4, 9)]
 
 
+def test_where_seeds_are_ignored_rows_pair_in_their_order_and_those_without_come_last() -> None:
+    rows_a = [row("flat:1", None, "1.json"), row("flat:1", 1, "2.json"), row("flat:1", 0, "3.json")]
+    rows_b = [row("flat:1", seed) for seed in (5, 6, 7)]
+
+    found = pair(rows_a, rows_b, ignore_seeds=True)
+
+    assert [(item.a["seed"], item.b["seed"]) for item in found.pairs] == [(0, 5), (1, 6), (None, 7)]
+
+
 def test_what_is_of_no_known_environment_has_no_counterpart() -> None:
     found = pair([row(None, source="torn.json")], [row(None)], ignore_seeds=True)
 
@@ -87,3 +96,4 @@ def test_settings_can_be_ignored_to_ask_what_they_change() -> None:
         ("flat:1, seed 0", DAY, NIGHT),
         ("flat:1, seed 1", DAY, NIGHT),
     ]
+    assert [item.label for item in pair(night, day, ignore_settings=True).pairs] == ["flat:1, seed 0", "flat:1, seed 1"]
