@@ -38,18 +38,22 @@ class Raw:
     def __init__(self, served: Served) -> None:
         address = httpx.URL(served.url)
         self.socket = socket.create_connection((address.host, address.port or 80), timeout=120)
+        # One for all answers: it may have read the beginning of the next one.
+        self.answers = self.socket.makefile("rb")
 
     def send(self, *messages: bytes) -> None:
         self.socket.sendall(b"".join(messages))
 
+    def close(self) -> None:
+        self.answers.close()
+        self.socket.close()
+
     def answer(self) -> tuple[int, dict[str, Any]]:
-        response = http.client.HTTPResponse(self.socket, method="POST")
-        response.begin()
-        body = bytearray(response.read())
-        content = (
-            encoding.decode(body) if response.headers["Content-Type"] == "application/msgpack" else {"error": body}
-        )
-        return response.status, {**content, "headers": sorted(name.lower() for name in response.headers)}
+        _, status, _ = self.answers.readline().split(maxsplit=2)
+        headers = http.client.parse_headers(self.answers)
+        body = bytearray(self.answers.read(int(headers["Content-Length"])))
+        content = encoding.decode(body) if headers["Content-Type"] == "application/msgpack" else {"error": body}
+        return int(status), {**content, "headers": sorted(name.lower() for name in headers)}
 
     def ask(self, *messages: bytes) -> tuple[int, dict[str, Any]]:
         self.send(*messages)
@@ -79,7 +83,7 @@ def test_many_connections_are_answered_alike(serve: Serve) -> None:
     for _ in range(2):
         answers = [client.ask(message("step")) for client in clients]
         np.testing.assert_equal(answers, [answers[0]] * len(clients))
-    clients[0].socket.close()
+    clients[0].close()
     assert clients[1].ask(message("step"))[0] == 200
 
 
@@ -243,7 +247,7 @@ def test_clients_that_hang_up_leave_nothing_behind(serve: Serve) -> None:
         if number % 3:
             raw.ask(message("step"))
         raw.send(message("step", TURN))
-        raw.socket.close()
+        raw.close()
     assert eventually(lambda: open_files() <= before)
     assert eventually(lambda: Raw(served).ask(message("step"))[0] == 200)
     assert served.run.progress.failure is None
@@ -304,7 +308,7 @@ def started(folder: Path) -> tuple[Run, str, ExitStack]:
 
 def listens(served: Served) -> bool:
     try:
-        Raw(served).socket.close()
+        Raw(served).close()
     except ConnectionError:
         return False
     return True
