@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from benchbot_sample.simulator import SampleSimulator
 from benchbot_sample.unicycle import Limits, State, substeps
@@ -163,6 +164,66 @@ def test_commands_keep_the_limits(start: State, goal: Pose, factor: float) -> No
     for linear_mps, angular_radps in platform.commands:
         assert -0.6 * factor - 1e-9 <= linear_mps <= 1.5 * factor + 1e-9
         assert abs(angular_radps) <= 1.0 * factor + 1e-9
+
+
+@pytest.mark.parametrize("turn_deg", [90.0, 180.0, -120.0])
+def test_how_a_robot_drives_does_not_depend_on_where_the_map_begins(turn_deg: float) -> None:
+    def driven(origin: Pose) -> list[tuple[float, float]]:
+        start, goal = origin @ Pose.planar(0.5, -0.5, 0.4), origin @ Pose.planar(2.0, 1.0, 1.5)
+        platform = OpenFloor(SLUGGISH, State(*start.translation_xyz[:2], start.yaw_rad))
+        assert execute(platform, "move_next", {}, goal, MotionConfig()) is Outcome.REACHED
+        return platform.commands
+
+    here, there = driven(Pose.planar(0.0, 0.0, 0.0)), driven(Pose.planar(7.0, -4.0, math.radians(turn_deg)))
+    assert np.array(there) == pytest.approx(np.array(here), abs=1e-6)
+
+
+def test_a_curve_ends_nearly_in_the_direction_of_its_goal() -> None:
+    platform, goal = OpenFloor(PERFECT, State(0.0, 0.0, 0.0)), Pose.planar(2.0, 1.0, math.radians(60))
+    execute(platform, "move_next", {}, goal, MotionConfig())
+    turned_on_the_spot_rad = sum(angular * 0.05 for linear, angular in platform.commands if linear == 0.0)
+    assert abs(math.degrees(turned_on_the_spot_rad)) < 10.0
+
+
+@pytest.mark.parametrize("acceleration_mps2", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize(("distance_m", "fastest_mps"), [(3.0, 1.5), (-3.0, -0.6)])
+def test_a_robot_drives_as_fast_as_it_can_still_brake(
+    acceleration_mps2: float, distance_m: float, fastest_mps: float
+) -> None:
+    platform = OpenFloor(PERFECT, State(0.0, 0.0, 0.0))
+    config = MotionConfig(linear_acceleration_mps2=acceleration_mps2)
+    execute(platform, "move_distance", {"distance": distance_m}, None, config)
+
+    remaining_m = abs(distance_m)
+    speeds_mps = [linear_mps for linear_mps, _ in platform.commands if linear_mps]
+    assert speeds_mps[0] == pytest.approx(fastest_mps)
+    for linear_mps in speeds_mps:
+        # Another tick at this speed and braking with 80 % of the acceleration end at the goal: v t + v² / 2a.
+        stopping_m = abs(linear_mps) * 0.05 + linear_mps**2 / (2 * 0.8 * acceleration_mps2)
+        assert linear_mps == pytest.approx(fastest_mps) or stopping_m == pytest.approx(remaining_m)
+        assert stopping_m <= remaining_m + 1e-9
+        remaining_m -= abs(linear_mps) * 0.05
+
+
+@pytest.mark.parametrize("acceleration_radps2", [0.5, 2.0])
+def test_a_robot_turns_as_fast_as_it_can_still_brake(acceleration_radps2: float) -> None:
+    platform = OpenFloor(PERFECT, State(0.0, 0.0, 0.0))
+    config = MotionConfig(angular_acceleration_radps2=acceleration_radps2)
+    execute(platform, "move_angle", {"angle": -180.0}, None, config)
+
+    remaining_rad = math.pi
+    for angular_radps in (angular_radps for _, angular_radps in platform.commands if angular_radps):
+        stopping_rad = abs(angular_radps) * 0.05 + angular_radps**2 / (2 * 0.8 * acceleration_radps2)
+        assert angular_radps == pytest.approx(-1.0) or stopping_rad == pytest.approx(remaining_rad)
+        remaining_rad -= abs(angular_radps) * 0.05
+
+
+@pytest.mark.parametrize(("action", "goal"), [("fly", Pose.planar(1.0, 0.0, 0.0)), ("move_next", None)])
+def test_what_is_no_motion_moves_nothing(action: str, goal: Pose | None) -> None:
+    platform = OpenFloor(PERFECT, State(0.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match=f"no such motion: '{action}' with goal"):
+        execute(platform, action, {}, goal, MotionConfig())
+    assert platform.commands == []
 
 
 def test_noisy_localisation_steers_by_odometry() -> None:

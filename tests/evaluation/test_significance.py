@@ -51,6 +51,12 @@ def test_an_interval_above_zero_is_no_verdict() -> None:
     assert replace(FOUND, p=0.06).verdict is Verdict.UNDECIDED
 
 
+def test_a_p_value_at_the_level_itself_is_not_below_it() -> None:
+    assert replace(FOUND, p=0.05).verdict is Verdict.UNDECIDED
+    assert replace(FOUND, p=0.0499).verdict is Verdict.HIGHER
+    assert replace(FOUND, reachable_p=0.05).verdict is Verdict.TOO_FEW
+
+
 def test_too_few_clusters_are_said_to_be_too_few() -> None:
     few = replace(FOUND, clusters=5, pairs=5, over=Over.ENVIRONMENTS, p=0.0625, reachable_p=0.0625, interval=None)
 
@@ -78,7 +84,7 @@ def test_equal_results_are_called_equal() -> None:
 
 
 def test_adjusted_p_values_say_so() -> None:
-    assert "p < 0.0001, adjusted for 3 comparisons by Holm's method)" in replace(FOUND, p=3e-5, comparisons=3).sentence
+    assert "p < 0.0001, adjusted for 2 comparisons by Holm's method)" in replace(FOUND, p=3e-5, comparisons=2).sentence
 
 
 def test_of_an_error_the_lower_set_is_the_better_one_and_comes_first() -> None:
