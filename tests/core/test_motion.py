@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -150,10 +151,37 @@ def test_nothing_to_do_is_done_at_once() -> None:
     assert platform.clock() == 0.0
 
 
-def test_a_goal_behind_is_approached_in_reverse() -> None:
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize(("bearing_deg", "direction"), [(0, 1), (45, 1), (90, 1), (94, 1), (95, -1), (174, -1)])
+def test_a_goal_behind_is_approached_in_reverse(bearing_deg: float, direction: int, side: int) -> None:
     platform = OpenFloor(PERFECT, State(0.0, 0.0, 0.0))
-    execute(platform, "move_next", {}, Pose.planar(-1.0, 0.1, 0.0), MotionConfig())
-    assert all(linear_mps <= 0.0 for linear_mps, _ in platform.commands)
+    bearing_rad = math.radians(side * bearing_deg)
+    execute(platform, "move_next", {}, Pose.planar(math.cos(bearing_rad), math.sin(bearing_rad), 0.0), MotionConfig())
+    assert all(direction * linear_mps >= 0.0 for linear_mps, _ in platform.commands)
+
+
+def test_a_robot_that_is_pushed_off_its_line_returns_to_it_within_its_limits() -> None:
+    class Gust(OpenFloor):
+        def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
+            super().drive(linear_mps, angular_radps, duration_s)
+            if len(self.commands) == 10:
+                self.state = self.believed = replace(self.state, y=self.state.y + 0.3)
+
+    platform = Gust(PERFECT, State(0.0, 0.0, 0.0))
+    config = MotionConfig(angular_limit_radps=0.6, speed_factor=0.5)
+    assert execute(platform, "move_distance", {"distance": 4.0}, None, config) is Outcome.REACHED
+    assert_stands_at(platform, Pose((4.0, 0.0, 0.0)))
+    fastest_radps = max(abs(angular_radps) for _, angular_radps in platform.commands)
+    assert fastest_radps == pytest.approx(0.6 * 0.5)
+
+
+def test_a_robot_that_never_comes_to_rest_is_waited_for_no_more_than_five_seconds() -> None:
+    class Creeping(OpenFloor):
+        velocity = (0.01, 0.0)
+
+    platform = Creeping(PERFECT, State(0.0, 0.0, 0.0))
+    assert execute(platform, "move_angle", {"angle": 0.0}, None, MotionConfig()) is Outcome.REACHED
+    assert platform.clock() == pytest.approx(5.0)
 
 
 @settings(deadline=None)
@@ -287,6 +315,7 @@ def test_a_whole_trajectory_is_driven_in_the_sample_arena() -> None:
         {"linear_mps": [0.6, 1.5]},
         {"linear_mps": 1.5},
         {"linear_mps": [-1, 0]},
+        {"linear_mps": [-1, math.inf]},
         {"angular_radps": 0},
         {"angular_radps": "fast"},
         {"linear_acceleration_mps2": -1.0},
@@ -296,6 +325,14 @@ def test_a_whole_trajectory_is_driven_in_the_sample_arena() -> None:
 def test_senseless_limits_are_explained(limits: dict[str, Any]) -> None:
     with pytest.raises(BenchbotError, match=next(iter(limits))):
         MotionConfig.from_robot({"limits": limits}, "ground_truth")
+
+
+def test_what_a_robot_does_not_declare_is_as_in_v2() -> None:
+    config = MotionConfig.from_robot({}, "ground_truth")
+    assert config == MotionConfig()
+    assert (config.linear_limits_mps, config.angular_limit_radps, config.speed_factor) == ((-0.6, 1.5), 1.0, 1.0)
+    assert (config.position_tolerance_m, config.angle_tolerance_rad) == (0.01, math.radians(1.0))
+    assert not config.stops_before_contact
 
 
 def test_a_robot_declares_its_own_tolerances() -> None:
