@@ -104,10 +104,11 @@ def of_rows(
     found = linear(clusters, lambda drawn: combine([row["scores"] for row in drawn]))
     notes = []
     for name in names:
-        if name not in found or not found[name].is_usable:
-            notes.append(f"{name}: no interval, its summary is not close to a mean.")
-        elif not found[name].varies:
+        # First: where nothing but rounding varies, nothing is close to it.
+        if name in found and not found[name].varies:
             notes.append(f"{name}: no interval, all {over} give the same.")
+        elif name not in found or not found[name].is_usable:
+            notes.append(f"{name}: no interval, its summary is not close to a mean.")
         else:
             values = [row["scores"][name] for row in rows if name in row["scores"]]
             intervals[name] = limits(found[name], bounds(values, scores.get(name, _UNKNOWN)))

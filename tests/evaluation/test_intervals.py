@@ -90,6 +90,43 @@ def test_the_standard_error_of_equal_clusters_is_that_of_their_means() -> None:
     assert found.standard_error == pytest.approx(np.std(values, ddof=1) / math.sqrt(6))
 
 
+def test_the_interval_of_equal_clusters_is_worked_out_as_in_the_paper() -> None:
+    values = np.array([0.2, 0.5, 0.3, 0.9, 0.6, 0.4])
+    count, mean_ = len(values), values.mean()
+    students = []
+    for draw in np.random.default_rng(0).beta(0.5, 1.5, (1500, count)):
+        weights = count * draw / draw.sum()
+        drawn = (weights * values).mean()
+        variance = (weights * (values - drawn) ** 2).sum() / (count - 1)
+        students.append((drawn - mean_) / math.sqrt(variance / count))
+    below, above = np.quantile(students, [0.025, 0.975])
+    standard_error = values.std(ddof=1) / math.sqrt(count)
+
+    found = intervals.linear([[value] for value in values], lambda drawn: {"score": float(np.mean(drawn))})["score"]
+
+    assert intervals.limits(found, draws=1500) == {
+        "low": pytest.approx(mean_ - above * standard_error),
+        "high": pytest.approx(mean_ - below * standard_error),
+        "level": 0.95,
+    }
+
+
+def test_a_score_that_some_draws_leave_undefined_has_no_interval_and_the_others_have() -> None:
+    def combine(scores: Sequence[dict[str, float]]) -> dict[str, float]:
+        rare = [score["rare"] for score in scores if "rare" in score]
+        return ({"rare": math.fsum(rare) / len(rare)} if rare else {}) | mean(scores)
+
+    rows = rows_of([[0.1 * place] for place in range(1, 9)])
+    rows[0]["scores"]["rare"] = 0.5
+
+    found = of_rows(rows, combine)
+
+    assert list(found["intervals"]) == ["rare", "score"]
+    assert found["intervals"]["rare"] is None
+    assert found["intervals"]["score"]["low"] < 0.45 < found["intervals"]["score"]["high"]
+    assert found["statistics"]["note"] == "rare: no interval, its summary is not close to a mean."
+
+
 def test_variants_of_a_place_are_no_places() -> None:
     values = [[base + step for step in (-0.01, 0.0, 0.01, 0.02)] for base in (0.2, 0.4, 0.5, 0.3, 0.7, 0.6)]
 
@@ -128,8 +165,10 @@ def test_few_places_with_many_variants_are_told_of_the_narrower_question() -> No
     assert of_rows(rows, mean, over=Over.ENVIRONMENTS)["statistics"]["clusters"] == 5
 
 
-def test_equal_places_give_no_interval_and_a_reason() -> None:
-    found = of_rows(rows_of([[0.7]] * 8), mean)
+@pytest.mark.parametrize("value", [0.7, 1e-6 / 3, 1e6 / 3])
+@pytest.mark.parametrize("variants", [1, 3])
+def test_equal_places_give_no_interval_and_a_reason(value: float, variants: int) -> None:
+    found = of_rows(rows_of([[value] * (variants + place % 2) for place in range(8)]), mean)
 
     assert found["intervals"] == {"score": None}
     assert found["statistics"]["note"] == "score: no interval, all places give the same."
