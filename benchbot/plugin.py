@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from benchbot.core.lidar import elevations_deg as elevations_deg
     from benchbot.core.lidar import points_m as points_m
     from benchbot.core.light_records import AssetPack as AssetPack
+    from benchbot.core.light_records import Check as Check
     from benchbot.core.light_records import Command as Command
     from benchbot.core.light_records import DeclarationFolder as DeclarationFolder
     from benchbot.core.light_records import DeclarationSource as DeclarationSource
@@ -132,7 +133,7 @@ _HOMES = {
     "core.progress": "ActionResult Progress State Step",
     "core.recording": "Recording ShowsResults",
     "core.light_records": (
-        "AssetPack Command DeclarationFolder DeclarationSource Executor Recorder Routes SubmissionMode target "
+        "AssetPack Check Command DeclarationFolder DeclarationSource Executor Recorder Routes SubmissionMode target "
     ),
     "core.records": ("API_VERSION Document Evaluator Resources RobotDriver Score Simulator WorkOrder Workers "),
     "core.resources": "cache_dir data_dir",

@@ -68,6 +68,7 @@ def run(
     show_format: Annotated[str | None, showing("formats", "--show-format")] = None,
 ) -> None:
     """Start a robot in an environment, ready for a solution; Ctrl-C ends it (exit code 130), so does benchbot stop."""
+    from benchbot.cli.kit.preflight import Intent, Preflight, scenes_of
     from benchbot.cli.kit.status_line import StatusLine
     from benchbot.core import overrides
     from benchbot.core.declarations.catalog import Catalog
@@ -81,7 +82,9 @@ def run(
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     recorded = options.recordings(record)
     request = RunRequest(task, robot, environment, seed, episode, overrides.parse(settings or ()), limits)
-    selection = select(Catalog(load()), request)
+    catalog, flight = Catalog(load()), Preflight("This run")
+    selection = flight.take(select, catalog, request)
+    flight.prove(catalog, Intent(scenes_of(catalog, [environment]), record=recorded))
     console.note(summary(selection))
     if port is None and unix_socket is None:
         port = DEFAULT_PORT

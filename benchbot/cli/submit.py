@@ -115,6 +115,8 @@ def submit(
     The solution finds the robot through BENCHBOT_URL, BENCHBOT_SOCKET and BENCHBOT_TOKEN, and saves its result to
     BENCHBOT_RESULT. The result's path goes to stdout, or the score when one was asked for.
     """
+    from benchbot.api.client import Client
+    from benchbot.cli.kit.preflight import Intent, Preflight, Submission, scenes_of
     from benchbot.cli.kit.status_line import StatusLine
     from benchbot.core import overrides
     from benchbot.core.declarations.catalog import Catalog
@@ -130,9 +132,9 @@ def submit(
         _pack(load(), submission, args, others)
         return
     requirements = requirement.parse(require)
-    catalog = Catalog(load())
+    catalog, flight = Catalog(load()), Preflight("This run")
     if evaluate_with is not None:
-        catalog.plugins.record("evaluators", evaluate_with)
+        flight.take(catalog.plugins.record, "evaluators", evaluate_with)
     elif requirements or output:
         raise BenchbotError(
             "There will be no score.",
@@ -154,10 +156,9 @@ def submit(
     holding.check_options(mode, readable, bounds, cpus, gpus, weak_limits)
     resolved = {} if mode == holding.NATIVE else holder_of(catalog.plugins, mode).resolved(asked)
     if contained is None:
-        spec = spec_of(catalog, native, example, more_words, timeout, sandbox)
+        spec = flight.take(spec_of, catalog, native, example, more_words, timeout, sandbox)
     else:
         spec = SolutionSpec(more_words, Path.cwd(), timeout_s=timeout)
-    spec = replace(spec, limits=bounds)
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     names = _names(task, robot, environment)
     recorded = options.recordings(record, results_location)
@@ -173,17 +174,29 @@ def submit(
     if names is not None:
         folders = {name: str(folder.absolute()) for name, folder in recorded.items()}
         request = RunRequest(*names, seed or 0, episode_number, changed, limits, evaluate_with, folders)
-        # Before anything is built or started.
-        summary = run.summary(select(catalog, request))
+        selection = flight.take(select, catalog, request)
+        summary = "" if selection is None else run.summary(selection)
+    intent = Intent(
+        scenes=scenes_of(catalog, [environment] if environment is not None else ()),
+        submissions=[] if spec is None else [Submission(spec, mode, resolved)],
+        method=evaluate_with,
+        record=recorded,
+        folders=[path if path.is_dir() else path.parent for path in (results_location, output) if path is not None],
+    )
+    # Before anything is built or started.
+    flight.prove(catalog, intent, tell_all=dry_run)
     if dry_run:
         console.note(summary or "It would run against the back end that is running.")
         return
     with ExitStack() as stack:
         stack.enter_context(console.interruptible("the solution and its back end have been ended."))
-        spec = stack.enter_context(holding.held(catalog, spec, mode, resolved))
+        spec = stack.enter_context(holding.held(catalog, replace(spec, limits=bounds), mode, resolved))
         if request is not None:
             console.note(summary)
         connection, died = _back_end(stack, request, spec.mode)
+        if request is None and evaluate_with is not None:
+            joined = Client(connection).session()["selection"]["environment"]
+            flight.prove(catalog, Intent(scenes_of(catalog, [joined]), method=evaluate_with))
         ended = episode.run(spec, connection, died, stack.enter_context(StatusLine(display)))
     kept = _kept(ended, results_location)
     options.tell_recordings(recorded)

@@ -106,6 +106,11 @@ def benchbot_routes() -> Iterable[light_records.Routes]:  # type: ignore[empty-b
 
 
 @hookspec
+def benchbot_checks() -> Iterable[light_records.Check]:  # type: ignore[empty-body]
+    """Yield checks that are made before the first episode."""
+
+
+@hookspec
 def benchbot_declaration_sources() -> Iterable[light_records.DeclarationSource]:  # type: ignore[empty-body]
     """Yield sources of declarations besides distributions."""
 
@@ -120,6 +125,7 @@ KINDS: Mapping[str, type] = {
     "commands": light_records.Command,
     "submission_modes": light_records.SubmissionMode,
     "routes": light_records.Routes,
+    "checks": light_records.Check,
     "declaration_sources": light_records.DeclarationSource,
 }
 """Hooks that yield records, by the plural that names their pool."""

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from benchbot.core.errors import BenchbotError
+    from benchbot.core.findings import Finding
     from benchbot.core.recording import Recording
     from benchbot.core.records import Evaluator, Workers, WorkOrder
 
@@ -97,6 +98,17 @@ class Routes(NamedTuple):
 
     name: str
     target: str
+
+
+class Check(NamedTuple):
+    """A check before the first episode of a run, a submission or a batch.
+
+    `find` takes the catalog and a `benchbot.cli.kit.preflight.Intent`, and yields a finding for each thing that it has
+    looked at. A broken one (subject: what is wrong, detail: why) keeps the command from starting.
+    """
+
+    name: str
+    find: Callable[[Any, Any], "Iterable[Finding]"]
 
 
 class DeclarationFolder(Protocol):

@@ -26,6 +26,15 @@ class ImpossibleError(BenchbotError):
         self.reasons = tuple(reasons)
 
 
+def all_of(what: str, errors: Sequence[BenchbotError]) -> BenchbotError:
+    """Return the one error, or an ImpossibleError that numbers all reasons why `what` ("This run") is not possible."""
+    if len(errors) == 1:
+        return errors[0]
+    reasons = "\n".join(f"{number}. {error.title} {error.why}" for number, error in enumerate(errors, 1))
+    fixes = "\n".join(f"{number}. {error.fix}" for number, error in enumerate(errors, 1))
+    return ImpossibleError(f"{what} is not possible, for {len(errors)} reasons.", reasons, fixes, errors)
+
+
 @dataclass(frozen=True)
 class Selection:
     """A possible run: a task on a robot in one scene or more, and the seed of everything stochastic.
@@ -114,12 +123,8 @@ def select(catalog: Catalog, request: RunRequest) -> Selection:
         else:
             scenes = scenes if chosen is None else [chosen.placed(scene) for scene in scenes]
 
-    if len(errors) == 1:
-        raise errors[0]
     if errors or task_found is None or robot_found is None:
-        reasons = "\n".join(f"{number}. {error.title} {error.why}" for number, error in enumerate(errors, 1))
-        fixes = "\n".join(f"{number}. {error.fix}" for number, error in enumerate(errors, 1))
-        raise ImpossibleError(f"This run is not possible, for {len(errors)} reasons.", reasons, fixes, errors)
+        raise all_of("This run", errors)
     limits = _limits(task_found, request.limits)
     return Selection(task_found, robot_found, tuple(scenes), results_format, request.seed, limits, chosen, settings)
 

@@ -249,9 +249,14 @@ def test_a_full_disk_behind_the_supervisor_is_the_infrastructures_fault(cli: Com
 
 
 def test_a_result_that_cannot_be_kept_where_it_was_asked_for_is_safe_elsewhere(cli: CommandLine) -> None:
-    done = cli("submit", "--example", "hello_passive", *SELECTION, "-r", "/proc/nowhere/result.json")
+    solution = cli.script("solution.py", "open('taken', 'w').close()\n" + PASSIVE)
 
+    never = cli("submit", "--native", solution, *SELECTION, "-r", "/proc/nowhere/result.json")
+    done = cli("submit", "--native", solution, *SELECTION, "-r", "taken/result.json")
+
+    assert never.returncode == 2
+    assert "Nothing can be written into /proc/nowhere." in never.stderr
     assert done.returncode == 3
-    assert "Error: Cannot write /proc/nowhere/result.json." in done.stderr
+    assert "Error: Cannot write taken/result.json." in done.stderr
     safe = done.stderr.strip().rpartition("The result itself is safe: ")[2]
     assert read(Path(safe))["results"]["objects"] == []

@@ -78,6 +78,7 @@ def run(
 
     The same command again goes on where it was ended. Ctrl-C ends it in order; what is finished stays.
     """
+    from benchbot.cli.kit.preflight import Preflight
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
     from benchbot.plugins.batch import matrix
@@ -99,23 +100,31 @@ def run(
             )
         given["environments"] = catalog.get("batches", envs_batch).data["environments"]
     wanted = requests.merged({} if file is None else requests.read_file(file), given)
-    request = replace(requests.request_of(wanted), hold=solution_options.hold_of(catalog, wanted))
+    request = requests.request_of(wanted)
     if requirements and request.method is None:
         raise BenchbotError(
             "There will be no score.",
             "--require is about scores, and no method was named.",
             "Name one: --evaluate-with omq",
         )
-    plan = matrix.make(request, catalog, Path.cwd())
+    flight = Preflight("This batch")
+    plan = flight.take(
+        matrix.make, replace(request, hold=solution_options.hold_of(catalog, wanted)), catalog, Path.cwd()
+    )
+    if plan is None:
+        flight.take(matrix.selections, request, catalog)
     # The same command finds its folder again.
-    folder = Folder((output or Path(f"{prefix or 'batch'}-{plan.hash[:KEY_DIGITS]}")).absolute())
+    place = Path() if plan is None else Path(f"{prefix or 'batch'}-{plan.hash[:KEY_DIGITS]}")
+    folder = Folder((output or place).absolute())
+    pool = replace(_worker_pool(wanted, 1 if plan is None else len(plan.episodes)), detached=detach)
+    flight.prove(catalog, solution_options.intent(request, plan, folder, pool, catalog), tell_all=dry_run)
     sources = matrix.files_of(plan, catalog)
     if dry_run or sources.unread:
         console.note(sources.text)
     if dry_run:
         _show_plan(preview(folder, plan), folder, as_json=as_json)
         return
-    pool = replace(_worker_pool(wanted, len(plan.episodes)), detached=detach, archive=bool(wanted.get("zip")))
+    pool = replace(pool, archive=bool(wanted.get("zip")))
     if pool.executor == "local":
         solution_options.check_here(plan, catalog, pool.resources.gpus)
     found = prepare(folder, plan, update=update)

@@ -12,7 +12,7 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.provenance import software
 from benchbot.core.request import RunRequest, canonical, digest
-from benchbot.core.selection import ImpossibleError, Selection, select
+from benchbot.core.selection import ImpossibleError, Selection, all_of, select
 from benchbot.plugins.batch import solutions
 from benchbot.plugins.batch.plan import Plan, PlannedEpisode, PlannedSolution, plan_hash
 from benchbot.plugins.batch.request import BatchRequest
@@ -32,12 +32,12 @@ def make(request: BatchRequest, catalog: Catalog, folder: Path) -> Plan:
     for name in request.record:
         catalog.plugins.record("recorders", name)
     solution = replace(solution, files=solutions.files(command, ran_in, request.hold, catalog).hashes)
-    selections = _selections(request, catalog)
+    possible = selections(request, catalog)
     shared = {
         "timeout_s": request.timeout_s,
         "solution": {"command": command, "files": dict(solution.files), **request.hold.determines()},
     }
-    episodes = tuple(_episodes(request, selections, shared))
+    episodes = tuple(_episodes(request, possible, shared))
     return Plan(
         hash=plan_hash(episodes),
         task=request.task,
@@ -73,7 +73,8 @@ Combination = tuple[str, str, dict[str, Any], int | None]
 """Robot, environment, settings and episode: selections differ in these, beside their seeds."""
 
 
-def _selections(request: BatchRequest, catalog: Catalog) -> list[tuple[Combination, Selection]]:
+def selections(request: BatchRequest, catalog: Catalog) -> list[tuple[Combination, Selection]]:
+    """Return what each combination selects; raises BenchbotError that names all reasons why some are impossible."""
     found: list[tuple[Combination, Selection]] = []
     errors: dict[tuple[str, str], BenchbotError] = {}
     for combination in _combinations(request):
@@ -104,14 +105,8 @@ def _selections(request: BatchRequest, catalog: Catalog) -> list[tuple[Combinati
                     "Run its episodes one by one: benchbot submit",
                 )
                 errors.setdefault((robot, ""), real)
-    if len(errors) == 1:
-        raise next(iter(errors.values()))
     if errors:
-        raise BenchbotError(
-            f"This batch is not possible, for {len(errors)} reasons.",
-            "\n".join(f"{number}. {error.title} {error.why}" for number, error in enumerate(errors.values(), 1)),
-            "\n".join(f"{number}. {error.fix}" for number, error in enumerate(errors.values(), 1)),
-        )
+        raise all_of("This batch", list(errors.values()))
     return found
 
 

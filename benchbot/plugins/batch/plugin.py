@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from benchbot.plugin import Command, hookimpl
+from benchbot.plugin import Check, Command, hookimpl, target
 
 
 @hookimpl
@@ -14,3 +14,9 @@ def benchbot_commands() -> Iterator[Command]:
         "Compute many episodes: robots, environments, seeds, settings; resumable.",
         takes_sources=True,
     )
+
+
+@hookimpl
+def benchbot_checks() -> Iterator[Check]:
+    """Yield whether there is the executor."""
+    yield Check("executor", target("benchbot.plugins.batch.worker_pool:check"))

@@ -13,11 +13,16 @@ from benchbot.cli.kit.holding import (
     held,
     process_limits,
 )
+from benchbot.cli.kit.preflight import Intent, Submission, scenes_of
 from benchbot.core.errors import BenchbotError
+from benchbot.core.records import WorkOrder
 
 if TYPE_CHECKING:
     from benchbot.core.declarations.catalog import Catalog
+    from benchbot.plugins.batch.folder import Folder
     from benchbot.plugins.batch.plan import Hold, Plan
+    from benchbot.plugins.batch.request import BatchRequest
+    from benchbot.plugins.batch.worker_pool import WorkerPool
 
 
 def hold_of(catalog: "Catalog", wanted: Mapping[str, Any]) -> "Hold":
@@ -69,3 +74,25 @@ def check_here(plan: "Plan", catalog: "Catalog", gpus: int) -> None:
     if mode != NATIVE:
         with held(catalog, solutions.unheld(plan, catalog), mode, options):
             pass
+
+
+def intent(
+    request: "BatchRequest", plan: "Plan | None", folder: "Folder", pool: "WorkerPool", catalog: "Catalog"
+) -> Intent:
+    """Return what a batch is about to start, for its preflight; without a plan, as far as the request says."""
+    from benchbot.plugins.batch import solutions
+
+    submissions = []
+    if plan is not None:
+        mode, options = plan.solution.hold.in_mode(pool.resources.gpus)
+        submissions = [Submission(solutions.unheld(plan, catalog), mode, options)]
+    return Intent(
+        scenes=scenes_of(catalog, request.environments),
+        submissions=submissions,
+        method=request.method,
+        record=dict.fromkeys(request.record, folder.episodes),
+        folders=[folder.path],
+        free_bytes=request.policy.minimum_free_bytes,
+        executor=pool.executor,
+        order=WorkOrder(folder.path, (), pool.jobs, pool.resources, dict(pool.options)),
+    )

@@ -2,12 +2,15 @@
 
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Self
 
+from benchbot.cli.kit.preflight import Intent
 from benchbot.core import plugin_manager, results
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
+from benchbot.core.findings import Finding, Level
 from benchbot.core.light_records import Executor
 from benchbot.core.records import Resources, Workers, WorkOrder
 from benchbot.plugins.batch.folder import Folder
@@ -77,6 +80,13 @@ class RunningWorkers:
         """End all workers."""
         for workers in self._workers:
             workers.stop()
+
+
+def check(catalog: Catalog, intent: Intent) -> Iterator[Finding]:
+    """Yield which executor runs the workers; raises BenchbotError when it is not installed."""
+    if intent.executor is not None and intent.order is not None:
+        catalog.plugins.record("executors", intent.executor)
+        yield Finding(Level.OK, "workers", f"{intent.order.count}, by the executor {intent.executor}")
 
 
 def count_alive(folder: Folder) -> int:

@@ -12,6 +12,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from benchbot.cli.kit.holding import CONTAINER
+from benchbot.cli.kit.preflight import Intent
+from benchbot.plugin import Catalog, Finding, Level
 from benchbot.plugins.containers import outbox, settings
 from benchbot.plugins.containers.container import Container
 from benchbot.plugins.containers.context import Context, find
@@ -56,6 +59,17 @@ def files(options: Mapping[str, Any]) -> Mapping[str, str] | None:
     """Return the hash of all that the image is built from."""
     # The digests of bases differ from machine to machine; their names are in the Dockerfile.
     return {IMAGE: _context(options).digest(lambda _name: None)}
+
+
+def check(_catalog: Catalog, intent: Intent) -> Iterator[Finding]:
+    """Yield how solutions are held in containers; raises BenchbotError without an engine that can hold them."""
+    wanted = [each.options for each in intent.submissions if each.mode == CONTAINER]
+    if not wanted:
+        return
+    with reached() as engine:
+        for options in wanted:
+            settings.check_limits(engine, weak_limits=options.get("weak_limits", False))
+            yield Finding(Level.OK, "held", f"in a container ({engine.name}) of {options['context']}")
 
 
 def _context(options: Mapping[str, Any]) -> Context:

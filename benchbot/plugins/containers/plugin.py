@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from benchbot.plugin import SubmissionMode, hookimpl
+from benchbot.plugin import Check, SubmissionMode, hookimpl, target
 
 
 @hookimpl
@@ -13,3 +13,9 @@ def benchbot_submission_modes() -> Iterator[SubmissionMode]:
         "benchbot.plugins.containers.mode",
         "In a container of podman or docker, built from its Dockerfile.",
     )
+
+
+@hookimpl
+def benchbot_checks() -> Iterator[Check]:
+    """Yield whether there is an engine for containers."""
+    yield Check("container", target("benchbot.plugins.containers.mode:check"))

@@ -14,8 +14,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from benchbot.cli.kit.holding import SANDBOX
+from benchbot.cli.kit.preflight import Intent
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.findings import Finding, Level
 from benchbot.core.plugin_manager import load
 from benchbot.plugins.sandbox import bubblewrap, landlock
 from benchbot.plugins.sandbox.control_group import ControlGroup, control_group
@@ -62,6 +65,14 @@ def prepared(spec: SolutionSpec, options: Mapping[str, Any], tell: Callable[[str
 def files(options: Mapping[str, Any]) -> Mapping[str, str] | None:
     """Return None: the command of a solution names its files."""
     return None
+
+
+def check(_catalog: Catalog, intent: Intent) -> Iterator[Finding]:
+    """Yield how solutions that are to be sandboxed are held; raises BenchbotError when there can be no sandbox here."""
+    for options in [each.options for each in intent.submissions if each.mode == SANDBOX][:1]:
+        sandbox = Sandbox(tuple(map(Path, options["readable"])))
+        sandbox.check()
+        yield Finding(Level.OK, "held", sandbox.describe())
 
 
 @dataclass(frozen=True)

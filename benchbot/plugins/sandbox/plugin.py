@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from benchbot.plugin import SubmissionMode, hookimpl
+from benchbot.plugin import Check, SubmissionMode, hookimpl, target
 
 
 @hookimpl
@@ -13,3 +13,9 @@ def benchbot_submission_modes() -> Iterator[SubmissionMode]:
         "benchbot.plugins.sandbox.mode",
         "Held by the kernel: little to see, one way out, limits on everything.",
     )
+
+
+@hookimpl
+def benchbot_checks() -> Iterator[Check]:
+    """Yield whether this machine can make a sandbox."""
+    yield Check("sandbox", target("benchbot.plugins.sandbox.mode:check"))

@@ -55,3 +55,15 @@ def test_a_batch_that_is_cancelled_leaves_nothing_on_the_cluster(ray_cluster: Cl
     assert not batches.working(folder)
     for machine in (ray_cluster.head, *ray_cluster.nodes):
         assert "benchbot.plugins.batch.worker" not in machine.run("ps", "axo", "cmd")
+
+
+def test_a_dry_run_asks_the_cluster_and_begins_nothing(ray_cluster: Cluster, tmp_path: Path) -> None:
+    command = batches.command(tmp_path / "batch", "--executor", "ray", "--dry-run")
+    fits = ray_cluster.run(*command, **batches.environment())
+    never = ray_cluster.run(*command, "--gpus", "64", **batches.environment())
+
+    assert fits.returncode == 0, fits.stderr
+    assert "Ray: the cluster at" in fits.stderr
+    assert never.returncode == 2
+    assert "No node of the Ray cluster can run a worker." in never.stderr
+    assert not (tmp_path / "batch").exists()

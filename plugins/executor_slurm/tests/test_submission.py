@@ -7,13 +7,16 @@ from pathlib import Path
 
 import pytest
 
+from benchbot.cli.kit.preflight import Intent
 from benchbot.core.errors import BenchbotError
 from benchbot.core.findings import Level
 from benchbot.core.records import Resources, WorkOrder
+from benchbot.plugin import Catalog, load_plugins
 from benchbot.testing import check_executor
 from benchbot_executor_slurm.array_job import ArrayJob
+from benchbot_executor_slurm.commands import ask
 from benchbot_executor_slurm.plugin import benchbot_executors
-from benchbot_executor_slurm.submission import launch
+from benchbot_executor_slurm.submission import check, launch
 from plugins.executor_slurm.tests.cluster import Cluster
 from tests.machines import PATIENCE_S
 from tests.supervisor.harness import eventually
@@ -60,6 +63,20 @@ def test_every_worker_has_a_name_and_a_log_of_its_own(folder: Path) -> None:
     assert sorted(rest for _, *rest in names) == [[job.job, str(task), "0"] for task in range(3)]
     assert {node for node, *_ in names} <= {"node1", "node2"}
     assert all(text == f"['--name', '{name}'] {Path.cwd()} None\n" for name, text in logs(folder).items())
+
+
+@pytest.mark.usefixtures("slurm")
+def test_before_anything_is_submitted_slurm_says_whether_it_would_run_the_workers(folder: Path) -> None:
+    fits, never = order(folder, "pass", count=2), order(folder, "pass", options={"partition": "nowhere"})
+
+    (finding,) = check(Catalog(load_plugins()), Intent(executor="slurm", order=fits))
+    with pytest.raises(BenchbotError, match="Slurm does not take the batch") as refused:
+        list(check(Catalog(load_plugins()), Intent(executor="slurm", order=never)))
+
+    assert (finding.level, finding.subject) == (Level.OK, "Slurm")
+    assert "--executor-option partition=NAME" in refused.value.fix
+    assert ask("squeue", "--noheader", "--name", f"benchbot-{folder.name}").said == ""
+    assert not list(folder.iterdir())
 
 
 @pytest.mark.usefixtures("slurm")

@@ -13,7 +13,7 @@ from typing import Any
 
 from benchbot.plugin import BenchbotError, Resources, WorkOrder
 from benchbot_executor_ray.actors import Actors
-from benchbot_executor_ray.launching import launch
+from benchbot_executor_ray.launching import check, launch
 
 
 def main() -> None:
@@ -33,18 +33,12 @@ def main() -> None:
 
 
 def _answer(request: dict[str, Any], known: dict[str, Actors]) -> Any:
-    if request["do"] == "launch":
-        order = request["order"]
-        workers = launch(
-            WorkOrder(
-                Path(order["folder"]),
-                tuple(order["command"]),
-                order["count"],
-                Resources(**order["resources"]),
-                order["options"],
-            ),
-            request["environment"],
-        )
+    if "order" in request:
+        plain = {**request["order"], "folder": Path(request["order"]["folder"])}
+        order = WorkOrder(**{**plain, "command": tuple(plain["command"]), "resources": Resources(**plain["resources"])})
+        if request["do"] == "check":
+            return check(order)[1]
+        workers = launch(order, request["environment"])
         known[workers.reference] = workers
         return workers.reference
     reference = request["reference"]

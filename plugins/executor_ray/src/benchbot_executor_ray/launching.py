@@ -19,15 +19,21 @@ CALLS_AT_ONCE = 4
 """`run` waits all the time; `problem` and `stop` are asked meanwhile."""
 
 
+def check(order: WorkOrder) -> tuple[dict[str, float], str]:
+    """Return what a worker needs, by Ray's names, and the cluster's address; raises BenchbotError as `launch` does."""
+    options.check(order)
+    asked = options.resources(order)
+    address = cluster.connect(options.address(order))
+    cluster.check_offered(asked)
+    return asked, address
+
+
 def launch(order: WorkOrder, environment: Mapping[str, str]) -> Actors:
     """Create the actors, whose workers have the driver's `environment`.
 
     Raises BenchbotError when there is no cluster, or none of its nodes could ever run them.
     """
-    options.check(order)
-    asked = options.resources(order)
-    address = cluster.connect(options.address(order))
-    cluster.check_offered(asked)
+    asked, address = check(order)
     order = replace(order, folder=order.folder.resolve())
     batch = hashlib.sha256(str(order.folder).encode()).hexdigest()[:8]
     namespace = f"benchbot-{batch}-{uuid.uuid4().hex[:8]}"

@@ -5,11 +5,13 @@ import json
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from benchbot.plugin import BenchbotError, ExitCode, WorkOrder
+from benchbot.cli.kit.preflight import Intent
+from benchbot.plugin import BenchbotError, Catalog, ExitCode, Finding, Level, WorkOrder
 from benchbot.process import last_words
 from benchbot_executor_ray import options
 
@@ -37,14 +39,23 @@ class RayWorkers:
 
 def launch(order: WorkOrder) -> RayWorkers:
     """Create the actors; raises BenchbotError when there is no cluster, or none of its nodes could ever run them."""
-    plain = {
+    return RayWorkers(_helper().ask(do="launch", order=_plain(order), environment=options.environment(order)))
+
+
+def check(_catalog: Catalog, intent: Intent) -> Iterator[Finding]:
+    """Yield where the cluster is that is to run workers; raises BenchbotError as `launch` does."""
+    if intent.executor == "ray" and intent.order is not None:
+        yield Finding(Level.OK, "Ray", f"the cluster at {_helper().ask(do='check', order=_plain(intent.order))}")
+
+
+def _plain(order: WorkOrder) -> dict[str, Any]:
+    return {
         "folder": str(order.folder.absolute()),
         "command": order.command,
         "count": order.count,
         "resources": asdict(order.resources),
         "options": dict(order.options),
     }
-    return RayWorkers(_helper().ask(do="launch", order=plain, environment=options.environment(order)))
 
 
 class LostError(Exception):

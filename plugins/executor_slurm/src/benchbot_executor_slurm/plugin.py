@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from benchbot.plugin import Executor, hookimpl, target
+from benchbot.plugin import Check, Executor, hookimpl, target
 
 PLUGIN_API = 1
 """The major version of benchbot.plugin that this was made for."""
@@ -17,3 +17,9 @@ def benchbot_executors() -> Iterable[Executor]:
         attach=target("benchbot_executor_slurm.array_job:ArrayJob.attach"),
         description="An array job of a Slurm cluster; the folder must be on its shared disk.",
     )
+
+
+@hookimpl
+def benchbot_checks() -> Iterable[Check]:
+    """Yield whether there is a cluster that could run the workers."""
+    yield Check("slurm", target("benchbot_executor_slurm.submission:check"))

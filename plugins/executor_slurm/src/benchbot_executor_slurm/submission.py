@@ -2,9 +2,11 @@
 
 import shlex
 import uuid
+from collections.abc import Iterator
 from pathlib import Path
 
-from benchbot.plugin import BenchbotError, WorkOrder, did_you_mean
+from benchbot.cli.kit.preflight import Intent
+from benchbot.plugin import BenchbotError, Catalog, Finding, Level, WorkOrder, did_you_mean
 from benchbot_executor_slurm import nodes, options, script
 from benchbot_executor_slurm.array_job import ArrayJob
 from benchbot_executor_slurm.commands import Answer, ask, check_here
@@ -18,12 +20,37 @@ def launch(order: WorkOrder) -> ArrayJob:
     workers.mkdir(parents=True, exist_ok=True)
     path = workers / f"slurm-{uuid.uuid4().hex[:8]}.sh"
     path.write_text(script.text(order, _setup(order)), "utf-8")
-    command = [
+    command = [*_command(order), f"--output={_literally(workers)}/slurm-%A-%a.log", str(path)]
+    answer = ask(*command)
+    if answer.code != 0:
+        path.unlink()
+        raise _rejected(answer, order, command)
+    # With several clusters sbatch says `JOB;CLUSTER`.
+    return ArrayJob(answer.said.split(";")[0], order.count)
+
+
+def check(_catalog: Catalog, intent: Intent) -> Iterator[Finding]:
+    """Yield when Slurm would run the workers; raises BenchbotError as `launch` does, and submits nothing."""
+    order = intent.order
+    if intent.executor != "slurm" or order is None:
+        return
+    check_here()
+    options.check(order)
+    _setup(order)
+    command = [*_command(order), "--test-only", "--output=/dev/null", "--wrap=true"]
+    answer = ask(*command)
+    if answer.code != 0:
+        raise _rejected(answer, order, command)
+    yield Finding(Level.OK, "Slurm", answer.complaint.removeprefix("sbatch: ") or "takes the workers")
+
+
+def _command(order: WorkOrder) -> list[str]:
+    """Return the words of `sbatch`, without its script."""
+    return [
         "sbatch",
         "--parsable",
         f"--array=0-{order.count - 1}",
         f"--job-name=benchbot-{order.folder.name}",
-        f"--output={_literally(workers)}/slurm-%A-%a.log",
         "--open-mode=append",
         "--requeue",
         f"--signal=B:TERM@{options.WARNING_S}",
@@ -31,14 +58,7 @@ def launch(order: WorkOrder) -> ArrayJob:
         "--nodes=1",
         "--ntasks=1",
         *options.flags(order),
-        str(path),
     ]
-    answer = ask(*command)
-    if answer.code != 0:
-        path.unlink()
-        raise _rejected(answer, order, command)
-    # With several clusters sbatch says `JOB;CLUSTER`.
-    return ArrayJob(answer.said.split(";")[0], order.count)
 
 
 def _setup(order: WorkOrder) -> Path | None:
@@ -61,7 +81,10 @@ def _literally(path: Path) -> str:
 
 
 def _rejected(answer: Answer, order: WorkOrder, command: list[str]) -> BenchbotError:
-    said = " ".join(line.removeprefix("sbatch: error: ") for line in answer.complaint.splitlines())
+    said = " ".join(
+        line.removeprefix("sbatch: error: ").removeprefix("allocation failure: ")
+        for line in answer.complaint.splitlines()
+    )
     return BenchbotError("Slurm does not take the batch.", said or "It does not say why.", _fix(said, order, command))
 
 

@@ -1,0 +1,53 @@
+"""The files that declarations name: the scene of each environment, and its ground truth where results are scored."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from benchbot.cli.kit.preflight import Intent
+from benchbot.plugin import BenchbotError, Catalog, Declaration, Finding, GroundTruths, Level
+
+FILES = ("map_path", "occupancy_map")
+"""The keys of an environment that name a file."""
+
+
+def scenes(_catalog: Catalog, intent: Intent) -> Iterator[Finding]:
+    """Yield what is found of each scene's files."""
+    for scene in intent.scenes:
+        missing = [(key, path) for key, path in _files(scene) if not path.is_file()]
+        for key, path in missing:
+            yield Finding(
+                Level.BROKEN,
+                f"A file of the environment '{scene.name}' is not there.",
+                f"Its {key} is {scene.data[key]}: there is no {path}.",
+                f"Correct {key} in {scene.path}, or choose another environment: benchbot list environments",
+            )
+        if not missing:
+            yield Finding(Level.OK, "scene", scene.name)
+
+
+def ground_truths(catalog: Catalog, intent: Intent) -> Iterator[Finding]:
+    """Yield whether there is what the method scores results of each scene against."""
+    methods = catalog.plugins.pool("evaluators")
+    if intent.method not in methods:
+        return
+    formats = methods[intent.method].value.ground_truth_formats
+    if not formats:
+        yield Finding(Level.OK, "ground truth", f"the method {intent.method} needs none")
+        return
+    truths = GroundTruths.of(catalog, None)
+    for scene in intent.scenes:
+        try:
+            truths.find(scene.name, formats)
+        except BenchbotError as error:
+            fix = "Install the plug-in that provides it, choose another method, or leave --evaluate-with out."
+            yield Finding(Level.BROKEN, error.title, f"The method '{intent.method}' needs it. {error.why}", fix)
+        else:
+            yield Finding(Level.OK, "ground truth", f"{scene.name}, for {intent.method}")
+
+
+def _files(scene: Declaration) -> Iterator[tuple[str, Path]]:
+    """Yield the keys and paths of a scene's files; simulators may name some in a store of their own, with a scheme."""
+    for key in FILES:
+        name = scene.data.get(key)
+        if name is not None and "://" not in name:
+            yield key, (scene.path.parent / name).resolve()
