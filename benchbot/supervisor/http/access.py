@@ -2,8 +2,10 @@
 
 import hmac
 import ipaddress
-from collections.abc import Awaitable, Callable
+import socket
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from urllib.parse import urlsplit
 
 from starlette.requests import Request
@@ -73,27 +75,61 @@ class Access:
 
 
 def check_local_name(request: Request) -> None:
-    """Raise RefusedError (403) for a request that a web page may have sent through the user's browser.
+    """Raise RefusedError (403) for a request that is not addressed to this machine by a name that only it has."""
+    name = _host_name(request.headers.get("host", ""))
+    address = _address(name)
+    if ("." in name or ":" in name) and not (address and address.is_loopback):
+        raise RefusedError(
+            403,
+            "The supervisor does not answer to that name.",
+            "This run takes requests without a token, and so only those that are addressed to this machine.",
+            "Use http://127.0.0.1 or http://localhost, with the run's port.",
+        )
 
-    Without a token, a page could make its own domain name mean this machine (DNS rebinding) and then read and command
-    the robot. Such a name has a dot in it, unlike `localhost` and v2's `benchbot_supervisor`.
+
+def check_head(headers: Mapping[str, str]) -> None:
+    """Raise RefusedError (400, 403) for a request that something between the client and here may read in another way.
+
+    Its length must be clear (RFC 9112, 6.1), and it must be addressed to this machine: a web page could make its own
+    domain name mean it (DNS rebinding), and then talk to it through the user's browser. Such a name has a dot in it,
+    unlike `localhost` and v2's `benchbot_supervisor`, and is neither an address nor this machine's own name.
     """
+    if "content-length" in headers and "transfer-encoding" in headers:
+        raise RefusedError(
+            400,
+            "It is not clear where the request ends.",
+            "It has both Content-Length and Transfer-Encoding.",
+            "Send one of them.",
+        )
+    name = _host_name(headers.get("host", ""))
+    if "." in name and _address(name) is None and name not in _own_names():
+        raise RefusedError(
+            403,
+            "The supervisor does not answer to that name.",
+            f"'{name}' is no address, and not what this machine calls itself.",
+            "Use the machine's IP address, with the run's port.",
+        )
+
+
+def _host_name(host: str) -> str:
+    """Return the name in a Host header, in lower case and without a port; "?." when there is none to read."""
     try:
-        name = urlsplit(f"//{request.headers.get('host', '')}").hostname or ""
+        return urlsplit(f"//{host}").hostname or ""
     except ValueError:
-        name = "?."
-    if "." in name or ":" in name:
-        try:
-            local = ipaddress.ip_address(name).is_loopback
-        except ValueError:
-            local = False
-        if not local:
-            raise RefusedError(
-                403,
-                "The supervisor does not answer to that name.",
-                "This run takes requests without a token, and so only those that are addressed to this machine.",
-                "Use http://127.0.0.1 or http://localhost, with the run's port.",
-            )
+        return "?."
+
+
+def _address(name: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    try:
+        return ipaddress.ip_address(name)
+    except ValueError:
+        return None
+
+
+@cache
+def _own_names() -> frozenset[str]:
+    name = socket.gethostname().lower()
+    return frozenset({name, f"{name}.local", socket.getfqdn().lower()})
 
 
 def _checked(endpoint: Endpoint, check: Callable[[Request], None]) -> Endpoint:
@@ -105,6 +141,6 @@ def _checked(endpoint: Endpoint, check: Callable[[Request], None]) -> Endpoint:
 
 
 def _has_token(request: Request, token: str) -> bool:
-    given = request.headers.get("authorization", "")
+    scheme, _, given = request.headers.get("authorization", "").partition(" ")
     # Compared as bytes: compare_digest takes no text beyond ASCII.
-    return hmac.compare_digest(given.encode("utf-8", "replace"), f"Bearer {token}".encode())
+    return scheme.lower() == "bearer" and hmac.compare_digest(given.strip().encode("utf-8", "replace"), token.encode())

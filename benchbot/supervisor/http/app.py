@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 import msgspec
 from starlette.applications import Starlette
+from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
 from starlette.requests import ClientDisconnect, Request
@@ -24,7 +25,7 @@ from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.supervisor import RefusedError
 from benchbot.supervisor.events import stream
 from benchbot.supervisor.http import bodies
-from benchbot.supervisor.http.access import Access, Endpoint
+from benchbot.supervisor.http.access import Access, Endpoint, check_head
 from benchbot.supervisor.http.server import in_thread, while_connected
 from benchbot.supervisor.platform import borrowed
 from benchbot.supervisor.recording.host import Recordings
@@ -191,7 +192,7 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
             Route("/api/v1/watch/record", access.host(record), methods=["POST"]),
             *_routes_of_plugins(run, access),
         ],
-        middleware=[Middleware(_following_up, run=run), Middleware(_merging_slashes)],
+        middleware=[Middleware(_unambiguous), Middleware(_following_up, run=run), Middleware(_merging_slashes)],
         exception_handlers={
             BenchbotError: _benchbot_error,
             HTTPException: _http_error,
@@ -206,11 +207,27 @@ def _routes_of_plugins(run: Run, access: Access) -> Iterator[BaseRoute]:
         yield from pkgutil.resolve_name(provided.value.target)(run, access)
 
 
+def _unambiguous(app: ASGIApp) -> ASGIApp:
+    """Return an application that refuses what a proxy, or a browser, may have been made to take for something else."""
+
+    async def answer(scope: Scope, receive: Receive, send: Send) -> None:
+        try:
+            check_head(Headers(scope=scope))
+        except RefusedError as error:
+            response = bodies.respond_error(error)
+            response.headers["Connection"] = "close"
+            await response(scope, receive, send)
+        else:
+            await app(scope, receive, send)
+
+    return answer
+
+
 def _merging_slashes(app: ASGIApp) -> ASGIApp:
     """Return an application that takes doubled slashes in a path for one, as v2's server did: its client sends them."""
 
     async def answer(scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] == "http" and "//" in scope["path"]:
+        if "//" in scope["path"]:
             scope = {**scope, "path": re.sub("//+", "/", scope["path"])}
         await app(scope, receive, send)
 

@@ -1,6 +1,9 @@
 """Bodies of requests and responses: MessagePack or JSON, as the headers ask, within a cap."""
 
-from typing import Any, TypeVar
+import asyncio
+import json
+from collections.abc import Sequence
+from typing import Any, NoReturn, TypeVar
 
 import msgspec
 from starlette.requests import Request
@@ -13,23 +16,35 @@ from benchbot.wire import encoding
 MSGPACK = "application/msgpack"
 JSON = "application/json"
 
+BODY_DEADLINE_S = 60.0
+
 T = TypeVar("T")
 
 
 async def read(request: Request, kind: type[T], max_bytes: int = encoding.MAX_BODY_BYTES) -> T:
     """Return a request's body as `kind`, an empty body as an empty mapping.
 
-    Raises RefusedError 413 for a body over the cap, 415 for another content type, 400 for a body that does not fit.
+    Raises RefusedError 408 for a body that does not come to its end, 413 for one over the cap, 415 for another content
+    type, 400 for one that does not fit.
     """
-    body = await _limited(request, max_bytes)
+    try:
+        async with asyncio.timeout(BODY_DEADLINE_S):
+            body = await _limited(request, max_bytes)
+    except TimeoutError as error:
+        raise RefusedError(
+            408,
+            "The request's body did not come.",
+            f"{BODY_DEADLINE_S:g} s after its head, it was not there.",
+            "Send it at once, or with the right Content-Length.",
+        ) from error
     if not body:
         value: Any = {}
     elif (media_type := content_type(request)) == MSGPACK:
         value = encoding.decode(body)
     elif media_type == JSON:
         try:
-            value = msgspec.json.decode(body)
-        except (msgspec.DecodeError, RecursionError) as error:
+            value = json.loads(body, object_pairs_hook=_unique, parse_constant=_not_finite)
+        except (ValueError, RecursionError) as error:
             raise RefusedError(
                 400, "The request's body is not JSON.", f"{error}.", "Mend it, or send another Content-Type."
             ) from error
@@ -71,7 +86,9 @@ def respond(request: Request, value: Any) -> Response:
 def respond_error(error: BenchbotError) -> Response:
     """Return the response that tells an error; always JSON, so that any tool can show it."""
     status = status_of(error)
-    headers = {"WWW-Authenticate": "Bearer"} if status == 401 else None
+    headers = {"WWW-Authenticate": "Bearer"} if status == 401 else {}
+    if status == 408:
+        headers["Connection"] = "close"
     return Response(msgspec.json.encode(error.as_dict()), status, headers, JSON)
 
 
@@ -97,6 +114,20 @@ def respond_mistake() -> Response:
     # A client that is told so does not send its next request into the void.
     response.headers["Connection"] = "close"
     return response
+
+
+def _unique(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object; raises ValueError for a key that is in it twice, of which another reader may take the other."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for key in keys if keys.count(key) > 1)
+        raise ValueError(f"the key {twice!r} is in an object twice")
+    return found
+
+
+def _not_finite(name: str) -> NoReturn:
+    raise ValueError(f"{name} is no number of JSON")
 
 
 def _not_json(request: Request) -> RefusedError:

@@ -18,6 +18,7 @@ from starlette.requests import Request
 from starlette.types import ASGIApp
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.supervisor.http.connections import BoundedProtocol
 from benchbot.supervisor.run import Caller, Run
 from benchbot.wire.run_state import is_listening
 
@@ -100,7 +101,7 @@ class Server:
             uvicorn.Config(
                 app,
                 loop="asyncio",
-                http="h11",
+                http=BoundedProtocol,
                 ws="none",
                 lifespan="off",
                 log_config=None,
