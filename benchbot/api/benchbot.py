@@ -13,7 +13,7 @@ from benchbot.api.agent import ActionResult, Agent
 from benchbot.api.client import Client
 from benchbot.core import atomic, resources
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.wire.run_state import Connection, find
+from benchbot.wire.joining import find
 
 Observations = dict[str, Any]
 
@@ -51,7 +51,7 @@ class BenchBot:
     def __init__(
         self, agent: Agent | None = None, supervisor_address: str | None = None, auto_start: bool = True
     ) -> None:
-        """Connect to the run of this process, or the newest of this user, or to `supervisor_address`."""
+        """Connect to the run of this process, or the only one of this user, or to `supervisor_address`."""
         self.agent: Agent | None = None
         self.set_agent(agent)
         self._address = supervisor_address
@@ -119,7 +119,7 @@ class BenchBot:
     def start(self) -> None:
         """Connect to the supervisor and begin a new episode in the start of the first scene."""
         with _announced("Waiting to establish connection to a running supervisor"):
-            client = Client(self._connection())
+            client = Client(find(self._address))
             self._session = client.session()
             self._client = client
             print("Connected!", flush=True)
@@ -246,12 +246,6 @@ class BenchBot:
         if self._client is None:
             self.start()
         return cast(Client, self._client)
-
-    def _connection(self) -> Connection:
-        if self._address is None:
-            return find()
-        token = os.environ.get("BENCHBOT_TOKEN")
-        return Connection(self._address, None, token or find().token)
 
     def _request(self, ask: Callable[[], dict[str, Any]]) -> None:
         """Send a request and keep the answer. After an error, the state is dirty: only a reset is sure to help."""

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from benchbot.api.transport import Transport
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.wire import arena, encoding
-from benchbot.wire.run_state import Connection, find
+from benchbot.wire.joining import find
+from benchbot.wire.run_state import Connection
 
 MSGPACK = "application/msgpack"
 

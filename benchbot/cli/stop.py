@@ -17,21 +17,48 @@ ANSWER_TIMEOUT_S = 2.0
 
 
 def stop(
-    every: Annotated[bool, typer.Option("--all", help="End every run of this user, not only the newest.")] = False,
+    every: Annotated[
+        bool,
+        typer.Option("--all", help="End every back end of this user, also those of batches, which then start others."),
+    ] = False,
+    run: Annotated[
+        str | None, typer.Option("--run", metavar="ID", help="End this one: a part of its name that no other has.")
+    ] = None,
 ) -> None:
-    """End the newest run, as Ctrl-C in its terminal would, in the middle of an action too: the emergency stop."""
+    """End the newest run or submission, as Ctrl-C in its terminal would, in the middle of an action too: the emergency
+    stop. What a batch has started goes on.
+    """
     from concurrent.futures import ThreadPoolExecutor
 
-    from benchbot.wire.run_state import find, live
+    from benchbot.wire import joining
+    from benchbot.wire.run_state import RUN, SUBMIT, live
 
-    runs = {state.connection: state for state in live()}
-    wanted = list(runs) if every and runs else [find()]
+    alive, there = live(), joining.given()
+    if every or run is not None:
+        ending = alive if run is None else [joining.named(run, alive)]
+    elif there is not None:
+        ending = [state for state in alive if state.connection == there]
+    else:
+        ending = [state for state in alive if state.owner in (RUN, SUBMIT)][:1]
+    if not ending and there is None and alive:
+        raise BenchbotError(
+            "No run of yours is there to stop.",
+            f"What is alive belongs to something else: {'; '.join(state.about for state in alive)}.",
+            f"End that (of a batch: benchbot batch cancel FOLDER), one of them (benchbot stop --run {alive[0].name}), "
+            "or all at once: benchbot stop --all",
+        )
+    wanted: list[tuple[Connection, RunState | None]] = [(state.connection, state) for state in ending]
+    if not wanted:
+        wanted = [(there or joining.chosen().connection, None)]
     # All at once: none waits for another one that hangs.
     with ThreadPoolExecutor(len(wanted)) as executor:
-        outcomes = list(executor.map(lambda connection: _end(connection, runs.get(connection)), wanted))
+        outcomes = list(executor.map(lambda each: _end(*each), wanted))
     for outcome in outcomes:
         if isinstance(outcome, str):
             console.note(outcome)
+    left = [state for state in alive if state not in ending]
+    for line in dict.fromkeys(state.about if state.owner in (RUN, SUBMIT) else state.owner for state in left):
+        console.note(f"It goes on: {line}")
     for outcome in outcomes:
         if isinstance(outcome, BenchbotError):
             raise outcome
@@ -43,6 +70,7 @@ def _end(connection: "Connection", state: "RunState | None") -> str | BenchbotEr
     from benchbot.wire.run_state import live
 
     where = connection.url or connection.socket
+    what = f"The back end at {where}" if state is None else f"The run {state.about},"
     # With the solution's token it would be the solution that stops.
     ours = connection if state is None else replace(connection, token=state.operator_token)
     client = Client(ours, ANSWER_TIMEOUT_S)
@@ -55,7 +83,7 @@ def _end(connection: "Connection", state: "RunState | None") -> str | BenchbotEr
             return error
         # The platform's process ends with the supervisor, however that one ends.
         os.kill(state.pid, signal.SIGKILL)
-        return f"The back end at {where} did not answer, and was killed."
+        return f"{what} did not answer, and was killed."
     finally:
         client.close()
-    return f"The back end at {where} is ending."
+    return f"{what} is ending."

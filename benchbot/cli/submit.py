@@ -78,6 +78,10 @@ def submit(
     timeout: Annotated[
         float | None, typer.Option(metavar="SECONDS", min=0, help="End a solution that runs longer than this.")
     ] = None,
+    joined: Annotated[
+        str | None,
+        typer.Option("--run", metavar="ID", help="Join this run of yours: a part of its name that no other has."),
+    ] = None,
     task: Annotated[
         str | None, typer.Option("--task", "-t", metavar="TASK", help="Start a back end for this submission: the task,")
     ] = None,
@@ -102,7 +106,7 @@ def submit(
     list_examples: Annotated[bool, listing("examples", "--list-examples")] = False,
     show_example: Annotated[str | None, showing("examples", "--show-example")] = None,
 ) -> None:
-    """Run a solution and keep its result: against the running back end, or with one of its own.
+    """Run a solution and keep its result: in the run of yours that is alive, or with a back end of its own.
 
     \b
     Two terminals:  benchbot run --task T --robot R --env E
@@ -161,20 +165,26 @@ def submit(
         spec = SolutionSpec(more_words, Path.cwd(), timeout_s=timeout)
     limits = Limits(max_steps, max_simulated_time, max_wall_time)
     names = _names(task, robot, environment)
+    if names is not None and joined is not None:
+        raise BenchbotError(
+            "--run and --task exclude each other.",
+            "The one joins a run that is alive, the others start a back end for this submission.",
+            "Leave one of them out.",
+        )
     recorded = options.recordings(record, results_location)
     changed = overrides.parse(settings or ())
     own = (seed is not None, episode_number is not None, recorded, changed, limits != Limits())
     if names is None and any(own):
         raise BenchbotError(
-            "The back end that is running has its own episode, settings, seed, limits and recordings.",
+            "The run that is joined has its own episode, settings, seed, limits and recordings.",
             "--episode, --set, --seed, --max-… and --record choose those of a back end that submit starts itself.",
             "Give them to benchbot run, or give --task, --robot and --env as well.",
         )
-    request, summary = None, ""
+    target: RunRequest | Connection
     if names is not None:
         folders = {name: str(folder.absolute()) for name, folder in recorded.items()}
-        request = RunRequest(*names, seed or 0, episode_number, changed, limits, evaluate_with, folders)
-        selection = flight.take(select, catalog, request)
+        target = RunRequest(*names, seed or 0, episode_number, changed, limits, evaluate_with, folders)
+        selection = flight.take(select, catalog, target)
         summary = "" if selection is None else run.summary(selection)
     intent = Intent(
         scenes=scenes_of(catalog, [environment] if environment is not None else ()),
@@ -185,18 +195,19 @@ def submit(
     )
     # Before anything is built or started.
     flight.prove(catalog, intent, tell_all=dry_run)
+    if names is None:
+        target, summary = _joined(joined, dry_run=dry_run)
     if dry_run:
-        console.note(summary or "It would run against the back end that is running.")
+        console.note(summary)
         return
     with ExitStack() as stack:
         stack.enter_context(console.interruptible("the solution and its back end have been ended."))
         spec = stack.enter_context(holding.held(catalog, replace(spec, limits=bounds), mode, resolved))
-        if request is not None:
-            console.note(summary)
-        connection, died = _back_end(stack, request, spec.mode)
-        if request is None and evaluate_with is not None:
-            joined = Client(connection).session()["selection"]["environment"]
-            flight.prove(catalog, Intent(scenes_of(catalog, [joined]), method=evaluate_with))
+        console.note(summary)
+        connection, died = _back_end(stack, target, spec.mode)
+        if names is None and evaluate_with is not None:
+            there = Client(connection).session()["selection"]["environment"]
+            flight.prove(catalog, Intent(scenes_of(catalog, [there]), method=evaluate_with))
         ended = episode.run(spec, connection, died, stack.enter_context(StatusLine(display)))
     kept = _kept(ended, results_location)
     options.tell_recordings(recorded)
@@ -298,19 +309,38 @@ def _names(task: str | None, robot: str | None, environment: str | None) -> tupl
     return None
 
 
+def _joined(name: str | None, *, dry_run: bool) -> tuple["Connection", str]:
+    """Return how to reach the run to join, and which that is; raises BenchbotError when it is taken, or not clear.
+
+    With `dry_run` it is not joined.
+    """
+    from benchbot.wire import joining
+    from benchbot.wire.run_state import RUN, live
+
+    there = joining.given() if name is None else None
+    addressed = [state for state in live() if state.owner == RUN and state.connection == there]
+    if there is not None and not addressed:
+        return there, f"Joins the run at {there.url or there.socket}, which the environment names."
+    state = addressed[0] if addressed else joining.chosen(name)
+    lease = joining.lease_of(Path(state.folder))
+    if lease is not None:
+        raise joining.taken(lease)
+    return state.connection if dry_run else joining.join(state), f"Joins {state.about}."
+
+
 def _back_end(
-    stack: ExitStack, request: "RunRequest | None", mode: "Mode"
+    stack: ExitStack, target: "RunRequest | Connection", mode: "Mode"
 ) -> tuple["Connection", Callable[[], BenchbotError | None]]:
-    """Return how to reach the back end (one of our own ends with `stack`), and what tells why it died."""
+    """Return how to reach the back end, started here (it ends with `stack`) or joined, and what tells why it died."""
     from benchbot.submission.modes import private_socket, unix_socket_of
     from benchbot.supervisor.backend import Backend
-    from benchbot.wire.run_state import find
+    from benchbot.wire.run_state import SUBMIT, Connection
 
-    if request is None:
-        connection = find()
+    if isinstance(target, Connection):
         if mode.needs_socket:
-            unix_socket_of(mode, connection)
-        return connection, lambda: None
+            unix_socket_of(mode, target)
+        return target, lambda: None
     socket = stack.enter_context(private_socket()) if mode.needs_socket else None
-    backend = stack.enter_context(Backend.start(request, port=0 if socket is None else None, unix_socket=socket))
+    port = 0 if socket is None else None
+    backend = stack.enter_context(Backend.start(target, owner=SUBMIT, port=port, unix_socket=socket))
     return backend.state.connection, backend.died

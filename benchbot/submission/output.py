@@ -29,7 +29,9 @@ class OutputLog:
     """A file in the run's folder that keeps a solution's output up to a size; without a local folder, nothing."""
 
     def __init__(self, connection: Connection) -> None:
-        folders = [Path(state.folder) for state in run_state.live() if state.connection.token == connection.token]
+        address = connection.url, connection.socket
+        alive = [(state.connection, state.folder) for state in run_state.live()]
+        folders = [Path(folder) for there, folder in alive if (there.url, there.socket) == address]
         self._left_bytes = LOG_MAX_BYTES
         self._file: IO[bytes] | None = None
         if folders:

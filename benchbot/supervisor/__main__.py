@@ -37,6 +37,7 @@ def main() -> int:
         threading.Thread(target=parent.listen, args=(catalog,), daemon=True).start()
         serve(
             selection,
+            owner=request.owner,
             port=request.port,
             unix_socket=None if request.unix_socket is None else Path(request.unix_socket),
             options=request.options,

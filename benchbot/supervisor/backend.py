@@ -22,12 +22,14 @@ from benchbot.wire.run_state import RunState
 
 STOP_TIMEOUT_S = 15.0
 BEGIN_TIMEOUT_S = 120.0
+PROGRAM = "a program"
 
 
 class BackendRequest(msgspec.Struct, frozen=True):
-    """The first run of a back end, where it listens, and how its platform is started."""
+    """The first run of a back end, what has started it, where it listens, and how its platform is started."""
 
     run: RunRequest
+    owner: str
     port: int | None
     unix_socket: str | None
     options: dict[str, Any]
@@ -66,6 +68,7 @@ class Backend:
         cls,
         run: RunRequest,
         *,
+        owner: str = PROGRAM,
         port: int | None = 0,
         unix_socket: Path | None = None,
         options: Mapping[str, Any] | None = None,
@@ -74,11 +77,13 @@ class Backend:
     ) -> Iterator[Self]:
         """Start a back end in a child process, yield it when it answers, and end it on leaving.
 
+        Only who is given its address finds it, unless its `owner` is `benchbot run`.
+
         The child ends by itself when this process dies. Raises the child's own BenchbotError when the run is
         impossible or the address is taken.
         """
         path = None if unix_socket is None else str(unix_socket)
-        request = BackendRequest(_absolute(run), port, path, dict(options or {}), timeouts or Timeouts())
+        request = BackendRequest(_absolute(run), owner, port, path, dict(options or {}), timeouts or Timeouts())
         with tempfile.TemporaryFile() as log:
             ours, theirs = socket.socketpair()
             with ours:

@@ -13,6 +13,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
+from starlette.applications import Starlette
 from starlette.types import Receive, Scope, Send
 
 from benchbot.core.errors import BenchbotError
@@ -23,7 +24,7 @@ from benchbot.supervisor.http import server
 from benchbot.supervisor.http.app import create_app
 from benchbot.supervisor.platform.host import ChildHost, Timeouts
 from benchbot.supervisor.run import Run
-from benchbot.wire.run_state import DEFAULT_PORT, Connection, RunFolder, RunState
+from benchbot.wire.run_state import DEFAULT_PORT, RUN, Connection, RunFolder, RunState
 
 ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 SIGNAL_PERIOD_S = 0.1
@@ -117,6 +118,7 @@ def serve(
     unix_socket: Path | None = None,
     allow_remote: bool = False,
     open_to_v2: bool = False,
+    owner: str = RUN,
     options: Mapping[str, Any] | None = None,
     timeouts: Timeouts | None = None,
     record: Mapping[str, Path] | None = None,
@@ -132,6 +134,7 @@ def serve(
     called in the main thread. Leaves no process, socket or state file behind; the run's folder stays when it holds a
     result, or the log of a platform that failed. Raises BenchbotError when the address is taken or not on loopback
     (`allow_remote` permits others). `open_to_v2` lets clients of BenchBot v2 in without a token, on this machine only.
+    `owner` is what has started it: solutions join those of `benchbot run` only.
 
     Each plan in the queue `following` ends the run that there is and begins another one, of the same robot and task:
     on the same address and the same platform, which keeps what it has loaded, with a token, a folder and a result of
@@ -150,8 +153,14 @@ def serve(
         run = runs.begin(RunPlan(selection, record or {}))
         stack.enter_context(_logging_to(runs.supervisor_log))
         listeners, connection = _listen(stack, host, port, unix_socket, allow_remote=allow_remote)
-        state = _state(run.selection, runs, connection)
-        app = create_app(run, state.connection.token, state.operator_token, open_to_v2=open_to_v2)
+
+        def published(connection: Connection) -> tuple[RunState, Starlette]:
+            state = _state(run.selection, runs, connection, owner)
+            folder = runs.folder.path if owner == RUN else None
+            tokens = state.connection.token, state.operator_token
+            return state, create_app(run, *tokens, open_to_v2=open_to_v2, folder=folder)
+
+        state, app = published(connection)
 
         async def app_of_current_run(scope: Scope, receive: Receive, send: Send) -> None:
             await app(scope, receive, send)
@@ -167,8 +176,7 @@ def serve(
             if plan is None:
                 break
             run = runs.begin(plan)
-            state = _state(run.selection, runs, replace(connection, token=_new_token()))
-            app = create_app(run, state.connection.token, state.operator_token, open_to_v2=open_to_v2)
+            state, app = published(replace(connection, token=_new_token()))
         if run.stopped_in_use:
             # The robot has been stopped: the client still has time to ask why before the server ends.
             time.sleep(STOPPED_ANSWERS_S)
@@ -254,7 +262,7 @@ def _new_token() -> str:
     return secrets.token_urlsafe(32)
 
 
-def _state(selection: Selection, runs: ConsecutiveRuns, connection: Connection) -> RunState:
+def _state(selection: Selection, runs: ConsecutiveRuns, connection: Connection, owner: str) -> RunState:
     return RunState(
         connection=connection,
         operator_token=_new_token(),
@@ -268,4 +276,5 @@ def _state(selection: Selection, runs: ConsecutiveRuns, connection: Connection) 
         supervisor_log=str(runs.supervisor_log),
         result=str(runs.folder.result),
         started_s=time.time(),
+        owner=owner,
     )

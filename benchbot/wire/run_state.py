@@ -1,4 +1,4 @@
-"""The state files of running supervisors: how clients find a run on this machine, and how dead runs are cleaned up."""
+"""The state files of running supervisors: what runs on this machine, and how dead runs are cleaned up."""
 
 import fcntl
 import json
@@ -19,6 +19,10 @@ from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 DEFAULT_PORT = 10000
 KEPT_FOLDERS = 20
 STATE_FILE = "run.json"
+LEASE_FILE = "lease.json"
+"""Beside the state file: which process has leased the robot (benchbot.wire.joining)."""
+RUN, SUBMIT = "benchbot run", "benchbot submit"
+"""Owners of back ends: solutions may join those of `benchbot run`, and what others start is for their own solutions."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,8 @@ class Connection:
 class RunState:
     """The content of a run's state file. Paths are absolute; `started_s` is seconds since the epoch.
 
-    `operator_token` is for the person beside the robot: a solution is not given it.
+    `operator_token` is for the person beside the robot: a solution is not given it. `owner` is what has started the
+    back end, such as `benchbot run` or `benchbot batch FOLDER`.
     """
 
     connection: Connection
@@ -54,6 +59,19 @@ class RunState:
     supervisor_log: str
     result: str
     started_s: float
+    owner: str = RUN
+
+    @property
+    def name(self) -> str:
+        """The name of its folder, which no other run has."""
+        return Path(self.folder).name
+
+    @property
+    def about(self) -> str:
+        """Its name and owner, what it is of, where it listens, its process and its start."""
+        what = f"{self.name} of {self.owner}: {self.task} on {self.robot} in {self.environment}"
+        since = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(self.started_s))
+        return f"{what}, {self.connection.url or self.connection.socket}, process {self.pid}, since {since}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the state as the JSON document that is written."""
@@ -94,13 +112,16 @@ class RunFolder:
             handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
             with os.fdopen(handle, "w", encoding="utf-8") as file:
                 json.dump(state.as_dict(), file, indent=1)
+            if state.owner == RUN:
+                (self.path / LEASE_FILE).touch(0o600)
             temporary.replace(self.path / STATE_FILE)
         except OSError as error:
             raise _cannot_write(error) from error
 
     def unpublish(self) -> None:
         """Remove the state file: the run has ended, though its process goes on."""
-        (self.path / STATE_FILE).unlink(missing_ok=True)
+        for name in (STATE_FILE, LEASE_FILE):
+            (self.path / name).unlink(missing_ok=True)
 
     def close(self, *, keep: bool) -> None:
         """Remove the state file, and the whole folder unless its logs or result are worth keeping."""
@@ -138,36 +159,17 @@ def is_alive(state: RunState) -> bool:
     return found.operator_token == state.operator_token and is_locked(folder)
 
 
-def find() -> Connection:
-    """Return how to reach the run that this process belongs to, or else the newest live one of this user.
-
-    `BENCHBOT_URL`, `BENCHBOT_SOCKET` and `BENCHBOT_TOKEN` come first. Raises BenchbotError when no run is there.
-    """
-    url, path = os.environ.get("BENCHBOT_URL"), os.environ.get("BENCHBOT_SOCKET")
-    if url or path:
-        return Connection(url or None, path or None, os.environ.get("BENCHBOT_TOKEN", ""))
-    states = live()
-    if not states:
-        raise BenchbotError(
-            "No BenchBot run is there to connect to.",
-            "Neither BENCHBOT_URL nor BENCHBOT_SOCKET is set, and no run of this user is alive.",
-            "Start one in another terminal: benchbot run --task TASK --robot ROBOT --env ENVIRONMENT",
-            exit_code=ExitCode.USAGE,
-            failure=FailureClass.INFRASTRUCTURE,
-        )
-    return states[0].connection
-
-
 def clean() -> None:
-    """Remove the state files and sockets of dead runs, and all but the newest folders of finished ones."""
+    """Remove the state files and sockets of this user's dead runs, and all but the newest folders of finished ones."""
     dead = [folder for folder in _folders() if not is_locked(folder)]
     for folder in dead:
         with suppress(OSError, ValueError, TypeError, KeyError):
             state = RunState.from_dict(json.loads((folder / STATE_FILE).read_text("utf-8")))
             if state.connection.socket:
                 Path(state.connection.socket).unlink(missing_ok=True)
-        with suppress(OSError):
-            (folder / STATE_FILE).unlink(missing_ok=True)
+        for name in (STATE_FILE, LEASE_FILE):
+            with suppress(OSError):
+                (folder / name).unlink(missing_ok=True)
     for folder in sorted(dead, key=lambda folder: folder.name)[:-KEPT_FOLDERS]:
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -193,7 +195,10 @@ def _cannot_write(error: OSError) -> BenchbotError:
 
 
 def _folders() -> Iterator[Path]:
-    yield from (path for path in runs_dir().iterdir() if path.is_dir())
+    """Yield the folders that belong to this user: where users share a state folder, root could read those of others."""
+    for entry in os.scandir(runs_dir()):
+        if entry.is_dir(follow_symlinks=False) and entry.stat(follow_symlinks=False).st_uid == os.geteuid():
+            yield Path(entry)
 
 
 def is_locked(path: Path) -> bool:

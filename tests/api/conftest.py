@@ -7,13 +7,14 @@ import pytest
 
 from benchbot.core.request import RunRequest
 from benchbot.supervisor.backend import Backend
+from benchbot.wire.run_state import RUN
 
 
 @pytest.fixture(autouse=True)
 def _folders_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("BENCHBOT_STATE_DIR", str(tmp_path / "state"))
     monkeypatch.setenv("BENCHBOT_CACHE_DIR", str(tmp_path / "cache"))
-    for name in ("BENCHBOT_URL", "BENCHBOT_SOCKET", "BENCHBOT_TOKEN", "BENCHBOT_RESULT"):
+    for name in ("BENCHBOT_URL", "BENCHBOT_SOCKET", "BENCHBOT_TOKEN", "BENCHBOT_RUN", "BENCHBOT_RESULT"):
         monkeypatch.delenv(name, raising=False)
 
 
@@ -29,7 +30,7 @@ def start_backend() -> Iterator[Callable[..., Backend]]:
             seed: int = 0,
             **more: Any,
         ) -> Backend:
-            chosen = Backend.start(RunRequest(task, robot, environment, seed), **more)
+            chosen = Backend.start(RunRequest(task, robot, environment, seed), **{"owner": RUN, **more})
             return stack.enter_context(chosen)
 
         yield start

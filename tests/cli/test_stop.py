@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from benchbot.core.request import RunRequest
+from benchbot.supervisor.backend import Backend
 from benchbot.wire.run_state import RunState, live
 from tests.command_line import CommandLine, Here, wait_for
 from tests.supervisor.harness import eventually
@@ -104,3 +106,25 @@ def test_a_run_whose_terminal_takes_no_more_output_still_stops_its_robot(cli: Co
 
     assert cli("stop").returncode == 0
     assert solution.wait(30) == 3
+
+
+def test_what_a_batch_has_started_is_stopped_only_by_its_name_or_with_all(
+    cli: CommandLine, states: Callable[[], list[RunState]]
+) -> None:
+    ours = start_run(cli)
+    wanted = RunRequest("sample:passive", "sample_robot", "arena:2")
+    owner = "benchbot batch /a/batch"
+    with Backend.start(wanted, owner=owner) as first, Backend.start(wanted, owner=owner) as second:
+        plain, again = cli("stop"), cli("stop")
+        named = cli("stop", "--run", first.state.name)
+        every = cli("stop", "--all")
+
+        assert (plain.returncode, named.returncode, every.returncode) == (0, 0, 0)
+        assert ours.wait(30) == 0
+        assert plain.stderr.endswith(f"It goes on: {owner}\n")
+        assert again.returncode == 2
+        assert "No run of yours is there to stop." in again.stderr
+        assert f"benchbot stop --run {second.state.name}" in again.stderr
+        for done, state in ((named, first.state), (every, second.state)):
+            assert f"The run {state.about}, is ending." in done.stderr
+        assert eventually(lambda: states() == [])

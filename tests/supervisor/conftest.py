@@ -17,7 +17,7 @@ from tests.supervisor.harness import OPERATOR_TOKEN, TOKEN, Served, sample_selec
 def _folders_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("BENCHBOT_STATE_DIR", str(tmp_path / "state"))
     monkeypatch.setenv("BENCHBOT_CACHE_DIR", str(tmp_path / "cache"))
-    for name in ("BENCHBOT_URL", "BENCHBOT_SOCKET", "BENCHBOT_TOKEN", "BENCHBOT_RESULT"):
+    for name in ("BENCHBOT_URL", "BENCHBOT_SOCKET", "BENCHBOT_TOKEN", "BENCHBOT_RUN", "BENCHBOT_RESULT"):
         monkeypatch.delenv(name, raising=False)
 
 

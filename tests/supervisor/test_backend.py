@@ -215,6 +215,14 @@ def test_a_taken_port_is_told() -> None:
     assert files_of(resources.state_dir()) == []
 
 
+def test_a_port_that_a_run_of_ones_own_has_is_told_with_its_name() -> None:
+    with sample_backend() as backend:
+        port = int((backend.state.connection.url or "").rpartition(":")[2])
+        with pytest.raises(BenchbotError) as caught, sample_backend(port=port):
+            pass
+        assert f"benchbot stop --run {backend.state.name}; or take any free port: --port 0" in caught.value.fix
+
+
 def test_a_back_end_that_dies_is_told() -> None:
     with sample_backend() as backend:
         os.kill(backend.state.pid, signal.SIGKILL)

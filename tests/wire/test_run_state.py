@@ -1,4 +1,5 @@
 import json
+import os
 import socket
 import stat
 import subprocess
@@ -11,12 +12,18 @@ import pytest
 from benchbot.core import resources
 from benchbot.core.errors import BenchbotError
 from benchbot.wire import run_state
-from benchbot.wire.run_state import Connection, RunFolder, RunState
+from benchbot.wire.run_state import RUN, Connection, RunFolder, RunState
 
 
-def state_of(folder: RunFolder, socket: str | None = None, started_s: float | None = None) -> RunState:
+def state_of(
+    folder: RunFolder,
+    socket: str | None = None,
+    started_s: float | None = None,
+    owner: str = RUN,
+    connection: Connection | None = None,
+) -> RunState:
     return RunState(
-        connection=Connection("http://127.0.0.1:1", socket, "secret"),
+        connection=connection or Connection("http://127.0.0.1:1", socket, "secret"),
         operator_token="another secret",
         pid=1,
         task="task",
@@ -28,6 +35,7 @@ def state_of(folder: RunFolder, socket: str | None = None, started_s: float | No
         supervisor_log="",
         result=str(folder.result),
         started_s=time.time() if started_s is None else started_s,
+        owner=owner,
     )
 
 
@@ -49,7 +57,6 @@ def leave_behind(socket: str | None = None) -> Path:
 def test_a_published_run_is_found() -> None:
     folder = RunFolder()
     folder.publish(state_of(folder))
-    assert run_state.find() == Connection("http://127.0.0.1:1", None, "secret")
     assert run_state.live() == [RunState.from_dict(state_of(folder, started_s=run_state.live()[0].started_s).as_dict())]
     folder.close(keep=False)
     assert run_state.live() == []
@@ -65,25 +72,22 @@ def test_the_newest_run_is_found() -> None:
         folder.close(keep=False)
 
 
+def test_what_belongs_to_another_user_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = RunFolder()
+    folder.publish(state_of(folder))
+    monkeypatch.setattr(os, "geteuid", lambda: folder.path.stat().st_uid + 1)
+    assert run_state.live() == []
+    RunFolder().close(keep=False)
+    assert (folder.path / "run.json").exists()
+    folder.close(keep=False)
+
+
 def test_what_a_run_writes_is_private() -> None:
     folder = RunFolder()
     folder.publish(state_of(folder))
     assert stat.S_IMODE(folder.path.stat().st_mode) == 0o700
     assert stat.S_IMODE((folder.path / "run.json").stat().st_mode) == 0o600
     folder.close(keep=False)
-
-
-def test_a_run_that_was_not_published_is_not_found() -> None:
-    folder = RunFolder()
-    with pytest.raises(BenchbotError, match="No BenchBot run"):
-        run_state.find()
-    folder.close(keep=False)
-
-
-def test_without_a_run_one_is_told_how_to_start_it() -> None:
-    with pytest.raises(BenchbotError) as caught:
-        run_state.find()
-    assert "benchbot run" in caught.value.fix
 
 
 def test_a_kept_folder_loses_its_state_file_only() -> None:
@@ -127,16 +131,6 @@ def test_a_state_folder_that_cannot_be_written_is_told(tmp_path: Path, monkeypat
     with pytest.raises(BenchbotError, match="cannot write") as caught:
         RunFolder()
     assert "BENCHBOT_STATE_DIR" in caught.value.fix
-
-
-def test_the_environment_comes_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    folder = RunFolder()
-    folder.publish(state_of(folder))
-    there = Connection("http://127.0.0.1:9", "/run/socket", "token")
-    for name, value in there.environment().items():
-        monkeypatch.setenv(name, value)
-    assert run_state.find() == there
-    folder.close(keep=False)
 
 
 def test_a_socket_counts_from_its_first_listener_to_its_last(tmp_path: Path) -> None:

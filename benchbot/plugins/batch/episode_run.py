@@ -43,8 +43,9 @@ _SETTLE_POLL_S = 0.05
 class WarmBackend:
     """At most one back end. It stays while episodes are in the scene that its simulator has loaded."""
 
-    def __init__(self, plan: Plan, *, needs_socket: bool) -> None:
+    def __init__(self, plan: Plan, folder: Path, *, needs_socket: bool) -> None:
         self._plan = plan
+        self._owner = f"benchbot batch {folder}"
         self._needs_socket = needs_socket
         self._backend: Backend | None = None
         self._stack = ExitStack()
@@ -69,6 +70,7 @@ class WarmBackend:
         self._backend = self._stack.enter_context(
             Backend.start(
                 request,
+                owner=self._owner,
                 port=None if self._needs_socket else 0,
                 unix_socket=self._stack.enter_context(private_socket()) if self._needs_socket else None,
                 start_timeout_s=START_TIMEOUT_S,

@@ -53,7 +53,7 @@ class Worker:
         self._observer = Observer(folder.claims, self._plan.policy.stale_s)
         catalog, gpus = Catalog(load()), WorkerPool.read(folder).resources.gpus
         spec = stack.enter_context(solutions.prepared(self._plan, catalog, print, gpus))
-        self._backend = WarmBackend(self._plan, needs_socket=spec.mode.needs_socket)
+        self._backend = WarmBackend(self._plan, folder.path, needs_socket=spec.mode.needs_socket)
         memory = MemoryWatch(os.getpid())
         self._context = EpisodeContext(folder, self._plan, catalog, self._backend, self._events, name, memory, spec)
         self._left = {episode.key: episode for episode in self._plan.episodes}

@@ -160,6 +160,7 @@ def _run_once(selection: Selection, spec: SolutionSpec, watcher: Watcher) -> dic
         backend = stack.enter_context(
             Backend.start(
                 selection.request,
+                owner="benchbot reproduce",
                 port=None if socket is not None else 0,
                 unix_socket=socket,
             )

@@ -193,7 +193,8 @@ def default_port() -> Finding:
     with suppress(OSError, BenchbotError):  # a state folder that cannot be read is reported by `folders`
         for run in run_state.live():
             if (run.connection.url or "").endswith(f":{run_state.DEFAULT_PORT}"):
-                return Finding(Level.OK, subject, f"used by your run of {run.task}; benchbot stop ends it")
+                detail = f"used by your run of {run.task}; benchbot stop --run {run.name} ends it"
+                return Finding(Level.OK, subject, detail)
     listener = _listener(run_state.DEFAULT_PORT)
     detail = f"cannot be used: {why}{f', by {listener}' if listener else ''}"
     return Finding(Level.WARNING, subject, detail, "Run with another port: benchbot run --port 0 …")

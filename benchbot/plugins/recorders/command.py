@@ -2,16 +2,13 @@
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import tell_recordings
 from benchbot.core.errors import BenchbotError
-
-if TYPE_CHECKING:
-    from benchbot.wire.run_state import RunState
 
 POLL_S = 0.5
 DEFAULT = "mcap"
@@ -27,7 +24,7 @@ def record(
     run: Annotated[
         str | None,
         typer.Option(
-            "--run", metavar="ID", help="The run: the name of its folder, or its start. [default: the newest]"
+            "--run", metavar="ID", help="The run: a part of its name that no other has. [default: the only one]"
         ),
     ] = None,
     output: Annotated[
@@ -50,8 +47,9 @@ def record(
     from benchbot.cli.kit.console import interrupting
     from benchbot.cli.kit.options import recordings
     from benchbot.core.plugin_manager import load
+    from benchbot.wire import joining, run_state
 
-    state = _chosen(run)
+    state = joining.chosen() if run is None else joining.named(run, run_state.live())
     names = recordings([recorders or DEFAULT])
     folders = {name: folder if output is None else output / name for name, folder in names.items()}
     for name in folders:
@@ -76,17 +74,3 @@ def record(
     tell_recordings(folders)
     for folder in folders.values():
         console.data(str(folder))
-
-
-def _chosen(run: str | None) -> "RunState":
-    from benchbot.wire.run_state import live
-
-    states = live()
-    found = [state for state in states if run is None or Path(state.folder).name.startswith(run)]
-    if not found or (run is not None and len(found) > 1):
-        raise BenchbotError(
-            "No run is there to record." if run is None else f"'{run}' is not one run that is under way.",
-            f"There are: {', '.join(Path(state.folder).name for state in states) or 'none'}.",
-            "Start one: benchbot run --task T --robot R --env E; or record it from its start on, with its --record.",
-        )
-    return found[0]

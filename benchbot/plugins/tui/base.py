@@ -139,12 +139,11 @@ class BaseApp(App[None]):
         result: Path | None = None,
         *,
         watch: bool = False,
-        variables: dict[str, str] | None = None,
     ) -> None:
         """Start a command that goes on without the app, and watch the run that it begins."""
 
         def begin() -> tuple[Job, RunState | None]:
-            job = jobs.start(words, result=result, variables=variables)
+            job = jobs.start(words, result=result)
             self._begun.add(job.folder)
             return job, jobs.wait_for_run(job, START_TIMEOUT_S, LOOK_PERIOD_S) if watch else None
 

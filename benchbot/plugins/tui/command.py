@@ -62,7 +62,11 @@ def tui(
             "It holds no plan.json.",
             "Name the folder that benchbot batch printed.",
         )
-    state = None if run is None else _run(run)
+    state = None
+    if run is not None:
+        from benchbot.wire import joining, run_state
+
+        state = joining.named(run, run_state.live())
     if web:
         _web(run, batch, images, port)
     elif display == "screen" or (display == "auto" and _can_show_screens()):
@@ -92,23 +96,6 @@ def _end_with_server() -> None:
 
     if server:
         threading.Thread(target=watch, daemon=True, name="benchbot-server").start()
-
-
-def _run(text: str) -> "RunState":
-    from benchbot.plugins.tui.jobs import run_named
-    from benchbot.wire import run_state
-
-    runs = run_state.live()
-    found = run_named(text, runs)
-    if found is None:
-        names = ", ".join(Path(state.folder).name for state in runs)
-        fitting = sum(text in Path(state.folder).name for state in runs)
-        raise BenchbotError(
-            f"{'Several runs are' if fitting else 'No run is'} called '{text}'.",
-            f"Alive are: {names or 'none'}.",
-            "Name one of them, or leave --run out and choose.",
-        )
-    return found
 
 
 def _web(run: str | None, batch: Path | None, images: str, port: int) -> None:
@@ -152,7 +139,7 @@ def _print(now: "Alive", *, as_json: bool) -> None:
         return
     for state in now.runs:
         console.data(
-            f"run {Path(state.folder).name}: {state.task}, {state.robot}, {state.environment}, seed {state.seed}"
+            f"run {state.name}: {state.task}, {state.robot}, {state.environment}, seed {state.seed}, of {state.owner}"
         )
     for entry in now.batches:
         activity = "alive" if entry.alive else "nobody works on it"
@@ -164,11 +151,9 @@ def _print(now: "Alive", *, as_json: bool) -> None:
 
 
 def _as_dict(now: "Alive") -> dict[str, Any]:
-    names = ("task", "robot", "environment", "seed", "pid", "started_s")
+    names = ("task", "robot", "environment", "seed", "pid", "started_s", "owner")
     return {
-        "runs": [
-            {"run": Path(state.folder).name, **{name: getattr(state, name) for name in names}} for state in now.runs
-        ],
+        "runs": [{"run": state.name, **{name: getattr(state, name) for name in names}} for state in now.runs],
         "batches": [
             {
                 "folder": str(entry.folder),

@@ -21,7 +21,7 @@ from benchbot.plugins.tui.results import ResultsScreen
 from benchbot.plugins.tui.submissions import JobScreen, SubmitScreen
 from benchbot.plugins.watching.run_feed import ANSWER_TIMEOUT_S, WatchClient
 from benchbot.plugins.watching.views import BatchEntry
-from benchbot.wire.run_state import RunState
+from benchbot.wire.run_state import RUN, RunState
 
 Item = RunState | BatchEntry | JobStatus
 SIGNS = {RUNNING: "▶", WELL: "✓"}
@@ -100,8 +100,10 @@ class HomeScreen(Screen[None]):
     def action_submit(self) -> None:
         """Submit to the run that is marked."""
         item = self.marked
-        if isinstance(item, RunState):
+        if isinstance(item, RunState) and item.owner == RUN:
             self.app.push_screen(SubmitScreen(item))
+        elif isinstance(item, RunState):
+            self.notify(f"It lets in the solutions of {item.owner} only.")
         else:
             self.notify("Mark a run first, or press n for a new one with a solution.")
 
@@ -175,9 +177,11 @@ def _described(item: Item) -> tuple[str, str, dict[str, str]]:
             "Alive for": duration(max(0.0, time.time() - item.started_s)),
             "Address": item.connection.url or item.connection.socket or "",
             "Process": str(item.pid),
-            "Run": Path(item.folder).name,
+            "Run": item.name,
+            "Started by": item.owner,
         }
-        return f"▶ {item.environment}  {item.robot}  seed {item.seed}", item.task, facts
+        subtitle = item.task if item.owner == RUN else f"{item.task}  {item.owner}"
+        return f"▶ {item.environment}  {item.robot}  seed {item.seed}", subtitle, facts
     if isinstance(item, BatchEntry):
         facts = {
             "Batch": str(item.folder),

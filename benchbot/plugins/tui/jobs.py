@@ -17,7 +17,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -101,13 +101,7 @@ def look() -> Alive:
     return Alive(tuple(run_state.live()), tuple(batches()), tuple(status_of(job) for job in jobs() if _is_listed(job)))
 
 
-def run_named(text: str, runs: Sequence[RunState]) -> RunState | None:
-    """Return the run with this text in its folder's name; None unless it is exactly one."""
-    fitting = [state for state in runs if text in Path(state.folder).name]
-    return fitting[0] if len(fitting) == 1 else None
-
-
-def start(words: Sequence[str], *, result: Path | None = None, variables: Mapping[str, str] | None = None) -> Job:
+def start(words: Sequence[str], *, result: Path | None = None) -> Job:
     """Start `benchbot WORDS…` in a session of its own, which no terminal ends; raises BenchbotError."""
     try:
         folder = _jobs_dir() / f"{time.strftime('%Y%m%d-%H%M%S')}-{secrets.token_hex(3)}"
@@ -120,7 +114,7 @@ def start(words: Sequence[str], *, result: Path | None = None, variables: Mappin
                 stdin=subprocess.DEVNULL,
                 stdout=outcome,
                 stderr=log,
-                env={**os.environ, "NO_COLOR": "1", **(variables or {})},
+                env={**os.environ, "NO_COLOR": "1"},
                 start_new_session=True,
             )
         job = Job(folder, tuple(words), process.pid, time.time(), result)

@@ -61,7 +61,7 @@ class SubmitScreen(Screen[None]):
         if solution is None:
             return
         self.app.pop_screen()
-        self.app.start(submit_words(solution), solution.result, variables=self.state.connection.environment())
+        self.app.start([*submit_words(solution), f"--run={self.state.name}"], solution.result)
         self.app.watch_run(self.state)
 
 

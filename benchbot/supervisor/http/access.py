@@ -6,12 +6,14 @@ import socket
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from urllib.parse import urlsplit
 
 from starlette.requests import Request
 from starlette.responses import Response
 
 from benchbot.supervisor import RefusedError
+from benchbot.wire.joining import Lease, lease_of, taken
 
 Endpoint = Callable[[Request], Awaitable[Response]]
 
@@ -31,20 +33,26 @@ NOT_THE_HOST = (
 class Access:
     """The access rules of one run, as decorators of endpoints; they raise RefusedError (401 or 403).
 
-    With `without_token`, routes for clients that know no token are open to every program of this machine.
+    With `without_token`, routes for clients that know no token are open to every program of this machine. In a run that
+    solutions may join, `folder` is where one of them may have leased the robot: then only that one acts.
     """
 
     token: str
     operator_token: str
     without_token: bool = False
+    folder: Path | None = None
 
     def solution(self, endpoint: Endpoint) -> Endpoint:
         """Let requests in that have the solution's token."""
         return _checked(endpoint, self.check_solution)
 
+    def acting(self, endpoint: Endpoint) -> Endpoint:
+        """Let requests in as `solution`, but while a solution has leased the robot (409) those of that one only."""
+        return _checked(endpoint, self.check_acting)
+
     def tokenless(self, endpoint: Endpoint) -> Endpoint:
         """Let requests in as `solution`, or where the run allows it all that are addressed to this machine."""
-        return _checked(endpoint, check_local_name if self.without_token else self.check_solution)
+        return _checked(endpoint, check_local_name if self.without_token else self.check_acting)
 
     def host(self, endpoint: Endpoint) -> Endpoint:
         """Let requests in that have the operator's token, which the run's host reads from the state file."""
@@ -58,15 +66,27 @@ class Access:
         """Say whether a request has the operator's token."""
         return _has_token(request, self.operator_token)
 
-    def check_solution(self, request: Request) -> None:
-        """Raise RefusedError (401) for a request without the solution's token."""
-        if not _has_token(request, self.token):
+    def check_solution(self, request: Request) -> Lease | None:
+        """Return the lease of the robot, if a solution has it.
+
+        Raises RefusedError (401) for a request without the token of the run or of that solution.
+        """
+        lease = None if self.folder is None else lease_of(self.folder)
+        if not _has_token(request, self.token) and (lease is None or not _has_token(request, lease.token)):
             raise RefusedError(
                 401,
                 "The supervisor does not know you.",
                 "The request has no bearer token, or not the one of this run.",
                 "Send the run's token: Authorization: Bearer $BENCHBOT_TOKEN",
             )
+        return lease
+
+    def check_acting(self, request: Request) -> None:
+        """Raise RefusedError as `check_solution`, or 409 while another solution has leased the robot."""
+        lease = self.check_solution(request)
+        if lease is not None and not _has_token(request, lease.token):
+            error = taken(lease)
+            raise RefusedError(409, error.title, error.why, error.fix)
 
     def _check_operator(self, request: Request, refused: tuple[str, str, str]) -> None:
         if not self.is_operator(request):
@@ -132,7 +152,7 @@ def _own_names() -> frozenset[str]:
     return frozenset({name, f"{name}.local", socket.getfqdn().lower()})
 
 
-def _checked(endpoint: Endpoint, check: Callable[[Request], None]) -> Endpoint:
+def _checked(endpoint: Endpoint, check: Callable[[Request], object]) -> Endpoint:
     async def checked(request: Request) -> Response:
         check(request)
         return await endpoint(request)

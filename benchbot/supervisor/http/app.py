@@ -83,15 +83,17 @@ class OperatorRequest(msgspec.Struct, forbid_unknown_fields=True):
     done: bool
 
 
-def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = False) -> Starlette:
+def create_app(
+    run: Run, token: str, operator_token: str, *, open_to_v2: bool = False, folder: Path | None = None
+) -> Starlette:
     """Return the application of one run. Every route but `/` and `/api/v1/health` needs the bearer token.
 
     The routes of the operator and the host need a token of their own: a solution must not confirm what a person is
     asked to do, nor see more than it is shown. With `open_to_v2`, the routes of BenchBot v2 need none: v2's client has
-    none.
+    none. `folder` is that of a run which solutions may join (benchbot.wire.joining).
     """
 
-    access = Access(token, operator_token, without_token=open_to_v2)
+    access = Access(token, operator_token, without_token=open_to_v2, folder=folder)
 
     async def health(request: Request) -> Response:
         document = {"name": "benchbot", "version": benchbot.__version__, "api": 1, "pid": os.getpid()}
@@ -109,7 +111,7 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
             content = await while_connected(request, run, lambda caller: call(body, caller, encode))
             return Response(content, media_type=bodies.MSGPACK)
 
-        return access.solution(observe)
+        return access.acting(observe)
 
     def reset(body: EmptyRequest, caller: Caller, encode: borrowed.Converter[bytes]) -> bytes:
         return run.reset(caller, encode)
@@ -153,7 +155,7 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
     async def stop(request: Request) -> Response:
         by_solution = not access.is_operator(request)
         if by_solution:
-            access.check_solution(request)
+            access.check_acting(request)
         await bodies.read(request, EmptyRequest)
         # It is the emergency stop: the robot does not wait until the thread that serves the run ends it in order.
         asyncio.get_running_loop().run_in_executor(None, partial(run.stop, by_solution=by_solution))
@@ -184,7 +186,7 @@ def create_app(run: Run, token: str, operator_token: str, *, open_to_v2: bool = 
             Route("/api/v1/events", access.solution(events)),
             Route("/api/v1/reset", observing(EmptyRequest, reset), methods=["POST"]),
             Route("/api/v1/next_scene", observing(EmptyRequest, next_scene), methods=["POST"]),
-            Route("/api/v1/result", access.solution(result), methods=["POST"]),
+            Route("/api/v1/result", access.acting(result), methods=["POST"]),
             Route("/api/v1/results_functions/{name}", access.solution(results_function), methods=["POST"]),
             Route("/api/v1/stop", stop, methods=["POST"]),
             Route("/api/v1/operator", access.operator(operator), methods=["POST"]),

@@ -20,7 +20,7 @@ from starlette.types import ASGIApp
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.supervisor.http.connections import BoundedProtocol
 from benchbot.supervisor.run import Caller, Run
-from benchbot.wire.run_state import is_listening
+from benchbot.wire.run_state import is_listening, live
 
 # A solution may think for hours between two steps: its connection stays open.
 KEEP_ALIVE_S = 24 * 3600
@@ -220,5 +220,7 @@ def _remove_dead(path: Path) -> None:
 def _cannot_listen(where: str, error: OSError) -> BenchbotError:
     fix = "Choose another address with --port or --unix-socket."
     if error.errno == errno.EADDRINUSE:
-        fix = "Stop the run that uses it (benchbot stop), or take any free port: --port 0"
+        ours = [run.name for run in live() if run.connection.url == f"http://{where}" or run.connection.socket == where]
+        end = f"End your run that has it: benchbot stop --run {ours[0]}" if ours else "Another program has it"
+        fix = f"{end}; or take any free port: --port 0"
     return BenchbotError(f"Cannot listen on {where}.", f"{error.strerror or error}.", fix)

@@ -37,8 +37,6 @@ def test_what_is_started_goes_on_by_itself_and_says_what_came_of_it(home: Path) 
     assert jobs.wait_for_run(impossible, PATIENCE_S, 0.05) is None
     now = jobs.look()
     assert [each.folder for each in now.runs] == [state.folder]
-    assert jobs.run_named(Path(state.folder).name[-6:], now.runs) == state
-    assert jobs.run_named("no such run", now.runs) is None
     said = {each.job.folder: (each.state, each.summary) for each in now.jobs}
     assert said == {
         submission.folder: (jobs.WELL, "OMQ 0.0000"),

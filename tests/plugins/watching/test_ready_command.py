@@ -73,3 +73,21 @@ def test_nobody_waits(here: Here) -> None:
 
     assert done.returncode == 2
     assert "Error: No run waits for you." in done.stderr
+
+
+def test_of_two_that_wait_one_is_named(cli: CommandLine, states: Callable[[], list[RunState]]) -> None:
+    solution = cli.script("nosy.py", NOSY)
+    waiting = [cli.start("submit", "--native", solution, *SELECTION, "-r", f"{number}.json") for number in (0, 1)]
+    for process in waiting:
+        wait_for(process, "WAITING FOR YOU")
+    newest, oldest = states()
+
+    unclear = cli("ready")
+    done = cli("ready", "--run", oldest.name), cli("ready")
+
+    assert unclear.returncode == 2
+    assert "Error: 2 runs wait for you." in unclear.stderr
+    assert newest.about in unclear.stderr
+    assert oldest.about in unclear.stderr
+    assert [each.returncode for each in done] == [0, 0]
+    assert [process.wait(60) for process in waiting] == [0, 0]
