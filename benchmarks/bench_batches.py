@@ -4,8 +4,9 @@ The same episodes are computed in turns as a loop of `benchbot submit` and as ba
 an episode costs in a batch is the difference of these two batches, so that starting workers does not count. The floor
 is the simulation alone, in one process. Processor seconds are those of all processes together; the machine may be busy.
 `--long N` computes a batch of N episodes and looks at its driver's memory and file handles meanwhile.
+`--many N` fabricates the folder of a batch of N instead, and measures what the batch itself does with so many.
 
-python -m benchmarks.bench_batches [--rounds N] [--long N] [--ray-traced] [--json FILE]
+python -m benchmarks.bench_batches [--rounds N] [--long N] [--many N] [--ray-traced] [--json FILE]
 """
 
 import argparse
@@ -26,6 +27,7 @@ SAMPLE_PLUGIN = Path(__file__).parent.parent / "tests" / "sample_plugin"
 COMMAND = [sys.executable, "-m", "benchbot"]
 FEW, MANY = 2, 8
 SAMPLE = ("--task", "sample:passive", "--robot", "sample_robot", "--env", "arena:1")
+SAMPLE_AXES = ("--task", "sample:passive", "--robots", "sample_robot", "--envs", "arena:1")
 RAY_TRACED = ("--task", "semantic_slam:passive:ground_truth", "--robot", "carter_lowres", "--env", "miniroom:1")
 
 
@@ -124,6 +126,7 @@ def show(title: str, costs: dict[str, Cost]) -> None:
         ratio = cost.processor_s / loop.processor_s
         print(f"{name:24}{cost.wall_s:8.2f}{cost.processor_s:8.2f}{beside:>24}{ratio:10.2f}x")
     one, two = costs["batch, 1 worker"], costs["batch, 2 workers"]
+    print(f"a batch adds {one.processor_s / floor.processor_s - 1:.1%} to the processor time of the simulation alone")
     faster, dearer = one.wall_s / two.wall_s, two.processor_s / one.processor_s
     print(f"1 → 2 workers: {faster:.2f} times as many episodes an hour, each at {dearer:.2f} times the processor time")
     print(f"(the load is {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores: on a busy machine wall time says little)")
@@ -150,11 +153,106 @@ def watch_driver(folder: Path, episodes: int) -> list[dict[str, Any]]:
     return rows
 
 
+def measure_many(folder: Path, episodes: int) -> list[dict[str, Any]]:
+    """Return what the commands of a batch cost with so many episodes, and a worker's choices of the next one.
+
+    Of its folder the results are fabricated: each has the bytes of one that was computed.
+    """
+    submit(folder, SAMPLE, 0)
+    words = [*SAMPLE_AXES, "--seeds", f"0..{episodes - 1}", "--example", "hello_passive", "-j", "1"]
+    rows = [command_cost("plan", folder, "batch", *words, "--dry-run", "-o", "none")]
+    result = (folder / "result.json").read_bytes()
+    pending = fabricate(folder / "pending", episodes, None)
+    rows.append(choice_cost(pending))
+    done = fabricate(folder / "done", episodes, result)
+    rows.append(command_cost("status", folder, "batch", "status", str(done)))
+    rows.append(command_cost("resume, finished", folder, "batch", *words, "-o", str(done)))
+    rows.append(command_cost("again", folder, "batch", *words, "-o", str(done)))
+    print(f"\n{episodes} episodes{'':14}{'wall s':>8}{'cpu s':>8}{'peak MiB':>10}")
+    for row in rows:
+        print(f"{row['what']:24}{row['wall_s']:8.2f}{row['processor_s']:8.2f}{row['peak_mib']:10.1f}")
+    return rows
+
+
+def command_cost(what: str, folder: Path, *words: str) -> dict[str, Any]:
+    """Return what a command costs, with all that it starts, and the most memory that it needed itself."""
+    start_s = time.perf_counter()
+    with (folder / "said.txt").open("wb") as said:
+        process = subprocess.Popen([*COMMAND, *words], cwd=folder, stdout=said, stderr=said)
+        _, status, used = os.wait4(process.pid, 0)
+    if status != 0:
+        raise SystemExit((folder / "said.txt").read_text("utf-8"))
+    wall_s = time.perf_counter() - start_s
+    return {
+        "what": what,
+        "wall_s": wall_s,
+        "processor_s": used.ru_utime + used.ru_stime,
+        "peak_mib": used.ru_maxrss / 1024,
+    }
+
+
+def fabricate(path: Path, episodes: int, result: bytes | None) -> Path:
+    """Make the folder of a batch, as a worker would have left it when every episode has this result; None: pending."""
+    from hashlib import sha256
+
+    from benchbot.core import plugin_manager
+    from benchbot.core.declarations.catalog import Catalog
+    from benchbot.core.records import Resources
+    from benchbot.plugins.batch import matrix, request
+    from benchbot.plugins.batch.attempts import JOURNAL, RESULT
+    from benchbot.plugins.batch.driver import begin
+    from benchbot.plugins.batch.folder import Folder, prepare
+    from benchbot.plugins.batch.worker_pool import WorkerPool
+
+    _, task, _, robot, _, environment = SAMPLE
+    wanted = {"task": task, "robots": robot, "environments": environment, "seeds": f"0..{episodes - 1}"}
+    plan = matrix.make(
+        request.request_of({**wanted, "example": "hello_passive"}), Catalog(plugin_manager.load()), path.parent
+    )
+    folder = Folder(path)
+    prepare(folder, plan)
+    begin(folder, WorkerPool("local", 1, Resources(1, 0, None, None), {}))
+    if result is not None:
+        hashed = sha256(result).hexdigest()
+        done = {"attempt": 1, "worker": "w", "ended": "done", "failure": None, "sha256": hashed, "duration_s": 1.0}
+        for number, episode in enumerate(plan.episodes):
+            place = folder.episode(episode.name)
+            place.mkdir(parents=True)
+            (place / RESULT).write_bytes(result)
+            lines = ({"attempt": 1, "worker": "w", "began": True, "time_s": number}, {**done, "time_s": number + 1.0})
+            (place / JOURNAL).write_text("".join(f"{json.dumps(line)}\n" for line in lines), "utf-8")
+    return path
+
+
+def choice_cost(path: Path) -> dict[str, Any]:
+    """Return what it costs a worker to choose all of the episodes, one after the other."""
+    from contextlib import ExitStack
+
+    from benchbot.plugins.batch.folder import Folder
+    from benchbot.plugins.batch.worker import Worker
+
+    with ExitStack() as stack:
+        worker = Worker(Folder(path), "chooses", stack)
+
+        def choose() -> None:
+            while (taken := worker._next()) is not None:
+                claim, episode = taken
+                worker._backend.scene = episode.scene
+                worker._left.drop(episode)
+                claim.release()
+
+        cost = measured(choose, RUSAGE_SELF)
+    return {"what": "a worker's choices", **asdict(cost), "peak_mib": 0.0}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=3, metavar="N")
     parser.add_argument(
         "--long", type=int, metavar="N", help="instead, compute a batch of N episodes and watch its driver"
+    )
+    parser.add_argument(
+        "--many", type=int, metavar="N", help="instead, fabricate a batch of N episodes and plan, choose, resume"
     )
     parser.add_argument("--ray-traced", action="store_true", help="on the ray-traced robot, too")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the numbers to this file")
@@ -166,6 +264,8 @@ def main() -> None:
         os.environ["BENCHBOT_STATE_DIR"] = f"{name}/state"
         if options.long:
             document["long"] = watch_driver(Path(name), options.long)
+        elif options.many:
+            document["many"] = measure_many(Path(name), options.many)
         else:
             for title, what in (("sample", SAMPLE), ("ray traced", RAY_TRACED))[: 1 + options.ray_traced]:
                 costs = compare(Path(name), what, options.rounds)

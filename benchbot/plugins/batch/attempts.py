@@ -26,12 +26,13 @@ RETRIED = (FailureClass.PLATFORM, FailureClass.INFRASTRUCTURE)
 
 @dataclass(frozen=True)
 class Finished:
-    """A finished episode: its failure, if it failed, its worker, and the last attempt's duration and end."""
+    """A finished episode: its failure, if it failed, its worker, the last attempt's duration and end, its SHA-256."""
 
     failure: FailureClass | None
     duration_s: float
     worker: str
     ended_s: float
+    sha256: str
 
 
 @dataclass(frozen=True)
@@ -77,6 +78,7 @@ class Attempts:
             float(receipt["duration_s"]),
             str(receipt["worker"]),
             float(receipt["time_s"]),
+            str(receipt["sha256"]),
         )
 
     def begin(self, worker: str) -> Attempt:

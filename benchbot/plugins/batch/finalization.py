@@ -4,7 +4,6 @@ import json
 import time
 import zipfile
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from hashlib import sha256
 from io import BytesIO
@@ -49,18 +48,15 @@ def evaluate(folder: Folder, plan: Plan, catalog: Catalog, *, archive: bool = Fa
     from benchbot.plugins.report.episodes import gather
     from benchbot.plugins.report.rendering import render
 
-    found = {
-        episode.name: folder.result(episode.name)
-        for episode in plan.episodes
-        if folder.attempts(episode).finished() is not None
-    }
+    hashes = _hashes(folder, plan)
+    found = {name: folder.result(name) for name in hashes}
     gathered, packed = folder.path / "results", folder.path / "results.zip"
     files = {"results": str(gathered), **({"zip": str(packed)} if archive else {})}
     try:
         for name, path in found.items():
-            content, copy = path.read_bytes(), gathered / f"{name}.json"
-            if not copy.is_file() or copy.read_bytes() != content:
-                atomic.write(copy, content)
+            copy = gathered / f"{name}.json"
+            if not copy.is_file() or sha256(copy.read_bytes()).hexdigest() != hashes[name]:
+                atomic.write(copy, path.read_bytes())
         if archive:
             atomic.write(packed, _zipped(found))
     except OSError as error:
@@ -197,11 +193,13 @@ def _zipped(files: Mapping[str, Path]) -> bytes:
 
 def _inputs_hash(folder: Folder, plan: Plan, *, archive: bool) -> str:
     """Return a hash of all that an evaluation depends on: it is made again when episodes were computed once more."""
-    found = {}
-    for episode in plan.episodes:
-        with suppress(FileNotFoundError):
-            found[episode.name] = sha256(folder.result(episode.name).read_bytes()).hexdigest()
-    return digest([plan.hash, plan.method, archive, found])
+    return digest([plan.hash, plan.method, archive, _hashes(folder, plan)])
+
+
+def _hashes(folder: Folder, plan: Plan) -> dict[str, str]:
+    """Return the hash of each result, by the name of its episode."""
+    found = ((episode.name, folder.finished(episode)) for episode in plan.episodes)
+    return {name: finished.sha256 for name, finished in found if finished is not None}
 
 
 def _is_finalized(folder: Folder, of: str) -> bool:

@@ -22,7 +22,7 @@ from pathlib import Path
 
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.batch import plan as plans
-from benchbot.plugins.batch.attempts import RESULT, Attempts
+from benchbot.plugins.batch.attempts import RESULT, Attempts, Finished
 from benchbot.plugins.batch.plan import KEY_DIGITS, Plan, PlannedEpisode
 
 _SHOWN = 8
@@ -44,6 +44,7 @@ class Folder:
         self.driver_lock = path / "driver.lock"
         self.driver_log = path / "driver.log"
         self.conclusion = path / "conclusion.json"
+        self._finished: dict[Path, tuple[object, Finished]] = {}
 
     def episode(self, name: str) -> Path:
         """Return the folder of one episode."""
@@ -52,6 +53,22 @@ class Folder:
     def attempts(self, episode: PlannedEpisode) -> Attempts:
         """Return the attempts at one episode."""
         return Attempts(self.episode(episode.name))
+
+    def finished(self, episode: PlannedEpisode) -> Finished | None:
+        """Return the record of an episode's result, as `Attempts.finished`; it is read again only when it changes."""
+        attempts = self.attempts(episode)
+        try:
+            found = attempts.result.stat()
+        except OSError:
+            return None
+        known = self._finished.get(attempts.result)
+        stamp = found.st_ino, found.st_mtime_ns, found.st_size
+        if known is not None and known[0] == stamp:
+            return known[1]
+        finished = attempts.finished()
+        if finished is not None:
+            self._finished[attempts.result] = stamp, finished
+        return finished
 
     def result(self, name: str) -> Path:
         """Return the result of one episode: where it is, the episode is done."""
@@ -95,7 +112,7 @@ def preview(folder: Folder, plan: Plan) -> Preview:
     done: list[PlannedEpisode] = []
     left: list[PlannedEpisode] = []
     for episode in plan.episodes:
-        is_done = before is not None and folder.attempts(episode).finished() is not None
+        is_done = before is not None and folder.finished(episode) is not None
         (done if is_done else left).append(episode)
     dropped = () if before is None else tuple(episode for episode in before.episodes if episode.key not in keys)
     return Preview(plan, tuple(done), tuple(left), dropped, before)

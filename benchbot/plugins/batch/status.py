@@ -5,6 +5,7 @@ import time
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from heapq import heappop, heappush
 from typing import Any
 
 from benchbot.plugins.batch import journal
@@ -15,6 +16,8 @@ from benchbot.plugins.batch.plan import Plan, PlannedEpisode
 
 SHOWN_EVENTS = 20
 SCAN_PERIOD_S = 20.0
+PACED_EPISODES = 100
+"""The number of episodes, the last ones, that the pace is told of."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +102,9 @@ class Monitor:
         self._last: dict[str, dict[str, Any]] = {}
         self._began: dict[str, float] = {}
         self._retried = 0
+        self._failures: Counter[str] = Counter()
+        self._lately: list[tuple[float, float]] = []
+        """Of the episodes that ended last: their ends, which are those of a heap, and their durations."""
         self._scanned_s = float("-inf")
 
     def look(self, workers: int = -1, score: Score | None = None) -> BatchStatus:
@@ -127,9 +133,7 @@ class Monitor:
             hash=self.plan.hash,
             episodes=len(self.plan.episodes),
             finished=len(self.finished),
-            failures=dict(
-                sorted(Counter(str(each.failure) for each in self.finished.values() if each.failure).items())
-            ),
+            failures=dict(sorted(self._failures.items())),
             retried=self._retried,
             running=running,
             workers=workers,
@@ -156,10 +160,14 @@ class Monitor:
 
     def _check(self, key: str) -> None:
         episode = self._left[key]
-        finished = self._folder.attempts(episode).finished()
+        finished = self._folder.finished(episode)
         if finished is not None:
             self.finished[key] = finished
             del self._left[key]
+            self._failures.update([str(finished.failure)] if finished.failure else [])
+            heappush(self._lately, (finished.ended_s, finished.duration_s))
+            if len(self._lately) > PACED_EPISODES:
+                heappop(self._lately)
 
     def _read_events(self) -> set[str]:
         """Read new events; return the keys of the episodes that they call finished."""
@@ -183,11 +191,11 @@ class Monitor:
 
     def _pace(self) -> tuple[float | None, float | None]:
         """Return the mean of the last episodes' seconds, and how many are finished per hour."""
-        lately = sorted(self.finished.values(), key=lambda each: each.ended_s)[-100:]
+        lately = self._lately
         if not lately:
             return None, None
-        mean_s = sum(each.duration_s for each in lately) / len(lately)
-        passed_s = lately[-1].ended_s - lately[0].ended_s
+        mean_s = sum(duration_s for _, duration_s in lately) / len(lately)
+        passed_s = max(lately)[0] - lately[0][0]
         rate = (len(lately) - 1) / passed_s * 3600 if len(lately) > 1 and passed_s > 0 else None
         return mean_s, rate
 

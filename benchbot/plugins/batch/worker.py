@@ -8,11 +8,9 @@ Exit codes: 0 nothing is left that it may take · 3 it cannot work (its output s
 
 import argparse
 import os
-import random
 import signal
 import sys
 import time
-from collections import Counter
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -26,6 +24,7 @@ from benchbot.plugins.batch.episode_run import EpisodeContext, WarmBackend
 from benchbot.plugins.batch.folder import Folder, check_writable
 from benchbot.plugins.batch.journal import EventLog
 from benchbot.plugins.batch.machine import MemoryWatch
+from benchbot.plugins.batch.pending import Pending
 from benchbot.plugins.batch.plan import PlannedEpisode
 from benchbot.plugins.batch.worker_pool import WorkerPool
 
@@ -56,7 +55,7 @@ class Worker:
         self._backend = WarmBackend(self._plan, folder.path, needs_socket=spec.mode.needs_socket)
         memory = MemoryWatch(os.getpid())
         self._context = EpisodeContext(folder, self._plan, catalog, self._backend, self._events, name, memory, spec)
-        self._left = {episode.key: episode for episode in self._plan.episodes}
+        self._left = Pending(self._plan.episodes, name)
         self.told_to_end = False
 
     def stop(self, *_: object) -> None:
@@ -103,11 +102,11 @@ class Worker:
     def _next(self) -> tuple[HeldClaim, PlannedEpisode] | None:
         """Return the claim of the next episode, or None when there is none that may be taken now."""
         claimed = self._observer.keys()
-        for key in claimed & self._left.keys():
-            if self._observer.is_stale(key):
-                self._steal(key)
+        for episode in self._left.of(claimed):
+            if self._observer.is_stale(episode.key):
+                self._steal(episode)
         claimed = self._observer.keys()
-        for episode in self._candidates(claimed):
+        for episode in self._left.candidates(claimed, self._backend.scene):
             if self._drop_if_finished(episode):
                 continue
             claim = HeldClaim.take(self._folder.claims / episode.key, self._name)
@@ -117,32 +116,22 @@ class Worker:
             if not self._drop_if_finished(episode):
                 return claim, episode
             claim.release()
-        for key in claimed & self._left.keys():
-            self._drop_if_finished(self._left[key])
+        for episode in self._left.of(claimed):
+            self._drop_if_finished(episode)
         return None
 
     def _drop_if_finished(self, episode: PlannedEpisode) -> bool:
         """Forget an episode that has its result; say whether it has."""
         finished = self._folder.attempts(episode).finished() is not None
         if finished:
-            del self._left[episode.key]
+            self._left.drop(episode)
         return finished
 
-    def _candidates(self, claimed: set[str]) -> list[PlannedEpisode]:
-        """Return the episodes without a claim: first those of the loaded scene, then of scenes with fewest workers."""
-        free = [episode for key, episode in self._left.items() if key not in claimed]
-        others = Counter(self._left[key].scene for key in claimed if key in self._left)
-        left = Counter(episode.scene for episode in free)
-        # Workers that start spread over scenes: of equal ones not all take the first.
-        chance = random.Random(self._name)  # noqa: S311
-        order = {scene: (scene != self._backend.scene, others[scene], -left[scene], chance.random()) for scene in left}
-        return sorted(free, key=lambda episode: order[episode.scene])
-
-    def _steal(self, key: str) -> None:
-        stolen = self._observer.steal(key)
+    def _steal(self, episode: PlannedEpisode) -> None:
+        stolen = self._observer.steal(episode.key)
         if stolen is not None:
-            self._events.tell("stole", key=key, worker=stolen.worker)
-        self._folder.attempts(self._left[key]).end_orphan()
+            self._events.tell("stole", key=episode.key, worker=stolen.worker)
+        self._folder.attempts(episode).end_orphan()
 
     def _compute(self, claim: HeldClaim, episode: PlannedEpisode) -> bool:
         """Compute an episode; say whether it is finished."""
@@ -161,7 +150,7 @@ class Worker:
             return False
         finally:
             claim.release()
-        self._left.pop(episode.key, None)
+        self._left.drop(episode)
         duration_s = round(time.monotonic() - began_s, 3)
         self._events.tell("finished", key=episode.key, failure=failure, duration_s=duration_s)
         return True

@@ -178,9 +178,9 @@ def _described(item: Item) -> tuple[str, str, dict[str, str]]:
             "Address": item.connection.url or item.connection.socket or "",
             "Process": str(item.pid),
             "Run": item.name,
-            "Started by": item.owner,
+            "Started by": "" if item.owner == RUN else item.owner,
         }
-        subtitle = item.task if item.owner == RUN else f"{item.task}  {item.owner}"
+        subtitle = "  ".join(filter(None, [item.task, facts["Started by"]]))
         return f"▶ {item.environment}  {item.robot}  seed {item.seed}", subtitle, facts
     if isinstance(item, BatchEntry):
         facts = {

@@ -133,7 +133,7 @@ def test_a_run_under_way_is_recorded_from_another_terminal(cli: CommandLine) -> 
 
 def test_there_must_be_a_run_to_record(cli: CommandLine) -> None:
     done = cli("record")
-    assert (done.returncode, "No run is there to record" in done.stderr) == (2, True)
+    assert (done.returncode, "No BenchBot run is there" in done.stderr) == (2, True)
 
 
 def test_recorders_are_listed(cli: CommandLine) -> None:
