@@ -15,7 +15,14 @@ if TYPE_CHECKING:
     from benchbot.core.channels import ACTIONS as ACTIONS
     from benchbot.core.channels import OBSERVATIONS as OBSERVATIONS
     from benchbot.core.channels import Action as Action
+    from benchbot.core.channels import CameraModel as CameraModel
+    from benchbot.core.channels import FramePose as FramePose
+    from benchbot.core.channels import InertialMeasurement as InertialMeasurement
+    from benchbot.core.channels import LaserScan as LaserScan
+    from benchbot.core.channels import LidarScan as LidarScan
     from benchbot.core.channels import Observation as Observation
+    from benchbot.core.channels import Observations as Observations
+    from benchbot.core.channels import Segmentation as Segmentation
     from benchbot.core.declarations.catalog import Catalog as Catalog
     from benchbot.core.declarations.catalog import Declaration as Declaration
     from benchbot.core.declarations.formats import check_format as check_format
@@ -115,7 +122,8 @@ def hookimpl(function: F) -> F:
 
 
 _HOMES = {
-    "core.channels": "ACTIONS OBSERVATIONS Action Observation",
+    "core.channels": "ACTIONS OBSERVATIONS Action CameraModel FramePose InertialMeasurement LaserScan LidarScan "
+    "Observation Observations Segmentation",
     "core": "instance_checks",
     "core.atomic": "write=write_atomically write_text",
     "core.declarations.catalog": "Catalog Declaration",

@@ -29,6 +29,7 @@ from typing import Any
 import numpy as np
 
 from benchbot.api.client import Client
+from benchbot.core.channels import Observations
 from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.geometry import Pose
 from benchbot.core.host import InProcessHost
@@ -61,7 +62,7 @@ class StillSimulator:
     def __init__(self, spec: PlatformSpec) -> None:
         random = np.random.default_rng(0)
         shape = (HEIGHT, WIDTH)
-        self._observations = {
+        self._observations: Observations = {
             "image_rgb": random.integers(0, 255, (*shape, 3), dtype=np.uint8),
             "image_depth": random.random(shape, dtype=np.float32),
             "image_segment": {
@@ -74,7 +75,7 @@ class StillSimulator:
     def load(self, scene: Scene, seed: int) -> None:
         """Do nothing."""
 
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         return self._observations
 
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:

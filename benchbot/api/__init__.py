@@ -1,15 +1,15 @@
-"""The API of solutions: `Agent`, `ActionResult`, `BenchBot`. Importing it imports no server."""
+"""The API of solutions: `Agent`, `ActionResult`, `Observations`, `BenchBot`. Importing it imports no server."""
 
 from typing import TYPE_CHECKING
 
-from benchbot.api.agent import ActionResult, Agent
+from benchbot.api.agent import ActionResult, Agent, Observations
 from benchbot.api.benchbot import BenchBot, result_location
 from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
     RESULT_LOCATION: str
 
-__all__ = ["RESULT_LOCATION", "ActionResult", "Agent", "BenchBot", "BenchbotError"]
+__all__ = ["RESULT_LOCATION", "ActionResult", "Agent", "BenchBot", "BenchbotError", "Observations"]
 
 
 def __getattr__(name: str) -> str:

@@ -5,6 +5,8 @@ from collections.abc import Callable, Mapping, Sequence
 from enum import Enum, auto
 from typing import Any
 
+from benchbot.core import channels
+
 
 class ActionResult(Enum):
     """The state after an action."""
@@ -15,6 +17,12 @@ class ActionResult(Enum):
     """The action was carried out, and the trajectory of this scene is at its end."""
     COLLISION = auto()
     """The robot has hit something; no action is possible any more."""
+
+
+class Observations(channels.Observations, total=False):
+    """A step as a solution observes it: the channels of its task, and the number of the scene, from 0."""
+
+    scene_number: int
 
 
 class Agent(ABC):
@@ -28,7 +36,7 @@ class Agent(ABC):
         """Say whether the current scene is done, given the result of the last action."""
 
     @abstractmethod
-    def pick_action(self, observations: dict[str, Any], action_list: Sequence[str]) -> tuple[str, dict[str, Any]]:
+    def pick_action(self, observations: Observations, action_list: Sequence[str]) -> tuple[str, Mapping[str, float]]:
         """Return the next action and its keyword arguments, for example `("move_distance", {"distance": 0.5})`."""
 
     @abstractmethod

@@ -9,13 +9,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-from benchbot.api.agent import ActionResult, Agent
+from benchbot.api.agent import ActionResult, Agent, Observations
 from benchbot.api.client import Client
 from benchbot.core import atomic, resources
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.wire.joining import find
-
-Observations = dict[str, Any]
 
 
 class WrongValueError(BenchbotError, ValueError):

@@ -4,6 +4,84 @@ Names, shapes and units are those of BenchBot v2, so that its solutions run unch
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, NotRequired, TypedDict
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class CameraModel(TypedDict):
+    """The value of `image_rgb_info`, `image_depth_info` and `image_segment_info`."""
+
+    frame_id: str
+    height: int
+    width: int
+    matrix_intrinsics: "NDArray[np.float64]"
+    matrix_projection: "NDArray[np.float64]"
+    distortion_model: NotRequired[str]
+    distortion_coefficients: NotRequired["NDArray[np.float64]"]
+
+
+class Segmentation(TypedDict):
+    """The value of `image_segment`."""
+
+    class_segment_img: "NDArray[np.uint8]"
+    instance_segment_img: "NDArray[np.uint16]"
+    class_ids: dict[str, int]
+
+
+class LaserScan(TypedDict):
+    """The value of `laser`."""
+
+    scans: "NDArray[np.float64]"
+    range_min: float
+    range_max: float
+
+
+class LidarScan(TypedDict):
+    """The value of `lidar`."""
+
+    frame_id: str
+    ranges_m: "NDArray[np.float32]"
+    elevations_rad: "NDArray[np.float64]"
+    azimuths_rad: "NDArray[np.float64]"
+
+
+class InertialMeasurement(TypedDict):
+    """The value of `imu`."""
+
+    orientation_xyzw: "NDArray[np.float64]"
+    angular_velocity_radps: "NDArray[np.float64]"
+    linear_acceleration_mps2: "NDArray[np.float64]"
+
+
+class FramePose(TypedDict):
+    """The value of one frame in `poses`."""
+
+    parent_frame: str
+    translation_xyz: "NDArray[np.float64]"
+    rotation_rpy: "NDArray[np.float64]"
+    rotation_xyzw: "NDArray[np.float64]"
+
+
+class Observations(TypedDict, total=False):
+    """Values of channels by name, as far as they were asked for; `OBSERVATIONS` has their shapes, units and frames.
+
+    A platform with channels of its own declares them in a subclass: `class Mine(Observations, total=False): sonar: …`.
+    """
+
+    image_rgb: "NDArray[np.uint8]"
+    image_rgb_info: CameraModel
+    image_depth: "NDArray[np.float32]"
+    image_depth_info: CameraModel
+    image_segment: Segmentation
+    image_segment_info: CameraModel
+    laser: LaserScan
+    lidar: LidarScan
+    imu: InertialMeasurement
+    poses: dict[str, FramePose]
+    goal: "NDArray[np.float64] | str"
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,7 @@ class ObservationDigest:
         self._hash = sha256()
         self._marks: list[str] = []
 
-    def update(self, observations: Mapping[str, Any]) -> None:
+    def update(self, observations: Mapping[str, object]) -> None:
         """Add the observations of one step."""
         self._add(observations)
         if len(self._marks) < MAX_OBSERVATIONS:
@@ -95,10 +95,10 @@ class BackgroundDigest(ObservationDigest):
     def __init__(self, executor: Executor) -> None:
         super().__init__()
         self._executor = executor
-        self._noted: Mapping[str, Any] | None = None
+        self._noted: Mapping[str, object] | None = None
         self._begun: Future[None] | None = None
 
-    def update(self, observations: Mapping[str, Any]) -> None:
+    def update(self, observations: Mapping[str, object]) -> None:
         """Note the observations of one step."""
         self.wait()
         self._noted = observations

@@ -3,10 +3,12 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
+
+from benchbot.core.channels import FramePose
 
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -93,7 +95,7 @@ class Pose:
         matrix[:3, 3] = self.translation_xyz
         return matrix
 
-    def record(self, parent_frame: str) -> dict[str, Any]:
+    def record(self, parent_frame: str) -> FramePose:
         """Return the pose as the channel `poses` has it: metres, radians, float64."""
         return {
             "parent_frame": parent_frame,

@@ -2,8 +2,9 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, cast
+from typing import Protocol, cast
 
+from benchbot.core.channels import Observations
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import Platform, Scene
@@ -29,10 +30,10 @@ class Host(Protocol):
     def load(self, scene_index: int, seed: int) -> Status:
         """Put the robot into the clean start state of a scene of the selection."""
 
-    def act(self, action: str, arguments: Mapping[str, Any], goal: Pose | None) -> tuple[Outcome, Status]:
+    def act(self, action: str, arguments: Mapping[str, float], goal: Pose | None) -> tuple[Outcome, Status]:
         """Execute one action to its end; `goal` is the trajectory pose that `move_next` drives to."""
 
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         """Return the asked channels, all of one instant. The arrays are the caller's to keep."""
 
     def halt(self, why: str) -> None:
@@ -61,12 +62,12 @@ class InProcessHost:
         self._tracked.begin()
         return self.status()
 
-    def act(self, action: str, arguments: Mapping[str, Any], goal: Pose | None) -> tuple[Outcome, Status]:
+    def act(self, action: str, arguments: Mapping[str, float], goal: Pose | None) -> tuple[Outcome, Status]:
         """Execute one action to its end."""
         outcome = execute(cast(Platform, self._tracked), action, arguments, goal, self._motion)
         return outcome, self.status()
 
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         """Return the asked channels, all of one instant."""
         return self._platform.observe(channels)
 

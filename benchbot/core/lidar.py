@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchbot.core.channels import LidarScan
+
 FIELDS = ("x", "y", "z", "azimuth", "elevation", "distance")
 """Fields of a point of a cloud, named as in Autoware's PointXYZIRCAEDT; metres and radians."""
 POINT = np.dtype([(name, "<f4") for name in FIELDS])
@@ -27,7 +29,7 @@ def elevations_deg(values: Any) -> tuple[float, ...]:
     return tuple(np.linspace(float(values["from_deg"]), float(values["to_deg"]), int(values["count"])).tolist())
 
 
-def points_m(lidar: Mapping[str, Any]) -> NDArray[np.float64]:
+def points_m(lidar: LidarScan) -> NDArray[np.float64]:
     """Return where the beams of the channel `lidar` ended, (rings, beams, 3) in metres, in the lidar's own frame.
 
     x looks ahead, y to the left, z up (REP-103). What is no distance, as too far, too near or invalid, is NaN.
@@ -46,7 +48,7 @@ def directions(elevations_rad: NDArray[np.floating], azimuths_rad: NDArray[np.fl
     return np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)], axis=-1)
 
 
-def cloud(lidar: Mapping[str, Any]) -> NDArray[Any]:
+def cloud(lidar: LidarScan) -> NDArray[Any]:
     """Return the records (rings, beams) of `POINT`; `distance` says by REP-117 why a point is NaN.
 
     Raises ValueError when the ranges are not (rings, beams) of the angles.

@@ -84,7 +84,7 @@ class MotionConfig:
 
 
 def execute(
-    platform: Platform, action: str, arguments: Mapping[str, Any], goal: Pose | None, config: MotionConfig
+    platform: Platform, action: str, arguments: Mapping[str, float], goal: Pose | None, config: MotionConfig
 ) -> Outcome:
     """Execute one action of `benchbot.core.channels.ACTIONS` to its end; the robot is at rest afterwards.
 
@@ -112,7 +112,7 @@ Phase = Callable[[Pose], Steering]
 
 
 def _phases(
-    platform: Platform, action: str, arguments: Mapping[str, Any], goal: Pose | None, config: MotionConfig
+    platform: Platform, action: str, arguments: Mapping[str, float], goal: Pose | None, config: MotionConfig
 ) -> Iterator[Phase]:
     period_s = platform.control_period_s
     start = _believed_pose(platform, config)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, Protocol, Self, runtime_checkable
 
+from benchbot.core.channels import Observations
 from benchbot.core.geometry import Pose
 
 Localisation = Literal["ground_truth", "noisy"]
@@ -59,8 +60,8 @@ class Platform(Protocol):
     def load(self, scene: Scene, seed: int) -> None:
         """Put robot and world into the clean start state of `scene`, clock at zero, nothing collided."""
 
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
-        """Return the asked channels (see `benchbot.core.channels`), all taken at one instant."""
+    def observe(self, channels: Iterable[str]) -> Observations:
+        """Return the asked channels, all taken at one instant."""
 
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
         """Apply one control tick: command a velocity along +x and about +z, held for `duration_s`.
@@ -113,5 +114,5 @@ class ManyCameras(Protocol):
     def twin(self) -> Self:
         """Return another simulator of the same spec, not yet loaded, that shares what scenes are made of."""
 
-    def observe_many(self, platforms: Sequence[Self], channels: Iterable[str]) -> list[dict[str, Any]]:
+    def observe_many(self, platforms: Sequence[Self], channels: Iterable[str]) -> list[Observations]:
         """Return what each of this one's twins (itself may be one) would observe now, to the byte."""

@@ -3,10 +3,16 @@
 import time
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from benchbot.core.errors import FailureClass
 from benchbot.core.motion import Outcome
+
+if TYPE_CHECKING:
+    from benchbot.core.channels import Observations
+else:
+    # A recording's process decodes steps by their types, and takes channels of a platform's own as well.
+    Observations = dict[str, Any]
 
 
 class State(StrEnum):
@@ -31,7 +37,7 @@ class ActionResult(StrEnum):
 class Step:
     """The answer to a step: observations by channel, the result, and the actions that may follow."""
 
-    observations: dict[str, Any]
+    observations: Observations
     result: ActionResult
     actions: tuple[str, ...]
     state: State

@@ -29,7 +29,7 @@ class Recording(Protocol):
     def reset(self) -> None:
         """Start over: the session begins again in the first scene, and what was recorded is void."""
 
-    def step(self, action: str | None, arguments: Mapping[str, Any], step: "Step", progress: "Progress") -> None:
+    def step(self, action: str | None, arguments: Mapping[str, float], step: "Step", progress: "Progress") -> None:
         """Take note of one observation; `action` is what led to it, None after a reset or a plain look.
 
         `progress.frames` is its number since the reset, from 1. Some may be missing: those before a recording joined a
@@ -133,7 +133,7 @@ class Noted:
         return self._guarded(self._recording.reset)
 
     def step(
-        self, action: str | None, arguments: Mapping[str, Any], step: "Step", progress: "Progress", dropped: int
+        self, action: str | None, arguments: Mapping[str, float], step: "Step", progress: "Progress", dropped: int
     ) -> BenchbotError | None:
         """Take note of one observation, before which `dropped` were lost in all; return why it has ended, if so."""
         self.note = replace(self.note, dropped=dropped)

@@ -4,9 +4,9 @@ import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
-from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES
+from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, Observations
 from benchbot.core.digest import ActionLog, ObservationDigest
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass, did_you_mean
 from benchbot.core.geometry import Pose
@@ -253,13 +253,15 @@ class Session:
         self._tell_recordings(lambda recording: recording.step(action, arguments or {}, step, self.progress))
         return step
 
-    def _look(self, host: Host) -> dict[str, Any]:
+    def _look(self, host: Host) -> Observations:
         """Return what the robot senses, and the goal of the episode where the task shows one."""
         episode, wanted = self.selection.episode, self.selection.observations
         if episode is None:
             return host.observe(wanted)
-        shown = host.observe([name for name in wanted if name not in GIVEN_BY_EPISODES]) | {"goal": episode.goal}
-        return {name: shown[name] for name in wanted}
+        shown: Mapping[str, object] = host.observe([name for name in wanted if name not in GIVEN_BY_EPISODES]) | {
+            "goal": episode.goal
+        }
+        return cast(Observations, {name: shown[name] for name in wanted})
 
     def _tell_recordings(self, tell: Callable[[Recording], None]) -> None:
         for recording in self.recordings:

@@ -31,7 +31,7 @@ class Snapshot:
 
     number: int
     stride: int
-    observations: dict[str, Any]
+    observations: dict[str, object]
 
 
 @dataclass
@@ -50,11 +50,11 @@ class ObservationTap:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._subscriptions: dict[SnapshotRequest, _Subscription] = {}
-        self._observations: Mapping[str, Any] | None = None
+        self._observations: Mapping[str, object] | None = None
         self.number = 0
         """The number of observations so far."""
 
-    def offer(self, observations: Mapping[str, Any]) -> None:
+    def offer(self, observations: Mapping[str, object]) -> None:
         """Take in an observation, which stays as it is until it is withdrawn."""
         with self._lock:
             self._observations = observations
@@ -93,7 +93,7 @@ class ObservationTap:
             subscription.snapshot = thinned(self._observations, request, self.number)
 
 
-def thinned(observations: Mapping[str, Any], request: SnapshotRequest, number: int) -> Snapshot:
+def thinned(observations: Mapping[str, object], request: SnapshotRequest, number: int) -> Snapshot:
     """Return a copy of the channels that are asked for. Of images, every n-th row and column; a class stays a class."""
     chosen = {name: observations[name] for name in request.channels if name in observations}
     stride = max([1, *(-(-_width(chosen[name]) // request.width) for name in chosen if name in IMAGES)])

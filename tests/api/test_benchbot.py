@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import benchbot.api
-from benchbot.api import ActionResult, Agent, BenchBot, BenchbotError
+from benchbot.api import ActionResult, Agent, BenchBot, BenchbotError, Observations
 from benchbot.core.errors import FailureClass
 from benchbot.supervisor.backend import Backend
 
@@ -22,14 +22,14 @@ class Walker(Agent):
     def __init__(self, patience: int = 100, **arguments: Any) -> None:
         self.arguments = arguments
         self.patience = patience
-        self.seen: list[dict[str, Any]] = []
+        self.seen: list[Observations] = []
         self.results: list[ActionResult] = []
 
     def is_done(self, action_result: ActionResult) -> bool:
         self.results.append(action_result)
         return action_result is not ActionResult.SUCCESS or len(self.seen) >= self.patience
 
-    def pick_action(self, observations: dict[str, Any], action_list: Sequence[str]) -> tuple[str, dict[str, Any]]:
+    def pick_action(self, observations: Observations, action_list: Sequence[str]) -> tuple[str, dict[str, Any]]:
         self.seen.append(observations)
         return action_list[0], self.arguments
 

@@ -59,10 +59,12 @@ def test_a_solution_sees_the_goal_from_its_start_and_nothing_else_of_the_episode
     assert list(step.observations) == ["laser", "poses", "goal"]
     assert selection.episode is not None
     start = Pose.from_wxyz_xyz(selection.episode.data["start_pose"])
-    x, y = step.observations["goal"]
+    goal = step.observations["goal"]
+    assert isinstance(goal, np.ndarray)
+    x, y = goal
     there = start @ Pose.planar(float(x), float(y), 0.0)
     np.testing.assert_allclose(there.translation_xyz, selection.episode.data["goal"]["position"], atol=1e-6)
-    assert step.observations["goal"].dtype == np.float64
+    assert goal.dtype == np.float64
 
 
 def test_forward_is_x_and_left_is_y() -> None:

@@ -9,12 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+from benchbot.core.channels import LidarScan
 from benchbot.core.lidar import FIELDS, OFFSETS, POINT, cloud, elevations_deg, points_m
 
 ANGLES = st.floats(-1.5, 1.5)
 LIDARS = st.tuples(st.integers(1, 4), st.integers(1, 6)).flatmap(
     lambda shape: st.fixed_dictionaries(
         {
+            "frame_id": st.just("lidar"),
             "ranges_m": arrays.arrays(np.float32, shape),
             "elevations_rad": arrays.arrays(np.float64, shape[0], elements=ANGLES),
             "azimuths_rad": arrays.arrays(np.float64, shape[1], elements=ANGLES),
@@ -24,7 +26,8 @@ LIDARS = st.tuples(st.integers(1, 4), st.integers(1, 6)).flatmap(
 
 
 def test_points_lie_ahead_to_the_left_and_above() -> None:
-    lidar: dict[str, Any] = {
+    lidar: LidarScan = {
+        "frame_id": "lidar",
         "ranges_m": np.array([[2.0, 3.0], [4.0, np.inf]], np.float32),
         "elevations_rad": np.array([0.0, math.pi / 2]),
         "azimuths_rad": np.array([0.0, math.pi / 2]),
@@ -34,7 +37,7 @@ def test_points_lie_ahead_to_the_left_and_above() -> None:
 
 
 @given(LIDARS)
-def test_a_cloud_says_which_way_every_beam_went_and_why_it_met_nothing(lidar: dict[str, Any]) -> None:
+def test_a_cloud_says_which_way_every_beam_went_and_why_it_met_nothing(lidar: LidarScan) -> None:
     records = cloud(lidar)
     np.testing.assert_array_equal(records["distance"], lidar["ranges_m"])
     np.testing.assert_array_equal(records["elevation"][:, 0], lidar["elevations_rad"].astype(np.float32))
@@ -48,8 +51,9 @@ def test_a_point_is_laid_out_as_told() -> None:
 
 
 def test_ranges_of_another_shape_than_the_angles_are_no_cloud() -> None:
+    ranges_m = np.zeros((2, 3), np.float32)
     with pytest.raises(ValueError, match=r"\(2, 3\)"):
-        cloud({"ranges_m": np.zeros((2, 3)), "elevations_rad": np.zeros(3), "azimuths_rad": np.zeros(2)})
+        cloud(LidarScan(frame_id="", ranges_m=ranges_m, elevations_rad=np.zeros(3), azimuths_rad=np.zeros(2)))
 
 
 def test_elevations_are_listed_or_evenly_spaced() -> None:

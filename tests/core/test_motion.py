@@ -13,6 +13,7 @@ from benchbot_sample.unicycle import Limits, State, substeps
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchbot.core.channels import Observations
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose, wrap_angle_rad
@@ -41,7 +42,7 @@ class OpenFloor:
     def load(self, scene: Scene, seed: int) -> None:
         raise NotImplementedError
 
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         raise NotImplementedError
 
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchbot.core.channels import Observations
 from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.core.geometry import Pose
@@ -47,8 +48,8 @@ class RailHost:
         self.x = goal.translation_xyz[0] if goal else self.x + arguments.get("distance", 0.0)
         return (Outcome.COLLIDED if self.x >= 5 else Outcome.REACHED), self.status()
 
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
-        return {channel: np.array([self.x]) for channel in channels}
+    def observe(self, channels: Iterable[str]) -> Observations:
+        return {"goal": np.array([self.x])}
 
     def status(self) -> Status:
         return Status(Pose.planar(self.x, 0, 0), self.clock_s, self.x >= 5)
@@ -72,7 +73,7 @@ def selection(*actions: str, scenes: int = 1, limits: Limits | None = None) -> S
         return declaration("environments", name, variant=number, start_pose=start, trajectory_poses=trajectory)
 
     return Selection(
-        declaration("tasks", "ride", actions=list(actions), observations=["poses"]),
+        declaration("tasks", "ride", actions=list(actions), observations=["goal"]),
         declaration("robots", "wagon"),
         tuple(scene(number) for number in range(1, scenes + 1)),
         None,
@@ -92,7 +93,7 @@ def test_a_passive_episode_runs_along_the_trajectory_and_finishes() -> None:
     assert ride.step("move_next").state is State.DIRTY
     last = ride.step("move_next")
     assert (last.state, last.result, last.actions) == (State.FINISHED, ActionResult.FINISHED, ())
-    assert last.observations["poses"] == 2
+    assert last.observations["goal"] == 2
     assert ride.progress.simulated_time_s == 2
     with pytest.raises(BenchbotError, match="'move_next' is unavailable due to: FINISHED"):
         ride.step("move_next")
@@ -141,7 +142,8 @@ def test_a_robot_that_is_moved_by_other_means_takes_a_step() -> None:
         return host.act("move_distance", {"distance": distance}, None)[1]
 
     moved = ride.move_by("push", {"distance": 1.0}, lambda: push(1.0))
-    assert (moved.state, moved.observations["poses"], ride.progress.steps) == (State.DIRTY, 1.0, 1)
+    assert moved.observations["goal"] == 1.0
+    assert (moved.state, ride.progress.steps) == (State.DIRTY, 1)
     assert ride.move_by("push", {}, lambda: push(9.0)).result is ActionResult.COLLISION
     with pytest.raises(BenchbotError, match="cannot move any more"):
         ride.move_by("push", {}, lambda: push(1.0))

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchbot.core.channels import LaserScan, LidarScan, Segmentation
+
 TRIAD_M = 0.25
 STRIPES = 7
 # Multiples of it, modulo 1, are far from each other, however many there are.
@@ -34,13 +36,13 @@ def draw_depth(axes: Any, depth_m: NDArray[np.float32]) -> None:
     _as_image(axes, "image_depth")
 
 
-def draw_classes(axes: Any, segments: Mapping[str, Any]) -> None:
+def draw_classes(axes: Any, segments: Segmentation) -> None:
     """Draw the class of each pixel; a pixel without a class is black."""
     axes.imshow(_colors(segments["class_segment_img"], "gist_rainbow"), interpolation="nearest")
     _as_image(axes, "image_class")
 
 
-def draw_instances(axes: Any, segments: Mapping[str, Any]) -> None:
+def draw_instances(axes: Any, segments: Segmentation) -> None:
     """Draw each object in diagonal stripes: of the colour of its class, and of that of its number in the class."""
     classes, instances = segments["class_segment_img"], segments["instance_segment_img"]
     striped = _stripes(instances)[..., None]
@@ -49,7 +51,7 @@ def draw_instances(axes: Any, segments: Mapping[str, Any]) -> None:
     _as_image(axes, "image_instance")
 
 
-def draw_laser(axes: Any, laser: Mapping[str, Any]) -> None:
+def draw_laser(axes: Any, laser: LaserScan) -> None:
     """Draw the ends of the beams in the scanner's frame, metres; beams that met nothing are left out."""
     ranges_m, angles_rad = np.asarray(laser["scans"], np.float64).reshape(-1, 2).T
     met = np.isfinite(ranges_m)
@@ -60,7 +62,7 @@ def draw_laser(axes: Any, laser: Mapping[str, Any]) -> None:
     axes.set_title("laser (robot frame)")
 
 
-def draw_lidar(axes: Any, lidar: Mapping[str, Any]) -> None:
+def draw_lidar(axes: Any, lidar: LidarScan) -> None:
     """Draw the ranges by direction, from the nearest, dark, to the farthest, bright; missing ones in grey.
 
     Rings by elevation, the highest on top; ahead in the middle, the left on the left.

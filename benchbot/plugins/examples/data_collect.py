@@ -18,9 +18,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
-from benchbot.api import ActionResult, BenchBot
+from benchbot.api import ActionResult, BenchBot, Observations
 
 LOOK_AROUND = 12
 
@@ -38,12 +39,15 @@ def new_folder(root: Path, environment: Mapping[str, Any]) -> Path:
     raise AssertionError("numbers do not end")
 
 
-def save(folder: Path, step: int, observations: Mapping[str, Any]) -> None:
+def save(folder: Path, step: int, observations: Observations) -> None:
     """Write the observations of one step; what the task does not have is left out."""
     stem = f"{step:04d}"
     if "image_rgb" in observations:
         Image.fromarray(observations["image_rgb"]).save(folder / f"{stem}_rgb.png")
-    arrays = {"depth": observations.get("image_depth"), "laser": observations.get("laser", {}).get("scans")}
+    arrays: dict[str, NDArray[Any] | None] = {
+        "depth": observations.get("image_depth"),
+        "laser": observations.get("laser", {}).get("scans"),
+    }
     segments = observations.get("image_segment", {})
     arrays |= {"class": segments.get("class_segment_img"), "instance": segments.get("instance_segment_img")}
     for name, array in arrays.items():
@@ -52,7 +56,7 @@ def save(folder: Path, step: int, observations: Mapping[str, Any]) -> None:
     write_json(folder / f"{stem}_poses.json", observations.get("poses", {}))
 
 
-def save_models(folder: Path, observations: Mapping[str, Any]) -> None:
+def save_models(folder: Path, observations: Observations) -> None:
     """Write what stays the same from step to step: camera models and class names."""
     cameras = {name: model for name, model in observations.items() if name.endswith("_info")}
     write_json(folder / "cameras.json", cameras)

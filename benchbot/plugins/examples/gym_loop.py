@@ -2,17 +2,16 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from benchbot.api import ActionResult, BenchBot
+from benchbot.api import ActionResult, BenchBot, Observations
 
 STEPS = 10
 ROOM_AHEAD_M = 0.8
 
 
-def policy(observations: dict[str, Any], actions: list[str]) -> tuple[str, dict[str, float]]:
+def policy(observations: Observations, actions: list[str]) -> tuple[str, dict[str, float]]:
     """Follow the trajectory if there is one; else drive where the laser sees room ahead, and turn where it does not."""
     if "move_next" in actions:
         return "move_next", {}

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchbot.api import ActionResult, Agent, BenchBot
+from benchbot.api import ActionResult, Agent, BenchBot, Observations
 
 Move = tuple[str, dict[str, float]]
 
@@ -33,7 +33,7 @@ class ActiveAgent(Agent):
         self._move = next(self._moves, None)
         return self._move is None
 
-    def pick_action(self, observations: dict[str, Any], action_list: Sequence[str]) -> Move:
+    def pick_action(self, observations: Observations, action_list: Sequence[str]) -> Move:
         """Tell what was observed and make the next move."""
         if self._move is None:
             raise RuntimeError("is_done() comes before pick_action()")

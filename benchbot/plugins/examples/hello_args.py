@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchbot.api import ActionResult, Agent, BenchBot
+from benchbot.api import ActionResult, Agent, BenchBot, Observations
 
 
 class PoliteAgent(Agent):
@@ -20,7 +20,7 @@ class PoliteAgent(Agent):
         """Stop after the steps that were asked for, at the end of the trajectory, or after a collision."""
         return self._left == 0 or action_result is not ActionResult.SUCCESS
 
-    def pick_action(self, observations: dict[str, Any], action_list: Sequence[str]) -> tuple[str, dict[str, Any]]:
+    def pick_action(self, observations: Observations, action_list: Sequence[str]) -> tuple[str, dict[str, float]]:
         """Greet, and follow the trajectory; without one, look around."""
         x, y, _ = observations["poses"]["camera"]["translation_xyz"]
         print(f"{self._greeting} from ({x:.2f}, {y:.2f}) m, {self._left} to go.", flush=True)

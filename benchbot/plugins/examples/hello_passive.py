@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchbot.api import ActionResult, Agent, BenchBot
+from benchbot.api import ActionResult, Agent, BenchBot, Observations
 
 
 class PassiveAgent(Agent):
@@ -15,7 +15,7 @@ class PassiveAgent(Agent):
         """Stop at the end of the trajectory, or when the robot has hit something."""
         return action_result is not ActionResult.SUCCESS
 
-    def pick_action(self, observations: dict[str, Any], action_list: Sequence[str]) -> tuple[str, dict[str, Any]]:
+    def pick_action(self, observations: Observations, action_list: Sequence[str]) -> tuple[str, dict[str, float]]:
         """Tell what was observed and drive on."""
         print(f"Observed {', '.join(sorted(observations))}; going on with {action_list[0]}.", flush=True)
         return action_list[0], {}

@@ -144,8 +144,8 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
             return None
         _, last = self._under_way()
         if "image_rgb" in last.observations:
-            return cast(NDArray[np.uint8], last.observations["image_rgb"].copy())
-        return cast(NDArray[np.uint8], cast(Platform, self._platform).observe(["image_rgb"])["image_rgb"])
+            return last.observations["image_rgb"].copy()
+        return cast(Platform, self._platform).observe(["image_rgb"])["image_rgb"]
 
     def close(self) -> None:
         """Release the simulator. Safe to call twice; a reset starts it anew."""

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from benchbot.core.channels import Observations
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import Outcome
@@ -30,8 +31,8 @@ class Transition:
     outcome: Outcome | None
     collided: bool
     base: Pose
-    observations: Mapping[str, Any]
-    observe: Callable[[Iterable[str]], dict[str, Any]]
+    observations: Observations
+    observe: Callable[[Iterable[str]], Observations]
     robot: Mapping[str, Any]
 
 

@@ -16,6 +16,7 @@ from gymnasium.vector.utils import iterate
 from gymnasium.wrappers import TimeLimit
 from numpy.typing import NDArray
 
+from benchbot.core.channels import Observations
 from benchbot.core.digest import ObservationDigest
 from benchbot.core.errors import BenchbotError
 from benchbot.core.host import InProcessHost
@@ -133,7 +134,7 @@ def _run_together(calls: Sequence[Call]) -> list[Any]:
     return results
 
 
-def _observe(requests: Sequence[Request]) -> list[dict[str, Any]]:
+def _observe(requests: Sequence[Request]) -> list[Observations]:
     first, channels = requests[0]
     if isinstance(first, ManyCameras):
         twins: list[Any] = [platform for platform, _ in requests]
@@ -142,16 +143,16 @@ def _observe(requests: Sequence[Request]) -> list[dict[str, Any]]:
 
 
 class _RequestingHost(InProcessHost):
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         current = getcurrent()
         if not isinstance(current, _CallGreenlet) or current.parent is None:
             return super().observe(channels)
-        observations: dict[str, Any] = current.parent.switch((self._platform, tuple(channels)))
+        observations: Observations = current.parent.switch((self._platform, tuple(channels)))
         return observations
 
 
 class _NoDigest(ObservationDigest):
-    def update(self, observations: Mapping[str, Any]) -> None:
+    def update(self, observations: Mapping[str, object]) -> None:
         pass
 
     def hexdigest(self) -> NoReturn:

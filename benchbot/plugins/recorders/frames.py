@@ -33,7 +33,7 @@ class FramesRecording:
             path.unlink(missing_ok=True)
         self._written.clear()
 
-    def step(self, action: str | None, arguments: Mapping[str, Any], step: "Step", progress: "Progress") -> None:
+    def step(self, action: str | None, arguments: Mapping[str, float], step: "Step", progress: "Progress") -> None:
         """Write the step's `image_rgb`, if the task observes it."""
         image = step.observations.get("image_rgb")
         if image is not None:

@@ -3,11 +3,12 @@
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from benchbot.plugins.recorders.files import LineFile
 
 if TYPE_CHECKING:
+    from benchbot.core.channels import Observations
     from benchbot.core.progress import Progress, Step
 
 FILE = "steps.jsonl"
@@ -27,7 +28,7 @@ class StepsRecording:
         """Start over."""
         self._lines.restart()
 
-    def step(self, action: str | None, arguments: Mapping[str, Any], step: "Step", progress: "Progress") -> None:
+    def step(self, action: str | None, arguments: Mapping[str, float], step: "Step", progress: "Progress") -> None:
         """Write one line."""
         from benchbot.core.digest import ObservationDigest
 
@@ -55,7 +56,7 @@ class StepsRecording:
         self._lines.close()
 
 
-def _pose(observations: Mapping[str, Any]) -> dict[str, Any] | None:
+def _pose(observations: "Observations") -> dict[str, list[float]] | None:
     """Return the pose of the robot's base as the solution observed it."""
     pose = observations.get("poses", {}).get(BASE)
     if pose is None:

@@ -5,10 +5,10 @@ Format: https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from benchbot.plugins.recorders.files import LineFile
 
@@ -39,7 +39,7 @@ class TrajectoryRecording:
         self._time_s = -math.inf
         self._observed.restart()
 
-    def step(self, action: str | None, arguments: Mapping[str, Any], step: "Step", progress: "Progress") -> None:
+    def step(self, action: str | None, arguments: Mapping[str, float], step: "Step", progress: "Progress") -> None:
         """Add a pose to each, unless no time has passed: a robot is in one place at a time."""
         if progress.simulated_time_s <= self._time_s:
             return
@@ -62,6 +62,6 @@ class TrajectoryRecording:
                 true.add(line)
 
 
-def _line(time_s: float, translation_xyz: Sequence[float], rotation_xyzw: Sequence[float]) -> str:
+def _line(time_s: float, translation_xyz: Iterable[float], rotation_xyzw: Iterable[float]) -> str:
     # All digits: the same number is read back.
     return " ".join(repr(float(value)) for value in (time_s, *translation_xyz, *rotation_xyzw))

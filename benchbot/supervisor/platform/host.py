@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from benchbot.core import plugin_manager, resources
+from benchbot.core.channels import Observations
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.geometry import Pose
 from benchbot.core.host import Status
@@ -116,7 +117,7 @@ class ChildHost:
             module = "benchbot.supervisor.platform.process"
             self._process = start_module(module, *map(str, handles), output=log_file, pass_fds=handles)
         self.arena = arena.ArenaReader(self._arena_handle)
-        self._observations: messages.Decoder[dict[str, Any]] = (
+        self._observations: messages.Decoder[Any] = (
             borrowed.BorrowingDecoder(self.arena) if zero_copy else messages.decoder(dict[str, Any], self.arena.read)
         )
         self._start: messages.Start | None = messages.Start(
@@ -158,15 +159,15 @@ class ChildHost:
         self._looked = False
         return self._call(messages.Load(scene_index, seed), _STATUS, self._timeouts.load_s)
 
-    def act(self, action: str, arguments: Mapping[str, Any], goal: Pose | None) -> tuple[Outcome, Status]:
+    def act(self, action: str, arguments: Mapping[str, float], goal: Pose | None) -> tuple[Outcome, Status]:
         """Execute one action to its end."""
         request = messages.Act(action, dict(arguments), goal)
         return self._call(request, _OUTCOME, self._timeouts.call_s)
 
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         """Return the asked channels, all of one instant."""
         timeout_s = self._timeouts.call_s if self._looked else self._timeouts.load_s
-        observations = self._call(messages.Observe(list(channels)), self._observations, timeout_s)
+        observations: Observations = self._call(messages.Observe(list(channels)), self._observations, timeout_s)
         self._looked = True
         return observations
 

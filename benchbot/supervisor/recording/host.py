@@ -167,7 +167,7 @@ class RecorderHost:
             self._count_dropped(0)
             self._send_reset()
 
-    def step(self, action: str | None, arguments: Mapping[str, Any], step: Step, progress: Progress) -> None:
+    def step(self, action: str | None, arguments: Mapping[str, float], step: Step, progress: Progress) -> None:
         """Put one observation into the queue, or count it as dropped."""
         with self._lock:
             if self._finished:

@@ -10,8 +10,16 @@ from typing import Any
 
 def annotation(found: object) -> str:
     """Return a type as it is written in the code, without modules and quotes."""
+    found = getattr(found, "__forward_arg__", found)
     text = found if isinstance(found, str) else inspect.formatannotation(found)
-    for prefix in ("collections.abc.", "benchbot.core.records.", "benchbot.api.agent.", "typing.", "enum."):
+    for prefix in (
+        "collections.abc.",
+        "benchbot.core.records.",
+        "benchbot.core.channels.",
+        "benchbot.api.agent.",
+        "typing.",
+        "enum.",
+    ):
         text = text.replace(prefix, "")
     return text.replace("ForwardRef('", "").replace("')", "").replace("'", "")
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from benchbot.core.progress import ActionResult, Progress, State, Step
 from benchbot_record_mcap.recording import McapRecording
@@ -16,7 +17,9 @@ from plugins.record_mcap.tests.bags import by_mcap, by_rosbags
     [(np.array([1.0, -0.5]), {"position_xy": [1.0, -0.5]}), ("chair", {"class": "chair"})],
     ids=["point", "object"],
 )
-def test_a_goal_is_recorded_whether_a_point_or_a_class(tmp_path: Path, goal: object, recorded: object) -> None:
+def test_a_goal_is_recorded_whether_a_point_or_a_class(
+    tmp_path: Path, goal: NDArray[np.float64] | str, recorded: object
+) -> None:
     recording = McapRecording(tmp_path / "run")
     recording.step(None, {}, Step({"goal": goal}, ActionResult.SUCCESS, (), State.CLEAN, 0), Progress())
     recording.close()

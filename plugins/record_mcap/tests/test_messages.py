@@ -1,5 +1,5 @@
 import math
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
+from benchbot.plugin import CameraModel, InertialMeasurement, LaserScan, LidarScan
 from benchbot_record_mcap import messages
 from plugins.record_mcap.tests.bags import through_cdr
 
@@ -61,7 +62,7 @@ def test_a_scan_keeps_ranges_and_angles(first: float, beams: int, turn: float, c
     increment = (-1 if clockwise else 1) * turn / beams
     angles = (first + increment * np.arange(beams) + np.pi) % (2 * np.pi) - np.pi
     ranges = data.draw(npst.arrays("float32", beams))
-    laser = {"scans": np.stack([ranges.astype(float), angles], 1), "range_min": 0.1, "range_max": 20.0}
+    laser: LaserScan = {"scans": np.stack([ranges.astype(float), angles], 1), "range_min": 0.1, "range_max": 20.0}
     scan = through_cdr(messages.laser_scan(laser, HEADER))
     np.testing.assert_array_equal(np.array(scan.ranges, np.float32), ranges)
     read = scan.angle_min + scan.angle_increment * np.arange(beams)
@@ -71,7 +72,7 @@ def test_a_scan_keeps_ranges_and_angles(first: float, beams: int, turn: float, c
 
 @pytest.mark.parametrize("beams", [0, 1])
 def test_a_scan_may_be_almost_nothing(beams: int) -> None:
-    laser = {"scans": np.full((beams, 2), 0.5), "range_min": 0.1, "range_max": math.inf}
+    laser: LaserScan = {"scans": np.full((beams, 2), 0.5), "range_min": 0.1, "range_max": math.inf}
     scan = through_cdr(messages.laser_scan(laser, HEADER))
     assert (list(scan.ranges), scan.angle_increment, scan.range_max) == ([0.5] * beams, 0.0, math.inf)
 
@@ -79,7 +80,12 @@ def test_a_scan_may_be_almost_nothing(beams: int) -> None:
 @given(data=st.data(), rings=st.integers(1, 4), beams=st.integers(1, 9))
 def test_a_cloud_keeps_ranges_and_angles(data: Any, rings: int, beams: int) -> None:
     ranges = data.draw(npst.arrays("float32", (rings, beams)))
-    lidar = {"ranges_m": ranges, "elevations_rad": np.linspace(-0.2, 0.2, rings), "azimuths_rad": np.arange(beams) / 9}
+    lidar: LidarScan = {
+        "frame_id": "lidar",
+        "ranges_m": ranges,
+        "elevations_rad": np.linspace(-0.2, 0.2, rings),
+        "azimuths_rad": np.arange(beams) / 9,
+    }
     cloud = through_cdr(messages.point_cloud(lidar, HEADER))
     assert [field.name for field in cloud.fields] == ["x", "y", "z", "azimuth", "elevation", "distance"]
     assert (cloud.height, cloud.width, cloud.point_step, cloud.row_step) == (rings, beams, 24, 24 * beams)
@@ -91,7 +97,7 @@ def test_a_cloud_keeps_ranges_and_angles(data: Any, rings: int, beams: int) -> N
 
 @pytest.mark.parametrize("angles", [[0, 0.1, 0.3], [0, math.nan, 0.2]])
 def test_a_scan_of_uneven_beams_is_refused(angles: list[float]) -> None:
-    laser = {"scans": np.stack([np.ones(3), angles], 1), "range_min": 0.1, "range_max": 20.0}
+    laser: LaserScan = {"scans": np.stack([np.ones(3), angles], 1), "range_min": 0.1, "range_max": 20.0}
     with pytest.raises(ValueError, match="evenly spaced"):
         messages.laser_scan(laser, HEADER)
 
@@ -101,7 +107,7 @@ numbers = st.floats(allow_nan=False)
 
 @given(st.lists(numbers, min_size=10, max_size=10))
 def test_inertial_measurements_come_back(values: list[float]) -> None:
-    observed = {
+    observed: InertialMeasurement = {
         "orientation_xyzw": np.array(values[:4]),
         "angular_velocity_radps": np.array(values[4:7]),
         "linear_acceleration_mps2": np.array(values[7:]),
@@ -118,9 +124,9 @@ def test_inertial_measurements_come_back(values: list[float]) -> None:
 def test_what_an_imu_does_not_measure_is_marked(missing: str) -> None:
     channels = {"orientation": "orientation_xyzw", "angular_velocity": "angular_velocity_radps"}
     channels |= {"linear_acceleration": "linear_acceleration_mps2"}
-    observed = {key: np.full(4 if part == "orientation" else 3, 0.5) for part, key in channels.items()}
-    observed[channels[missing]] *= np.nan
-    imu = through_cdr(messages.imu(observed, HEADER))
+    values = {key: np.full(4 if part == "orientation" else 3, 0.5) for part, key in channels.items()}
+    values[channels[missing]] *= np.nan
+    imu = through_cdr(messages.imu(cast(InertialMeasurement, values), HEADER))
     for part in channels:
         assert getattr(imu, f"{part}_covariance")[0] == (-1 if part == missing else 0)
     assert math.isnan(getattr(imu, missing).x)
@@ -128,8 +134,10 @@ def test_what_an_imu_does_not_measure_is_marked(missing: str) -> None:
 
 def test_a_distorted_camera_says_so() -> None:
     coefficients = np.array([-0.05, 0.01, 5e-4, -5e-4, 0.002])
-    plain = {"height": 3, "width": 4, "matrix_intrinsics": np.eye(3), "matrix_projection": np.eye(3, 4)}
-    distorted = {**plain, "distortion_model": "plumb_bob", "distortion_coefficients": coefficients}
+    plain = CameraModel(
+        frame_id="camera", height=3, width=4, matrix_intrinsics=np.eye(3), matrix_projection=np.eye(3, 4)
+    )
+    distorted: CameraModel = {**plain, "distortion_model": "plumb_bob", "distortion_coefficients": coefficients}
     assert messages.camera_info(plain, HEADER).d.tolist() == [0.0] * 5
     message = messages.camera_info(distorted, HEADER)
     assert message.distortion_model == "plumb_bob"

@@ -2,9 +2,9 @@ import itertools
 import json
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import pytest
@@ -13,6 +13,7 @@ from mcap.reader import make_reader
 from rosbags.rosbag2 import Reader
 
 from benchbot.core import plugin_manager
+from benchbot.core.channels import Observations
 from benchbot.core.errors import BenchbotError
 from benchbot.core.light_records import Recorder
 from benchbot.core.progress import ActionResult, Progress, State, Step
@@ -76,10 +77,12 @@ def test_what_was_observed_is_what_is_read_back(tmp_path: Path, read: Callable[[
         np.testing.assert_array_equal(pixels(instances, "<u2"), seen["image_segment"]["instance_segment_img"])
         assert json.loads(at["/camera/segmentation/class_ids"].data) == seen["image_segment"]["class_ids"]
 
+        models: Mapping[str, Any] = seen
         for channel, topic in CAMERA_TOPICS.items():
-            assert (at[topic].height, at[topic].width) == (seen[channel]["height"], seen[channel]["width"])
-            np.testing.assert_array_equal(np.reshape(at[topic].k, (3, 3)), seen[channel]["matrix_intrinsics"])
-            np.testing.assert_array_equal(np.reshape(at[topic].p, (3, 4)), seen[channel]["matrix_projection"])
+            model = models[channel]
+            assert (at[topic].height, at[topic].width) == (model["height"], model["width"])
+            np.testing.assert_array_equal(np.reshape(at[topic].k, (3, 3)), model["matrix_intrinsics"])
+            np.testing.assert_array_equal(np.reshape(at[topic].p, (3, 4)), model["matrix_projection"])
             np.testing.assert_array_equal(np.reshape(at[topic].r, (3, 3)), np.eye(3))
 
         scan, laser = at["/scan"], seen["laser"]
@@ -208,7 +211,7 @@ def test_only_what_was_observed_is_recorded(tmp_path: Path) -> None:
     assert bag["/camera/color/image_raw"][0][1].header.frame_id == "camera"
 
 
-def observing(**observations: Any) -> Step:
+def observing(**observations: Unpack[Observations]) -> Step:
     return Step(observations, ActionResult.SUCCESS, (), State.CLEAN, 0)
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageSequence
 
 from benchbot.core import plugin_manager
+from benchbot.core.channels import Observations
 from benchbot.core.errors import BenchbotError
 from benchbot.core.progress import ActionResult, Progress, State, Step
 from benchbot.core.recording import Recording
@@ -33,7 +34,7 @@ def image(number: int, width: int = WIDTH) -> NDArray[np.uint8]:
 
 def film(recording: Recording, count: int, width: int = WIDTH) -> None:
     for number in range(count):
-        seen = {"image_rgb": image(number, width)}
+        seen: Observations = {"image_rgb": image(number, width)}
         step = Step(seen, ActionResult.SUCCESS, (), State.CLEAN, 0)
         recording.step(None, {}, step, Progress(frames=number + 1))
 

@@ -1,7 +1,6 @@
 """Contact is predicted where the footprint would come by, and nowhere else."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -9,6 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from benchbot.core.channels import LaserScan
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig
 from benchbot_robot_ros2.clearance import contact_ahead, obstacle_points
@@ -107,7 +107,7 @@ def test_without_obstacles_nothing_is_touched() -> None:
     assert not ahead([], (1.5, 0.0))
 
 
-def scan(*ranges_m: float, range_min: float = 0.1, range_max: float = 10.0) -> dict[str, Any]:
+def scan(*ranges_m: float, range_min: float = 0.1, range_max: float = 10.0) -> LaserScan:
     angles_rad = np.linspace(-np.pi, np.pi, len(ranges_m), endpoint=False)
     return {"scans": np.stack([np.array(ranges_m), angles_rad], 1), "range_min": range_min, "range_max": range_max}
 

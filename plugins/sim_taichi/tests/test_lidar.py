@@ -1,6 +1,7 @@
 """The lidar of many rings measures what Embree says is there, and says by REP-117 what it cannot measure."""
 
 import math
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchbot.core.channels import LidarScan
 from benchbot.core.declarations import schema
 from benchbot.core.digest import ObservationDigest
 from benchbot.core.errors import BenchbotError
@@ -31,7 +33,7 @@ MIDDLE = Pose((1.3, 0.9, 1.15), (0.0, 0.0, 0.0, 1.0))
 ray_traced = pytest.mark.xdist_group("renderer")
 
 
-def digest(observed: dict[str, Any]) -> str:
+def digest(observed: Mapping[str, object]) -> str:
     found = ObservationDigest()
     found.update(observed)
     return found.hexdigest()
@@ -43,7 +45,7 @@ def renderer(kernel_cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Re
     return Renderer(load_scene(path), Lighting(), cache_dir=kernel_cache)
 
 
-def scan(renderer: Renderer, pose: Pose, **changes: Any) -> dict[str, Any]:
+def scan(renderer: Renderer, pose: Pose, **changes: Any) -> LidarScan:
     return Lidar.from_mapping(VALUES | changes).scan(renderer, [pose], [np.random.default_rng(0)])[0]
 
 
@@ -54,7 +56,7 @@ def test_ranges_are_those_of_embree(renderer: Renderer, yaw_deg: float) -> None:
     seen = scan(renderer, pose, elevations_deg={"count": 16, "from_deg": -15, "to_deg": 15}, beams=900)
     assert seen["ranges_m"].shape == (16, 900)
     assert seen["ranges_m"].dtype == np.float32
-    directions = points_m(seen | {"ranges_m": np.ones((16, 900))}).reshape(-1, 3) @ pose.matrix()[:3, :3].T
+    directions = points_m(seen | {"ranges_m": np.ones((16, 900), np.float32)}).reshape(-1, 3) @ pose.matrix()[:3, :3].T
     expected = Embree(renderer.scene).cast(pose.translation_xyz, directions)
     # A ray that grazes an edge may see either side of it.
     assert np.mean(np.abs(seen["ranges_m"].ravel() - expected) < 1e-3) > 0.999

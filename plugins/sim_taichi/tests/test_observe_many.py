@@ -1,8 +1,8 @@
 """Robots that share scenes: what they observe together is what each observes by itself."""
 
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -24,7 +24,7 @@ def scene(*labels: str) -> Scene:
     return Scene(schema.read(MINIROOM) | ({"object_labels": list(labels)} if labels else {}), MINIROOM.parent)
 
 
-def digest(observed: dict[str, Any]) -> str:
+def digest(observed: Mapping[str, object]) -> str:
     found = ObservationDigest()
     found.update(observed)
     return found.hexdigest()

@@ -1,7 +1,7 @@
 """Noise has the published statistics, invalid is NaN, and the same instant of the same run has the same noise."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -205,7 +205,7 @@ def test_there_are_no_two_models_of_one_name() -> None:
     assert isinstance(read_depth_noise({"model": "structured_light"}), StructuredLight)
 
 
-def digest(observed: dict[str, Any]) -> str:
+def digest(observed: Mapping[str, object]) -> str:
     found = ObservationDigest()
     found.update(observed)
     return found.hexdigest()
@@ -222,7 +222,7 @@ def test_a_run_with_noise_can_be_repeated(kernel_cache: Path) -> None:
         robot.load(scene, seed)
         robot.drive(0.2, 0.0, robot.control_period_s)
     channels = ["image_rgb", "image_depth", "laser"]
-    seen = first.observe_many(robots, channels)
+    seen: Sequence[Mapping[str, object]] = first.observe_many(robots, channels)
     for name in channels:
         one, other, differently_seeded = (digest({name: observed[name]}) for observed in seen)
         assert one == other == digest(first.observe([name]))

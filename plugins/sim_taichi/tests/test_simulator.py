@@ -178,8 +178,10 @@ def test_poses_name_the_frames_of_the_robot_and_the_camera(loaded: RayTracedSimu
 def test_every_channel_has_its_documented_form(seeing: RayTracedSimulator) -> None:
     seen = seeing.observe(CHANNELS)
     assert list(seen) == CHANNELS
-    arrays = [seen["image_rgb"], seen["image_depth"], *list(seen["image_segment"].values())[:2], seen["laser"]["scans"]]
-    arrays += [seen["lidar"][name] for name in ("ranges_m", "elevations_rad", "azimuths_rad")]
+    segments, lidar = seen["image_segment"], seen["lidar"]
+    arrays: list[Any] = [seen["image_rgb"], seen["image_depth"]]
+    arrays += [segments["class_segment_img"], segments["instance_segment_img"], seen["laser"]["scans"]]
+    arrays += [lidar["ranges_m"], lidar["elevations_rad"], lidar["azimuths_rad"]]
     assert [(array.dtype, array.shape) for array in arrays] == [
         (np.uint8, (180, 320, 3)),
         (np.float32, (180, 320)),
@@ -275,10 +277,11 @@ def test_the_laser_sees_what_the_robot_would_bump_into(seeing: RayTracedSimulato
 
 @ray_traced
 def test_segmentation_alone_equals_segmentation_with_a_picture(seeing: RayTracedSimulator) -> None:
-    alone = seeing.observe(["image_segment"])
-    together = seeing.observe(["image_rgb", "image_segment"])
-    for name, image in alone["image_segment"].items():
-        assert np.array_equal(image, together["image_segment"][name])
+    alone = seeing.observe(["image_segment"])["image_segment"]
+    together = seeing.observe(["image_rgb", "image_segment"])["image_segment"]
+    assert np.array_equal(alone["class_segment_img"], together["class_segment_img"])
+    assert np.array_equal(alone["instance_segment_img"], together["instance_segment_img"])
+    assert alone["class_ids"] == together["class_ids"]
 
 
 def test_the_trajectory_of_the_miniroom_is_free() -> None:

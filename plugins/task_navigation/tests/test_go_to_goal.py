@@ -3,13 +3,16 @@
 import json
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from benchbot.api import ActionResult
+from benchbot.api import ActionResult, Observations
 from benchbot.core import results
+from benchbot.core.channels import LaserScan
+from benchbot.core.errors import BenchbotError, FailureClass
+from benchbot.core.geometry import Pose
 from benchbot.core.session import Session
 from benchbot_task_navigation.evaluator import evaluate
 from benchbot_task_navigation.examples.go_to_goal import BACK_OFF_M, Driver, GoToGoal
@@ -24,7 +27,7 @@ def drive(session: Session, tmp_path: Path) -> dict[str, Any]:
     agent = GoToGoal(robot["footprint"]["radius_m"], robot["robot_frame"])
     step = session.reset()
     while not agent.is_done(ActionResult[step.result.name]):
-        step = session.step(*agent.pick_action(step.observations, step.actions))
+        step = session.step(*agent.pick_action(cast(Observations, step.observations), step.actions))
     path = tmp_path / "result.json"
     agent.save_result(str(path), results.empty_result(session.selection), {})
     return results.finish(json.loads(path.read_text()), session)
@@ -105,9 +108,9 @@ def test_a_way_that_leads_far_aside_is_found() -> None:
 
 def test_it_takes_no_more_than_its_budget_of_steps() -> None:
     agent = GoToGoal(0.2, "base_link", step_budget=4)
-    still = {"translation_xyz": np.zeros(3), "rotation_rpy": np.zeros(3)}
+    still = Pose().record("map")
     poses = {"base_link": still, "lidar": still, "initial_pose": still}
-    laser = {"scans": np.array([[np.inf, 0.0]]), "range_min": 0.1, "range_max": 10.0}
+    laser: LaserScan = {"scans": np.array([[np.inf, 0.0]]), "range_min": 0.1, "range_max": 10.0}
     steps = 0
     while not agent.is_done(ActionResult.SUCCESS):
         agent.pick_action({"poses": poses, "laser": laser, "goal": np.array([2.0, 0.0])}, [])
@@ -115,3 +118,11 @@ def test_it_takes_no_more_than_its_budget_of_steps() -> None:
 
     assert steps == 4
     assert agent.is_done(ActionResult.COLLISION)
+
+
+def test_a_goal_that_is_no_point_is_refused_in_words() -> None:
+    still = Pose().record("map")
+    with pytest.raises(BenchbotError, match="drives to points only") as refused:
+        GoToGoal(0.2, "base_link").pick_action({"poses": {"base_link": still, "lidar": still}, "goal": "chair"}, [])
+    assert "'chair'" in refused.value.why
+    assert refused.value.failure is FailureClass.AGENT

@@ -1,11 +1,12 @@
 """What a camera and a laser see of boxes, cast here ray by ray."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchbot.api import Observations
+from benchbot.core.channels import LaserScan
 from benchbot.core.geometry import Pose
 
 WIDTH, HEIGHT, FOCAL = 160, 90, 80.0
@@ -39,23 +40,24 @@ def cast(boxes: Sequence[Box], camera: Pose) -> tuple[NDArray[np.float32], NDArr
     return depth, numbers
 
 
-def observe(boxes: Sequence[Box], camera: Pose, scene_number: int = 0) -> dict[str, Any]:
+def observe(boxes: Sequence[Box], camera: Pose, scene_number: int = 0) -> Observations:
     depth, numbers = cast(boxes, camera)
     matrix = np.array([[FOCAL, 0, WIDTH / 2], [0, FOCAL, HEIGHT / 2], [0, 0, 1]])
     return {
         "image_depth": depth,
-        "image_depth_info": {"height": HEIGHT, "width": WIDTH, "matrix_intrinsics": matrix},
+        "image_depth_info": {
+            "frame_id": "camera",
+            "height": HEIGHT,
+            "width": WIDTH,
+            "matrix_intrinsics": matrix,
+            "matrix_projection": np.eye(3, 4),
+        },
         "image_segment": {
             "class_segment_img": (numbers // 1000).astype(np.uint8),
             "instance_segment_img": numbers,
             "class_ids": IDS,
         },
-        "poses": {
-            "camera": {
-                "translation_xyz": np.array(camera.translation_xyz),
-                "rotation_xyzw": np.array(camera.rotation_xyzw),
-            }
-        },
+        "poses": {"camera": camera.record("map")},
         "scene_number": scene_number,
     }
 
@@ -67,12 +69,7 @@ def views(height_m: float = 1.05) -> list[Pose]:
     return [Pose.planar(x, y, yaw, z=height_m) @ OPTICAL for x, y in places for yaw in yaws]
 
 
-def record(pose: Pose) -> dict[str, Any]:
-    """Return a pose as observations have it."""
-    return {"translation_xyz": np.array(pose.translation_xyz), "rotation_xyzw": np.array(pose.rotation_xyzw)}
-
-
-def scan(boxes: Sequence[Box], lidar: Pose, beams: int = 360) -> dict[str, Any]:
+def scan(boxes: Sequence[Box], lidar: Pose, beams: int = 360) -> LaserScan:
     """Return a level laser scan from `lidar`: how far it is to the nearest box in each direction."""
     angles = np.linspace(-np.pi, np.pi, beams, endpoint=False)
     level = np.stack([np.cos(angles), np.sin(angles), np.zeros(beams)], 1) @ lidar.matrix()[:3, :3].T

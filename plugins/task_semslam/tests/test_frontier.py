@@ -4,15 +4,14 @@ import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from benchbot.api import ActionResult
+from benchbot.api import ActionResult, Observations
 from benchbot.core.geometry import Pose
 from benchbot_task_semslam.examples.frontier import STEP_BUDGET, FrontierMapper
-from plugins.task_semslam.tests.casting import OPTICAL, Box, observe, record, scan
+from plugins.task_semslam.tests.casting import OPTICAL, Box, observe, scan
 
 RADIUS_M = 0.25
 WALLS: list[Box] = [
@@ -35,12 +34,12 @@ class Robot:
     def __init__(self) -> None:
         self.pose = Pose.planar(0, 0.5, 0)
 
-    def observe(self) -> dict[str, Any]:
+    def observe(self) -> Observations:
         lidar = self.pose @ Pose((0, 0, 0.6))
         camera = self.pose @ Pose((0, 0, 1.0)) @ OPTICAL
         frame = observe(WORLD, camera)
         frame["laser"] = scan(WORLD, lidar)
-        frame["poses"] |= {"base_link": record(self.pose), "lidar": record(lidar)}
+        frame["poses"] |= {"base_link": self.pose.record("map"), "lidar": lidar.record("map")}
         return frame
 
     def move(self, action: str, arguments: dict[str, float]) -> None:

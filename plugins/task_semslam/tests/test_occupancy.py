@@ -3,7 +3,7 @@ import pytest
 
 from benchbot.core.geometry import Pose
 from benchbot_task_semslam.mapping.occupancy import OccupancyGrid
-from plugins.task_semslam.tests.casting import Box, record, scan
+from plugins.task_semslam.tests.casting import Box, scan
 
 POST: Box = (0, (2.0, -0.2, 0.0), (2.4, 0.2, 1.0))
 
@@ -11,7 +11,7 @@ POST: Box = (0, (2.0, -0.2, 0.0), (2.4, 0.2, 1.0))
 def scanned(boxes: list[Box], pose: Pose | None = None) -> OccupancyGrid:
     lidar = pose or Pose.planar(0, 0, 0, z=0.5)
     grid = OccupancyGrid((0, 0), size_m=8)
-    grid.add_laser(scan(boxes, lidar), record(lidar))
+    grid.add_laser(scan(boxes, lidar), lidar.record("map"))
     return grid
 
 
@@ -29,7 +29,7 @@ def test_what_moved_away_is_forgotten() -> None:
     grid = scanned([POST])
     lidar = Pose.planar(0, 0, 0, z=0.5)
     for _ in range(5):
-        grid.add_laser(scan([], lidar), record(lidar))
+        grid.add_laser(scan([], lidar), lidar.record("map"))
 
     assert grid.free[grid.cell((2.01, 0))]
 
@@ -38,7 +38,7 @@ def test_no_beam_clears_an_obstacle_below_it() -> None:
     grid = OccupancyGrid((0, 0), size_m=8)
     grid.add_points(np.array([[1, 0, 0.2], [99, 0, 0.2]], np.float32))
     lidar = Pose.planar(0, 0, 0, z=0.5)
-    grid.add_laser(scan([], lidar), record(lidar))
+    grid.add_laser(scan([], lidar), lidar.record("map"))
 
     assert not grid.free[grid.cell((1, 0))]
     assert not grid.walls[grid.cell((1, 0))], "one can see past it"
@@ -47,7 +47,7 @@ def test_no_beam_clears_an_obstacle_below_it() -> None:
 def test_invalid_beams_are_left_out() -> None:
     grid = OccupancyGrid((0, 0), size_m=8)
     scans = np.array([[np.nan, 0.0], [0.01, 0.1]])
-    grid.add_laser({"scans": scans, "range_min": 0.1, "range_max": 20.0}, record(Pose.planar(0, 0, 0)))
+    grid.add_laser({"scans": scans, "range_min": 0.1, "range_max": 20.0}, Pose.planar(0, 0, 0).record("map"))
 
     assert not grid.free.any()
     assert not grid.walls.any()

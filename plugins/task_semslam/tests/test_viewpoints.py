@@ -5,7 +5,7 @@ import numpy as np
 from benchbot.core.geometry import Pose
 from benchbot_task_semslam.mapping.occupancy import OccupancyGrid
 from benchbot_task_semslam.mapping.viewpoints import Sight, best_viewpoint, look
-from plugins.task_semslam.tests.casting import Box, record, scan
+from plugins.task_semslam.tests.casting import Box, scan
 
 SIGHT = Sight(math.pi / 2, near_m=0.3, far_m=3.0)
 SCREEN: Box = (0, (1.0, -1.5, 0.0), (1.1, 1.5, 1.0))
@@ -22,7 +22,7 @@ def room() -> OccupancyGrid:
     grid = OccupancyGrid((0, 0), size_m=8)
     for x in (0.0, 2.0):
         lidar = Pose.planar(x, 0, 0, z=0.5)
-        grid.add_laser(scan([*walls, SCREEN], lidar, beams=720), record(lidar))
+        grid.add_laser(scan([*walls, SCREEN], lidar, beams=720), lidar.record("map"))
     return grid
 
 

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchbot.core import plugin_manager
+from benchbot.core.channels import LaserScan
 from benchbot.core.geometry import Pose
 from benchbot.gymnasium import Coverage, MapQuality, Move, Transition
 
@@ -17,7 +18,7 @@ Make = Callable[..., gymnasium.Env[Any, Any]]
 
 def transition(ranges_m: list[float], *, step: int = 1, scene_number: int = 0, base: Pose | None = None) -> Transition:
     angles_rad = np.linspace(-np.pi, np.pi, len(ranges_m), endpoint=False)
-    laser = {"scans": np.stack([np.array(ranges_m), angles_rad], 1), "range_min": 0.1, "range_max": 20.0}
+    laser: LaserScan = {"scans": np.stack([np.array(ranges_m), angles_rad], 1), "range_min": 0.1, "range_max": 20.0}
     return Transition(
         step=step,
         scene_number=scene_number,
@@ -26,7 +27,7 @@ def transition(ranges_m: list[float], *, step: int = 1, scene_number: int = 0, b
         collided=False,
         base=base or Pose(),
         observations={},
-        observe=lambda channels: dict.fromkeys(channels, laser),
+        observe=lambda channels: {"laser": laser},
         robot={},
     )
 

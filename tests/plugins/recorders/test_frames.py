@@ -1,15 +1,17 @@
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from benchbot.core.channels import Observations
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
 from benchbot.core.progress import ActionResult, Progress, State, Step
 
 
-def step(**observations: np.ndarray) -> Step:
+def step(**observations: Unpack[Observations]) -> Step:
     return Step(observations, ActionResult.SUCCESS, (), State.CLEAN, 0)
 
 
@@ -51,5 +53,5 @@ def test_a_frame_that_cannot_be_written_is_told(tmp_path: Path) -> None:
 
 def test_a_task_without_a_camera_leaves_no_frames(tmp_path: Path) -> None:
     recording = load().record("recorders", "frames").create(tmp_path)
-    recording.step(None, {}, step(poses=np.zeros(3)), Progress())
+    recording.step(None, {}, step(goal=np.zeros(2)), Progress())
     assert list(tmp_path.iterdir()) == []

@@ -2,13 +2,13 @@
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from evo.tools import file_interface
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from benchbot.core.channels import Observations
 from benchbot.core.geometry import Pose
 from benchbot.core.progress import ActionResult, Progress, State, Step
 from benchbot.plugins.recorders.trajectory import TrajectoryRecording
@@ -26,7 +26,7 @@ def test_evo_reads_back_where_the_robot_was_and_was_said_to_be(
     recording.reset()
     times_s = np.cumsum([duration_s for duration_s, *_ in steps])
     for time_s, (_, x, y, yaw_rad) in zip(times_s, steps, strict=True):
-        told: dict[str, Any] = {"poses": {"base_link": Pose.planar(y, x, -yaw_rad).record("map")}}
+        told: Observations = {"poses": {"base_link": Pose.planar(y, x, -yaw_rad).record("map")}}
         progress = Progress(simulated_time_s=float(time_s), pose_xyyaw=(x, y, yaw_rad))
         for _ in range(2):  # looked at twice in one place
             recording.step(None, {}, Step(told, ActionResult.SUCCESS, (), State.DIRTY, 0), progress)

@@ -3,12 +3,13 @@
 import math
 import os
 import time
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchbot.core.channels import CameraModel, FramePose, LaserScan, Observations, Segmentation
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.geometry import Pose
 from benchbot.core.platform import PlatformSpec, Scene
@@ -65,12 +66,12 @@ class SampleSimulator:
         self._collided = False
         self._observed = 0
 
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         """Return the asked channels."""
         self._break_on_purpose()
         self._observed += 1
         seen = view.look(self._world, self._state.x, self._state.y, self._state.yaw_rad)
-        makers = {
+        makers: dict[str, Callable[[], object]] = {
             "image_rgb": lambda: seen.rgb,
             "image_depth": lambda: seen.depth_m,
             "image_segment": lambda: self._segments(seen.obstacle),
@@ -78,7 +79,7 @@ class SampleSimulator:
             "poses": self._poses,
         }
         makers |= dict.fromkeys(("image_rgb_info", "image_depth_info", "image_segment_info"), _camera_info)
-        return {name: makers[name]() for name in channels}
+        return cast(Observations, {name: makers[name]() for name in channels})
 
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
         """Apply one control tick, up to contact."""
@@ -169,7 +170,7 @@ class SampleSimulator:
         if forward or turn:
             self._believed = self._believed.moved(float(forward * (1 + linear)), float(turn * (1 + angular)), 1.0)
 
-    def _segments(self, obstacle: NDArray[np.int64]) -> dict[str, Any]:
+    def _segments(self, obstacle: NDArray[np.int64]) -> Segmentation:
         # Index -1 (nothing) wraps to the last entry, which is the unlabelled one.
         instances = self._instances[obstacle]
         return {
@@ -178,14 +179,14 @@ class SampleSimulator:
             "class_ids": {name: number for name, number in self._class_ids.items() if name in self._world.labels},
         }
 
-    def _laser(self) -> dict[str, Any]:
+    def _laser(self) -> LaserScan:
         angles = np.linspace(-np.pi, np.pi, LASER_BEAMS, endpoint=False)
         low, high = LASER_RANGE_M
         ranges, _ = self._world.cast(self._state.x, self._state.y, angles + self._state.yaw_rad)
         ranges = np.where(ranges > high, np.inf, ranges)
         return {"scans": np.stack([ranges, angles], 1), "range_min": low, "range_max": high}
 
-    def _poses(self) -> dict[str, Any]:
+    def _poses(self) -> dict[str, FramePose]:
         base = self.odometry() if self._localisation == "noisy" else self.pose()
         offered = {"base_link": base, "initial_pose": self._start, "camera": base @ view.CAMERA_TO_BASE, "lidar": base}
         return {name: offered[name].record("map") for name in self._frames}
@@ -213,7 +214,7 @@ def _instance_ids(labels: tuple[str | None, ...], class_ids: Mapping[str, int]) 
     return np.array([*ids, 0], dtype=np.uint16)
 
 
-def _camera_info() -> dict[str, Any]:
+def _camera_info() -> CameraModel:
     return {
         "frame_id": "camera",
         "height": view.HEIGHT,

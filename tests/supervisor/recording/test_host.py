@@ -6,12 +6,12 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack, cast
 
 import numpy as np
 import pytest
 
-from benchbot.core.channels import OBSERVATIONS
+from benchbot.core.channels import OBSERVATIONS, Observations
 from benchbot.core.digest import ObservationDigest
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
@@ -25,7 +25,7 @@ from tests.supervisor.harness import children_of, eventually
 PATIENCE_S = 60
 
 
-def step(number: int, **observations: Any) -> tuple[str, dict[str, Any], Step, Progress]:
+def step(number: int, **observations: Unpack[Observations]) -> tuple[str, dict[str, Any], Step, Progress]:
     """The step with a number, from 1; the robot goes 0.1 m in each."""
     base = Pose.planar(0.1 * number, 0.0, 0.0)
     seen = observations or fake_observations(OBSERVATIONS, base, np.random.default_rng(number))
@@ -72,12 +72,23 @@ def test_what_is_told_arrives_as_it_was_in_all_recordings(tmp_path: Path) -> Non
     assert host.pid not in children_of(os.getpid())
 
 
+def test_channels_of_a_platform_of_its_own_are_recorded_too(tmp_path: Path) -> None:
+    made, arrived = (cast(Any, step(1)[2].observations) | {"sonar": {"ranges_m": np.arange(4.0)}} for _ in range(2))
+    host = RecorderHost({"steps": tmp_path}, print)
+    host.reset()
+    host.step(*step(1, **made))
+    host.close()
+    expected = ObservationDigest()
+    expected.update(arrived)
+    assert lines(tmp_path)[0]["sha256"] == expected.hexdigest()
+
+
 def test_an_observation_that_cannot_be_sent_is_refused_and_an_empty_one_is_not(tmp_path: Path) -> None:
     host = RecorderHost({"steps": tmp_path}, print)
     host.reset()
-    host.step(*step(1, laser={"scans": np.empty((0, 2)), "range_max": np.float32(3)}))
+    host.step(*step(1, laser={"scans": np.empty((0, 2)), "range_min": 0.0, "range_max": cast(float, np.float32(3))}))
     with pytest.raises(BenchbotError, match="cannot be recorded"):
-        host.step(*step(2, image_rgb=object()))
+        host.step(*step(2, image_rgb=cast(Any, object())))
     with pytest.raises(BenchbotError, match="cannot be recorded"):
         host.step(*step(2, image_rgb=np.array(["text"])))
     host.step(*step(3, goal="chair"))

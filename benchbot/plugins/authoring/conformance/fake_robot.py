@@ -3,11 +3,11 @@
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
-from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, OBSERVATIONS
+from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, OBSERVATIONS, CameraModel, Observations
 from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.geometry import Pose
 from benchbot.core.host import Status
@@ -81,7 +81,7 @@ class FakeHost:
         self._random = np.random.default_rng([seed, scene_index])
         return self._status()
 
-    def act(self, action: str, arguments: Mapping[str, Any], goal: Pose | None) -> tuple[Outcome, Status]:
+    def act(self, action: str, arguments: Mapping[str, float], goal: Pose | None) -> tuple[Outcome, Status]:
         """Put the robot where the action leads to."""
         self._action_count += 1
         self._clock_s += ACTION_S
@@ -96,7 +96,7 @@ class FakeHost:
             self._base = self._base @ Pose.planar(0.0, 0.0, math.radians(float(arguments["angle"])))
         return Outcome.REACHED, self._status()
 
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         """Return made-up observations that conform."""
         return fake_observations(channels, self._base, self._random)
 
@@ -110,7 +110,7 @@ class FakeHost:
         return Status(self._base, self._clock_s, self._collided)
 
 
-def fake_observations(channels: Iterable[str], base: Pose, random: np.random.Generator) -> dict[str, Any]:
+def fake_observations(channels: Iterable[str], base: Pose, random: np.random.Generator) -> Observations:
     """Return a new value of each channel, as a robot at `base` in the map frame might observe it."""
     depth_m = random.uniform(0.5, 8.0, (HEIGHT, WIDTH)).astype(np.float32)
     depth_m[0] = np.inf
@@ -120,14 +120,17 @@ def fake_observations(channels: Iterable[str], base: Pose, random: np.random.Gen
     ranges_m = random.uniform(1.0, 8.0, BEAMS)
     ranges_m[0] = np.inf
     poses = {"base_link": base, "initial_pose": Pose(), "camera": base @ CAMERA_IN_BASE, "lidar": base}
-    values: dict[str, Any] = {
+    values: Observations = {
         "image_rgb": random.integers(0, 256, (HEIGHT, WIDTH, 3), np.uint8),
+        "image_rgb_info": _camera_model(),
         "image_depth": depth_m,
+        "image_depth_info": _camera_model(),
         "image_segment": {
             "class_segment_img": classes,
             "instance_segment_img": classes.astype(np.uint16) * 1000 + (classes > 0),
             "class_ids": {name: number for number, name in enumerate(LABELS, 1)},
         },
+        "image_segment_info": _camera_model(),
         "laser": {"scans": np.stack([ranges_m, azimuths_rad], 1), "range_min": 0.1, "range_max": 10.0},
         "lidar": {
             "frame_id": "lidar",
@@ -143,11 +146,11 @@ def fake_observations(channels: Iterable[str], base: Pose, random: np.random.Gen
         "poses": {name: pose.record("map") for name, pose in poses.items()},
         "goal": np.array([1.0, 0.5]),
     }
-    values |= {name: _camera_model() for name in ("image_rgb_info", "image_depth_info", "image_segment_info")}
-    return {name: values[name] for name in channels}
+    by_name: Mapping[str, object] = values
+    return cast(Observations, {name: by_name[name] for name in channels})
 
 
-def _camera_model() -> dict[str, Any]:
+def _camera_model() -> CameraModel:
     intrinsics = np.array([[FOCAL_PX, 0.0, WIDTH / 2], [0.0, FOCAL_PX, HEIGHT / 2], [0.0, 0.0, 1.0]])
     return {
         "frame_id": "camera",

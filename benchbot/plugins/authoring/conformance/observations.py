@@ -19,7 +19,7 @@ def check_value(channel: str, value: Any) -> str:
     return CHECKS[channel](value)
 
 
-def digest(observations: Mapping[str, Any]) -> str:
+def digest(observations: Mapping[str, object]) -> str:
     """Return the digest of every byte of observations."""
     running = ObservationDigest()
     running.update(observations)

@@ -26,7 +26,8 @@ def _channel(bench: Bench, platform: Platform, name: str) -> str:
     platform.load(bench.scene, SEED)
     description = ""
     for _ in range(2):
-        description = check_value(name, platform.observe([name])[name])
+        seen: Mapping[str, object] = platform.observe([name])
+        description = check_value(name, seen[name])
         drive(platform, 0.0, 0.5, 0.3)
     return description
 
@@ -125,11 +126,12 @@ def repeats_itself(bench: Bench, platform: Platform) -> str:
 def changes_only_noise_with_the_seed(bench: Bench, platform: Platform) -> str:
     """The start pose and the sensors are the same for every seed."""
     platform.load(bench.scene, SEED)
-    start, seen = platform.pose(), platform.observe(bench.channels)
+    start = platform.pose()
+    seen: Mapping[str, object] = platform.observe(bench.channels)
     platform.load(bench.scene, SEED + 1)
     if platform.pose() != start:
         raise Violation("The start pose depends on the seed.", "Start where the scene says, whatever the seed.")
-    other = platform.observe(bench.channels)
+    other: Mapping[str, object] = platform.observe(bench.channels)
     for name in bench.channels:
         if _form(seen[name]) != _form(other[name]):
             raise Violation(f"Shapes or types of {name} depend on the seed.", "Draw noise from the seed, nothing else.")

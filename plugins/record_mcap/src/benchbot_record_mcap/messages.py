@@ -22,7 +22,8 @@ from rosbags.typesys.stores.ros2_jazzy import std_msgs__msg__Header as Header
 from rosbags.typesys.stores.ros2_jazzy import std_msgs__msg__String as String
 from rosbags.typesys.stores.ros2_jazzy import tf2_msgs__msg__TFMessage as TFMessage
 
-from benchbot.plugin import LIDAR_OFFSETS, LIDAR_POINT, cloud
+from benchbot.plugin import LIDAR_OFFSETS, LIDAR_POINT, CameraModel, FramePose, InertialMeasurement, LidarScan, cloud
+from benchbot.plugin import LaserScan as Scan
 
 EVENLY_SPACED_RAD = 1e-4
 
@@ -56,7 +57,7 @@ def image(pixels: npt.NDArray[Any], encoding: str, stamped: Header) -> Image:
     return Image(stamped, height, width, encoding, 0, step, little_endian.reshape(-1).view(np.uint8))
 
 
-def camera_info(info: Mapping[str, Any], stamped: Header) -> CameraInfo:
+def camera_info(info: CameraModel, stamped: Header) -> CameraInfo:
     """Return the model of a pinhole camera, with the distortion that it reports, if any, and no rotation."""
     return CameraInfo(
         header=stamped,
@@ -73,7 +74,7 @@ def camera_info(info: Mapping[str, Any], stamped: Header) -> CameraInfo:
     )
 
 
-def laser_scan(laser: Mapping[str, Any], stamped: Header) -> LaserScan:
+def laser_scan(laser: Scan, stamped: Header) -> LaserScan:
     """Return a scan of evenly spaced beams, in the precision of the message, float32.
 
     Angles may wrap at pi. Raises ValueError when beams are not evenly spaced: the message cannot say so.
@@ -105,7 +106,7 @@ def laser_scan(laser: Mapping[str, Any], stamped: Header) -> LaserScan:
     )
 
 
-def point_cloud(lidar: Mapping[str, Any], stamped: Header) -> PointCloud2:
+def point_cloud(lidar: LidarScan, stamped: Header) -> PointCloud2:
     """Return an organised cloud, a row a ring, of the fields of `benchbot.core.lidar.POINT`, float32.
 
     Points that are none are NaN, and `distance` says why (REP-117).
@@ -127,7 +128,7 @@ def point_cloud(lidar: Mapping[str, Any], stamped: Header) -> PointCloud2:
     )
 
 
-def imu(values: Mapping[str, Any], stamped: Header) -> Imu:
+def imu(values: InertialMeasurement, stamped: Header) -> Imu:
     """Return inertial measurements whose covariances are unknown (zeros).
 
     What the device does not measure (NaN) has a covariance that begins with -1, as the message's definition has it.
@@ -146,7 +147,7 @@ def imu(values: Mapping[str, Any], stamped: Header) -> Imu:
     )
 
 
-def transforms(poses: Mapping[str, Mapping[str, Any]], time_ns: int) -> TFMessage:
+def transforms(poses: Mapping[str, FramePose], time_ns: int) -> TFMessage:
     """Return each pose as a transform from its parent frame."""
     return TFMessage(
         [

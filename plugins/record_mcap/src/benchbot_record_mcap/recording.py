@@ -3,7 +3,6 @@
 import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 from benchbot.plugin import BenchbotError, ExitCode, FailureClass, Progress, Step
 from benchbot_record_mcap import topics
@@ -39,7 +38,7 @@ class McapRecording:
             self._bag.abandon()
             self._writing(self._begin)
 
-    def step(self, action: str | None, arguments: Mapping[str, Any], step: Step, progress: Progress) -> None:
+    def step(self, action: str | None, arguments: Mapping[str, float], step: Step, progress: Progress) -> None:
         """Write one step. After a failure every later step fails likewise, up to the next reset."""
         with self._lock:
             self._require_open()

@@ -19,7 +19,7 @@ TopicMessage = tuple[str, Any]
 
 
 def of_step(
-    action: str | None, arguments: Mapping[str, Any], step: Step, progress: Progress, time_ns: int
+    action: str | None, arguments: Mapping[str, float], step: Step, progress: Progress, time_ns: int
 ) -> Iterator[TopicMessage]:
     """Yield (topic, message) of everything to record of one step: the action, what was observed, the progress.
 

@@ -7,7 +7,7 @@ import numpy as np
 import rerun
 from numpy.typing import NDArray
 
-from benchbot.plugin import Step
+from benchbot.plugin import LaserScan, LidarScan, Observations, Step
 
 MAP = "map"
 CAMERA, LASER_FRAME, BASE = "camera", "lidar", "base_link"
@@ -32,7 +32,7 @@ class Way:
         return [*self._places[:-1:stride], place]
 
 
-def entities_of(action: str | None, arguments: Mapping[str, Any], step: Step, way: Way) -> Iterator[Entity]:
+def entities_of(action: str | None, arguments: Mapping[str, float], step: Step, way: Way) -> Iterator[Entity]:
     """Yield (path, archetype) of everything to record of one step. Poses are those that the solution observed."""
     seen = step.observations
     poses = seen.get("poses", {})
@@ -76,7 +76,7 @@ def _likeliest(weights: Sequence[float], names: Sequence[str]) -> str:
     return str(names[place]) if place < len(names) else "object"
 
 
-def _of_camera(seen: Mapping[str, Any]) -> Iterator[Entity]:
+def _of_camera(seen: Observations) -> Iterator[Entity]:
     camera = f"{MAP}/{CAMERA}"
     model = seen.get("image_rgb_info") or seen.get("image_depth_info") or seen.get("image_segment_info")
     if model is not None:
@@ -99,12 +99,12 @@ def _of_camera(seen: Mapping[str, Any]) -> Iterator[Entity]:
         yield f"{camera}/image/instances", rerun.SegmentationImage(segment["instance_segment_img"])
 
 
-def _beams(laser: Mapping[str, Any]) -> NDArray[Any]:
+def _beams(laser: LaserScan) -> NDArray[Any]:
     ranges_m, angles_rad = np.asarray(laser["scans"], float).reshape(-1, 2).T
     return np.stack([ranges_m * np.cos(angles_rad), ranges_m * np.sin(angles_rad), np.zeros(len(ranges_m))], 1)
 
 
-def _rings(lidar: Mapping[str, Any]) -> NDArray[Any]:
+def _rings(lidar: LidarScan) -> NDArray[Any]:
     ranges_m = np.asarray(lidar["ranges_m"], float)
     elevations_rad = np.asarray(lidar["elevations_rad"], float)[:, None]
     azimuths_rad = np.asarray(lidar["azimuths_rad"], float)[None, :]

@@ -52,7 +52,7 @@ class RerunRecording:
         self._end()
         self._begin()
 
-    def step(self, action: str | None, arguments: Mapping[str, Any], step: Step, progress: Progress) -> None:
+    def step(self, action: str | None, arguments: Mapping[str, float], step: Step, progress: Progress) -> None:
         """Write one step."""
         stream = self._stream
         if stream is None:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +41,7 @@ class FilmRecording:
             self.close()
             self._path.unlink(missing_ok=True)
 
-    def step(self, action: str | None, arguments: Mapping[str, Any], step: Step, progress: Progress) -> None:
+    def step(self, action: str | None, arguments: Mapping[str, float], step: Step, progress: Progress) -> None:
         """Add a frame, if the task observes one."""
         image = step.observations.get("image_rgb")
         if image is None:

@@ -12,7 +12,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from benchbot.plugin import BenchbotError, PluginInfo, did_you_mean
+from benchbot.plugin import BenchbotError, PluginInfo, Segmentation, did_you_mean
 from benchbot.plugin import installed_plugins as installed
 from benchbot_robot_ros2 import clouds, images, sensors
 
@@ -73,7 +73,7 @@ def _load(point: PluginInfo) -> Callback:
     )
 
 
-def _segments(parts: Mapping[str, Any]) -> dict[str, Any]:
+def _segments(parts: Mapping[str, Any]) -> Segmentation:
     classes = images.labels(parts["class_segment_img"], np.uint8)
     instances = images.labels(parts["instance_segment_img"], np.uint16)
     if classes.shape != instances.shape:

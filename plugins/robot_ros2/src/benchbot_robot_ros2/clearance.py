@@ -5,12 +5,11 @@ Nothing is turned by a disc that turns on the spot, so contact depends on the wa
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchbot.plugin import MotionConfig, Pose
+from benchbot.plugin import LaserScan, MotionConfig, Pose
 from benchbot_robot_ros2.ramp import REST, Velocity, clipped
 
 # An arc this long and wide is less than a millimetre from its chord.
@@ -51,7 +50,7 @@ def contact_ahead(
 
 
 def obstacle_points(
-    observation: Mapping[str, Any] | NDArray[np.float32],
+    observation: LaserScan | NDArray[np.float32],
     mount: Pose,
     z_range_m: tuple[float, float],
     intrinsics: Array | None = None,
@@ -72,7 +71,7 @@ def obstacle_points(
     return points[(points[:, 2] >= z_min_m) & (points[:, 2] <= z_max_m), :2]
 
 
-def _scanned(laser: Mapping[str, Any]) -> Array:
+def _scanned(laser: LaserScan) -> Array:
     ranges_m, angles_rad = np.asarray(laser["scans"], np.float64).reshape(-1, 2).T
     nearest_m, farthest_m = float(laser["range_min"]), float(laser["range_max"])
     ranges_m = np.where(np.isneginf(ranges_m), nearest_m, ranges_m)

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from benchbot.plugin import LidarScan
 from benchbot_robot_ros2.sensors import wrapped
 
 # sensor_msgs/msg/PointField: FLOAT32 and FLOAT64.
@@ -13,7 +14,7 @@ _DTYPES = {7: "f4", 8: "f8"}
 Array = npt.NDArray[np.float64]
 
 
-def lidar(message: Any) -> dict[str, Any]:
+def lidar(message: Any) -> LidarScan:
     """Return an organised sensor_msgs/msg/PointCloud2, a row a ring, as the channel `lidar` has it.
 
     Fields `distance`, `elevation` and `azimuth` (metres, radians; those of Autoware's PointXYZIRCAEDT) are taken as

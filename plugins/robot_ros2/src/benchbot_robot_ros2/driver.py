@@ -3,14 +3,16 @@
 import math
 import threading
 from collections.abc import Iterable
-from typing import Any
+from typing import cast
 
 from benchbot.plugin import (
     OBSERVATIONS,
     REST_MPS,
     REST_RADPS,
     BenchbotError,
+    FramePose,
     MotionConfig,
+    Observations,
     PlatformSpec,
     Pose,
     Scene,
@@ -80,7 +82,7 @@ class Ros2Driver:
         self._check_start()
         self._loaded_s = robot.clock.now_s()
 
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         """Return the requested channels, from messages that were taken after this call.
 
         The first observation tells what this run asks for; no more is subscribed from then on.
@@ -101,7 +103,8 @@ class Ros2Driver:
             channel.name: channel.decode({part: sample.message for part, sample in samples[channel.name].items()})
             for channel in wanted
         }
-        return {name: self._poses(robot) if name == "poses" else decoded[name] for name in names}
+        observed = {name: self._poses(robot) if name == "poses" else decoded[name] for name in names}
+        return cast(Observations, observed)
 
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
         """Hold a velocity for one tick of a schedule that does not drift.
@@ -216,7 +219,7 @@ class Ros2Driver:
         newest = robot.odometry.newest
         return Moment(newest.stamp_ns if newest is not None else 0, robot.clock.now_s())
 
-    def _poses(self, robot: ConnectedRobot) -> dict[str, Any]:
+    def _poses(self, robot: ConnectedRobot) -> dict[str, FramePose]:
         base = self.odometry() if self._spec.localisation == "noisy" else self.pose()
         frames = {
             frame: self._start_pose if frame == INITIAL_POSE else base @ robot.mount(frame)

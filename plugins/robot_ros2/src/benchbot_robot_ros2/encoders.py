@@ -1,6 +1,6 @@
 """Observations as ROS 2 messages: the inverse of the callbacks, for what presents itself as a robot."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
@@ -9,7 +9,8 @@ import numpy.typing as npt
 from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2, PointField
 from std_msgs.msg import String
 
-from benchbot.plugin import LIDAR_OFFSETS, cloud
+from benchbot.plugin import LIDAR_OFFSETS, CameraModel, LidarScan, Segmentation, cloud
+from benchbot.plugin import LaserScan as Scan
 from benchbot_robot_ros2.messages import set_stamp
 
 # Of float32 angles, up to pi, in a scan of thousands of beams.
@@ -46,7 +47,7 @@ def _image(pixels: npt.NDArray[Any], encoding: str, dtype: str, channels: int) -
     return message
 
 
-def _camera_info(model: Mapping[str, Any]) -> Any:
+def _camera_info(model: CameraModel) -> Any:
     return CameraInfo(
         height=model["height"],
         width=model["width"],
@@ -58,7 +59,7 @@ def _camera_info(model: Mapping[str, Any]) -> Any:
     )
 
 
-def _scan(scan: Mapping[str, Any]) -> Any:
+def _scan(scan: Scan) -> Any:
     if not len(scan["scans"]):
         raise ValueError("the scan is empty")
     ranges_m, angles_rad = scan["scans"][:, 0], np.unwrap(scan["scans"][:, 1])
@@ -77,7 +78,7 @@ def _scan(scan: Mapping[str, Any]) -> Any:
     return message
 
 
-def _cloud(lidar: Mapping[str, Any]) -> Any:
+def _cloud(lidar: LidarScan) -> Any:
     records = cloud(lidar)
     if not records.size:
         raise ValueError("the cloud is empty")
@@ -97,7 +98,7 @@ def _cloud(lidar: Mapping[str, Any]) -> Any:
     return message
 
 
-def _segments(segments: Mapping[str, Any]) -> dict[str, Any]:
+def _segments(segments: Segmentation) -> dict[str, Any]:
     return {
         "class_segment_img": _image(segments["class_segment_img"], "mono8", "<u1", 1),
         "instance_segment_img": _image(segments["instance_segment_img"], "mono16", "<u2", 1),

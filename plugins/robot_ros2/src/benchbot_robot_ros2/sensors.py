@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from benchbot.plugin import CameraModel, InertialMeasurement, LaserScan
 
-def camera_model(message: Any) -> dict[str, Any]:
+
+def camera_model(message: Any) -> CameraModel:
     """Return a sensor_msgs/msg/CameraInfo as the channels `*_info` have it; its pictures must be rectified.
 
     Distortion (`d`) is not looked at: an observation's camera is a pinhole, as `image_rect` topics have it.
@@ -41,7 +43,7 @@ def camera_model(message: Any) -> dict[str, Any]:
     }
 
 
-def laser(message: Any) -> dict[str, Any]:
+def laser(message: Any) -> LaserScan:
     """Return a sensor_msgs/msg/LaserScan as the channel `laser` has it, one row per range, in the message's order.
 
     As in REP-117, +inf is nothing within range, -inf is too near, NaN is invalid. Many scanners' drivers write a number
@@ -78,7 +80,7 @@ def wrapped(angles_rad: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return angles_rad
 
 
-def imu(message: Any) -> dict[str, npt.NDArray[np.float64]]:
+def imu(message: Any) -> InertialMeasurement:
     """Return a sensor_msgs/msg/Imu as the channel `imu` has it; NaN is what the device does not measure.
 
     It does not where the first element of the covariance is -1 (Imu.msg).

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchbot.core.channels import FramePose
 from benchbot.core.geometry import Pose
 from benchbot_robot_ros2 import transforms
 from benchbot_robot_ros2.bridge.robot import topics
@@ -255,5 +256,6 @@ def close(first: Pose, second: Pose) -> bool:
     return bool(np.allclose(first.matrix(), second.matrix(), atol=1e-9))
 
 
-def recorded(record: dict[str, Any]) -> Pose:
-    return Pose(tuple(record["translation_xyz"]), tuple(record["rotation_xyzw"]))
+def recorded(record: FramePose) -> Pose:
+    (x, y, z), (qx, qy, qz, qw) = record["translation_xyz"], record["rotation_xyzw"]
+    return Pose((x, y, z), (qx, qy, qz, qw))

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from benchbot.core import plugin_manager
+from benchbot.core.channels import Observations
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.platform import Simulation
 from benchbot_robot_ros2 import ros
@@ -120,6 +121,6 @@ class Recalling:
         self.asked: list[tuple[str, ...]] = []
         self._simulation = simulation
 
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         self.asked.append(tuple(channels))
         return self._simulation.observe(self.asked[-1])

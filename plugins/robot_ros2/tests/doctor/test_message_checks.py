@@ -8,6 +8,7 @@ import pytest
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, LaserScan
 
+from benchbot.core.channels import LaserScan as Scan
 from benchbot.core.findings import Finding, Level
 from benchbot.core.geometry import Pose
 from benchbot_robot_ros2.declaration import Timing, Topic
@@ -137,7 +138,7 @@ def test_depth_is_looked_at(depth_m: Any, level: Level, says: str) -> None:
     assert says in finding.detail
 
 
-def scan(first_deg: float, last_deg: float, ranges_m: float = 2.0) -> dict[str, Any]:
+def scan(first_deg: float, last_deg: float, ranges_m: float = 2.0) -> Scan:
     angles = np.radians(np.arange(first_deg, last_deg, 1.0))
     return {"scans": np.column_stack([np.full(angles.size, ranges_m), angles]), "range_min": 0.1, "range_max": 10.0}
 

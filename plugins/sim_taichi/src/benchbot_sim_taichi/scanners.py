@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.plugin import Pose, directions, elevations_deg
+from benchbot.plugin import LaserScan, LidarScan, Pose, directions, elevations_deg
 from benchbot_sim_taichi.declared import check_keys, limits_m, optional
 from benchbot_sim_taichi.renderer import Renderer
 
@@ -61,7 +61,7 @@ class Laser:
 
     def scan(
         self, renderer: Renderer, laser_poses: Sequence[Pose], randoms: Iterable[np.random.Generator]
-    ) -> list[dict[str, Any]]:
+    ) -> list[LaserScan]:
         """Return a scan from each pose in the map frame, with noise from the generator of each (REP-117)."""
         angles_rad = _around(self.beams)
         along = np.stack([np.cos(angles_rad), np.sin(angles_rad), np.zeros(self.beams)], 1)
@@ -102,7 +102,7 @@ class Lidar:
 
     def scan(
         self, renderer: Renderer, lidar_poses: Sequence[Pose], randoms: Iterable[np.random.Generator]
-    ) -> list[dict[str, Any]]:
+    ) -> list[LidarScan]:
         """Return the channel `lidar` from each pose in the map frame, with noise from the generator of each."""
         elevations_rad, azimuths_rad = np.radians(self.elevations_deg), _around(self.beams)
         along = directions(elevations_rad, azimuths_rad).reshape(-1, 3)

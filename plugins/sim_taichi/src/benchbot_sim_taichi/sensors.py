@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.plugin import BenchbotError, Pose
+from benchbot.plugin import BenchbotError, CameraModel, Pose, Segmentation
 from benchbot_scenes.scene import Instance
 from benchbot_sim_taichi.camera_noise import CameraNoise
 from benchbot_sim_taichi.declared import check_keys, limits_m, optional
@@ -67,10 +67,10 @@ class Camera:
             depth_noise=optional(values, "depth_noise", read_depth_noise),
         )
 
-    def info(self) -> dict[str, Any]:
+    def info(self) -> CameraModel:
         """Return the camera's model, as the channels `*_info` have it."""
         matrix = np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
-        info = {
+        info: CameraModel = {
             "frame_id": self.frame,
             "height": self.height,
             "width": self.width,
@@ -78,10 +78,8 @@ class Camera:
             "matrix_projection": np.hstack([matrix, np.zeros((3, 1))]),
         }
         if self.distortion:
-            info |= {
-                "distortion_model": PLUMB_BOB,
-                "distortion_coefficients": self.distortion.coefficients(),
-            }
+            info["distortion_model"] = PLUMB_BOB
+            info["distortion_coefficients"] = self.distortion.coefficients()
         return info
 
     @cached_property
@@ -152,7 +150,7 @@ class Labels:
             classes[instance.index], numbers[instance.index] = ids[name], number
         return cls(classes, numbers, {name: ids[name] for name in object_labels if counts[name]})
 
-    def segment(self, frame: Frame) -> dict[str, Any]:
+    def segment(self, frame: Frame) -> Segmentation:
         """Return the segmentation of one picture."""
         return {
             "class_segment_img": self.classes[frame.instance],

@@ -1,14 +1,22 @@
 """The simulator: a differential-drive robot in a ray-traced scene, as one platform."""
 
-from collections.abc import Callable, Iterable, Sequence
-from functools import cached_property
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.plugin import BenchbotError, MotionConfig, PlatformSpec, Pose, Scene, did_you_mean
+from benchbot.plugin import (
+    BenchbotError,
+    MotionConfig,
+    Observations,
+    PlatformSpec,
+    Pose,
+    Scene,
+    did_you_mean,
+)
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.scene_file import scene_file
@@ -69,7 +77,7 @@ class RayTracedSimulator:
                 "Move the environment's start_pose, or choose a smaller robot.",
             )
 
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         """Return the requested channels; pictures share one exposure, and other channels are not rendered."""
         return self.observe_many([self], channels)[0]
 
@@ -79,7 +87,7 @@ class RayTracedSimulator:
         twin._worlds = self._worlds
         return twin
 
-    def observe_many(self, platforms: Sequence[Self], channels: Iterable[str]) -> list[dict[str, Any]]:
+    def observe_many(self, platforms: Sequence[Self], channels: Iterable[str]) -> list[Observations]:
         """Return what each of this simulator's twins observes now, with one launch for the pictures of a scene."""
         wanted = tuple(channels)
         unknown = [name for name in wanted if name not in CHANNELS]
@@ -89,7 +97,7 @@ class RayTracedSimulator:
                 f"It simulates: {', '.join(CHANNELS)}.{did_you_mean(unknown[0], CHANNELS)}",
                 "Choose a task that asks for these only.",
             )
-        observed: list[dict[str, Any]] = [{} for _ in platforms]
+        observed: list[Observations] = [{} for _ in platforms]
         for world in {id(platform._world): platform._world for platform in platforms}.values():
             there = [i for i, platform in enumerate(platforms) if platform._world is world]
             poses = [platforms[i].pose() for i in there]
@@ -104,7 +112,7 @@ class RayTracedSimulator:
             }
             for number, (i, frame) in enumerate(zip(there, frames, strict=True)):
                 scanned = {name: scan[number] for name, scan in scans.items()}
-                observed[i] = {name: platforms[i]._channel(name, frame, scanned) for name in wanted}
+                observed[i] = platforms[i]._seen(wanted, frame, scanned)
         return observed
 
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
@@ -199,21 +207,27 @@ class RayTracedSimulator:
             asked[name] = scanner
         return asked
 
-    def _channel(self, name: str, frame: Frame | None, scans: dict[str, Any]) -> Any:
-        if name in scans:
-            return scans[name]
-        if name == "poses":
-            base = self.odometry() if self._spec.localisation == "noisy" else self.pose()
-            poses = self._robot.poses(base, self._start_pose)
-            return {frame: pose.record(self._robot.global_frame) for frame, pose in poses.items()}
-        if frame is None or name not in PICTURES:
-            return self._robot.camera.info()
-        pictures: dict[str, Callable[[Frame], Any]] = {
-            "image_rgb": lambda frame: self._robot.camera.rgb(frame, lambda: self._random(name)),
-            "image_depth": lambda frame: self._robot.camera.depth(frame, lambda: self._random(name)),
-            "image_segment": self._world.labels.segment,
-        }
-        return pictures[name](frame)
+    def _seen(self, wanted: Iterable[str], frame: Frame | None, scans: Mapping[str, Any]) -> Observations:
+        """Return the channels in the order in which they are wanted."""
+        seen: Observations = {}
+        camera = self._robot.camera
+        for name in wanted:
+            match name:
+                case "image_rgb" if frame:
+                    seen["image_rgb"] = camera.rgb(frame, partial(self._random, "image_rgb"))
+                case "image_depth" if frame:
+                    seen["image_depth"] = camera.depth(frame, partial(self._random, "image_depth"))
+                case "image_segment" if frame:
+                    seen["image_segment"] = self._world.labels.segment(frame)
+                case "image_rgb_info" | "image_depth_info" | "image_segment_info":
+                    seen[name] = camera.info()
+                case "laser" | "lidar":
+                    seen[name] = scans[name]
+                case "poses":
+                    base = self.odometry() if self._spec.localisation == "noisy" else self.pose()
+                    poses = self._robot.poses(base, self._start_pose)
+                    seen["poses"] = {frame: pose.record(self._robot.global_frame) for frame, pose in poses.items()}
+        return seen
 
 
 def _what_is_there(scene: Scene) -> tuple[Path, str, float]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchbot.api import ActionResult, Agent
+from benchbot.api import ActionResult, Agent, Observations
 from benchbot.plugins.examples import hello_passive
 from benchbot.testing import check_agent
 from tests.plugins.authoring.conformance.reading import all_is_well, broken, warned
@@ -19,7 +19,7 @@ class Passive(Agent):
     def is_done(self, action_result: ActionResult) -> bool:
         return action_result is not ActionResult.SUCCESS
 
-    def pick_action(self, observations: dict[str, Any], action_list: Sequence[str]) -> tuple[str, dict[str, Any]]:
+    def pick_action(self, observations: Observations, action_list: Sequence[str]) -> tuple[str, dict[str, Any]]:
         return "move_next", {}
 
     def save_result(
@@ -43,7 +43,7 @@ class NeverDone(Passive):
     def is_done(self, action_result: ActionResult) -> bool:
         return False
 
-    def pick_action(self, observations: dict[str, Any], action_list: Sequence[str]) -> tuple[str, dict[str, Any]]:
+    def pick_action(self, observations: Observations, action_list: Sequence[str]) -> tuple[str, dict[str, Any]]:
         return "move_angle", {"angle": 10.0}
 
 
@@ -63,7 +63,7 @@ class SavesNonsense(Passive):
 
 
 class NeedsTwoScenes(Passive):
-    def pick_action(self, observations: dict[str, Any], action_list: Sequence[str]) -> tuple[str, dict[str, Any]]:
+    def pick_action(self, observations: Observations, action_list: Sequence[str]) -> tuple[str, dict[str, Any]]:
         if observations["scene_number"]:
             raise IndexError("only one scene")
         return "move_next", {}
@@ -84,7 +84,7 @@ class WandersByChance(Passive):
         self.left -= 1
         return self.left < 0 or super().is_done(action_result)
 
-    def pick_action(self, observations: dict[str, Any], action_list: Sequence[str]) -> tuple[str, dict[str, Any]]:
+    def pick_action(self, observations: Observations, action_list: Sequence[str]) -> tuple[str, dict[str, Any]]:
         return "move_angle", {"angle": float(self.random.uniform(-90, 90))}
 
 

@@ -1,5 +1,6 @@
 """Made-up observations conform whatever the pose; each kind of damage to one is found out."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,8 @@ from benchbot.plugins.authoring.conformance.properties import Violation
 
 
 def sample(channel: str) -> Any:
-    return fake_observations([channel], Pose.planar(1.0, 2.0, 0.5), np.random.default_rng(0))[channel]
+    seen: Mapping[str, Any] = fake_observations([channel], Pose.planar(1.0, 2.0, 0.5), np.random.default_rng(0))
+    return seen[channel]
 
 
 @given(

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from benchbot_sample.simulator import SampleSimulator
 
+from benchbot.core.channels import Observations
 from benchbot.core.geometry import Pose
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot.core.records import RobotDriver, Simulator
@@ -77,18 +78,18 @@ class Creeps(SampleSimulator):
 
 
 class SeesTooMuch(SampleSimulator):
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         return super().observe({*channels, "image_rgb", "poses"})
 
 
 class LooksForALongTime(SampleSimulator):
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         self.drive(0.1, 0.0, 0.05)
         return super().observe(channels)
 
 
 class TellsOldPoses(SampleSimulator):
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         seen = super().observe(channels)
         if "poses" in seen:
             seen["poses"]["base_link"] = self._start.record("map")
@@ -96,7 +97,7 @@ class TellsOldPoses(SampleSimulator):
 
 
 class HidesItsLaser(SampleSimulator):
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         seen = super().observe(channels)
         if "poses" in seen:
             del seen["poses"]["lidar"]
@@ -104,7 +105,7 @@ class HidesItsLaser(SampleSimulator):
 
 
 class GivesPosesToItself(SampleSimulator):
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         seen = super().observe(channels)
         for pose in seen.get("poses", {}).values():
             pose["parent_frame"] = "odom"
@@ -112,7 +113,7 @@ class GivesPosesToItself(SampleSimulator):
 
 
 class WritesOnWhatItGave(SampleSimulator):
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         seen = super().observe(channels)
         if "image_rgb" in seen:
             self._buffer = vars(self).setdefault("_buffer", np.empty_like(seen["image_rgb"]))
@@ -122,7 +123,7 @@ class WritesOnWhatItGave(SampleSimulator):
 
 
 class IsUpsideDown(SampleSimulator):
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         seen = super().observe(channels)
         if "image_depth_info" in seen:
             info = seen["image_depth_info"]

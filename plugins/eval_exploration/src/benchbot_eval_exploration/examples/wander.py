@@ -3,17 +3,16 @@
 import argparse
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from benchbot.api import ActionResult, BenchBot
+from benchbot.api import ActionResult, BenchBot, Observations
 
 ROOM_AHEAD_M = 1.0
 DRIVE_M = 0.3
 
 
-def pick(observations: dict[str, Any]) -> tuple[str, dict[str, float]]:
+def pick(observations: Observations) -> tuple[str, dict[str, float]]:
     """Return the next action and its argument."""
     ranges_m, angles_rad = observations["laser"]["scans"].T
     ahead_m = np.min(ranges_m[np.abs(angles_rad) < np.pi / 6], initial=np.inf)

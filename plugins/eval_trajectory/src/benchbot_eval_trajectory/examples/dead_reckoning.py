@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from benchbot.api import ActionResult, BenchBot
+from benchbot.api import ActionResult, BenchBot, Observations
 
 ROOM_AHEAD_M = 1.0
 DRIVE_M = 0.3
 TURN_DEG = 45.0
 
 
-def pick(observations: dict[str, Any], actions: Sequence[str]) -> tuple[str, dict[str, float]]:
+def pick(observations: Observations, actions: Sequence[str]) -> tuple[str, dict[str, float]]:
     """Return the next action and its argument."""
     if "move_next" in actions:
         return "move_next", {}
@@ -29,7 +29,7 @@ def pick(observations: dict[str, Any], actions: Sequence[str]) -> tuple[str, dic
     return "move_angle", {"angle": TURN_DEG}
 
 
-def estimate(number: int, observations: dict[str, Any], robot_frame: str) -> dict[str, Any]:
+def estimate(number: int, observations: Observations, robot_frame: str) -> dict[str, Any]:
     """Return the estimated pose of the robot's base at the `number`-th observation."""
     base = observations["poses"][robot_frame]
     return {

@@ -14,7 +14,7 @@ import sys
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Protocol
 
-from benchbot.plugin import BenchbotError, Simulation, load_plugins
+from benchbot.plugin import BenchbotError, Observations, Simulation, load_plugins
 from benchbot_robot_ros2 import qos, ros
 from benchbot_robot_ros2.bridge import camera_channel
 from benchbot_robot_ros2.bridge.camera_channel import Failed, Load, Look, Ready, Start
@@ -74,7 +74,7 @@ def _serve(connection: socket.socket, start: Start, node: "Node") -> None:
 class Observing(Protocol):
     """The part of a platform that takes pictures."""
 
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         """Return the requested channels, all of the same instant."""
 
 

@@ -1,9 +1,8 @@
 """The bridged robot itself: it obeys the last velocity command for a moment, as real bases do, then brakes."""
 
 from collections.abc import Iterable
-from typing import Any
 
-from benchbot.plugin import BenchbotError, Pose, Scene, Simulation
+from benchbot.plugin import BenchbotError, Observations, Pose, Scene, Simulation
 from benchbot_robot_ros2.bridge.pace import RobotTime
 
 COMMAND_HOLDS_NS = 150_000_000
@@ -61,7 +60,7 @@ class World:
         linear_mps, angular_radps = self._command if self.stamp_ns < self._command_ends_ns else (0.0, 0.0)
         self._platform.drive(linear_mps, angular_radps, self._time.next_tick())
 
-    def observe(self, channels: Iterable[str]) -> dict[str, Any]:
+    def observe(self, channels: Iterable[str]) -> Observations:
         """Return what the robot observes now."""
         return self._platform.observe(channels)
 

@@ -1,12 +1,12 @@
 """Checks of a robot's messages: cameras, depth, lasers, and the age of the data on each topic."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from benchbot.plugin import Finding, Level, Pose, wrap_angle_rad
+from benchbot.plugin import Finding, LaserScan, Level, Pose, wrap_angle_rad
 from benchbot_robot_ros2.declaration import Timing
 from benchbot_robot_ros2.doctor.live_watch import Stream
 
@@ -131,7 +131,7 @@ def depth(topic: str, depth_m: Any) -> Iterator[Finding]:
         yield Finding(Level.OK, subject, f"{share:.0%} of the pixels are invalid, median {median_m:.2f} m")
 
 
-def laser(topic: str, scan: Mapping[str, Any], mount: Pose | None) -> Iterator[Finding]:
+def laser(topic: str, scan: LaserScan, mount: Pose | None) -> Iterator[Finding]:
     """Say whether an observation `laser` sees anything, and what lies ahead of the robot."""
     subject = f"laser {topic}"
     ranges_m, angles_rad = scan["scans"][:, 0], scan["scans"][:, 1]

@@ -6,14 +6,15 @@ being stopped before it: that needs a robot that stops before contact.
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy import ndimage
 
-from benchbot.api import ActionResult, Agent, BenchBot
+from benchbot.api import ActionResult, Agent, BenchBot, BenchbotError, Observations
+from benchbot.plugin import FailureClass, FramePose, LaserScan
 from benchbot_task_navigation.floor_plan import Floats, FloorPlan, Point
 from benchbot_task_navigation.ways import Ways
 
@@ -41,7 +42,7 @@ STAY: Move = ("move_angle", {"angle": 0.0})
 class Driver:
     """Drives one robot to one goal; all places are in the map frame."""
 
-    def __init__(self, start: Place, goal: Sequence[float], robot_radius_m: float) -> None:
+    def __init__(self, start: Place, goal: Iterable[float], robot_radius_m: float) -> None:
         x, y, yaw_rad = start
         forward_m, left_m = (float(value) for value in goal)
         self.goal: Point = (
@@ -164,12 +165,20 @@ class GoToGoal(Agent):
         """Stop at the goal, when no way leads there, and after a collision."""
         return self._finished or action_result is not ActionResult.SUCCESS
 
-    def pick_action(self, observations: dict[str, Any], action_list: Sequence[str]) -> Move:
+    def pick_action(self, observations: Observations, action_list: Sequence[str]) -> Move:
         """Go on towards the goal."""
         here = _place(observations["poses"][self._frame])
         if self._driver is None:
             start = _place(observations["poses"].get("initial_pose", observations["poses"][self._frame]))
-            self._driver = Driver(start, observations["goal"], self._radius_m)
+            goal = observations["goal"]
+            if isinstance(goal, str):
+                raise BenchbotError(
+                    "go_to_goal drives to points only.",
+                    f"The goal of this task is an object: '{goal}'.",
+                    "Run it in a task navigation:point_goal:…, see benchbot list tasks.",
+                    failure=FailureClass.AGENT,
+                )
+            self._driver = Driver(start, goal, self._radius_m)
         move = self._driver.next_move(here, _points(observations["laser"], observations["poses"]["lidar"]))
         self._steps += 1
         self._finished = move is None or self._steps >= self._budget
@@ -188,7 +197,7 @@ class GoToGoal(Agent):
         Path(filename).write_text(json.dumps(empty_results), encoding="utf-8")
 
 
-def _points(laser: Mapping[str, Any], pose: Mapping[str, Any]) -> Floats:
+def _points(laser: LaserScan, pose: FramePose) -> Floats:
     """Return what the laser has hit within reach, (N, 2) in the map frame."""
     ranges_m, angles = laser["scans"][:, 0], laser["scans"][:, 1]
     hit = np.isfinite(ranges_m) & (ranges_m >= laser["range_min"]) & (ranges_m <= REACH_M)
@@ -197,7 +206,7 @@ def _points(laser: Mapping[str, Any], pose: Mapping[str, Any]) -> Floats:
     return np.stack([x + ranges_m[hit] * np.cos(headings), y + ranges_m[hit] * np.sin(headings)], 1)
 
 
-def _place(pose: Mapping[str, Any]) -> Place:
+def _place(pose: FramePose) -> Place:
     """Return x and y in metres, and the heading in radians."""
     x, y, _ = pose["translation_xyz"]
     return float(x), float(y), float(pose["rotation_rpy"][2])

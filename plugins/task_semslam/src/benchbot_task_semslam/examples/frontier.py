@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from benchbot.api import ActionResult, Agent, BenchBot
+from benchbot.api import ActionResult, Agent, BenchBot, Observations
+from benchbot.plugin import FramePose
 from benchbot_task_semslam.mapping.changes import changes, describe_changes
 from benchbot_task_semslam.mapping.objects import ObjectMap, describe
 from benchbot_task_semslam.mapping.occupancy import Cell, OccupancyGrid, Point
@@ -37,7 +38,7 @@ STAY: Move = ("move_angle", {"angle": 0.0})
 class Explorer:
     """The exploration of one scene: it takes observations and returns the next move."""
 
-    def __init__(self, observations: Mapping[str, Any], robot_radius_m: float, robot_frame: str) -> None:
+    def __init__(self, observations: Observations, robot_radius_m: float, robot_frame: str) -> None:
         self.objects = ObjectMap()
         self._radius_m = robot_radius_m
         self._frame = robot_frame
@@ -49,7 +50,7 @@ class Explorer:
         self._goal: tuple[Cell, float] | None = None
         self._drive: tuple[Point, float] | None = None
 
-    def next_move(self, observations: Mapping[str, Any]) -> Move | None:
+    def next_move(self, observations: Observations) -> Move | None:
         """Map what is seen; return the next move, or None when no frontier is left."""
         x, y, yaw_rad = _planar(observations["poses"][self._frame])
         self._take_in(observations)
@@ -77,7 +78,7 @@ class Explorer:
             # Here it is of no use to look, or there is no way: never choose this again.
             look(self._grid, self._grid.center(cell), heading_rad, self._sight)
 
-    def _take_in(self, observations: Mapping[str, Any]) -> None:
+    def _take_in(self, observations: Observations) -> None:
         poses, depth_m = observations["poses"], observations["image_depth"]
         self.objects.add(observations)
         self._grid.add_laser(observations["laser"], poses["lidar"])
@@ -126,7 +127,7 @@ class FrontierMapper(Agent):
             self._finished, self._steps = False, 0
         return done
 
-    def pick_action(self, observations: dict[str, Any], action_list: Sequence[str]) -> Move:
+    def pick_action(self, observations: Observations, action_list: Sequence[str]) -> Move:
         """Map what is seen and go on to where there is more."""
         scene: int = observations["scene_number"]
         if scene not in self._explorers:
@@ -155,7 +156,7 @@ class FrontierMapper(Agent):
         Path(filename).write_text(json.dumps(empty_results), encoding="utf-8")
 
 
-def _sight(observations: Mapping[str, Any]) -> Sight:
+def _sight(observations: Observations) -> Sight:
     """Return what the camera sees: from where its lowest row meets the floor, if it is level."""
     info, height_m = observations["image_depth_info"], float(observations["poses"]["camera"]["translation_xyz"][2])
     matrix = np.asarray(info["matrix_intrinsics"])
@@ -164,7 +165,7 @@ def _sight(observations: Mapping[str, Any]) -> Sight:
     return Sight(field_of_view_rad, min(near_m, FAR_M / 2), FAR_M)
 
 
-def _planar(pose: Mapping[str, Any], axis: int = 0) -> tuple[float, float, float]:
+def _planar(pose: FramePose, axis: int = 0) -> tuple[float, float, float]:
     """Return x, y in metres and the heading, in radians, of one of a frame's axes."""
     x, y, _ = pose["translation_xyz"]
     forwards = rotation_matrix(pose["rotation_xyzw"])[:, axis]

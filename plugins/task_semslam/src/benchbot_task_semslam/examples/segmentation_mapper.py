@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchbot.api import ActionResult, Agent, BenchBot
+from benchbot.api import ActionResult, Agent, BenchBot, Observations
 from benchbot_task_semslam.mapping.changes import changes, describe_changes
 from benchbot_task_semslam.mapping.objects import ObjectMap, describe
 
@@ -30,7 +30,7 @@ class SegmentationMapper(Agent):
             self._moves = 0
         return done
 
-    def pick_action(self, observations: dict[str, Any], action_list: Sequence[str]) -> tuple[str, dict[str, Any]]:
+    def pick_action(self, observations: Observations, action_list: Sequence[str]) -> tuple[str, dict[str, float]]:
         """Map what is seen and go on."""
         self._maps.setdefault(observations["scene_number"], ObjectMap()).add(observations)
         if "move_next" in action_list:

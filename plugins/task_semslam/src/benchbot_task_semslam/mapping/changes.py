@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from benchbot.plugin import FramePose, Observations
 from benchbot_task_semslam.mapping.objects import NEAREST_M, MappedObject, describe, overlap
 from benchbot_task_semslam.mapping.projection import Floats, in_frame
 
@@ -21,9 +22,9 @@ class Views:
     """The camera's views during a visit: coarse depth images and poses."""
 
     def __init__(self) -> None:
-        self._views: list[tuple[Floats, Floats, Mapping[str, Any]]] = []
+        self._views: list[tuple[Floats, Floats, FramePose]] = []
 
-    def add(self, observations: Mapping[str, Any]) -> None:
+    def add(self, observations: Observations) -> None:
         """Keep a frame: `image_depth`, `image_depth_info` and the pose of `camera`."""
         matrix = np.asarray(observations["image_depth_info"]["matrix_intrinsics"], np.float32)
         depth_m = observations["image_depth"][::VIEW_STRIDE, ::VIEW_STRIDE].copy()
@@ -68,7 +69,7 @@ def _alike(one: MappedObject, other: MappedObject) -> float:
     return overlap(one, other) if one.label == other.label else 0.0
 
 
-def _looked_through(item: MappedObject, depth_m: Floats, matrix: Floats, camera: Mapping[str, Any]) -> bool:
+def _looked_through(item: MappedObject, depth_m: Floats, matrix: Floats, camera: FramePose) -> bool:
     """Return whether most rays into the box leave it again before they meet a surface."""
     steps = np.linspace(0.1, 0.9, 5, dtype=np.float32)
     inside = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1).reshape(-1, 3)

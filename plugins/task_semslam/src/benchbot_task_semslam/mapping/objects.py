@@ -4,13 +4,14 @@ Every pixel of an object is a point on its surface. Back-projected into the map 
 viewpoints span its box.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchbot.plugin import CameraModel, Observations
 from benchbot_task_semslam.mapping.projection import Floats, in_map_frame, pixel_rays
 
 NEAREST_M, FARTHEST_M = 0.05, 12.0
@@ -40,7 +41,7 @@ class ObjectMap:
         found = (self._objects[number] for number in sorted(self._objects))
         return [item for item in found if item.points >= FEWEST_POINTS]
 
-    def add(self, observations: Mapping[str, Any]) -> None:
+    def add(self, observations: Observations) -> None:
         """Fuse a frame: `image_depth`, `image_depth_info`, `image_segment` and the pose of `camera`."""
         depth_m, segments = observations["image_depth"], observations["image_segment"]
         instances = segments["instance_segment_img"]
@@ -69,7 +70,7 @@ class ObjectMap:
                 known.upper = np.maximum(known.upper, upper[i])
                 known.points += int(counts[i])
 
-    def _pixel_rays(self, info: Mapping[str, Any]) -> Floats:
+    def _pixel_rays(self, info: CameraModel) -> Floats:
         camera = np.asarray(info["matrix_intrinsics"], np.float64).tobytes()
         if self._rays is None or self._rays[0] != camera:
             self._rays = camera, pixel_rays(info)

@@ -1,12 +1,12 @@
 """An occupancy grid of drivable and of viewed floor, filled from laser and depth."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from benchbot.plugin import FramePose, LaserScan
 from benchbot_task_semslam.mapping.projection import Floats, rotation_matrix
 
 Mask = NDArray[np.bool_]
@@ -66,7 +66,7 @@ class OccupancyGrid:
         x, y = self._lower + (np.array(cell) + 0.5) * self.resolution_m
         return float(x), float(y)
 
-    def add_laser(self, laser: Mapping[str, Any], pose: Mapping[str, Any]) -> None:
+    def add_laser(self, laser: LaserScan, pose: FramePose) -> None:
         """Take in a scan: cells that beams cross are free, cells where they end are not. `pose` is the scanner's."""
         ranges_m, angles = laser["scans"][:, 0], laser["scans"][:, 1]
         valid = ~np.isnan(ranges_m) & (ranges_m >= laser["range_min"])

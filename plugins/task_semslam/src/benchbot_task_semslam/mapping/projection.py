@@ -1,15 +1,16 @@
 """From pixels to points in the map frame and back (pinhole camera; optical frame x right, y down, z forward)."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchbot.plugin import CameraModel, FramePose
+
 Floats = NDArray[np.float32]
 
 
-def pixel_rays(info: Mapping[str, Any]) -> Floats:
+def pixel_rays(info: CameraModel) -> Floats:
     """Return each pixel's ray, (H * W, 3) with z = 1, in the optical frame. Pixel centres are at integers."""
     v, u = np.mgrid[0 : info["height"], 0 : info["width"]]
     inverse = np.linalg.inv(np.asarray(info["matrix_intrinsics"], np.float64))
@@ -17,19 +18,19 @@ def pixel_rays(info: Mapping[str, Any]) -> Floats:
     return rays
 
 
-def in_map_frame(points: Floats, pose: Mapping[str, Any]) -> Floats:
+def in_map_frame(points: Floats, pose: FramePose) -> Floats:
     """Return points (N, 3) of a frame in the map frame, given the frame's pose."""
     rotation = rotation_matrix(pose["rotation_xyzw"]).astype(np.float32)
     return points @ rotation.T + np.asarray(pose["translation_xyz"], np.float32)
 
 
-def in_frame(points: Floats, pose: Mapping[str, Any]) -> Floats:
+def in_frame(points: Floats, pose: FramePose) -> Floats:
     """Return points (N, 3) of the map frame in a frame, given the frame's pose: the inverse of `in_map_frame`."""
     rotation = rotation_matrix(pose["rotation_xyzw"]).astype(np.float32)
     return (points - np.asarray(pose["translation_xyz"], np.float32)) @ rotation
 
 
-def rotation_matrix(xyzw: Sequence[float]) -> NDArray[np.float64]:
+def rotation_matrix(xyzw: Iterable[float]) -> NDArray[np.float64]:
     """Return the rotation matrix (3, 3) of a unit quaternion (x, y, z, w)."""
     x, y, z, w = xyzw
     return np.array(
