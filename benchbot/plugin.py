@@ -31,6 +31,11 @@ if TYPE_CHECKING:
     from benchbot.core.declarations.schema import problems as _declaration_problems
     from benchbot.core.declarations.schema import read as _read_declaration
     from benchbot.core.declarations.schema import write_editor_schema as write_editor_schema
+    from benchbot.core.documents import EnvironmentDeclaration as EnvironmentDeclaration
+    from benchbot.core.documents import GroundTruth as GroundTruth
+    from benchbot.core.documents import Result as Result
+    from benchbot.core.documents import RobotDeclaration as RobotDeclaration
+    from benchbot.core.documents import TrackedScene as TrackedScene
     from benchbot.core.episodes import digest as _episodes_digest
     from benchbot.core.errors import BenchbotError as BenchbotError
     from benchbot.core.errors import ExitCode as ExitCode
@@ -127,6 +132,7 @@ _HOMES = {
     "core": "instance_checks",
     "core.atomic": "write=write_atomically write_text",
     "core.declarations.catalog": "Catalog Declaration",
+    "core.documents": "EnvironmentDeclaration GroundTruth Result RobotDeclaration TrackedScene",
     "core.declarations.formats": "check_format",
     "core.declarations.schema": "check=check_declaration editor_line problems=declaration_problems "
     "read=read_declaration write_editor_schema",

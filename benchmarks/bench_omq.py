@@ -13,10 +13,11 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from statistics import median
-from typing import Any
+from typing import Any, cast
 
 from scipy.optimize import linear_sum_assignment
 
+from benchbot.plugin import GroundTruth, Result
 from benchbot_eval_omq import omq
 
 CLASSES = [f"class {number}" for number in range(30)] + ["background"]
@@ -130,7 +131,7 @@ def main() -> None:
     for count in (20, 200, 2000):
         result, truth = scene(count)
         repeats = 5 if count <= 200 else 1
-        omq_s, scores = timed(partial(omq.evaluate, result, [truth]), repeats)
+        omq_s, scores = timed(partial(omq.evaluate, cast(Result, result), [cast(GroundTruth, truth)]), repeats)
         row: dict[str, float | None] = {"objects": count, "omq_s": omq_s}
         text = f"{count:>8} {omq_s:>10.4f} s"
         if count <= arguments.plain_limit:

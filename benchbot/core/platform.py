@@ -3,9 +3,10 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, Protocol, Self, runtime_checkable
+from typing import TYPE_CHECKING, Any, Literal, Protocol, Self, runtime_checkable
 
 from benchbot.core.channels import Observations
+from benchbot.core.documents import EnvironmentDeclaration, RobotDeclaration
 from benchbot.core.geometry import Pose
 
 Localisation = Literal["ground_truth", "noisy"]
@@ -21,19 +22,34 @@ class PlatformSpec:
     done; None where there is no operator to ask.
     """
 
-    robot: Mapping[str, Any]
+    robot: RobotDeclaration
     localisation: Localisation
     cache_dir: Path
     options: Mapping[str, Any] = field(default_factory=dict)
     ask: Callable[[str], None] | None = None
+
+    if TYPE_CHECKING:  # What is read from a file is checked by its schema.
+
+        def __init__(
+            self,
+            robot: Mapping[str, Any],
+            localisation: Localisation,
+            cache_dir: Path,
+            options: Mapping[str, Any] = ...,
+            ask: Callable[[str], None] | None = None,
+        ) -> None: ...
 
 
 @dataclass(frozen=True)
 class Scene:
     """One environment variant to put the robot into: its declaration and the folder it was read from."""
 
-    environment: Mapping[str, Any]
+    environment: EnvironmentDeclaration
     folder: Path
+
+    if TYPE_CHECKING:  # What is read from a file is checked by its schema.
+
+        def __init__(self, environment: Mapping[str, Any], folder: Path) -> None: ...
 
     @property
     def start_pose(self) -> Pose:

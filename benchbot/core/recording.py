@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
+    from benchbot.core.documents import Result
     from benchbot.core.progress import Progress, Step
 
 NOTE = "recording.json"
@@ -43,7 +44,7 @@ class Recording(Protocol):
 class ShowsResults(Protocol):
     """A recording that is also told of the result that a solution hands in."""
 
-    def result(self, document: Mapping[str, Any]) -> None:
+    def result(self, document: "Result") -> None:
         """Take note of a result document, without `track` and `actions`; there may be more steps, and other results."""
 
 

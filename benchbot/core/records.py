@@ -4,6 +4,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
+from benchbot.core.documents import GroundTruth, Result
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -15,6 +17,7 @@ API_VERSION = (1, 0)
 
 A plug-in says for which major version it was made by `PLUGIN_API = 1` in its module.
 """
+
 
 Document = dict[str, Any]
 
@@ -47,7 +50,7 @@ class RobotDriver:
 class Evaluate(Protocol):
     """Score one result against the ground truth of each of its scenes."""
 
-    def __call__(self, result: Document, ground_truths: Sequence[Document]) -> dict[str, float]:
+    def __call__(self, result: Result, ground_truths: Sequence[GroundTruth]) -> dict[str, float]:
         """Return the scores by name; raise BenchbotError for a result that cannot be scored."""
 
 
@@ -61,7 +64,7 @@ class Combine(Protocol):
 class Explain(Protocol):
     """Say how the scores of one result came about."""
 
-    def __call__(self, result: Document, ground_truths: Sequence[Document]) -> Document:
+    def __call__(self, result: Result, ground_truths: Sequence[GroundTruth]) -> Document:
         """Return what is added to the result's entry in an explanation (see its schema), such as `{"objects": […]}`.
 
         Raises what `evaluate` raises.

@@ -1,13 +1,15 @@
 """Documents of results and of scores: created, checked, finished with provenance, written atomically and read."""
 
 import json
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from benchbot.core import atomic
 from benchbot.core.declarations import formats, schema
 from benchbot.core.declarations.catalog import Declaration
+from benchbot.core.documents import Result
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.provenance import provenance, source_of_pose
 from benchbot.core.selection import Selection
@@ -88,7 +90,7 @@ def _complete(document: dict[str, Any], session: Session, solution: dict[str, An
     return completed
 
 
-def write_json(path: Path, document: dict[str, Any]) -> None:
+def write_json(path: Path, document: Mapping[str, Any]) -> None:
     """Write a document atomically: a temporary file beside it, flushed to disk, then renamed over `path`.
 
     Raises BenchbotError when the disk is full or the folder is not writable; `path` is then as it was.
@@ -114,7 +116,7 @@ def write_json(path: Path, document: dict[str, Any]) -> None:
         ) from error
 
 
-def read(path: Path) -> dict[str, Any]:
+def read(path: Path) -> Result:
     """Return a result document, this version's or v2's; raises BenchbotError for one it does not know."""
     document = schema.read(path)
     version = document.get("version", VERSION)
@@ -125,7 +127,7 @@ def read(path: Path) -> dict[str, Any]:
             "Upgrade BenchBot: pip install --upgrade benchbot",
         )
     schema.check(document, "result", path)
-    return document
+    return cast(Result, document)
 
 
 def write_scores(path: Path, document: dict[str, Any]) -> None:

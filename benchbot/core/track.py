@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from benchbot.core.documents import TrackedScene
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose, wrap_angle_rad
 from benchbot.core.platform import Platform
@@ -99,7 +100,7 @@ class Track:
             self.rows.pop()
         self.rows.append((number, self._here))
 
-    def as_dict(self, source: str) -> dict[str, Any]:
+    def as_dict(self, source: str) -> TrackedScene:
         """Return the track as a result has it; `source` says whose pose it is: `simulation` or `robot`."""
         return {
             "scene": self.scene,

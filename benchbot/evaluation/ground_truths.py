@@ -1,24 +1,23 @@
 """Ground truths by environment: those that plug-ins declare, or those in files."""
 
 import json
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.documents import GroundTruth
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.resources import declaration_files
-
-Document = dict[str, Any]
 
 
 class GroundTruths:
     """The ground truths to score against, by `name:variant` and format."""
 
     def __init__(self, paths: Sequence[Path]) -> None:
-        self._documents: dict[tuple[str, str], Document] = {}
+        self._documents: dict[tuple[str, str], GroundTruth] = {}
         origins: dict[tuple[str, str], Path] = {}
         for path in paths:
             document = schema.read(path)
@@ -31,14 +30,14 @@ class GroundTruths:
                     "Keep one of them, or name the one to use with --ground-truth.",
                 )
             origins[key] = path
-            self._documents[key] = document
+            self._documents[key] = cast(GroundTruth, document)
 
     @classmethod
     def of(cls, catalog: Catalog, paths: Sequence[Path] | None) -> "GroundTruths":
         """Return those in `paths` (JSON files, and folders of them) when given, else those that plug-ins declare."""
         return cls(catalog.ground_truth_files if paths is None else tuple(declaration_files(paths, (".json",))))
 
-    def find(self, environment: str, formats: Collection[str]) -> Document:
+    def find(self, environment: str, formats: Collection[str]) -> GroundTruth:
         """Return the truth of `name:variant` in one of `formats`; raises BenchbotError that names what there is."""
         for name in sorted(formats):
             if (environment, name) in self._documents:
@@ -51,12 +50,12 @@ class GroundTruths:
         )
 
 
-def environment_of(details: Document) -> str:
+def environment_of(details: Mapping[str, Any]) -> str:
     """Return `name:variant` of an environment's declaration."""
     return f"{details['name']}:{details['variant']}"
 
 
-def digest(ground_truth: Document) -> str:
+def digest(ground_truth: GroundTruth) -> str:
     """Return the SHA-256 of a ground truth's canonical JSON: keys sorted, no spaces."""
     text = json.dumps(ground_truth, sort_keys=True, separators=(",", ":"))
     return sha256(text.encode()).hexdigest()

@@ -5,10 +5,11 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from benchbot.core import overrides, results
 from benchbot.core.declarations import schema
+from benchbot.core.documents import Result
 from benchbot.core.errors import BenchbotError, FailureClass
 
 DEPTH_LIMIT = 100
@@ -21,7 +22,7 @@ class ResultDocument:
     """A result document and its source: a path, or `archive:member`."""
 
     source: str
-    document: dict[str, Any]
+    document: Result
 
     @property
     def task(self) -> str:
@@ -145,7 +146,7 @@ def parse(source: str, content: bytes) -> ResultDocument:
             "and results of BenchBot v2.",
         )
     schema.check(document, "result", Path(source))
-    result = ResultDocument(source, document)
+    result = ResultDocument(source, cast(Result, document))
     for key in ("seed", "repeat"):
         value = result.selection.get(key)
         if value is not None and (isinstance(value, bool) or not isinstance(value, int)):

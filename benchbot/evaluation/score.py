@@ -1,14 +1,15 @@
 """Scoring: one result against its ground truths, or many files into one summary with its coverage and explanation."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Required, TypedDict, Unpack
+from typing import Any, Required, TypedDict, Unpack, cast
 
 from benchbot.core import plugin_manager, results
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.documents import GroundTruth, Result
 from benchbot.core.errors import BenchbotError
 from benchbot.core.records import Evaluator
 from benchbot.evaluation import intervals
@@ -23,14 +24,14 @@ _CHECKED_OBJECTS = 1000
 Document = dict[str, Any]
 
 
-def evaluate(result: Document, ground_truths: Sequence[Document], method: str = "omq") -> Document:
+def evaluate(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any]], method: str = "omq") -> Document:
     """Return the scores document of one result, scored against the ground truth of each of its scenes, in order.
 
     Raises BenchbotError for a method that is not installed and for a result that breaks its format.
     """
-    scored = ResultDocument("", result)
+    scored = ResultDocument("", cast(Result, result))
     evaluator = choose_method(plugin_manager.load(), method, scored.results_format)
-    row = _row(evaluator, scored, ground_truths) | {"source": None}
+    row = _row(evaluator, scored, cast(Sequence[GroundTruth], ground_truths)) | {"source": None}
     coverage = Coverage(scored=[scored])
     return _document(evaluator, result, result["environment_details"], [row], row["scores"], coverage)
 
@@ -59,7 +60,7 @@ class Evaluation:
 
     document: Document
     evaluator: Evaluator
-    scored: Sequence[tuple[ResultDocument, Sequence[Document]]]
+    scored: Sequence[tuple[ResultDocument, Sequence[GroundTruth]]]
 
 
 def evaluate_files(paths: Sequence[Path], **options: Unpack[Options]) -> Document:
@@ -81,7 +82,7 @@ def score_files(paths: Sequence[Path], **options: Unpack[Options]) -> Evaluation
         raise _nothing_scored(coverage)
     evaluator = method_for_task(catalog, options.get("method"), collected[0].document["task_details"])
     truths = GroundTruths.of(catalog, options.get("ground_truth_paths"))
-    scored: list[tuple[ResultDocument, Sequence[Document]]] = []
+    scored: list[tuple[ResultDocument, Sequence[GroundTruth]]] = []
     rows: list[Document] = []
     for result in collected:
         if not has_valid_results(result, catalog, coverage):
@@ -119,7 +120,7 @@ def validate_files(
     return coverage.as_dict()
 
 
-def method_for_task(catalog: Catalog, name: str | None, task_details: Document) -> Evaluator:
+def method_for_task(catalog: Catalog, name: str | None, task_details: Mapping[str, Any]) -> Evaluator:
     """Return the named method, or the task's `evaluation_method`, or the only one that scores its results format.
 
     The task is the one in the result, else the installed one of its name. Raises BenchbotError as `choose_method`.
@@ -194,7 +195,7 @@ def write_explanation(path: Path, document: Document) -> None:
     results.write_json(path, document)
 
 
-def _row(evaluator: Evaluator, result: ResultDocument, ground_truths: Sequence[Document]) -> Document:
+def _row(evaluator: Evaluator, result: ResultDocument, ground_truths: Sequence[GroundTruth]) -> Document:
     values = evaluator.evaluate(result.document, ground_truths)
     for name, value in values.items():
         if not math.isfinite(value):
@@ -218,7 +219,7 @@ def _row(evaluator: Evaluator, result: ResultDocument, ground_truths: Sequence[D
 
 def _document(
     evaluator: Evaluator,
-    result: Document,
+    result: Mapping[str, Any],
     environment_details: list[Any],
     rows: list[Document],
     combined: dict[str, float],

@@ -132,6 +132,7 @@ def test_the_order_in_which_results_come_is_of_no_account(
         ResultDocument(
             str(place),
             {
+                "task_details": {},
                 "environment_details": [{"name": "flat", "variant": variant}],
                 "provenance": {"selection": {} if seed is None else {"seed": seed}},
                 "results": content,

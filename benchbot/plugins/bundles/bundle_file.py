@@ -94,8 +94,8 @@ def make(
     return manifest
 
 
-def _provenance(item: ResultDocument) -> dict[str, Any]:
-    provenance: dict[str, Any] | None = item.document.get("provenance")
+def _provenance(item: ResultDocument) -> Mapping[str, Any]:
+    provenance = item.document.get("provenance")
     if provenance is None:
         raise BenchbotError(
             f"{item.source} does not say what made it.",

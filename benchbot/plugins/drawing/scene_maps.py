@@ -93,7 +93,7 @@ def installed_truth(catalog: Catalog, environment: str) -> tuple[MapObject, ...]
     return ()
 
 
-def _believed_paths(document: dict[str, Any], paths: Sequence[MapPath]) -> list[Points]:
+def _believed_paths(document: Mapping[str, Any], paths: Sequence[MapPath]) -> list[Points]:
     """Return the believed path through each scene: the poses of a trajectory, by the number of their observation."""
     results_of = document.get("results")
     listed = results_of.get("poses") if isinstance(results_of, dict) else None

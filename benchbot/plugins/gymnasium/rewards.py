@@ -3,16 +3,17 @@
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchbot.core.channels import Observations
+from benchbot.core.documents import GroundTruth, Result
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import Outcome
-from benchbot.core.records import Document, Evaluator
+from benchbot.core.records import Evaluator
 from benchbot.plugins.gymnasium.commands import Command
 
 
@@ -99,16 +100,19 @@ class MapQuality:
     """
 
     def __init__(
-        self, evaluator: Evaluator, ground_truths: Sequence[Document], estimate: Callable[[], Document]
+        self,
+        evaluator: Evaluator,
+        ground_truths: Sequence[Mapping[str, Any]],
+        estimate: Callable[[], Mapping[str, Any]],
     ) -> None:
         self._evaluator = evaluator
-        self._ground_truths = ground_truths
+        self._ground_truths = cast(Sequence[GroundTruth], ground_truths)
         self._estimate = estimate
         self._last = 0.0
 
     def __call__(self, transition: Transition, /) -> float:
         """Return the growth of the method's headline score since the last step."""
-        scores = self._evaluator.evaluate(self._estimate(), self._ground_truths)
+        scores = self._evaluator.evaluate(cast(Result, self._estimate()), self._ground_truths)
         score = scores[self._evaluator.headline or next(iter(scores))]
         grown, self._last = score - self._last, score
         return grown

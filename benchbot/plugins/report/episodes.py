@@ -1,7 +1,7 @@
 """The data of a report: the scores document, and beside each row what its result, truth and frames say."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -9,6 +9,7 @@ from typing import Any
 
 from benchbot.core import overrides
 from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.documents import GroundTruth
 from benchbot.core.episodes import digest
 from benchbot.core.errors import BenchbotError
 from benchbot.core.records import Evaluator
@@ -56,8 +57,8 @@ class ReportedEpisode:
     scores: Scores | None
     failure: str | None = None
     reason: str | None = None
-    document: Document | None = None
-    truths: tuple[Document, ...] = ()
+    document: Mapping[str, Any] | None = None
+    truths: tuple[GroundTruth, ...] = ()
     explanation: tuple[Document, ...] = ()
     goal: Document | None = None
     settings: str = ""
@@ -80,7 +81,7 @@ class ReportedEpisode:
         return ", ".join(filter(None, [self.environment, *said, self.settings]))
 
     @property
-    def provenance(self) -> Document:
+    def provenance(self) -> Mapping[str, Any]:
         """The provenance of the result; empty for one without it."""
         return ((self.document or {}).get("provenance")) or {}
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from benchbot.core.declarations import schema
+from benchbot.core.documents import GroundTruth, Result
 from benchbot.core.errors import BenchbotError
 from benchbot.core.records import Document, Evaluator
 from benchbot.core.resources import declaration_files
@@ -29,7 +30,7 @@ class Method:
     headline: str = ""
     _scored: list[tuple[dict[str, float], Document]] = field(default_factory=list)
 
-    def evaluate(self, result: Document, ground_truths: Sequence[Document]) -> dict[str, float]:
+    def evaluate(self, result: Result, ground_truths: Sequence[GroundTruth]) -> dict[str, float]:
         """Return the scores of a result; raises BenchbotError for what the method cannot score."""
         # v2's methods may work inside of what they are given.
         document = self._function("evaluate")(deepcopy(result), deepcopy(list(ground_truths)))

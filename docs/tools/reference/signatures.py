@@ -16,6 +16,7 @@ def annotation(found: object) -> str:
         "collections.abc.",
         "benchbot.core.records.",
         "benchbot.core.channels.",
+        "benchbot.core.documents.",
         "benchbot.api.agent.",
         "typing.",
         "enum.",

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from benchbot.plugin import GroundTruth
 from benchbot.testing import Example, check_evaluator, check_plugin, conform
 from plugins.task_navigation.tests.floors import arena_truth
 
@@ -27,5 +28,5 @@ def _looks() -> list[tuple[int, int, float]]:
     return [(x, y, yaw) for x in range(-12, 13, 3) for y in range(-12, 13, 3) for yaw in (0.0, 1.57, 3.14, -1.57)]
 
 
-def _example(truth: dict[str, Any], rows: list[Any]) -> Example:
+def _example(truth: GroundTruth, rows: list[Any]) -> Example:
     return Example({"track": [{"rows": rows, "path_length_m": 0.5, "collisions": 0}]}, [truth])

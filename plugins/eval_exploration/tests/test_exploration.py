@@ -23,7 +23,7 @@ CAMERA = ("image_depth", "image_depth_info", "image_rgb", "image_rgb_info")
 TASK = "exploration:active:ground_truth:laser"
 
 
-def result(*rows: list[Any], tracks: int = 1) -> dict[str, Any]:
+def result(*rows: list[Any], tracks: int = 1) -> Any:
     return {"track": [{"rows": list(rows), "path_length_m": 0.5, "collisions": 1}] * tracks}
 
 
@@ -38,7 +38,7 @@ def test_a_robot_that_stays_where_it_is_sees_some_of_the_arena() -> None:
 
 
 @pytest.mark.parametrize("document", [{}, result(), result([0, 0, 0, 0, 0], tracks=2)])
-def test_a_result_without_one_track_is_refused(document: dict[str, Any]) -> None:
+def test_a_result_without_one_track_is_refused(document: Any) -> None:
     with pytest.raises(BenchbotError, match="does not say where the robot went"):
         evaluator.evaluate(document, [arena_truth()])
 

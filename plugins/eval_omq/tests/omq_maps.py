@@ -2,10 +2,12 @@
 
 from typing import Any
 
+from benchbot.plugin import GroundTruth, Result
+
 CLASSES = ["chair", "table", "tv", "background"]
 
 
-def truth(*objects: dict[str, Any], **keys: Any) -> dict[str, Any]:
+def truth(*objects: dict[str, Any], **keys: Any) -> GroundTruth:
     """Return a ground truth of these objects."""
     return {
         "environment": {"name": "room", "variant": 1, "object_labels": CLASSES[:-1]},
@@ -25,7 +27,7 @@ def found(name: str, x: float = 0.0, size: float = 1.0, sure: float = 1.0, **key
     return {"label_probs": probabilities, "centroid": [x, 0.0, 0.0], "extent": [size] * 3} | keys
 
 
-def semantic_map(*objects: dict[str, Any], **keys: Any) -> dict[str, Any]:
+def semantic_map(*objects: dict[str, Any], **keys: Any) -> Result:
     """Return the result of a semantic SLAM task."""
     return {
         "task_details": {"name": "semantic_slam:passive:ground_truth", "results_format": "object_map"},
@@ -34,7 +36,7 @@ def semantic_map(*objects: dict[str, Any], **keys: Any) -> dict[str, Any]:
     }
 
 
-def change_map(*objects: dict[str, Any]) -> dict[str, Any]:
+def change_map(*objects: dict[str, Any]) -> Result:
     """Return the result of a scene change detection task."""
     result = semantic_map(*objects, state_list=["added", "removed", "unchanged"])
     return result | {"task_details": {"name": "any name", "results_format": "object_map_with_states"}}

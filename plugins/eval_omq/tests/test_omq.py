@@ -6,6 +6,7 @@ import pytest
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
+from benchbot.plugin import GroundTruth, Result
 from benchbot_eval_omq import omq
 from plugins.eval_omq.tests.omq_maps import change_map, found, semantic_map, thing, truth
 
@@ -146,7 +147,7 @@ def test_missing_results_count_as_zero_in_the_mean() -> None:
         (semantic_map() | {"task_details": {"results_format": "poem"}}, "OMQ reads: object_map"),
     ],
 )
-def test_a_result_that_breaks_its_format_is_told_where(result: dict[str, Any], place: str) -> None:
+def test_a_result_that_breaks_its_format_is_told_where(result: Result, place: str) -> None:
     with pytest.raises(BenchbotError, match=place):
         omq.evaluate(result, [truth(), truth()])
 
@@ -159,7 +160,7 @@ def test_a_result_that_breaks_its_format_is_told_where(result: dict[str, Any], p
         (truth(class_list=None) | {"environment": {"name": "bare", "variant": 1}}, "class_list"),
     ],
 )
-def test_a_broken_ground_truth_is_told_where(room: dict[str, Any], place: str) -> None:
+def test_a_broken_ground_truth_is_told_where(room: GroundTruth, place: str) -> None:
     with pytest.raises(BenchbotError, match=place):
         omq.evaluate(semantic_map(found("chair")), [room])
 

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 
 from benchbot.core.declarations import schema
+from benchbot.plugin import GroundTruth, Result
 from benchbot_eval_omq import omq
 from benchbot_eval_omq.explanation import explain
 from plugins.eval_omq.tests.omq_maps import change_map, found, semantic_map, thing, truth
@@ -14,7 +15,7 @@ from plugins.eval_omq.tests.test_omq_golden import CASES
 from plugins.eval_omq.tests.test_omq_properties import Objects, estimates, true_objects
 
 
-def explained(result: dict[str, Any], *rooms: dict[str, Any]) -> list[dict[str, Any]]:
+def explained(result: Result, *rooms: GroundTruth) -> list[dict[str, Any]]:
     objects: list[dict[str, Any]] = explain(result, rooms)["objects"]
     entry = {"source": None, "environment": "room:1", "seed": None, "objects": objects}
     document = {"version": 1, "method": {"name": "omq", "version": "1.0"}, "results": [entry]}

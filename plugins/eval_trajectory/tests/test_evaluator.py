@@ -70,7 +70,7 @@ def test_a_tenth_of_the_observations_may_be_missing_and_always_one(observations:
 
 
 def test_without_a_start_pose_the_floor_is_at_zero() -> None:
-    document = {**result(), "environment_details": [{"name": "room", "variant": 1}]}
+    document = result() | {"environment_details": [{"name": "room", "variant": 1}]}
 
     assert evaluator.evaluate(document)["ATE_map_RMSE_m"] == pytest.approx(0.05)
 
@@ -99,7 +99,7 @@ def test_the_order_of_poses_does_not_matter() -> None:
 )
 def test_what_cannot_be_judged_is_refused(change: dict[str, Any], title: str) -> None:
     with pytest.raises(BenchbotError, match=title):
-        evaluator.evaluate({**result(), **change})
+        evaluator.evaluate(result() | change)
 
 
 def test_what_is_missing_has_no_error_but_no_poses_either() -> None:

@@ -48,7 +48,7 @@ def result(
         (2, 4.0, 1.0, 1.0, np.pi / 2),
     ),
     path_length_m: float = 2.0,
-) -> dict[str, Any]:
+) -> Any:
     """Return a result with a track, the robot's base 5 cm above the floor; an estimate's poses are (number, xyz, yaw).
 
     Without poses, the estimate is right.

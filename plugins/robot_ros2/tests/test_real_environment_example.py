@@ -15,6 +15,7 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.plugin_manager import load
 from benchbot.core.request import RunRequest
 from benchbot.core.selection import Selection, select
+from benchbot.plugin import GroundTruth, Result
 from benchbot.plugins.formats import object_map_ground_truth
 from benchbot_eval_omq import omq
 from benchbot_robot_ros2.declaration import Ros2Robot
@@ -88,7 +89,7 @@ def found(thing: Document, classes: list[str], shift_m: float) -> Document:
     return {"label_probs": probabilities, "centroid": [x + shift_m, y, z], "extent": thing["extent"]}
 
 
-def mapped(objects: list[Document], classes: list[str]) -> Document:
+def mapped(objects: list[Document], classes: list[str]) -> Result:
     return {
         "task_details": {"name": TASK, "results_format": "object_map"},
         "environment_details": [yaml.safe_load((EXAMPLE / "benchbot_envs_lab/environments/lab_1.yaml").read_text())],
@@ -97,7 +98,7 @@ def mapped(objects: list[Document], classes: list[str]) -> Document:
 
 
 @pytest.mark.parametrize(("shift_m", "lowest", "highest"), [(0.0, 1.0, 1.0), (0.02, 0.6, 0.99), (5.0, 0.0, 0.0)])
-def test_a_map_of_it_is_scored(truth: Document, shift_m: float, lowest: float, highest: float) -> None:
+def test_a_map_of_it_is_scored(truth: GroundTruth, shift_m: float, lowest: float, highest: float) -> None:
     classes = truth["ground_truth"]["class_list"]
     things = truth["ground_truth"]["objects"]
     result = mapped([found(thing, classes, shift_m) for thing in things], classes)

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -343,13 +343,13 @@ def test_a_robot_that_cannot_be_simulated_is_explained(changes: dict[str, Any]) 
 )
 def test_a_scene_that_cannot_be_loaded_is_explained(room: Scene, changes: dict[str, Any], title: str) -> None:
     with pytest.raises(BenchbotError, match=title):
-        simulator().load(replace(room, environment={**room.environment, **changes}), seed=0)
+        simulator().load(Scene({**cast(Any, room.environment), **changes}, room.folder), seed=0)
 
 
 def test_a_scene_without_a_map_is_explained(room: Scene) -> None:
     environment = {key: value for key, value in room.environment.items() if key != "map_path"}
     with pytest.raises(BenchbotError, match="map_path"):
-        simulator().load(replace(room, environment=environment), seed=0)
+        simulator().load(Scene(environment, room.folder), seed=0)
 
 
 def test_an_unknown_channel_is_explained(loaded: RayTracedSimulator) -> None:
@@ -374,7 +374,7 @@ def test_a_scene_says_what_is_wrong_with_its_light_when_it_is_loaded(
     room: Scene, changes: dict[str, Any], title: str
 ) -> None:
     with pytest.raises(BenchbotError, match=title):
-        simulator().load(replace(room, environment={**room.environment, **changes}), seed=0)
+        simulator().load(Scene({**cast(Any, room.environment), **changes}, room.folder), seed=0)
 
 
 @ray_traced

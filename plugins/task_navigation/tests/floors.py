@@ -15,6 +15,7 @@ from benchbot.core.plugin_manager import load
 from benchbot.core.request import RunRequest
 from benchbot.core.selection import select
 from benchbot.core.session import Session
+from benchbot.plugin import GroundTruth
 from benchbot_task_navigation.floor_plan import FloorPlan
 
 LASER_TASK = "navigation:point_goal:ground_truth:laser"
@@ -52,7 +53,7 @@ def arena() -> FloorPlan:
     return plan_of(world.read(ARENA_MAP), (-3.0, -2.0), (3.0, 2.0))
 
 
-def arena_truth() -> dict[str, Any]:
+def arena_truth() -> GroundTruth:
     """Return the ground truth of navigation in `arena:1`."""
     catalog = Catalog(load())
     return {

@@ -12,6 +12,7 @@ from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
 from benchbot.core.request import RunRequest
 from benchbot.core.selection import select
+from benchbot.plugin import GroundTruth, Result
 from benchbot_task_navigation.evaluator import NAMES, Run, combine, evaluate, score
 from plugins.task_navigation.tests.floors import LASER_TASK, arena_truth
 
@@ -96,7 +97,7 @@ def test_the_order_of_runs_makes_no_difference(some: list[Run]) -> None:
     assert combine(rows) == pytest.approx(combine(rows[::-1]))
 
 
-def ended_at(x: float, y: float, *, episode: int = 2, path_length_m: float = 2.0, **changes: Any) -> dict[str, Any]:
+def ended_at(x: float, y: float, *, episode: int = 2, path_length_m: float = 2.0, **changes: Any) -> Any:
     """Return a result of `arena:1`, episode 2: from (0.05, -1.6) to (-1.4, -0.65), with a chair in between."""
     selection = select(
         Catalog(load()), RunRequest(task=LASER_TASK, robot="sample_robot", environment="arena:1", episode=episode)
@@ -111,7 +112,7 @@ def ended_at(x: float, y: float, *, episode: int = 2, path_length_m: float = 2.0
     return result
 
 
-def scored(result: dict[str, Any]) -> dict[str, float]:
+def scored(result: Result) -> dict[str, float]:
     return evaluate(result, [arena_truth()])
 
 
@@ -173,7 +174,7 @@ def test_an_object_is_reached_within_a_metre_of_its_box() -> None:
     )
     assert selection.episode is not None
     goal = selection.episode.data["goal"]
-    truth = {"ground_truth": _miniroom_plan()}
+    truth = _miniroom()
     x, y, _ = goal["instances"][0]["centroid"]
     start = selection.episode.data["start_pose"][4:6]
     result = ended_at(x, y)
@@ -187,11 +188,10 @@ def test_an_object_is_reached_within_a_metre_of_its_box() -> None:
     assert missed["distance_to_goal_m"] == pytest.approx(selection.episode.data["shortest_path_m"], abs=1e-5)
 
 
-def _miniroom_plan() -> dict[str, Any]:
+def _miniroom() -> GroundTruth:
     from benchbot.evaluation.ground_truths import GroundTruths
 
-    plan: dict[str, Any] = GroundTruths.of(Catalog(load()), None).find("miniroom:1", {"floor_plan"})["ground_truth"]
-    return plan
+    return GroundTruths.of(Catalog(load()), None).find("miniroom:1", {"floor_plan"})
 
 
 @pytest.mark.parametrize("lack", ["track", "episode"])

@@ -21,7 +21,7 @@ from plugins.task_navigation.tests.floors import arena_session, arena_truth
 NOTHING_SEEN = np.empty((0, 2))
 
 
-def drive(session: Session, tmp_path: Path) -> dict[str, Any]:
+def drive(session: Session, tmp_path: Path) -> Any:
     """Have the example drive; return the result that it hands in, completed."""
     robot = session.selection.robot.data
     agent = GoToGoal(robot["footprint"]["radius_m"], robot["robot_frame"])

@@ -8,10 +8,10 @@ from benchbot.core.records import Evaluator
 from benchbot.plugins.v2 import addons, methods, trust
 from tests.v2_addon import make
 
-TRUTH = {"ground_truth": {"counts": {"bottle": 1, "chair": 2}}}
+TRUTH: Any = {"ground_truth": {"counts": {"bottle": 1, "chair": 2}}}
 
 
-def result(task: str = "t", **counts: int) -> dict[str, Any]:
+def result(task: str = "t", **counts: int) -> Any:
     return {"task_details": {"name": task}, "environment_details": [{"name": "hall"}], "results": {"counts": counts}}
 
 

@@ -108,7 +108,7 @@ def _repeats_itself(case: _Case) -> str:
     return "the same actions"
 
 
-def _run(case: _Case, *, scenes: int, collides_at: int | None = None) -> tuple[list[Action], dict[str, Any]]:
+def _run(case: _Case, *, scenes: int, collides_at: int | None = None) -> tuple[list[Action], Mapping[str, Any]]:
     """Return the actions of an episode and the result that was handed in; raises `Violation` when there is none."""
     recording = _ActionRecording()
     with _served(case, scenes, collides_at, recording) as (url, token, folder):
@@ -126,7 +126,7 @@ def _run(case: _Case, *, scenes: int, collides_at: int | None = None) -> tuple[l
     return recording.actions, document
 
 
-def _run_here(make: Callable[[], Agent], url: str, token: str, folder: Path) -> dict[str, Any]:
+def _run_here(make: Callable[[], Agent], url: str, token: str, folder: Path) -> Mapping[str, Any]:
     from benchbot.api.benchbot import BenchBot
     from benchbot.core import results
 

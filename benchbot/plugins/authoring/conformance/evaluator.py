@@ -13,7 +13,7 @@ from typing import Any
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.findings import Finding, Level
-from benchbot.core.records import Document, Evaluator
+from benchbot.core.records import Evaluator
 from benchbot.plugins.authoring.conformance.bench import find_record
 from benchbot.plugins.authoring.conformance.properties import Violation, check_properties
 
@@ -24,8 +24,8 @@ TOLERANCE = 1e-9
 class Example:
     """A result, and the ground truths that it is scored against."""
 
-    result: Document
-    ground_truths: Sequence[Document] = ()
+    result: Any
+    ground_truths: Sequence[Any] = ()
 
 
 def check_evaluator(

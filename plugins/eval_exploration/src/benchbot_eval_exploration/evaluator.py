@@ -1,12 +1,11 @@
 """The method `exploration`: how much of the floor a robot has seen, from where it really went."""
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
-from benchbot.plugin import BenchbotError
+from benchbot.plugin import BenchbotError, GroundTruth, Result
 from benchbot_eval_exploration.coverage import covered
 from benchbot_task_navigation.floor_plan import FloorPlan
 
@@ -16,7 +15,7 @@ NAMES = ("coverage", "coverage_over_10m", "visited", "seen_m2", "path_length_m",
 ZERO_WHEN_MISSING = NAMES[:4]
 
 
-def evaluate(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any]]) -> Scores:
+def evaluate(result: Result, ground_truths: Sequence[GroundTruth]) -> Scores:
     """Score one result by its track, which the back end has written; nothing that the solution wrote counts.
 
     Raises BenchbotError for a result without a track, or of several scenes, and for a floor plan without room.

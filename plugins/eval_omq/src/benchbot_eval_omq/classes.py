@@ -2,12 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchbot.plugin import BenchbotError
+from benchbot.plugin import BenchbotError, GroundTruth
 
 BACKGROUND = "background"
 
@@ -20,7 +19,7 @@ class Classes:
     synonyms: Mapping[str, str]
 
     @classmethod
-    def of(cls, ground_truths: Sequence[Mapping[str, Any]]) -> "Classes":
+    def of(cls, ground_truths: Sequence[GroundTruth]) -> "Classes":
         """Return the union of the class lists and of the synonyms of ground truths.
 
         Without class_list its environment's object_labels stand for it. Raises BenchbotError when it has neither.

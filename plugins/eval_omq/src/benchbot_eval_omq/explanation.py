@@ -4,13 +4,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from benchbot.plugin import GroundTruth, Result
 from benchbot_eval_omq.omq import matched
 from benchbot_eval_omq.qualities import ADDED, STATES, Array, Qualities, qualities
 
 Document = dict[str, Any]
 
 
-def explain(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any]]) -> Document:
+def explain(result: Result, ground_truths: Sequence[GroundTruth]) -> Document:
     """Return `{"objects": [...]}`: what became of each true object, then of each estimate without a partner.
 
     The schema `explanation` says what an entry holds. Errors as for `evaluate`; changes neither argument.
@@ -29,7 +30,7 @@ def explain(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any]
     return {"objects": truths + others}
 
 
-def _scenes(ground_truths: Sequence[Mapping[str, Any]]) -> list[str]:
+def _scenes(ground_truths: Sequence[GroundTruth]) -> list[str]:
     environments = [truth.get("environment", {}) for truth in ground_truths]
     return [f"{environment.get('name')}:{environment.get('variant')}" for environment in environments]
 

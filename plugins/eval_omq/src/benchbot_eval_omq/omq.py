@@ -7,12 +7,12 @@ BenchBot 2, whose numbers these equal to 1e-6 wherever it gives any.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from benchbot.plugin import GroundTruth, Result
 from benchbot_eval_omq.qualities import ADDED, REMOVED, Array, Qualities, qualities
 
 _KEYS = ("OMQ", "avg_pairwise", "avg_label", "avg_spatial", "avg_fp_quality")
@@ -38,7 +38,7 @@ class Comparison:
     ignored: NDArray[np.int64]
 
 
-def evaluate(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+def evaluate(result: Result, ground_truths: Sequence[GroundTruth]) -> dict[str, float]:
     """Return OMQ and the averages it is made of, each in [0, 1], `avg_state_quality` for maps with states.
 
     A semantic map is scored against one ground truth, a map of changes against those of the scenes before and after.
@@ -69,7 +69,7 @@ def combine(scores: Sequence[Mapping[str, float]]) -> dict[str, float]:
     return {key: math.fsum(score.get(key, 0.0) for score in scores) / count for key in keys}
 
 
-def compare(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any]]) -> Comparison:
+def compare(result: Result, ground_truths: Sequence[GroundTruth]) -> Comparison:
     """Match the objects of a map to the true ones; errors as for `evaluate`."""
     return matched(qualities(result, ground_truths))
 

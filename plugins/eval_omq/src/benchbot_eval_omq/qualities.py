@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchbot.plugin import BenchbotError, check_format
+from benchbot.plugin import BenchbotError, GroundTruth, Result, check_format
 from benchbot_eval_omq.boxes import Boxes, intersections_over_unions
 from benchbot_eval_omq.classes import Classes, normalised
 
@@ -47,7 +47,7 @@ class Qualities:
     pairwise: Array
 
 
-def qualities(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any]]) -> Qualities:
+def qualities(result: Result, ground_truths: Sequence[GroundTruth]) -> Qualities:
     """Return how well each pair agrees; raises BenchbotError for a result or ground truth that breaks its format."""
     with_states = _checked(result, ground_truths)
     classes = Classes.of(ground_truths)
@@ -86,7 +86,7 @@ def qualities(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, An
     )
 
 
-def _checked(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any]]) -> bool:
+def _checked(result: Result, ground_truths: Sequence[GroundTruth]) -> bool:
     """Return whether the map has states; raises BenchbotError unless formats and number of scenes fit."""
     name = result.get("task_details", {}).get("results_format")
     scenes_of = {
@@ -113,7 +113,7 @@ def _checked(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any
 
 
 def _true_objects(
-    ground_truths: Sequence[Mapping[str, Any]], with_states: bool
+    ground_truths: Sequence[GroundTruth], with_states: bool
 ) -> tuple[list[Object], list[tuple[int, int]], NDArray[np.int64]]:
     """Return the true objects, scene and index of each, and their states.
 

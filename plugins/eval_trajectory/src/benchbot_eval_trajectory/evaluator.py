@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from benchbot.plugin import BenchbotError, Pose
+from benchbot.plugin import BenchbotError, GroundTruth, Pose, Result
 from benchbot_eval_trajectory import metrics
 from benchbot_eval_trajectory.alignment import Align, alignment
 from benchbot_eval_trajectory.trajectory import Floats, Trajectory
@@ -40,7 +40,7 @@ LEAST_COMPLETENESS = 0.9
 RPE_LENGTH_M = 1.0
 
 
-def evaluate(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any]] = ()) -> Scores:
+def evaluate(result: Result, ground_truths: Sequence[GroundTruth] = ()) -> Scores:
     """Return the errors of one result against its own track, which the back end has written.
 
     ATE is that after SE(3) alignment, except where its name says Sim(3) or map (no alignment). RPE over a metre is left
@@ -78,7 +78,7 @@ def combine(scores: Sequence[Scores]) -> Scores:
     return combined
 
 
-def matched(result: Mapping[str, Any]) -> tuple[Trajectory, Trajectory, float]:
+def matched(result: Result) -> tuple[Trajectory, Trajectory, float]:
     """Return the estimated and the true poses of the observations that have both, and what share these are of all."""
     truth, numbers = truth_of(result)
     poses = sorted(result["results"]["poses"], key=lambda pose: pose["observation"])
@@ -105,7 +105,7 @@ def matched(result: Mapping[str, Any]) -> tuple[Trajectory, Trajectory, float]:
     return estimate, chosen, completeness
 
 
-def truth_of(result: Mapping[str, Any]) -> tuple[Trajectory, list[int]]:
+def truth_of(result: Result) -> tuple[Trajectory, list[int]]:
     """Return where the robot really was at each observation, and the observations' numbers.
 
     The track is level: its height is that of the start pose.
@@ -118,7 +118,7 @@ def truth_of(result: Mapping[str, Any]) -> tuple[Trajectory, list[int]]:
     return Trajectory.from_quaternions(positions_m, quaternions, times_s), [row[0] for row in rows]
 
 
-def _height_m(result: Mapping[str, Any]) -> float:
+def _height_m(result: Result) -> float:
     """Return the height of the start pose, 0 where none is declared."""
     start_pose = result["environment_details"][0].get("start_pose")
     if start_pose is None:
@@ -133,7 +133,7 @@ def _height_m(result: Mapping[str, Any]) -> float:
         ) from error
 
 
-def _track(result: Mapping[str, Any]) -> Mapping[str, Any]:
+def _track(result: Result) -> Mapping[str, Any]:
     """Return the result's one track; raises BenchbotError for a result that cannot be judged by it."""
     tracks = result.get("track") or []
     if not tracks or not any(row[0] is not None for row in tracks[0]["rows"]):

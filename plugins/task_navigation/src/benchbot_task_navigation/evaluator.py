@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from benchbot.plugin import BenchbotError, Catalog, episodes_digest, load_plugins
+from benchbot.plugin import BenchbotError, Catalog, GroundTruth, Result, episodes_digest, load_plugins
 from benchbot_task_navigation.floor_plan import FloorPlan, Point, distance_to_box_m
 from benchbot_task_navigation.ways import Ways, length_m
 
@@ -56,7 +56,7 @@ def score(run: Run) -> Scores:
     return dict(zip(NAMES, values, strict=True))
 
 
-def evaluate(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any]]) -> Scores:
+def evaluate(result: Result, ground_truths: Sequence[GroundTruth]) -> Scores:
     """Score one result; raises BenchbotError for one without a track, or of other episodes than those installed.
 
     Nothing that the solution wrote counts. It ends well when it hands in a result without a failure (no collision, no

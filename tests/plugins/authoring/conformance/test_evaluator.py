@@ -1,6 +1,6 @@
 """A small method of evaluation conforms; each variant of it that breaks one promise is found out."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +15,7 @@ from tests.plugins.authoring.conformance.reading import all_is_well, broken, war
 Document = dict[str, Any]
 
 
-def recall(result: Document, ground_truths: Sequence[Document]) -> dict[str, float]:
+def recall(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any]]) -> dict[str, float]:
     wanted = set(ground_truths[0]["names"])
     return {"recall": len(wanted & set(result["results"]["names"])) / len(wanted)}
 
@@ -71,7 +71,7 @@ def fails_on_nothing(result: Document, ground_truths: Sequence[Document]) -> dic
     return recall(result, ground_truths) if result["results"]["names"][0] else {}
 
 
-def refuses_nothing(result: Document, ground_truths: Sequence[Document]) -> dict[str, float]:
+def refuses_nothing(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any]]) -> dict[str, float]:
     if not result["results"]["names"]:
         raise BenchbotError("There is nothing to score.", "The result is empty.", "Find something.")
     return recall(result, ground_truths)

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchbot.plugin import BenchbotError, Finding, Level, MotionConfig, PlatformSpec
+from benchbot.plugin import BenchbotError, Finding, Level, MotionConfig, PlatformSpec, RobotDeclaration
 from benchbot_robot_ros2 import callbacks, obstacles, ros, transforms
 from benchbot_robot_ros2.declaration import Ros2Robot, Topic
 from benchbot_robot_ros2.doctor import graph_checks, live_watch, message_checks, transform_checks
@@ -128,7 +128,7 @@ def _topics(node: "Node", robot: Ros2Robot, streams: list[Stream], seconds: floa
             yield rival
 
 
-def _observations(robot: Ros2Robot, declaration: Any, streams: list[Stream]) -> Iterator[Finding]:
+def _observations(robot: Ros2Robot, declaration: RobotDeclaration, streams: list[Stream]) -> Iterator[Finding]:
     """Turn the last messages into observations, as the driver would, and look at these."""
     last = {stream.use.role: stream.last for stream in streams}
     decoded: dict[str, Any] = {}
