@@ -12,7 +12,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c const
 FOR_TESTS := $(addprefix $(VENV)/.,interfaces browser slurm engines tmux)
 SOURCES := benchbot benchbot_api benchbot_eval tests benchmarks plugins release docs/tools tools conftest.py
 
-.PHONY: help install install-test demo test lint format bench docs reference release-check clean
+.PHONY: help install install-test demo test coverage lint format bench docs reference release-check clean
 
 help:  ## Say what each target does
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
@@ -65,6 +65,12 @@ demo: install  ## Drive a robot through a ray-traced room, map it, score the map
 test: install-test  ## Run every test
 	$(BIN)/python -m pytest
 
+coverage: install-test  ## Measure what the tests (or TESTS=...) run of the kernel, line by line and branch by branch
+	$(BIN)/coverage erase
+	$(BIN)/coverage run -m pytest $(TESTS)
+	$(BIN)/coverage combine --quiet
+	$(BIN)/coverage report
+
 lint: install-test  ## Check style, types, and which room imports which
 	$(BIN)/ruff check $(SOURCES)
 	$(BIN)/ruff format --check $(SOURCES)
@@ -88,5 +94,5 @@ release-check: install-test  ## Build all distributions into dist; look at them,
 	$(BIN)/python -m release
 
 clean:  ## Remove what the targets above made
-	rm -rf $(VENV) demo build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) demo build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage .coverage.*
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
