@@ -70,6 +70,12 @@ def test_two_sets_by_hand(omq: Evaluator) -> None:
     means = [0.075, 0.075, 0.05, 0.175, 0.05, 0.2]
     assert found["standardised"] == pytest.approx(np.mean(means) / np.std(means, ddof=1))
     assert 0 < found["interval"]["low"] < 0.95 / 9 < found["interval"]["high"]
+    # The difference without each place in turn gives the jackknife's standard error, on 5 degrees of freedom.
+    sums, sizes = np.array([0.15, 0.15, 0.05, 0.35, 0.05, 0.2]), np.array([2, 2, 1, 2, 1, 1])
+    without = (0.95 - sums) / (9 - sizes)
+    standard_error = np.sqrt(5 / 6 * ((without - 0.95 / 9) ** 2).sum())
+    t_of_level, t_of_power = 2.5706, 0.9195
+    assert found["minimum_detectable"] == pytest.approx((t_of_level + t_of_power) * standard_error, rel=1e-4)
     assert found["rows"][0] == {
         "pair": "place0:0, seed 0",
         "a": 0.5,
@@ -89,8 +95,16 @@ def test_variants_of_five_places_are_no_twentyfive_places(omq: Evaluator) -> Non
     over_environments = compare(sets, omq, over=Over.ENVIRONMENTS)["comparisons"][0]
 
     assert (over_places["p"], over_places["verdict"], over_places["minimum_detectable"]) == (0.0625, "too_few", None)
+    assert over_places["interval"]["low"] < over_places["difference"] < over_places["interval"]["high"]
     assert over_environments["verdict"] == "higher"
     assert "25 environments" in over_environments["sentence"]
+
+
+def test_one_place_has_neither_interval_nor_standard_deviations(omq: Evaluator) -> None:
+    found = compare([result_set("new", NEW[:1]), result_set("old", OLD[:1])], omq)["comparisons"][0]
+
+    assert (found["difference"], found["verdict"]) == (pytest.approx(0.075), "too_few")
+    assert (found["interval"], found["standardised"], found["minimum_detectable"]) == (None, None, None)
 
 
 def test_a_failed_episode_is_zero_and_its_class_is_told(omq: Evaluator) -> None:
