@@ -15,6 +15,7 @@ from tests.made_results import Make, Save
 from tests.plugin_factory import PluginFactory
 
 COUNT = """\
+from math import nan
 from pathlib import Path
 from benchbot.plugin import hookimpl
 from benchbot.plugin import Evaluator
@@ -37,7 +38,7 @@ def benchbot_evaluators():
         headline="length",
         result_formats=frozenset({"object_map"}),
         ground_truth_formats=frozenset(),
-        evaluate=lambda result, truths: {"length": len(result["results"]["objects"]) + 100.0 * len(truths)},
+        evaluate=lambda result, truths: {"length": len(result["results"]["objects"]) + 100.0 * len(truths) or nan},
         combine=lambda scores: {"length": sum(score.get("length", 0.0) for score in scores)},
     )
 
@@ -91,6 +92,26 @@ def test_of_several_methods_none_is_chosen_silently(catalog: Catalog) -> None:
 def test_a_task_whose_method_is_not_installed_is_told(catalog: Catalog) -> None:
     with pytest.raises(BenchbotError, match="'cuont' is not an installed evaluator"):
         method_for_task(catalog, None, {"name": "m", "results_format": "object_map", "evaluation_method": "cuont"})
+
+
+def test_a_named_method_must_read_the_format_of_the_results(catalog: Catalog) -> None:
+    with pytest.raises(BenchbotError, match="The method 'count' cannot score these results") as caught:
+        method_for_task(catalog, "count", {"name": "changes", "results_format": "object_map_with_states"})
+
+    assert caught.value.why == "They have the format 'object_map_with_states'; it reads: object_map."
+
+
+def test_a_score_that_is_no_number_counts_as_a_missing_result(catalog: Catalog, make_result: Make, save: Save) -> None:
+    paths = [save("empty.json", make_result()), save("a.json", make_result(0.0, variant=2))]
+
+    document = evaluate_files(paths, catalog=catalog, method="length")
+
+    assert document["scores"] == {"length": 1.0}
+    (missing,) = document["coverage"]["missing"]
+    assert missing["environment"] == "flat:1"
+    assert "The method 'length' gave no usable score. length of " in missing["reason"]
+    with pytest.raises(BenchbotError, match="gave no usable score"):
+        evaluate_files(paths[:1], catalog=catalog, method="length")
 
 
 def test_a_method_without_ground_truth_is_given_none(catalog: Catalog, make_result: Make, save: Save) -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.evaluation import evaluate_files
+from benchbot.evaluation import evaluate_files, validate_files
 from tests.made_results import Make, MakeRun, Save
 
 
@@ -71,6 +71,37 @@ def test_a_number_that_is_not_finite_is_told_with_its_place_and_its_environment_
     (missing,) = document["coverage"]["missing"]
     assert missing["environment"] == "flat:2"
     assert "not finite, at /environment_details/0/start_pose/1" in missing["reason"]
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"results": ...}, "has no results. The key 'results' is missing."),
+        (
+            {"environment_details": [{"name": "flat", "variant": 2}, {"name": "loft", "variant": 1}]},
+            "Its scenes are of different environments: flat, loft.",
+        ),
+    ],
+)
+def test_a_result_that_cannot_be_scored_is_missing_with_the_reason(
+    catalog: Catalog, make_result: Make, save: Save, change: dict[str, Any], why: str
+) -> None:
+    changed = {key: value for key, value in (make_result(variant=2) | change).items() if value is not ...}
+    files = [save("a.json", make_result(0.0, 3.0)), save("b.json", changed)]
+
+    document = evaluate_files(files, catalog=catalog)
+
+    assert document["scores"]["OMQ"] == 0.5
+    assert why in document["coverage"]["missing"][0]["reason"]
+
+
+def test_results_of_a_task_without_a_format_cannot_be_scored(catalog: Catalog, make_result: Make, save: Save) -> None:
+    result = save("a.json", make_result(task_details={"name": "tour"}))
+
+    (missing,) = validate_files([result], catalog=catalog)["missing"]
+    assert "Its task 'tour' has no results_format." in missing["reason"]
+    with pytest.raises(BenchbotError, match="The method 'omq' cannot score these results"):
+        evaluate_files([result], catalog=catalog, method="omq")
 
 
 def test_files_of_different_tasks_are_named(catalog: Catalog, make_result: Make, save: Save) -> None:

@@ -129,6 +129,47 @@ def test_a_damaged_archive_is_told(tmp_path: Path) -> None:
     assert "damaged" in only_unreadable(path).error.why
 
 
+@pytest.mark.parametrize(
+    ("field", "value"), [("flags", 1), ("method", 99)], ids=["encrypted", "in an unknown compression"]
+)
+def test_a_member_that_cannot_be_unpacked_is_told_and_the_others_read(
+    tmp_path: Path, make_result: Make, field: str, value: int
+) -> None:
+    path = archive_of(tmp_path / "a.zip", json.dumps(make_result()))
+    content = bytearray(path.read_bytes())
+    # Both headers of a member say it: the local one and that of the directory (APPNOTE.TXT, 4.3).
+    for start, flags, method in ((b"PK\3\4", 6, 8), (b"PK\1\2", 8, 10)):
+        content[content.index(start) + (flags if field == "flags" else method)] = value
+    path.write_bytes(content)
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("second.json", json.dumps(make_result()))
+
+    refused, read = result_files.read([path])
+
+    assert isinstance(refused, Unreadable)
+    assert "It is encrypted or in an unknown compression" in refused.error.why
+    assert isinstance(read, ResultDocument)
+
+
+@pytest.mark.parametrize("archived", [False, True])
+def test_more_files_than_anybody_hands_in_are_refused_unread(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, archived: bool
+) -> None:
+    monkeypatch.setattr(result_files, "FILE_LIMIT", 3)
+    path = tmp_path / "many"
+    path.mkdir()
+    for number in range(4):
+        (path / f"{number}.json").write_text("{}")
+    if archived:
+        with zipfile.ZipFile(path / "many.zip", "w") as archive:
+            for number in range(4):
+                archive.write(path / f"{number}.json", f"{number}.json")
+        path = path / "many.zip"
+
+    assert "4" in only_unreadable(path).error.why
+    assert "at most 3 are read" in only_unreadable(path).error.why
+
+
 def test_an_archive_without_results_is_told(tmp_path: Path) -> None:
     path = tmp_path / "empty.zip"
     zipfile.ZipFile(path, "w").close()

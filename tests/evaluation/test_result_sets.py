@@ -46,6 +46,15 @@ def test_one_set_is_nothing_to_compare(folder: Path, catalog: Catalog) -> None:
         result_sets.read([str(folder / "new")], catalog=catalog)
 
 
+def test_a_file_that_cannot_be_read_is_named(folder: Path, catalog: Catalog) -> None:
+    torn = folder / "torn.json"
+    torn.write_text('{"scores": {"OMQ": 0.5')
+    with pytest.raises(BenchbotError, match=r"torn\.json is not a result") as raised:
+        result_sets.read([str(torn), str(folder / "old")], catalog=catalog)
+
+    assert "It is not valid JSON" in raised.value.why
+
+
 def test_equal_names_are_an_error_that_says_how_to_name_them(folder: Path, catalog: Catalog) -> None:
     with pytest.raises(BenchbotError, match="2 sets are called 'new'") as raised:
         result_sets.read([str(folder / "new")] * 2, catalog=catalog)

@@ -47,6 +47,15 @@ def test_what_the_test_does_not_find_is_not_claimed_and_what_it_could_have_found
     )
 
 
+def test_what_could_have_been_found_is_left_out_where_it_is_not_known() -> None:
+    unsure = replace(FOUND, p=0.21, interval=None, detectable=None)
+
+    assert unsure.sentence == (
+        "new and old are not told apart: new minus old is 0.051 OMQ "
+        "(paired permutation test over 25 pairs of results in 10 places, p = 0.21)."
+    )
+
+
 def test_an_interval_above_zero_is_no_verdict() -> None:
     assert replace(FOUND, p=0.06).verdict is Verdict.UNDECIDED
 
