@@ -86,6 +86,13 @@ def test_two_sets_by_hand(omq: Evaluator) -> None:
     assert schema.problems(document, "comparison", Path("comparison.json")) == []
 
 
+def test_a_set_that_is_lower_throughout_is_lower_whichever_comes_first(omq: Evaluator) -> None:
+    (found,) = compare([result_set("old", OLD), result_set("new", NEW)], omq)["comparisons"]
+
+    assert (found["verdict"], found["difference"]) == ("lower", pytest.approx(-0.95 / 9))
+    assert found["sentence"].startswith("new scores higher than old by 0.106 OMQ (95 % interval ")
+
+
 def test_variants_of_five_places_are_no_twentyfive_places(omq: Evaluator) -> None:
     new = [[0.5 + 0.01 * place + 0.02 * variant for variant in range(5)] for place in range(5)]
     old = [[value - 0.1 - 0.01 * place for value in of_place] for place, of_place in enumerate(new)]
@@ -179,6 +186,7 @@ def test_swapping_the_sets_turns_the_difference_and_nothing_else(omq: Evaluator,
     turned = compare([second, first], omq)["comparisons"][0]
 
     assert turned["difference"] == pytest.approx(-straight["difference"], abs=1e-12)
+    assert turned["verdict"] == {"higher": "lower", "lower": "higher"}.get(straight["verdict"], straight["verdict"])
     assert turned["p"] == straight["p"]
     assert 0 < straight["p"] <= 1
     assert (turned["interval"] is None) == (straight["interval"] is None)
