@@ -11,7 +11,7 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import Plugins, installed
 from benchbot.evaluation.score import evaluate_files, method_for_task
-from tests.made_results import Make, Save
+from tests.made_results import Make, Save, chair, ground_truth
 from tests.plugin_factory import PluginFactory
 
 COUNT = """\
@@ -29,13 +29,15 @@ def benchbot_evaluators():
         headline="count",
         result_formats=formats,
         ground_truth_formats=frozenset({"object_map_ground_truth"}),
-        evaluate=lambda result, truths: {"count": float(len(result["results"]["objects"]))},
-        combine=lambda scores: {"count": sum(score.get("count", 0.0) for score in scores)},
+        evaluate=lambda result, truths: {"truths": len(truths), "count": float(len(result["results"]["objects"]))},
+        combine=lambda scores: {
+            key: float(sum(score.get(key, 0.0) for score in scores)) for key in ("truths", "count")
+        },
     )
     yield Evaluator(
         name="length",
         version="1",
-        headline="length",
+        headline="",
         result_formats=frozenset({"object_map"}),
         ground_truth_formats=frozenset(),
         evaluate=lambda result, truths: {"length": len(result["results"]["objects"]) + 100.0 * len(truths) or nan},
@@ -94,6 +96,20 @@ def test_a_task_whose_method_is_not_installed_is_told(catalog: Catalog) -> None:
         method_for_task(catalog, None, {"name": "m", "results_format": "object_map", "evaluation_method": "cuont"})
 
 
+@pytest.mark.parametrize(("method", "headline"), [("count", "count"), ("length", "length")])
+def test_the_headline_is_the_one_that_the_method_names_else_its_first_score(
+    catalog: Catalog, make_result: Make, save: Save, method: str, headline: str
+) -> None:
+    truth = save("truth.json", ground_truth(1, chair(0.0)))
+
+    document = evaluate_files(
+        [save("a.json", make_result(0.0))], catalog=catalog, method=method, ground_truth_paths=[truth]
+    )
+
+    assert document["method"]["headline"] == headline
+    assert document["scores"] == ({"truths": 1.0, "count": 1.0} if method == "count" else {"length": 1.0})
+
+
 def test_a_named_method_must_read_the_format_of_the_results(catalog: Catalog) -> None:
     with pytest.raises(BenchbotError, match="The method 'count' cannot score these results") as caught:
         method_for_task(catalog, "count", {"name": "changes", "results_format": "object_map_with_states"})
@@ -109,7 +125,7 @@ def test_a_score_that_is_no_number_counts_as_a_missing_result(catalog: Catalog, 
     assert document["scores"] == {"length": 1.0}
     (missing,) = document["coverage"]["missing"]
     assert missing["environment"] == "flat:1"
-    assert "The method 'length' gave no usable score. length of " in missing["reason"]
+    assert f"The method 'length' gave no usable score. length of {paths[0]} is nan." in missing["reason"]
     with pytest.raises(BenchbotError, match="gave no usable score"):
         evaluate_files(paths[:1], catalog=catalog, method="length")
 

@@ -129,6 +129,38 @@ def test_a_damaged_archive_is_told(tmp_path: Path) -> None:
     assert "damaged" in only_unreadable(path).error.why
 
 
+def archive_with(path: Path, **contents: str) -> Path:
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in contents.items():
+            archive.writestr(name, content)
+    return path
+
+
+def sources(path: Path) -> list[str]:
+    return [item.source.removeprefix(f"{path}:") for item in result_files.read([path])]
+
+
+def test_of_a_bundle_the_results_are_read_and_not_the_files_of_the_solution(tmp_path: Path, make_result: Make) -> None:
+    files = {name: json.dumps(make_result()) for name in ("results/b.json", "results/a.json", "solution/map.json")}
+    other = {"manifest.json": "{}", "zzz.json": "{}"}
+
+    bundle = archive_with(tmp_path / "bundle.zip", **other, **files)
+    # Without all that a bundle has, it is an archive like others.
+    no_bundle = archive_with(tmp_path / "other.zip", **files)
+
+    assert sources(bundle) == ["results/a.json", "results/b.json"]
+    assert sources(no_bundle) == ["results/a.json", "results/b.json", "solution/map.json"]
+
+
+def test_what_lies_in_an_archive_beside_results_is_passed_over(tmp_path: Path, make_result: Make) -> None:
+    beside = ("README.txt", "__MACOSX/._a.json", "b/scores.json", "c/submission.json", "frames.png")
+    results = {name: json.dumps(make_result()) for name in ("a.json", "Z.JSON", "b/z.json", "d.json")}
+
+    path = archive_with(tmp_path / "a.zip", **dict.fromkeys(beside, "beside"), **results)
+
+    assert sources(path) == ["Z.JSON", "a.json", "b/z.json", "d.json"]
+
+
 @pytest.mark.parametrize(
     ("field", "value"), [("flags", 1), ("method", 99)], ids=["encrypted", "in an unknown compression"]
 )

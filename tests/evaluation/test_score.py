@@ -184,6 +184,22 @@ def test_a_folder_of_ground_truths_may_be_named(
     assert document["scores"]["OMQ"] == 1.0
 
 
+def test_a_ground_truth_is_the_same_however_its_keys_are_ordered(
+    catalog: Catalog, make_result: Make, save: Save
+) -> None:
+    truth = ground_truth(1, chair(0.0))
+    turned = dict(reversed(truth.items()))
+    result = save("result.json", make_result(0.0))
+
+    first, second, other = (
+        evaluate_files([result], catalog=catalog, ground_truth_paths=[save(name, document)])["rows"][0]["ground_truths"]
+        for name, document in (("a.json", truth), ("b.json", turned), ("c.json", ground_truth(1, chair(0.1))))
+    )
+
+    assert first == second
+    assert first != other
+
+
 def test_variants_match_however_they_are_written(catalog: Catalog, make_result: Make, save: Save) -> None:
     result = make_result(0.0, 3.0, environment_details=[{"name": "flat", "variant": "1"}])
 
@@ -214,7 +230,7 @@ def test_two_truths_of_one_environment_are_never_chosen_from_silently(
 ) -> None:
     truths = [save("one.json", ground_truth(1)), save("two.json", ground_truth(1))]
 
-    with pytest.raises(BenchbotError, match="two ground truths"):
+    with pytest.raises(BenchbotError, match="two ground truths of the environment 'flat:1'"):
         evaluate_files([save("a.json", make_result())], catalog=catalog, ground_truth_paths=truths)
 
 
