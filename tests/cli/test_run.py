@@ -5,6 +5,11 @@ from urllib.request import urlopen
 
 import pytest
 
+from benchbot.cli.run import summary
+from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.plugin_manager import load
+from benchbot.core.request import Limits, RunRequest
+from benchbot.core.selection import select
 from tests.command_line import CommandLine, Here, wait_for
 
 SELECTION = ["--task", "sample:passive", "--robot", "sample_robot", "--env", "arena:1"]
@@ -30,6 +35,17 @@ def test_a_run_says_what_it_is_and_where_and_ends_cleanly(number: signal.Signals
     assert stdout == ""
     assert "The back end has ended." in stderr
     assert cli.nothing_is_left()
+
+
+def test_the_summary_of_a_run_names_its_episode_goal_and_limits() -> None:
+    limits = Limits(steps=10, simulated_time_s=2.5, wall_time_s=60.0)
+    request = RunRequest("sample:goal", "sample_robot", "arena:1", episode=1, limits=limits)
+
+    lines = dict(line.split(maxsplit=1) for line in summary(select(Catalog(load()), request)).splitlines())
+
+    assert lines["Episode"] == "1 of 3, point_goal/arena_1/001: to (1.97, -0.34) m from the start"
+    assert lines["Results"] == "any JSON"
+    assert lines["Limits"] == "10 steps, 2.5 s of simulated time, 60 s of wall time"
 
 
 def test_a_run_on_a_unix_socket_listens_nowhere_else(cli: CommandLine) -> None:

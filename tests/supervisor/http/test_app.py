@@ -144,6 +144,17 @@ def test_results_functions_are_called_with_what_they_are_given(serve: Serve) -> 
     assert "arguments" in error["title"]
 
 
+def test_a_task_without_a_format_has_no_results_functions_and_says_so(serve: Serve) -> None:
+    with serve(sample_selection("sample:goal")).http() as http:
+        status, error = post(http, "results_functions/create")
+
+    assert status == 404
+    assert (error["title"], error["why"]) == (
+        "There is no results function 'create'.",
+        "The task 'sample:goal' has no results format.",
+    )
+
+
 @pytest.mark.parametrize("token", ["", "wrong", TOKEN + "x", "tökén"])
 def test_nothing_is_told_or_done_without_the_token(serve: Serve, token: str) -> None:
     served = serve()
