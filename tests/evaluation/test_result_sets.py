@@ -7,7 +7,7 @@ import pytest
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.evaluation import result_sets
-from tests.made_results import Make, Save
+from tests.made_results import Make, MakeRun, Save
 
 
 @pytest.fixture
@@ -56,10 +56,40 @@ def test_a_file_that_cannot_be_read_is_named(folder: Path, catalog: Catalog) -> 
 
 
 def test_equal_names_are_an_error_that_says_how_to_name_them(folder: Path, catalog: Catalog) -> None:
+    other = folder / "yesterday" / "new"
+    other.mkdir(parents=True)
     with pytest.raises(BenchbotError, match="2 sets are called 'new'") as raised:
-        result_sets.read([str(folder / "new")] * 2, catalog=catalog)
+        result_sets.read([str(folder / "new"), str(other)], catalog=catalog)
 
+    assert raised.value.why == f"They are: {folder / 'new'}, {other}."
     assert "before=PATH" in raised.value.fix
+
+
+def test_a_path_may_hold_an_equals_sign(folder: Path, catalog: Catalog, monkeypatch: pytest.MonkeyPatch) -> None:
+    (folder / "seed=3").mkdir()
+    (folder / "new" / "1.json").rename(folder / "seed=3" / "rays=8.json")
+    monkeypatch.chdir(folder)
+
+    sets = result_sets.read(["seed=3", "seed=3/rays=8.json", "again=seed=3"], catalog=catalog)
+
+    assert [item.name for item in sets] == ["seed=3", "rays=8", "again"]
+    for missing in ("runs/seed=4", "nowhere"):
+        with pytest.raises(BenchbotError, match=f"{missing} is not a result"):
+            result_sets.read([missing, "old"], catalog=catalog)
+
+
+def test_the_robots_and_the_failures_of_a_set_are_counted_by_name(
+    folder: Path, make_run: MakeRun, save: Save, catalog: Catalog
+) -> None:
+    save("new/3.json", make_run(0.0, variant=2, seed=5))
+    crashed = make_run(variant=2, seed=6)
+    crashed["provenance"]["failure"] = {"class": "collision", "why": "A wall."}
+    save("new/4.json", {key: value for key, value in crashed.items() if key != "results"})
+
+    new, old = result_sets.read([str(folder / "new"), str(folder / "old")], catalog=catalog)
+
+    assert (new.robots, new.failures) == (["r"], {"collision": 1})
+    assert (old.robots, old.failures) == ([], {})
 
 
 def change(document: dict[str, Any], *keys: str | int, value: object) -> None:
@@ -92,10 +122,13 @@ def test_what_was_not_scored_alike_is_not_compared(
     assert words in raised.value.why
 
 
-def test_scores_of_another_version_than_the_installed_one_are_refused(folder: Path, catalog: Catalog) -> None:
+@pytest.mark.parametrize("version", ["0.1", "99.0"])
+def test_scores_of_another_version_than_the_installed_one_are_refused(
+    version: str, folder: Path, catalog: Catalog
+) -> None:
     sets = result_sets.read([str(folder / "new"), str(folder / "old")], catalog=catalog)
     for item in sets:
-        item.document["method"]["version"] = "0.1"
+        item.document["method"]["version"] = version
 
     with pytest.raises(BenchbotError, match="another version of the method 'omq'"):
         result_sets.evaluator_of(sets, catalog)
