@@ -262,6 +262,23 @@ def test_a_lone_file_that_is_no_result_is_an_error(catalog: Catalog, tmp_path: P
         evaluate_files([tmp_path / "missing.json"], catalog=catalog)
 
 
+def test_several_files_of_which_none_is_a_result_are_listed_with_their_reasons(
+    catalog: Catalog, save: Save, tmp_path: Path
+) -> None:
+    files = [save("torn.json", "{"), tmp_path / "nowhere.json"]
+
+    with pytest.raises(BenchbotError) as lone:
+        evaluate_files(files[1:], catalog=catalog)
+    with pytest.raises(BenchbotError) as several:
+        evaluate_files(files, catalog=catalog)
+
+    assert (lone.value.title, lone.value.why) == (f"{files[1]} is not a result.", "There is no such file.")
+    assert several.value.title == "There is nothing to score."
+    torn, nowhere = several.value.why.splitlines()
+    assert torn.startswith(f"{files[0]}: It is not valid JSON")
+    assert nowhere == f"{files[1]}: There is no such file."
+
+
 def test_results_whose_format_no_method_reads_are_told(catalog: Catalog, make_result: Make, save: Save) -> None:
     result = make_result(task_details={"name": "poetry", "results_format": "poem"})
 
