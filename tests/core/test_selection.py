@@ -120,6 +120,7 @@ def test_every_reason_is_named_at_once(catalog: Catalog) -> None:
     ("request_", "reason"),
     [
         (RunRequest("tuor", "cart", "room:1"), "'tuor' is not a known task"),
+        (RunRequest("tuor", "cart", "room:1", method="tidiness"), "'tuor' is not a known task"),
         (RunRequest("tour", "crat", "room:1"), "'crat' is not a known robot"),
         (RunRequest("tour", "cart", "rom:1"), "'rom:1' is not a known environment"),
     ],
