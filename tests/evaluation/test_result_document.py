@@ -52,8 +52,8 @@ def test_a_document_may_have_as_many_levels_as_json_is_written_with(wrapped: str
 
 @pytest.mark.parametrize(
     ("count", "text"),
-    [(0, ""), (1, "a"), (5, "a, b, c, d, e"), (6, "a, b, c, d, e and 1 more"), (7, "a, b, c, d, e and 2 more")],
+    [(0, ""), (1, "a"), (5, "a, b, c, d, e"), (6, "a, b, c, d, e and 1 more"), (12, "a, b, c, d, e and 7 more")],
 )
 def test_a_list_names_five_and_counts_the_others(count: int, text: str) -> None:
-    assert listed("abcdefg"[:count]) == text
-    assert listed("abcdefg"[:count], "; ") == text.replace(",", ";")
+    assert listed("abcdefghijkl"[:count]) == text
+    assert listed("abcdefghijkl"[:count], "; ") == text.replace(",", ";")
