@@ -140,7 +140,8 @@ def prepare(folder: Folder, plan: Plan, *, update: bool = False) -> Preview:
     check_writable(folder.path)
     if found.before is not None and found.is_changed:
         folder.plan.replace(folder.path / f"plan-{found.before.hash[:KEY_DIGITS]}.json")
-    plans.write(folder.plan, plan)
+    if found.before != plan:
+        plans.write(folder.plan, plan)
     return found
 
 
