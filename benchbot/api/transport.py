@@ -4,7 +4,6 @@ A request is sent in one piece. An answer with a Content-Length, as the supervis
 every other one is left to `http.client`, which knows all of HTTP.
 """
 
-import http.client
 import re
 import socket
 from collections.abc import Mapping
@@ -39,7 +38,7 @@ class Transport:
             connection = self._connected()
             connection.sendall(message)
             status, told, content = self._answer(connection, method)
-        except (OSError, http.client.HTTPException) as error:
+        except OSError as error:
             self.close()
             raise self._gone(error) from error
         except BaseException:
@@ -113,9 +112,15 @@ class Transport:
 
 
 def _any_answer(connection: socket.socket, method: str) -> tuple[int, Mapping[str, str], bytes]:
+    # It takes as long to import as all else in the client, which every episode of a batch imports anew.
+    import http.client
+
     response = http.client.HTTPResponse(connection, method=method)
-    response.begin()
-    content = response.read()
+    try:
+        response.begin()
+        content = response.read()
+    except http.client.HTTPException as error:
+        raise ConnectionError(f"{error or type(error).__name__}") from error
     told = {name.lower(): value for name, value in response.getheaders()}
     return response.status, {**told, **({"connection": "close"} if response.will_close else {})}, content
 
@@ -124,7 +129,7 @@ def _fill(connection: socket.socket, view: memoryview) -> None:
     while view:
         count = connection.recv_into(view)
         if count == 0:
-            raise http.client.IncompleteRead(b"", len(view))
+            raise ConnectionError(f"the answer ends {len(view)} bytes too early")
         view = view[count:]
 
 

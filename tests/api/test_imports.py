@@ -1,7 +1,20 @@
 import subprocess
 import sys
 
-HEAVY = {"httpx", "starlette", "uvicorn", "jsonschema", "cv2", "yaml", "pluggy", "scipy", "rich", "taichi", "anyio"}
+HEAVY = {
+    "ssl",
+    "httpx",
+    "starlette",
+    "uvicorn",
+    "jsonschema",
+    "cv2",
+    "yaml",
+    "pluggy",
+    "scipy",
+    "rich",
+    "taichi",
+    "anyio",
+}
 
 
 def imported_by(statement: str) -> set[str]:
