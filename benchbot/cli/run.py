@@ -53,6 +53,7 @@ def run(
     max_steps: options.MaxSteps = None,
     max_simulated_time: options.MaxSimulatedTime = None,
     max_wall_time: options.MaxWallTime = None,
+    max_restarts: options.MaxRestarts = None,
     record: options.Record = None,
     display: options.Display = "auto",
     force_updateless: Annotated[
@@ -79,7 +80,7 @@ def run(
     from benchbot.supervisor.serve import serve
     from benchbot.wire.run_state import DEFAULT_PORT
 
-    limits = Limits(max_steps, max_simulated_time, max_wall_time)
+    limits = Limits(max_steps, max_simulated_time, max_wall_time, max_restarts)
     recorded = options.recordings(record)
     request = RunRequest(task, robot, environment, seed, episode, overrides.parse(settings or ()), limits)
     catalog, flight = Catalog(load()), Preflight("This run")
@@ -147,6 +148,7 @@ def _limits(limits: "Limits") -> str:
         (limits.steps, "steps"),
         (limits.simulated_time_s, "s of simulated time"),
         (limits.wall_time_s, "s of wall time"),
+        (limits.restarts, "restarts"),
     )
     return ", ".join(f"{limit:g} {unit}" for limit, unit in asked if limit is not None) or "none"
 

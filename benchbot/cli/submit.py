@@ -97,6 +97,7 @@ def submit(
     max_steps: options.MaxSteps = None,
     max_simulated_time: options.MaxSimulatedTime = None,
     max_wall_time: options.MaxWallTime = None,
+    max_restarts: options.MaxRestarts = None,
     record: options.Record = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Prove that it is possible, say what would be run, and end.")
@@ -163,7 +164,7 @@ def submit(
         spec = flight.take(spec_of, catalog, native, example, more_words, timeout, sandbox)
     else:
         spec = SolutionSpec(more_words, Path.cwd(), timeout_s=timeout)
-    limits = Limits(max_steps, max_simulated_time, max_wall_time)
+    limits = Limits(max_steps, max_simulated_time, max_wall_time, max_restarts)
     names = _names(task, robot, environment)
     if names is not None and joined is not None:
         raise BenchbotError(

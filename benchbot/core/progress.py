@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
+from benchbot.core.budget import Spent
 from benchbot.core.errors import FailureClass
 from benchbot.core.motion import Outcome
 
@@ -50,7 +51,7 @@ class Progress:
     """The part of a session's state that can be watched while it runs.
 
     `ends_run` says that the failure is a safety stop: there is no way back. `waiting_for` is what the operator of a
-    real robot is asked to do before it can go on.
+    real robot is asked to do before it can go on. `before` is what the episode had spent when the robot was put back.
     """
 
     state: State = State.CLEAN
@@ -62,6 +63,10 @@ class Progress:
     pose_xyyaw: tuple[float, float, float] = (0.0, 0.0, 0.0)
     simulated_time_s: float = 0.0
     frames: int = 0
+    looks: int = 0
+    collisions: int = 0
+    path_length_m: float = 0.0
+    before: Spent = Spent()  # noqa: RUF009 - it is frozen
     failure: FailureClass | None = None
     failure_why: str | None = None
     ends_run: bool = False
@@ -70,6 +75,14 @@ class Progress:
     paused_since_s: float | None = None
     paused_s: float = 0.0
     """Seconds for which it was paused, without the pause that there may be now."""
+
+    @property
+    def spent(self) -> Spent:
+        """What the episode has spent, over all its attempts."""
+        if not self.frames:  # the time until there is something to see is nobody's
+            return self.before
+        counts = self.steps, self.looks, 0, self.collisions, self.path_length_m
+        return self.before + Spent(*counts, self.simulated_time_s, self.wall_time_s)
 
     @property
     def wall_time_s(self) -> float:

@@ -13,6 +13,7 @@ from typing import Any
 
 import benchbot
 from benchbot.core import plugin_manager
+from benchbot.core.budget import Spent
 from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
@@ -24,7 +25,7 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
     It holds nothing that differs between two runs with the same seed on the same machine: wall-clock timings are kept
     apart (see `timings`), so that the same run gives the same bytes.
     """
-    selection, progress = session.selection, session.progress
+    selection, progress, spent = session.selection, session.progress, session.progress.spent
     limits = {name: value for name, value in asdict(selection.limits).items() if value is not None}
     failure = None
     if progress.failure is not None:
@@ -41,7 +42,8 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
             **({"limits": limits} if limits else {}),
         },
         "solution": solution,
-        "restarts": session.restarts,
+        "restarts": spent.restarts,
+        **({"spent": _spent(spent)} if spent.restarts else {}),
         **({"driven_by_hand": session.driven_by_hand} if session.driven_by_hand else {}),
         "steps": progress.steps,
         "frames": progress.frames,
@@ -54,6 +56,13 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
             "architecture": python_platform.machine(),
         },
     }
+
+
+def _spent(spent: Spent) -> dict[str, Any]:
+    """Return what an episode of several attempts has spent in all: wall time differs from run to run."""
+    document = {name: round(value, 9) for name, value in asdict(spent).items()}
+    del document["wall_time_s"]
+    return document
 
 
 def software(selection: Selection) -> dict[str, Any]:

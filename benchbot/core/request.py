@@ -13,11 +13,19 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits at which an episode is cut off; None is no limit. Times in seconds."""
+    """Limits of an episode over all its attempts, resets included; None is no limit. Times in seconds.
+
+    `restarts` is how often the robot may be put back after it has moved: more are refused, the others end the episode.
+    """
 
     steps: int | None = None
     simulated_time_s: float | None = None
     wall_time_s: float | None = None
+    restarts: int | None = None
+
+    def determining(self) -> dict[str, Any]:
+        """Return them as plain data; a limit that older versions do not know is there only when it is set."""
+        return {name: limit for name, limit in asdict(self).items() if limit is not None or name != "restarts"}
 
 
 NO_LIMITS = Limits()
@@ -44,7 +52,7 @@ class RunRequest:
 
     def determining(self) -> dict[str, Any]:
         """Return what of it determines a result, as plain data."""
-        document = asdict(self)
+        document = {**asdict(self), "limits": self.limits.determining()}
         del document["method"], document["record"]
         return document
 

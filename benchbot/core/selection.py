@@ -109,6 +109,8 @@ def select(catalog: Catalog, request: RunRequest) -> Selection:
         errors += [error for scene in scenes for error in misfits(robot_found.data, scene)]
     if robot_found:
         errors += _runs(catalog, robot_found)
+    if task_found and robot_found:
+        errors += _unenforceable(catalog, robot_found, _limits(task_found, request.limits))
     if task_found and scenes:
         errors += _scenes(task_found, scenes)
     errors += _assets(catalog, scenes)
@@ -171,6 +173,15 @@ def _runs(catalog: Catalog, robot: Declaration) -> Iterator[BenchbotError]:
         fix = "Choose a robot that runs here (benchbot list robots), and an environment for it: see docs/v2.md"
     known = ", ".join(sorted(platforms)) or "none"
     yield BenchbotError(title, f"Installed simulators and drivers: {known}.{catalog.plugins.broken_hint()}", fix)
+
+
+def _unenforceable(catalog: Catalog, robot: Declaration, limits: Limits) -> Iterator[BenchbotError]:
+    if limits.simulated_time_s is not None and robot.data["type"] in catalog.plugins.pool("robot_drivers"):
+        yield BenchbotError(
+            f"The robot '{robot.name}' has no simulated time that could be limited.",
+            "Its time goes on while the solution thinks, as that of a real robot does.",
+            "Limit real time: --max-wall-time SECONDS, or wall_time_s in the task's limits.",
+        )
 
 
 def _scenes(task: Declaration, scenes: list[Declaration]) -> Iterator[BenchbotError]:

@@ -4,8 +4,10 @@ import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
+from dataclasses import replace
 from typing import Any, TypeVar, cast
 
+from benchbot.core.budget import LIMITED, Spent
 from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, Observations
 from benchbot.core.digest import ActionLog, ObservationDigest
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass, did_you_mean
@@ -46,11 +48,11 @@ class Session:
         """The true tracks, scene by scene; solutions do not see them before they have handed in a result."""
         self.log = ActionLog()
         """The solution's actions since the last reset."""
-        self.restarts = 0
-        """Number of times that the robot was put back after it had moved, since a result was last handed in."""
         self.driven_by_hand = 0
         """Number of steps taken by a person at the host, since a result was last handed in."""
         self.handed_in = False
+        self.one_episode = False
+        """Whether all attempts are of one episode, also those after a result was handed in."""
         self.digest = digest()
         self.scenes = tuple(Scene(declaration.data, declaration.path.parent) for declaration in selection.environments)
         self._start_host = start_host
@@ -82,15 +84,17 @@ class Session:
     def reset(self) -> Step:
         """Start anew in the first scene and observe; also the way back after a collision or a dead platform.
 
-        There is no way back from a safety stop: it is raised again.
+        What was spent before counts on, in most runs until a result is handed in. Raises BenchbotError when the limits
+        allow no other attempt. There is no way back from a safety stop: it is raised again.
         """
         if self._safety_stop is not None:
             raise self._safety_stop
+        is_new = self.handed_in and not self.one_episode
+        before = Spent() if is_new else self._spent_before_another_attempt()
         self.digest.wait()
-        self.restarts = 0 if self.handed_in else self.restarts + (self.progress.steps > 0)
-        self.driven_by_hand = 0 if self.handed_in else self.driven_by_hand
+        self.driven_by_hand = 0 if is_new else self.driven_by_hand
         self.handed_in = False
-        self.progress = Progress()
+        self.progress = Progress(before=before)
         self.tracks = []
         self.log = ActionLog()
         self.digest = self._new_digest()
@@ -111,6 +115,7 @@ class Session:
                 "Call reset() to start again in the first scene.",
                 failure=FailureClass.COLLISION,
             )
+        self._check_limits("wall_time_s")
         following = self.progress.scene_number + 1
         if following >= len(self.scenes):
             return None
@@ -126,9 +131,11 @@ class Session:
         host = self._require_started()
         arguments = dict(arguments or {})
         if action is None:
+            self._check_limits("wall_time_s")
+            self.progress.looks += 1
             return self._observe(host, None)
         self._check_action(action, arguments)
-        self._check_limits()
+        self._check_limits(*LIMITED)
         goal = None
         if action == "move_next":
             goal = self._trajectory[self.progress.trajectory_index]
@@ -315,30 +322,41 @@ class Session:
                 failure=FailureClass.AGENT,
             )
 
-    def _check_limits(self) -> None:
-        limits = self.selection.limits
-        checks = (
-            (limits.steps, self.progress.steps, "steps"),
-            (limits.simulated_time_s, self.progress.simulated_time_s, "seconds of simulated time"),
-            (limits.wall_time_s, self.progress.wall_time_s, "seconds of wall time"),
-        )
-        for limit, used, unit in checks:
-            if limit is not None and used >= limit:
-                why = f"The limit of {limit:g} {unit} is used up."
-                self._end(State.FAILED, FailureClass.TIMEOUT, why)
-                raise BenchbotError(
-                    "The episode has reached its limit.",
-                    why,
-                    "Save the results that you have, or run again with a higher limit.",
-                    exit_code=ExitCode.SUBMISSION_FAILED,
-                    failure=FailureClass.TIMEOUT,
-                )
+    def _check_limits(self, *names: str) -> None:
+        why = self.progress.spent.used_up(self.selection.limits, *names)
+        if why is not None:
+            self._end(State.FAILED, FailureClass.TIMEOUT, why)
+            raise BenchbotError(
+                "The episode has reached its limit.",
+                why,
+                "Save the results that you have, or run again with a higher limit.",
+                exit_code=ExitCode.SUBMISSION_FAILED,
+                failure=FailureClass.TIMEOUT,
+            )
+
+    def _spent_before_another_attempt(self) -> Spent:
+        """Return what the episode has spent before a reset; it is a restart when the robot has moved."""
+        progress, limit = self.progress, self.selection.limits.restarts
+        if not progress.steps and not progress.scene_number:
+            return progress.spent
+        self._check_limits(*LIMITED)
+        if limit is not None and progress.before.restarts >= limit:
+            raise BenchbotError(
+                "The robot may not be put back again.",
+                f"It has moved since the last time, and the limit of {limit} restarts is used up.",
+                "Go on from where it is, or save the results that you have.",
+                exit_code=ExitCode.SUBMISSION_FAILED,
+                failure=FailureClass.AGENT,
+            )
+        return replace(progress.spent, restarts=progress.before.restarts + 1)
 
     def _note(self, status: Status) -> None:
         x, y, _ = status.pose.translation_xyz
         self.progress.pose_xyyaw = (x, y, status.pose.yaw_rad)
         self.progress.simulated_time_s = self._simulated_before_s + status.clock_s
         self.tracks[-1].follow(waypoint(status.pose, status.clock_s), status.path, collided=status.collided)
+        self.progress.collisions = sum(track.collided for track in self.tracks)
+        self.progress.path_length_m = sum(track.length_m for track in self.tracks)
 
     def _end(self, state: State, failure: FailureClass, why: str) -> None:
         self.progress.state = state

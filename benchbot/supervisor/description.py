@@ -36,6 +36,8 @@ def selection_document(selection: Selection) -> dict[str, Any]:
 
 def progress_document(progress: Progress, *, with_pose: bool) -> dict[str, Any]:
     """Return where a run stands; the pose is the true one."""
+    spent = asdict(progress.spent)
+    del spent["path_length_m"]  # the true one, as is the pose
     return {
         "state": progress.state.value,
         "scene_number": progress.scene_number,
@@ -47,6 +49,7 @@ def progress_document(progress: Progress, *, with_pose: bool) -> dict[str, Any]:
         "simulated_time_s": progress.simulated_time_s,
         "wall_time_s": progress.wall_time_s,
         "frames": progress.frames,
+        "spent": spent,
         "failure": None if progress.failure is None else progress.failure.value,
         "failure_why": progress.failure_why,
         "ends_run": progress.ends_run,

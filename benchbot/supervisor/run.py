@@ -158,8 +158,8 @@ class Run:
     ) -> dict[str, Any]:
         """Check and complete a result, or record a failed episode when there is no document; write it; return it.
 
-        The track is in the answer only where the task tells true poses anyway; it always is in what is written.
-        Waits for an action that is still under way.
+        The track, and what all attempts have spent, are in the answer only where the task tells true poses anyway; what
+        is written always has them. Waits for an action that is still under way.
         """
         with self._exclusively(ACTION_WAIT_S):
             if failure is not None:
@@ -175,6 +175,8 @@ class Run:
             if self.selection.localisation != "ground_truth":
                 # The true way is kept with the result: a solution that could read it might still be driving.
                 finished = {key: value for key, value in finished.items() if key != "track"}
+                kept = {key: value for key, value in finished["provenance"].items() if key != "spent"}
+                finished["provenance"] = kept
             return {"document": finished, "path": str(self.result_path), "timings": timings(self.session)}
 
     def results_function(self, name: str, args: list[Any], kwargs: dict[str, Any]) -> Any:

@@ -46,7 +46,8 @@ class ConsecutiveRuns:
     the logs, and stays until the end. Of each run's folder the result is kept.
     """
 
-    def __init__(self, options: Mapping[str, Any] | None, timeouts: Timeouts | None) -> None:
+    def __init__(self, options: Mapping[str, Any] | None, timeouts: Timeouts | None, *, one_episode: bool) -> None:
+        self._one_episode = one_episode
         self._options = options
         self._timeouts = timeouts
         self._base = RunFolder()
@@ -66,6 +67,7 @@ class ConsecutiveRuns:
             self._leave_folder()
             self.folder = RunFolder()
         self._run = run = Run(plan.selection, lambda: self._start_host(run), self.folder.result)
+        run.session.one_episode = self._one_episode
         run.recordings.begin(plan.record)
         return run
 
@@ -138,7 +140,7 @@ def serve(
 
     Each plan in the queue `following` ends the run that there is and begins another one, of the same robot and task:
     on the same address and the same platform, which keeps what it has loaded, with a token, a folder and a result of
-    its own; `on_ready` tells of it.
+    its own; `on_ready` tells of it. Each of these runs is one episode: a result that is handed in does not end it.
     """
     if open_to_v2 and allow_remote:
         raise BenchbotError(
@@ -148,7 +150,7 @@ def serve(
         )
     with ExitStack() as stack:
         received = stack.enter_context(_received_signals())
-        runs = ConsecutiveRuns(options, timeouts)
+        runs = ConsecutiveRuns(options, timeouts, one_episode=following is not None)
         stack.callback(runs.close)
         run = runs.begin(RunPlan(selection, record or {}))
         stack.enter_context(_logging_to(runs.supervisor_log))

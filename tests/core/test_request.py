@@ -48,6 +48,11 @@ def test_the_bytes_stay_as_they_are_from_version_to_version() -> None:
     )
 
 
+def test_a_limit_of_restarts_changes_the_bytes_only_where_it_is_set() -> None:
+    assert b"restarts" not in REQUEST.canonical()
+    assert b'"limits":{"restarts":0,' in replace(REQUEST, limits=Limits(restarts=0)).canonical()
+
+
 def test_a_request_can_be_a_key() -> None:
     assert {REQUEST: 1}[replace(REQUEST)] == 1
 

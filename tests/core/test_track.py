@@ -129,14 +129,14 @@ def test_what_a_solution_claims_of_its_track_is_replaced(tmp_path: Path) -> None
 def test_resets_after_moving_are_counted_until_a_result_is_handed_in(tmp_path: Path) -> None:
     session = started(chosen(), tmp_path)
     session.reset()
-    assert session.restarts == 0
+    assert session.progress.spent.restarts == 0
     for _ in range(2):
         session.step("move_distance", {"distance": 0.1})
         session.reset()
     assert results.finish(results.empty_result(session.selection), session)["provenance"]["restarts"] == 2
     session.step("move_distance", {"distance": 0.1})
     session.reset()
-    assert session.restarts == 0
+    assert session.progress.spent.restarts == 0
 
 
 class Rail:

@@ -252,7 +252,9 @@ def progress_text(progress: Mapping[str, Any], scene_count: int) -> str:
         return f"STOPPED FOR SAFETY, the run is over: {_one_line(progress['failure_why'])}"
     if not progress["frames"]:
         return "PAUSED · nothing observed yet" if progress["paused"] else "nothing observed yet"
-    steps = f"step {progress['steps']}"
+    steps, spent = f"step {progress['steps']}", progress["spent"]
+    if spent["restarts"]:
+        steps += f" ({spent['steps']} in {spent['restarts'] + 1} attempts)"
     if progress["trajectory_index"]:
         steps += f" · pose {progress['trajectory_index']}/{progress['trajectory_length']}"
     pose = progress["pose_xyyaw"]  # a task with noisy localisation hides it

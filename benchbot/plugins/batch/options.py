@@ -9,10 +9,10 @@ import typer
 from typer.core import TyperCommand
 
 from benchbot.cli.kit.holding import CpuTime, FileSize, Memory, Processes
-from benchbot.cli.kit.options import MaxSimulatedTime, MaxSteps, MaxWallTime
+from benchbot.cli.kit.options import MaxRestarts, MaxSimulatedTime, MaxSteps, MaxWallTime
 from benchbot.plugins.batch.following import Jobs
 
-LIMITS = ("steps", "simulated_time_s", "wall_time_s")
+LIMITS = ("steps", "simulated_time_s", "wall_time_s", "restarts")
 """The keys within a batch file's `limits`; in the table they begin with `limits_`."""
 
 
@@ -39,6 +39,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "limits_steps": MaxSteps,
         "limits_simulated_time_s": MaxSimulatedTime,
         "limits_wall_time_s": MaxWallTime,
+        "limits_restarts": MaxRestarts,
     },
     "The solution": {
         "native": _option(str, "--native -n", "COMMAND", "Run this command on this machine, or"),

@@ -178,6 +178,7 @@ def request_words(request: RunRequest) -> list[str]:
         "--max-steps": request.limits.steps,
         "--max-simulated-time": request.limits.simulated_time_s,
         "--max-wall-time": request.limits.wall_time_s,
+        "--max-restarts": request.limits.restarts,
     }
     return [f"{name}={value}" for name, value in options.items() if value is not None]
 

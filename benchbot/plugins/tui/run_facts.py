@@ -8,7 +8,12 @@ from benchbot.plugins.tui.panels import Badge, Gauge, Row
 from benchbot.plugins.watching.views import RunView
 
 MIB, GIB = 2**20, 2**30
-LIMITS = (("Steps", "steps", ""), ("Simulated", "simulated_time_s", "s"), ("Wall", "wall_time_s", "s"))
+LIMITS = (
+    ("Steps", "steps", ""),
+    ("Simulated", "simulated_time_s", "s"),
+    ("Wall", "wall_time_s", "s"),
+    ("Restarts", "restarts", ""),
+)
 """The title, key and unit of each limit."""
 
 
@@ -105,10 +110,8 @@ def gauges(view: RunView) -> list[Gauge]:
     progress = view.progress
     if not progress:
         return []
-    limits = dict(view.session.get("selection", {}).get("limits") or {})
-    found = [
-        Gauge(name, float(progress[key]), float(limits[key]), unit) for name, key, unit in LIMITS if limits.get(key)
-    ]
+    limits, spent = dict(view.session.get("selection", {}).get("limits") or {}), progress["spent"]
+    found = [Gauge(name, float(spent[key]), float(limits[key]), unit) for name, key, unit in LIMITS if limits.get(key)]
     if progress.get("trajectory_length"):
         found.append(Gauge("Poses", progress["trajectory_index"], progress["trajectory_length"], ""))
     return found

@@ -80,11 +80,11 @@ def _last_action(view: RunView) -> Iterator[str]:
 def _limits(view: RunView) -> Iterator[str]:
     """Yield the rest of each limit."""
     limits = view.session.get("selection", {}).get("limits", {})
-    units = {"steps": "steps", "simulated_time_s": "s simulated", "wall_time_s": "s"}
+    units = {"steps": "steps", "simulated_time_s": "s simulated", "wall_time_s": "s", "restarts": "restarts"}
     for name, unit in units.items():
         limit = limits.get(name)
         if limit is not None:
-            yield f"{max(0, limit - view.progress[name]):.0f} {unit} left"
+            yield f"{max(0, limit - view.progress['spent'][name]):.0f} {unit} left"
 
 
 def _run_document(view: RunView) -> dict[str, object]:

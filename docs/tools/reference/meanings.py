@@ -5,6 +5,7 @@ _LIMITS = {
     "limits.steps": "After so many actions.",
     "limits.simulated_time_s": "After so many seconds of the robot's clock.",
     "limits.wall_time_s": "After so many seconds of real time.",
+    "limits.restarts": "How often the robot may be put back after it has moved; more are refused.",
 }
 _V2 = "BenchBot v2's; nothing of it is run or read."
 

@@ -23,6 +23,7 @@ PROGRESS: dict[str, Any] = {
     "simulated_time_s": 33.25,
     "wall_time_s": 4.0,
     "frames": 13,
+    "spent": {"steps": 12, "restarts": 0},
     "failure": None,
     "failure_why": None,
     "ends_run": False,
@@ -35,6 +36,11 @@ def test_progress_is_one_line() -> None:
     assert progress_text(PROGRESS, 2) == (
         "dirty · scene 1/2 · step 12 · pose 12/48 · at (1.25, -0.50) m 90° · 33.2 s simulated · 4.0 s · 3.2 frames/s"
     )
+
+
+def test_the_attempts_before_count() -> None:
+    spent = {"steps": 24, "restarts": 5}
+    assert "step 12 (24 in 6 attempts)" in progress_text({**PROGRESS, "spent": spent}, 1)
 
 
 def test_a_hidden_pose_and_an_unused_trajectory_are_left_out_and_a_failure_is_told() -> None:

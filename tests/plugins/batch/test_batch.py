@@ -11,7 +11,7 @@ from pathlib import Path
 
 from benchbot.plugins.batch.folder import Folder
 from benchbot.plugins.batch.worker_pool import WorkerPool
-from tests.cli.solutions import CRASHING, PASSIVE
+from tests.cli.solutions import CRASHING, PASSIVE, RESETTING
 from tests.plugins.batch.conftest import Batches, wait_until
 
 MakePlugin = Callable[..., Path]
@@ -110,6 +110,24 @@ def test_what_a_solution_does_wrong_is_a_result_and_not_tried_again(batches: Bat
     assert "1 failed (agent)" in done.stderr
     assert crashing.told("b", "began") == 1
     assert "no idea what a chair is" in batches.cli("batch", "logs", "b", "arena").stdout
+
+
+def test_limits_hold_in_a_batch_are_in_its_keys_and_each_attempt_of_the_batch_has_its_own(batches: Batches) -> None:
+    resetting = Batches(batches.cli, batches.cli.script("resetting.py", RESETTING) + " 9")
+    words = ["--task", "sample:active", "--jobs", "1", "--rerun-collided", "1"]
+    limited = [*words, "--max-restarts", "0"]
+
+    done = resetting.run("b", *limited, seeds="0", envs="arena:1")
+    again = resetting.run("b", *limited, seeds="0", envs="arena:1")
+    unlimited = resetting.run("b", *words, seeds="0", envs="arena:1")
+
+    assert "1 failed (collision)" in done.stderr
+    ((result,),) = [[json.loads(text)["provenance"]] for text in resetting.results("b").values()]
+    assert (result["steps"], result["restarts"], result["failure"]["class"]) == (1, 0, "collision")
+    assert resetting.told("b", "began") == 2  # it collided in both attempts, each time in its first step
+    assert "1 done, 0 to do" in again.stderr
+    assert unlimited.returncode == 2
+    assert "limits: Limits(" in unlimited.stderr
 
 
 def test_a_simulator_that_crashes_is_tried_again_and_then_given_up(batches: Batches) -> None:

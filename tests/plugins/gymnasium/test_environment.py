@@ -201,6 +201,15 @@ def test_an_episode_makes_a_result(make: Make, tmp_path: Path) -> None:
     assert (document["provenance"]["selection"]["seed"], document["provenance"]["steps"]) == (5, 1)
 
 
+def test_a_reset_begins_another_episode_with_all_its_budgets(make: Make) -> None:
+    env = make(max_simulated_time_s=2.0)
+    for _ in range(2):
+        env.reset(seed=5)
+        assert not env.step(FORWARD)[3]
+        spent = task_env(env).session.progress.spent
+        assert (spent.steps, spent.restarts) == (1, 0)
+
+
 @pytest.mark.parametrize(
     ("action", "why"),
     [

@@ -89,6 +89,8 @@ def run_view(**changes: Any) -> RunView:
         "frames": 7, "failure": None, "failure_why": None, "ends_run": False, "waiting_for": None,
     }  # fmt: skip
     progress |= changes.pop("progress", {})
+    counted = ("steps", "simulated_time_s", "wall_time_s")
+    progress = {"spent": {"restarts": 0, **{key: progress[key] for key in counted}}, **progress}
     session = {
         "environments": [{"name": "miniroom", "variant": 1}],
         "scene_count": 1,

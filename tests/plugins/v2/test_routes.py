@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from benchbot.core import results
+from benchbot.core.request import Limits
 from benchbot.wire import encoding
 from tests.plugins.v2.v2_client import COLLISION, FINISHED, SUCCESS, get, run_agent, v2
 from tests.supervisor.harness import Served, eventually, sample_selection
@@ -229,6 +230,20 @@ def test_a_collision_is_told_and_a_reset_is_the_way_back(serve: Serve) -> None:
             bench.query("/robot/next")
         assert bench.reset()[1] == SUCCESS
         assert bench.actions == ["move_distance", "move_angle"]
+
+
+@pytest.mark.parametrize("way_back", ["reset", "restart"])
+@pytest.mark.parametrize(
+    ("limits", "why"), [(Limits(restarts=1), "may not be put back again"), (Limits(steps=2), "reached its limit")]
+)
+def test_limits_count_over_resets(serve: Serve, way_back: str, limits: Limits, why: str) -> None:
+    with v2(serve(sample_selection("sample:active", limits=limits), open_to_v2=True)) as bench:
+        bench.start()
+        bench.step("move_distance", distance=0.1)
+        assert bench.query(f"/robot/{way_back}") == {f"{way_back}_success": True}
+        bench.step("move_distance", distance=0.1)
+        with pytest.raises(ConnectionError, match=why):
+            bench.query(f"/robot/{way_back}")
 
 
 def test_the_end_of_the_trajectory_is_told_and_not_passed(serve: Serve) -> None:

@@ -69,7 +69,7 @@ def test_the_session_describes_the_run_without_what_is_to_be_found_out(serve: Se
         "seed": 3,
         "episode": None,
         "settings": {},
-        "limits": {"steps": None, "simulated_time_s": None, "wall_time_s": None},
+        "limits": {"steps": None, "simulated_time_s": None, "wall_time_s": None, "restarts": None},
     }
     assert session["actions"] == {"move_next": {"argument": None, "unit": ""}}
     assert list(session["observations"]) == session["task"]["observations"]
@@ -123,6 +123,22 @@ def test_a_result_that_breaks_its_format_is_refused(serve: Serve, tmp_path: Path
     assert (status, error["failure"]) == (400, "agent")
     assert "object_map" in error["title"]
     assert not (tmp_path / "result.json").exists()
+
+
+@pytest.mark.parametrize(("task", "told"), [("sample:noisy", False), ("sample:active", True)])
+def test_the_true_way_of_all_attempts_is_hidden_where_localisation_is_noisy(
+    serve: Serve, task: str, told: bool
+) -> None:
+    with serve(sample_selection(task)).http() as http:
+        for _ in range(2):
+            post(http, "reset")
+            post(http, "step", {"action": "move_distance", "arguments": {"distance": 0.2}})
+        session = http.get("/api/v1/session", headers={"Accept": "application/json"}).json()
+        _, answer = post(http, "result", {"failure": {"class": "agent", "why": "It is tired."}})
+    assert "path_length_m" not in session["progress"]["spent"]
+    assert ("spent" in answer["document"]["provenance"]) is told
+    kept = json.loads(Path(answer["path"]).read_text("utf-8"))["provenance"]["spent"]
+    assert kept["path_length_m"] == pytest.approx(0.4, abs=0.1)
 
 
 def test_a_failed_episode_has_a_result_too(serve: Serve) -> None:
@@ -252,7 +268,23 @@ def test_a_limit_ends_the_episode(serve: Serve) -> None:
         post(http, "step", {"action": "move_next"})
         status, error = post(http, "step", {"action": "move_next"})
         assert (status, error["failure"]) == (400, "timeout")
-        assert post(http, "reset")[0] == 200
+        for again in ("reset", "next_scene", "step"):
+            status, error = post(http, again)
+            assert (status, error["failure"], "limit of 1 steps" in error["why"]) == (400, "timeout", True)
+
+
+def test_a_restart_that_the_limits_forbid_is_refused_and_the_robot_goes_on(serve: Serve) -> None:
+    with serve(sample_selection("sample:active", limits=Limits(restarts=1))).http() as http:
+        move = {"action": "move_distance", "arguments": {"distance": 0.1}}
+        for _ in range(2):
+            assert post(http, "reset")[0] == 200
+            post(http, "step", move)
+        status, error = post(http, "reset")
+        assert (status, error["title"]) == (400, "The robot may not be put back again.")
+        assert post(http, "step", move)[1]["state"] == "dirty"
+        session = http.get("/api/v1/session", headers={"Accept": "application/json"}).json()
+    spent = session["progress"]["spent"]
+    assert (session["progress"]["steps"], spent["steps"], spent["restarts"]) == (2, 3, 1)
 
 
 @pytest.mark.parametrize("declared", [True, False])

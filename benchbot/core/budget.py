@@ -1,0 +1,69 @@
+"""Budgets: what an episode has spent over all its attempts, resets included, and whether its limits allow that."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Self
+
+from benchbot.core.request import Limits
+
+LIMITED = {"steps": "steps", "simulated_time_s": "seconds of simulated time", "wall_time_s": "seconds of wall time"}
+"""The limits that are used up bit by bit, and their units."""
+
+
+@dataclass(frozen=True)
+class Spent:
+    """The use of an episode's budgets. An attempt lasts until the robot is put back after it has moved, a `restart`.
+
+    `looks` are observations without an action. Lengths in metres, times in seconds.
+    """
+
+    steps: int = 0
+    looks: int = 0
+    restarts: int = 0
+    collisions: int = 0
+    path_length_m: float = 0.0
+    simulated_time_s: float = 0.0
+    wall_time_s: float = 0.0
+
+    def __add__(self, other: "Spent") -> "Spent":
+        return Spent(*(getattr(self, one.name) + getattr(other, one.name) for one in fields(self)))
+
+    def used_up(self, limits: Limits, *names: str) -> str | None:
+        """Return in a sentence which of the limits of these names is used up; None for none."""
+        for name in names:
+            limit = getattr(limits, name)
+            if limit is not None and getattr(self, name) >= limit:
+                return f"The limit of {limit:g} {LIMITED[name]} is used up."
+        return None
+
+    @classmethod
+    def of(cls, result: Mapping[str, Any]) -> Self:
+        """Return what the whole episode of a result document has spent, as far as it says; wall time it never says.
+
+        Of an older result with restarts, that is what the last attempt has spent.
+        """
+        provenance, tracks = result.get("provenance") or {}, result.get("track") or ()
+        rows = [row for scene in result.get("actions") or () for row in scene["rows"][1:]]
+        last = {
+            "steps": provenance.get("steps", 0),
+            "looks": sum(len(row) == 1 for row in rows),
+            "restarts": provenance.get("restarts", 0),
+            "collisions": sum(track["collisions"] for track in tracks),
+            "path_length_m": sum(track["path_length_m"] for track in tracks),
+            "simulated_time_s": provenance.get("simulated_time_s", 0.0),
+        }
+        return cls(**{**last, **provenance.get("spent", {})})
+
+
+def overrun(result: Mapping[str, Any]) -> str | None:
+    """Return in a sentence how the episode of a result has spent more than its limits allow; None if it has not.
+
+    An action that is under way is not cut off: simulated time may end beyond its limit.
+    """
+    spent = Spent.of(result)
+    limits = ((result.get("provenance") or {}).get("selection") or {}).get("limits") or {}
+    for name in ("steps", "restarts"):
+        limit, used = limits.get(name), getattr(spent, name)
+        if limit is not None and used > limit:
+            return f"It has taken {used} {name}, and its limit is {limit}."
+    return None
