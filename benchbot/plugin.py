@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from benchbot.core import instance_checks as instance_checks
     from benchbot.core.atomic import write as _write_atomically
     from benchbot.core.atomic import write_text as write_text
+    from benchbot.core.budget import Spent as Spent
     from benchbot.core.channels import ACTIONS as ACTIONS
     from benchbot.core.channels import OBSERVATIONS as OBSERVATIONS
     from benchbot.core.channels import Action as Action
@@ -130,6 +131,7 @@ _HOMES = {
     "core.channels": "ACTIONS OBSERVATIONS Action CameraModel FramePose InertialMeasurement LaserScan LidarScan "
     "Observation Observations Segmentation",
     "core": "instance_checks",
+    "core.budget": "Spent",
     "core.atomic": "write=write_atomically write_text",
     "core.declarations.catalog": "Catalog Declaration",
     "core.documents": "EnvironmentDeclaration GroundTruth Result RobotDeclaration TrackedScene",

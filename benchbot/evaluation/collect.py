@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from benchbot.core import overrides
+from benchbot.core.budget import Spent, overrun
 from benchbot.core.declarations import formats
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
@@ -51,6 +52,7 @@ def collect(
     found = distinct(wanted, coverage)
     coverage.absent(required_envs or (), wanted)
     _warn_of_settings(found, coverage)
+    _warn_of_restarts(found, coverage)
     return found
 
 
@@ -104,6 +106,13 @@ def _validate(result: ResultDocument, flaw: str | None, catalog: Catalog) -> Non
             "The key 'results' is missing.",
             "Save results that were begun with BenchBot.empty_results().",
         )
+    over = overrun(result.document)
+    if over is not None:
+        raise BenchbotError(
+            f"{result.source} is beyond the limits of its episode.",
+            over,
+            "Score the result as BenchBot has written it; limits count over all attempts.",
+        )
     names = {str(scene["name"]) for scene in result.document["environment_details"]}
     if len(names) > 1:
         raise BenchbotError(
@@ -141,6 +150,19 @@ def _warn_of_settings(results: Sequence[ResultDocument], coverage: Coverage) -> 
     if len(counts) > 1:
         said = "; ".join(f"{count} with {settings or 'none'}" for settings, count in sorted(counts.items()))
         coverage.warnings.append(f"The results differ in their settings (--set), and are scored together: {said}")
+
+
+def _warn_of_restarts(results: Sequence[ResultDocument], coverage: Coverage) -> None:
+    """Note what episodes of several attempts have spent: most scores are of the last attempt."""
+    spent = [(result.about, Spent.of(result.document)) for result in results]
+    told = [
+        f"{about}: {all_.restarts + 1} attempts, {all_.steps} steps and {all_.collisions} collisions in all"
+        for about, all_ in spent
+        if all_.restarts
+    ]
+    if told:
+        said = listed(told, "; ")
+        coverage.warnings.append(f"The robot was put back (restarts) in {len(told)} of {len(results)} episodes: {said}")
 
 
 def _episode(result: ResultDocument) -> tuple[Any, ...]:

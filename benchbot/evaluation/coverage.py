@@ -92,6 +92,28 @@ class Coverage:
         self.missing.append({**about, "reason": reason, "failure": failure})
 
 
+def means_of(
+    names: Iterable[str], rows: Sequence[Mapping[str, Any]], expected: int, zeros: Iterable[str]
+) -> dict[str, int]:
+    """Return the number of results that each combined score is of, where these are fewer than those expected.
+
+    `rows` are those that count, `zeros` the scores in which a result without scores counts as zero.
+    """
+    counts = {
+        name: sum(name in row["scores"] or (not row["scores"] and name in zeros) for row in rows) for name in names
+    }
+    return {name: count for name, count in counts.items() if count < expected}
+
+
+def means_in_words(coverage: Mapping[str, Any], names: Iterable[str]) -> list[str]:
+    """Return what scores are a mean of, where not of all: `ATE_RMSE_m, ATE_max_m: mean of 3 of 5`."""
+    groups: dict[int, list[str]] = {}
+    for name in names:
+        if name in coverage.get("means_of", ()):
+            groups.setdefault(coverage["means_of"][name], []).append(name)
+    return [f"{', '.join(group)}: mean of {count} of {coverage['expected']}" for count, group in groups.items()]
+
+
 def counted_rows(rows: Iterable[dict[str, Any]], coverage: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the rows of a scores document that count: the missing ones in its `coverage` have no scores."""
     missing = coverage["missing"] if coverage.get("missing_counts", "zero") == "zero" else []

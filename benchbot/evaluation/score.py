@@ -14,7 +14,7 @@ from benchbot.core.errors import BenchbotError
 from benchbot.core.records import Evaluator
 from benchbot.evaluation import intervals
 from benchbot.evaluation.collect import collect, has_valid_results
-from benchbot.evaluation.coverage import Coverage, Missing, counted_rows
+from benchbot.evaluation.coverage import Coverage, Missing, counted_rows, means_of
 from benchbot.evaluation.ground_truths import GroundTruths, digest, environment_of
 from benchbot.evaluation.result_document import ResultDocument
 
@@ -102,6 +102,8 @@ def score_files(paths: Sequence[Path], **options: Unpack[Options]) -> Evaluation
     details = [result.document["environment_details"] for result in coverage.scored]
     document = _document(evaluator, collected[0].document, details, rows, combined, coverage)
     over = options.get("over", intervals.Over.PLACES)
+    means = means_of(combined, counted, document["coverage"]["expected"], evaluator.combine([{}]))
+    document["coverage"] |= {"means_of": means} if means else {}
     document |= intervals.of_rows(counted, evaluator.combine, over=over, scores=evaluator.scores)
     return Evaluation(document, evaluator, scored)
 

@@ -21,7 +21,8 @@ def test_what_is_missing_counts_as_zero_or_not_at_all_and_the_document_says_whic
     assert as_zero["scores"]["OMQ"] == pytest.approx(1 / 3)
     assert left_out["scores"]["OMQ"] == 1.0
     assert as_zero["coverage"]["missing_counts"] == "zero"
-    assert left_out["coverage"] == as_zero["coverage"] | {"missing_counts": "leave-out"}
+    means_of = dict.fromkeys(left_out["scores"], 1)
+    assert left_out["coverage"] == as_zero["coverage"] | {"missing_counts": "leave-out", "means_of": means_of}
 
 
 def test_required_environments_can_be_left_out_too(catalog: Catalog, make_result: Make, save: Save) -> None:

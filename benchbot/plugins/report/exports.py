@@ -142,7 +142,7 @@ def _coverage(data: ReportData) -> str:
     coverage = data.scores["coverage"]
     missing = summary.missing_in_words(data)
     gaps = f"; {len(coverage['missing'])} missing, {missing}" if coverage["missing"] else ""
-    return f"{coverage['scored']} of {coverage['expected']} results scored{gaps}."
+    return f"{coverage['scored']} of {coverage['expected']} results scored{gaps}.{summary.means_in_words(data)}"
 
 
 def _with_interval(data: ReportData, name: str) -> str:

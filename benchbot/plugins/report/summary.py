@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 
 from benchbot.core.errors import FailureClass
+from benchbot.evaluation import coverage
 from benchbot.plugins.drawing.map_model import FALSE_NEGATIVE, FALSE_POSITIVE, IGNORED, MATCH, MapObject
 from benchbot.plugins.report.bars import Axis, Bar, bar_of
 from benchbot.plugins.report.episodes import UNKNOWN, ReportData, ReportedEpisode, grouped
@@ -60,13 +61,14 @@ class ClassTally:
 
 @dataclass(frozen=True)
 class Drive:
-    """The cost of an episode, as far as its result says: steps, simulated seconds, metres, collisions."""
+    """The cost of an episode over all its attempts, as far as its result says: steps, seconds, metres, collisions."""
 
     episode: ReportedEpisode
     steps: int | None
     simulated_time_s: float | None
     path_length_m: float | None
     collisions: int | None
+    restarts: int = 0
 
 
 def title(data: ReportData) -> str:
@@ -133,6 +135,11 @@ def missing_in_words(data: ReportData) -> str:
     return f"counted as zero in every score{' but ' if without else ''}{', '.join(without)}"
 
 
+def means_in_words(data: ReportData) -> str:
+    """Return what scores are a mean of, where not of all results, in sentences; nothing where they are of all."""
+    return "".join(f" {text}." for text in coverage.means_in_words(data.scores["coverage"], data.score_names))
+
+
 def variables(data: ReportData, axis: Axis) -> list[tuple[str, list[Bar]]]:
     """Return what differs between the episodes, of place, variant, robot and seed, and a bar for each of its values."""
     keys: dict[str, Callable[[ReportedEpisode], str]] = {
@@ -191,6 +198,11 @@ def drives(data: ReportData) -> list[Drive]:
     """Return what each episode took, of those whose results say so."""
     found = []
     for episode in data.episodes:
+        spent = episode.provenance.get("spent")
+        if spent is not None:
+            names = ("steps", "simulated_time_s", "path_length_m", "collisions", "restarts")
+            found.append(Drive(episode, **{name: spent[name] for name in names}))
+            continue
         steps, time_s = (episode.provenance.get(key) for key in ("steps", "simulated_time_s"))
         recorded = [path for path in episode.paths if path.recorded]
         lengths = [path.path_length_m for path in recorded if path.path_length_m is not None]

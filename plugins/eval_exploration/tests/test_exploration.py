@@ -37,6 +37,16 @@ def test_a_robot_that_stays_where_it_is_sees_some_of_the_arena() -> None:
     assert (scores["path_length_m"], scores["collisions"]) == (0.5, 1.0)
 
 
+def test_a_reset_gives_up_what_was_seen_and_forgets_no_collision() -> None:
+    last = result([0, 0.0, -2.0, 0.0, 0.0])
+    spent = {"steps": 90, "looks": 0, "restarts": 4, "collisions": 3, "path_length_m": 9.5, "simulated_time_s": 200.0}
+    again = {**last, "provenance": {"steps": 0, "restarts": 4, "spent": spent}}
+
+    alone, after = (evaluator.evaluate(one, [arena_truth()]) for one in (last, again))
+
+    assert after == {**alone, "collisions": 3.0, "path_length_m": 9.5}
+
+
 @pytest.mark.parametrize("document", [{}, result(), result([0, 0, 0, 0, 0], tracks=2)])
 def test_a_result_without_one_track_is_refused(document: Any) -> None:
     with pytest.raises(BenchbotError, match="does not say where the robot went"):

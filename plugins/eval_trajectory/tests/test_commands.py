@@ -96,6 +96,9 @@ def test_a_result_without_a_track_is_named_and_the_others_are_scored(folder: Pat
     assert "does not say where the robot went" in done.stderr
     scores = json.loads((folder / "two.json").read_text())
     assert scores["scores"] == {**scores["rows"][0]["scores"], "completeness": 0.5}
+    assert done.stdout.endswith(" (mean of 1 of 2)\n")
+    assert "path_length_m: mean of 1 of 2" in done.stderr
+    assert "completeness" not in scores["coverage"]["means_of"]
 
 
 def test_files_of_a_result_give_the_same_errors_as_the_result(folder: Path, here: Here) -> None:

@@ -153,6 +153,14 @@ def test_who_hits_something_runs_out_of_time_begins_anew_or_is_helped_has_no_suc
     assert scores["SoftSPL"] > 0.9
 
 
+def test_the_way_before_the_last_attempt_is_no_shortcut() -> None:
+    spent = {"restarts": 2, "collisions": 2, "path_length_m": 20.0}
+    scores = scored(ended_at(-1.4, -0.65, restarts=2, spent=spent))
+
+    assert (scores["success"], scores["collisions"], scores["path_length_m"]) == (0.0, 2.0, 20.0)
+    assert scores["SoftSPL"] < 0.11
+
+
 def test_twenty_centimetres_off_is_near_enough_and_more_is_not() -> None:
     assert scored(ended_at(-1.5, -0.5))["success"] == 1.0
     assert scored(ended_at(-1.55, -0.5))["success"] == 0.0

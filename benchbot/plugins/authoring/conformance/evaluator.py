@@ -6,11 +6,12 @@ import random
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import permutations
 from typing import Any
 
+from benchbot.core.budget import Spent
 from benchbot.core.errors import BenchbotError
 from benchbot.core.findings import Finding, Level
 from benchbot.core.records import Evaluator
@@ -50,6 +51,7 @@ def check_evaluator(
         "scores: declared": partial(_gives_what_it_declares, method, examples),
         "scores: perfect is best": partial(_scores_perfect_best, method, perfect, others),
     }
+    properties["scores: all attempts"] = partial(_counts_all_attempts, method, examples)
     if empty is not None:
         properties["scores: empty"] = partial(_scores_or_refuses, method, empty)
     properties |= {f"order of {key}": partial(_ignores_order, method, examples, key) for key in unordered}
@@ -134,6 +136,27 @@ def _scores_perfect_best(method: Evaluator, perfect: Example, others: Sequence[E
                 "Score what is perfect highest, or give a perfect example.",
             )
     return _headline_score(method, values)
+
+
+def _counts_all_attempts(method: Evaluator, examples: Sequence[Example]) -> str:
+    """Collisions before the last attempt must count where a method counts collisions at all."""
+    counted = 0
+    for example in (one for one in examples if "collisions" in _evaluate(method, one)):
+        spent = asdict(replace(Spent.of(example.result), restarts=2, collisions=7))
+        del spent["wall_time_s"]
+        told = {**(example.result.get("provenance") or {}), "restarts": 2, "spent": spent}
+        try:
+            values = _evaluate(method, replace(example, result={**example.result, "provenance": told}))
+        except BenchbotError:
+            continue
+        if values.get("collisions") != 7:
+            raise Violation(
+                f"It gives {values.get('collisions')!r} collisions to an episode of 3 attempts with 7 collisions.",
+                "Count those of all attempts: benchbot.plugin.Spent.of(result).collisions; "
+                "a track is that of the last attempt.",
+            )
+        counted += 1
+    return f"collisions of {counted} examples" if counted else "it counts no collisions"
 
 
 def _scores_or_refuses(method: Evaluator, empty: Example) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchbot.plugin import BenchbotError, GroundTruth, Result
+from benchbot.plugin import BenchbotError, GroundTruth, Result, Spent
 from benchbot_eval_exploration.coverage import covered
 from benchbot_task_navigation.floor_plan import FloorPlan
 
@@ -18,6 +18,8 @@ ZERO_WHEN_MISSING = NAMES[:4]
 def evaluate(result: Result, ground_truths: Sequence[GroundTruth]) -> Scores:
     """Score one result by its track, which the back end has written; nothing that the solution wrote counts.
 
+    What was seen is that of the last attempt: a reset gives up what was seen before, and gives back none of the steps.
+    Metres and collisions are those of all attempts.
     Raises BenchbotError for a result without a track, or of several scenes, and for a floor plan without room.
     """
     tracks = result.get("track") or []
@@ -35,13 +37,14 @@ def evaluate(result: Result, ground_truths: Sequence[GroundTruth]) -> Scores:
             "The floor plan of the environment has no room for a robot.",
             "Name another ground truth with --ground-truth.",
         )
+    spent = Spent.of(result)
     values = (
         found.seen_share,
         found.seen_share_over(10.0),
         found.visited_share,
         found.seen_m2,
-        float(tracks[0]["path_length_m"]),
-        float(tracks[0]["collisions"]),
+        float(spent.path_length_m),
+        float(spent.collisions),
     )
     return dict(zip(NAMES, values, strict=True))
 

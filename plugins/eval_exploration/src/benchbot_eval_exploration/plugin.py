@@ -35,7 +35,7 @@ def benchbot_evaluators() -> Iterator[Evaluator]:
     """Yield coverage."""
     yield Evaluator(
         name="exploration",
-        version="1.0",
+        version="1.1",
         headline="coverage",
         result_formats=frozenset({"exploration"}),
         ground_truth_formats=frozenset({"floor_plan"}),

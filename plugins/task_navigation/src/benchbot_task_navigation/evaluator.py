@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from benchbot.plugin import BenchbotError, Catalog, GroundTruth, Result, episodes_digest, load_plugins
+from benchbot.plugin import BenchbotError, Catalog, GroundTruth, Result, Spent, episodes_digest, load_plugins
 from benchbot_task_navigation.floor_plan import FloorPlan, Point, distance_to_box_m
 from benchbot_task_navigation.ways import Ways, length_m
 
@@ -60,8 +60,8 @@ def evaluate(result: Result, ground_truths: Sequence[GroundTruth]) -> Scores:
     """Score one result; raises BenchbotError for one without a track, or of other episodes than those installed.
 
     Nothing that the solution wrote counts. It ends well when it hands in a result without a failure (no collision, no
-    limit reached) and without having been put back to the start after it had moved: an episode is one attempt. The
-    distance to the goal is that of the shortest way across the floor plan.
+    limit reached) and without having been put back to the start after it had moved: an episode is one attempt. Metres
+    and collisions are those of all attempts. The distance to the goal is that of the shortest way across the plan.
     """
     provenance = result.get("provenance") or {}
     chosen = (provenance.get("selection") or {}).get("episode")
@@ -75,17 +75,17 @@ def evaluate(result: Result, ground_truths: Sequence[GroundTruth]) -> Scores:
     listed = _listed(chosen)
     episode = listed["episodes"][chosen["number"]]
     ways = _ways(json.dumps(ground_truths[0]["ground_truth"], sort_keys=True), listed["robot_radius_m"])
-    track = tracks[0]
-    _, _, x, y, _ = track["rows"][-1]
+    _, _, x, y, _ = tracks[0]["rows"][-1]
+    spent = Spent.of(result)
     left_m, near_enough = _left(ways, (x, y), episode["goal"], listed["success_distance_m"])
     return score(
         Run(
-            ended_well=provenance["failure"] is None and not _meddled(provenance) and not track["collisions"],
+            ended_well=provenance["failure"] is None and not _meddled(provenance) and not spent.collisions,
             near_enough=near_enough,
-            path_length_m=track["path_length_m"],
+            path_length_m=spent.path_length_m,
             distance_to_goal_m=left_m,
             shortest_path_m=episode["shortest_path_m"],
-            collisions=track["collisions"],
+            collisions=spent.collisions,
         )
     )
 

@@ -47,7 +47,7 @@ def benchbot_evaluators() -> Iterator[Evaluator]:
     """Yield success, SPL and related scores."""
     yield Evaluator(
         name="navigation",
-        version="1.0",
+        version="1.1",
         headline="SPL",
         result_formats=frozenset({"navigation"}),
         ground_truth_formats=frozenset({"floor_plan"}),

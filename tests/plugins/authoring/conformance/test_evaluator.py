@@ -9,6 +9,7 @@ import pytest
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.records import Evaluator, Score
+from benchbot.plugin import Spent
 from benchbot.testing import Example, check_evaluator
 from tests.plugins.authoring.conformance.reading import all_is_well, broken, warned
 
@@ -77,6 +78,14 @@ def refuses_nothing(result: Mapping[str, Any], ground_truths: Sequence[Mapping[s
     return recall(result, ground_truths)
 
 
+def counts_the_last_attempt(result: Document, ground_truths: Sequence[Document]) -> dict[str, float]:
+    return {**recall(result, ground_truths), "collisions": float(len(result.get("track", ())))}
+
+
+def counts_all_attempts(result: Document, ground_truths: Sequence[Document]) -> dict[str, float]:
+    return {**recall(result, ground_truths), "collisions": float(Spent.of(result).collisions)}
+
+
 def giving(value: Any) -> Callable[..., Any]:
     return lambda *_: {"recall": value}
 
@@ -105,6 +114,7 @@ def giving(value: Any) -> Callable[..., Any]:
             "better than 0.0 of the perfect one",
         ),
         ({"scores": {}}, "scores: perfect is best", "does not say whether less"),
+        ({"evaluate": counts_the_last_attempt}, "scores: all attempts", "3 attempts with 7 collisions"),
         ({"evaluate": fails_on_nothing}, "scores: empty", "IndexError"),
         ({"evaluate": prefers_the_first}, "order of names", "names in another order"),
         ({"combine": lambda rows: {"recall": rows[0].get("recall", 0.0)}}, "combine: order", "in another order"),
@@ -123,6 +133,11 @@ def giving(value: Any) -> Callable[..., Any]:
 )  # fmt: skip
 def test_a_broken_promise_is_found_out(changes: dict[str, Any], subject: str, words: str) -> None:
     assert words in broken(check(replace(SOUND, **changes)))[subject]
+
+
+def test_collisions_of_all_attempts_conform() -> None:
+    findings = {finding.subject: finding.detail for finding in check(replace(SOUND, evaluate=counts_all_attempts))}
+    assert findings["scores: all attempts"] == "collisions of 2 examples"
 
 
 def test_an_empty_result_may_be_refused_in_order() -> None:
