@@ -13,8 +13,8 @@ from benchbot.core.provenance import software
 from benchbot.core.request import Limits, RunRequest
 from benchbot.core.selection import Selection, select
 
-_MACHINE_KEYS = ("benchbot", "plugins", "assets", "solution", "machine", "restarts")
-"""Keys of provenance that may differ between identical runs: they say where, by which software and how it was run."""
+_MACHINE_KEYS = ("benchbot", "plugins", "assets", "solution", "machine")
+"""Keys of provenance that may differ between identical runs: they say where, and by which software it was run."""
 
 
 def differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:

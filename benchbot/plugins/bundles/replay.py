@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchbot.core import results
+from benchbot.core.budget import Spent, overrun
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.digest import MARK_DIGITS
 from benchbot.core.errors import BenchbotError, FailureClass
@@ -43,20 +44,21 @@ def verify(
     start_host: Callable[[Selection], Host],
     tell: Callable[[int, int], object] = lambda done, of: None,
 ) -> Verification:
-    """Replay a result's actions on a new host.
+    """Replay a result's actions on a new host, within the limits that the result states.
 
     `tell` is called with the number of observations made and their total. Raises BenchbotError for a result that
     cannot be replayed, and when the simulator fails.
     """
     provenance = document.get("provenance") or {}
     scenes = _action_log(document, provenance)
-    selection = reselect(provenance, catalog, Limits())
+    selection = reselect(provenance, catalog, _limits_of_last_attempt(document))
     software = tuple(software_differences(provenance, selection))
     total = sum(len(scene["rows"]) for scene in scenes)
     session = Session(selection, lambda: start_host(selection))
     try:
         problem = _replay_actions(session, scenes, lambda done: tell(done, total))
         problems = [problem] if problem else _problems(document, session)
+        problems += filter(None, [overrun(document)])
         return Verification(tuple(problems), session.progress.frames, tuple(_unproven(provenance)), software)
     finally:
         session.close()
@@ -78,6 +80,28 @@ def _action_log(document: Mapping[str, Any], provenance: Mapping[str, Any]) -> l
     raise BenchbotError(
         "The result cannot be verified.", why, "Run the solution again with this BenchBot, and verify the new result."
     )
+
+
+def _limits_of_last_attempt(document: Mapping[str, Any]) -> Limits:
+    """Return what the attempts before have left of the stated limits; real time passes otherwise in a replay."""
+    provenance, spent = document["provenance"], Spent.of(document)
+    stated = provenance["selection"].get("limits") or {}
+    left = {
+        name: max(0, stated[name] - (getattr(spent, name) - provenance[name]))
+        for name in ("steps", "simulated_time_s")
+        if name in stated
+    }
+    return Limits(**left)
+
+
+def budgets_in_words(document: Mapping[str, Any]) -> str:
+    """Return what a result says that its episode has spent: `41 of 100 steps, 2 restarts`."""
+    spent, stated = Spent.of(document), document["provenance"]["selection"].get("limits") or {}
+    said = []
+    for name in ("steps", "restarts"):
+        limit = f" of {stated[name]}" if name in stated else ""
+        said.append(f"{getattr(spent, name) or 'no'}{limit} {name}")
+    return ", ".join(said)
 
 
 def _replay_actions(session: Session, scenes: list[dict[str, Any]], tell: Callable[[int], object]) -> str | None:
@@ -144,7 +168,8 @@ def _problems(document: Mapping[str, Any], session: Session) -> list[str]:
 
 
 def _unproven(provenance: Mapping[str, Any]) -> list[str]:
-    failure = provenance["failure"]
+    failure, restarts = provenance["failure"], provenance.get("restarts", 0)
+    unproven = [f"what the robot did before it was put back ({restarts} restarts)"] if restarts else []
     if failure is not None and failure["class"] != FailureClass.COLLISION:
-        return [f"why the episode failed ({failure['class']})"]
-    return []
+        unproven.append(f"why the episode failed ({failure['class']})")
+    return unproven

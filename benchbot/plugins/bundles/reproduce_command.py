@@ -34,6 +34,9 @@ if TYPE_CHECKING:
     from benchbot.submission.modes import SolutionSpec
 
 
+_FALSE = "The scores in the bundle are not those of its results:"
+
+
 def reproduce(
     bundle: Annotated[Path, typer.Argument(metavar="BUNDLE", help="A file that benchbot bundle has made.")],
     tolerance: Annotated[
@@ -65,7 +68,7 @@ def reproduce(
         typer.Option("--unpack", metavar="FOLDER", help="Write the solution's source to this new folder; run nothing."),
     ] = None,
     check_only: Annotated[
-        bool, typer.Option("--check-only", help="Check the bundle and what is installed; run nothing.")
+        bool, typer.Option("--check-only", help="Check the bundle, what is installed, and scores; run nothing.")
     ] = False,
     as_json: Json = False,
 ) -> None:
@@ -95,7 +98,7 @@ def reproduce(
             console.note(f"Other software: {difference}")
         _note_versions(opened, software)
         if check_only:
-            console.note("The bundle is sound, and its results can be made again here.")
+            _tell_of_check(reproducing.check_scores(opened, catalog, ground_truth))
             return
         limits = process_limits(memory, processes, cpu_time, file_size)
         choice = Choice(limits, timeout, native, trust, readable, cpus, gpus, weak_limits)
@@ -121,6 +124,20 @@ def _run(bundle: "Bundle", chosen: "Sequence[Selection]", spec: "SolutionSpec", 
             console.note(f"{number} of {len(chosen)}: {one.about}: {'differs' if one.differences else one.likeness}")
             found.append(one)
     return found
+
+
+def _tell_of_check(scoring: "Scoring") -> None:
+    """Say what was checked; exits with 1 for scores that are not those of the results, with 2 for unknown ones."""
+    for problem in scoring.false:
+        console.note(f"{_FALSE} {problem}")
+    if scoring.false:
+        raise typer.Exit(ExitCode.SUBMISSION_FAILED)
+    sound = "The bundle is as it was made, and its results can be made again here; that they would be the same was not"
+    if scoring.method is not None and scoring.why_not is not None:
+        console.note(f"{sound} tried. Its scores could not be computed again: {scoring.why_not}")
+        raise typer.Exit(ExitCode.USAGE)
+    said = "it states no scores" if scoring.method is None else "its scores are those of its results"
+    console.note(f"{sound} tried; {said}.")
 
 
 def _unpack(bundle: "Bundle", folder: Path) -> None:
@@ -150,7 +167,7 @@ def _print(found: "list[Reproduction]", scoring: "Scoring", software: list[str],
     if scoring.why_not is not None and scoring.method is not None:
         console.note(f"Not scored: {scoring.why_not}")
     for problem in scoring.false:
-        console.note(f"The scores in the bundle are not those of its results: {problem}")
+        console.note(f"{_FALSE} {problem}")
     for one in found:
         for text in (*one.differences, *one.score_differences):
             console.note(f"{one.about}: {text}")

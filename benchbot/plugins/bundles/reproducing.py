@@ -2,7 +2,7 @@
 
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -120,13 +120,10 @@ def score(
     if bundle.scores is None:
         return list(reproductions), Scoring(None, why_not="The bundle has no scores.")
     method = bundle.scores["method"]["name"]
-    with tempfile.TemporaryDirectory(prefix="benchbot-") as folder:
-        copies = [Path(folder) / Path(row["file"]).name for row in bundle.manifest["results"]]
-        for copy, item in zip(copies, bundle.results, strict=True):
-            results.write_json(copy, item.document)
+    with _copies(bundle) as copies:
         try:
             before, after = (
-                evaluate_files(paths, catalog=catalog, method=method, ground_truth_paths=ground_truths)
+                _evaluated(paths, bundle.scores, catalog, ground_truths)
                 for paths in (copies, [one.path for one in reproductions])
             )
         except BenchbotError as error:
@@ -136,6 +133,42 @@ def score(
         for one, copy in zip(reproductions, copies, strict=True)
     ]
     return found, Scoring(method, tuple(comparing.score_contradictions(bundle.scores, before)))
+
+
+def check_scores(bundle: Bundle, catalog: Catalog, ground_truths: Sequence[Path] | None) -> Scoring:
+    """Return whether the scores in a bundle are those of its results; nothing is run."""
+    if bundle.scores is None:
+        return Scoring(None, why_not="The bundle has no scores.")
+    method = bundle.scores["method"]["name"]
+    with _copies(bundle) as copies:
+        try:
+            found = _evaluated(copies, bundle.scores, catalog, ground_truths)
+        except BenchbotError as error:
+            return Scoring(method, why_not=f"{error.title} {error.why}")
+    return Scoring(method, tuple(comparing.score_contradictions(bundle.scores, found)))
+
+
+@contextmanager
+def _copies(bundle: Bundle) -> Iterator[list[Path]]:
+    """Yield files of the results in a bundle, in their order."""
+    with tempfile.TemporaryDirectory(prefix="benchbot-") as folder:
+        copies = [Path(folder) / Path(row["file"]).name for row in bundle.manifest["results"]]
+        for copy, item in zip(copies, bundle.results, strict=True):
+            results.write_json(copy, item.document)
+        yield copies
+
+
+def _evaluated(
+    paths: Sequence[Path], stated: Mapping[str, Any], catalog: Catalog, ground_truths: Sequence[Path] | None
+) -> dict[str, Any]:
+    """Return the scores document of results, by the method of a stated one, and counting what is missing as that."""
+    return evaluate_files(
+        paths,
+        catalog=catalog,
+        method=stated["method"]["name"],
+        ground_truth_paths=ground_truths,
+        missing=stated["coverage"].get("missing_counts", "zero"),
+    )
 
 
 def _scored(

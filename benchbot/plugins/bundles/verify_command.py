@@ -12,9 +12,11 @@ from benchbot.core.errors import BenchbotError, ExitCode
 
 if TYPE_CHECKING:
     from benchbot.core.declarations.catalog import Catalog
+    from benchbot.evaluation import ground_truths
     from benchbot.evaluation.result_document import ResultDocument
     from benchbot.evaluation.result_files import Unreadable
 
+_BUT = "but for the answer, which is the solution's own"
 VERIFIED, DIFFERENT, UNVERIFIABLE = "verified", "different", "unverifiable"
 
 
@@ -30,25 +32,28 @@ def verify(
 ) -> None:
     """Take the recorded actions of results again, in the simulator, and say whether the same is seen.
 
-    A result is verified when every observation is the same to the byte, and the robot's way, its time and collisions
-    are as the result says. That its map or other answer was made by the solution is not shown by that: benchbot
-    reproduce runs the solution again. Exits with 1 when a result or score is different, with 2 when one cannot be
-    verified.
+    A result is verified when every observation is the same to the byte, the robot's way, its time and collisions are
+    as the result says, and its limits are kept; its score is computed again. That its map or other answer was made
+    by the solution is not shown by that: benchbot reproduce runs the solution again. Exits with 1 when a result or
+    score is different, with 2 when one cannot be verified.
     """
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
-    from benchbot.evaluation import result_files
+    from benchbot.evaluation import ground_truths, result_files
 
     catalog = Catalog(load())
+    truths = ground_truths.GroundTruths.of(catalog, ground_truth)
     with interruptible("the simulator has been ended."):
         items = (item for item in result_files.read(results) if not isinstance(item, result_files.DerivedFile))
-        found = [_verified(item, catalog) for item in items]
+        found = [_verified(item, catalog, truths) for item in items]
         wrong_scores = None if scores is None else _wrong_scores(results, scores, catalog, ground_truth)
     if as_json:
         console.data_json({"results": found, "scores": wrong_scores})
     else:
         for row in found:
-            console.data("  ".join(filter(None, [row["outcome"], row["about"], row["source"]])))
+            outcome = f"{row['outcome']} {_BUT}" if row["outcome"] == VERIFIED else row["outcome"]
+            shown = ", ".join(row.get("shown", ()))
+            console.data("  ".join(filter(None, [outcome, row["about"], row["source"], shown])))
     for row in found:
         _note_details(row)
     for problem in wrong_scores or ():
@@ -62,12 +67,14 @@ def verify(
         raise typer.Exit(ExitCode.USAGE)
 
 
-def _verified(item: "ResultDocument | Unreadable", catalog: "Catalog") -> dict[str, Any]:
+def _verified(
+    item: "ResultDocument | Unreadable", catalog: "Catalog", truths: "ground_truths.GroundTruths"
+) -> dict[str, Any]:
     import tempfile
 
     from benchbot.cli.kit.status_line import StatusLine
     from benchbot.evaluation.result_files import Unreadable
-    from benchbot.plugins.bundles import replay
+    from benchbot.plugins.bundles import recomputing, replay
     from benchbot.supervisor.platform.host import ChildHost
 
     if isinstance(item, Unreadable):
@@ -83,11 +90,18 @@ def _verified(item: "ResultDocument | Unreadable", catalog: "Catalog") -> dict[s
         # Including a failure of the simulator: one hostile result must not prevent the check of others.
         except BenchbotError as error:
             return _row(item.source, item.about, UNVERIFIABLE, [f"{error.title} {error.why} {error.fix}"])
-    outcome = VERIFIED if verification.verified else DIFFERENT
+    row = _row(item.source, item.about, VERIFIED if verification.verified else DIFFERENT, list(verification.problems))
+    scored = recomputing.recomputed(item, catalog, truths)
+    not_proven = [*verification.unproven, *([] if scored.scores else [f"its score. {scored.why_not}"])]
+    if verification.verified:
+        row["shown"] = ["actions", "observations", f"budgets ({replay.budgets_in_words(item.document)})"]
+        row["shown"] += [f"score ({scored.headline} {scored.scores[scored.headline]:.4f})"] if scored.scores else []
+        not_proven = ["its answer, which is the solution's own", *not_proven]
     return {
-        **_row(item.source, item.about, outcome, list(verification.problems)),
+        **row,
+        "scores": scored.scores,
         "observations": verification.observations,
-        "not_proven": list(verification.unproven),
+        "not_proven": not_proven,
         "software": [str(difference) for difference in verification.software],
     }
 
@@ -100,7 +114,7 @@ def _note_details(row: dict[str, Any]) -> None:
     """Note problems, statements that a replay cannot show, and other software."""
     for problem in row["problems"]:
         console.note(f"{row['source']}: {problem}")
-    for what in row.get("not_proven", ()):
+    for what in row.get("not_proven", ())[row["outcome"] == VERIFIED :]:  # the answer has been told of
         console.note(f"{row['source']}: not shown by a replay: {what}")
     if row["outcome"] == DIFFERENT:
         for difference in row["software"]:
@@ -114,5 +128,6 @@ def _wrong_scores(results: list[Path], stated: Path, catalog: "Catalog", ground_
 
     document = read_scores(stated)
     method = document["method"]["name"]
-    found = evaluate_files(results, catalog=catalog, method=method, ground_truth_paths=ground_truth)
+    missing = document["coverage"].get("missing_counts", "zero")
+    found = evaluate_files(results, catalog=catalog, method=method, ground_truth_paths=ground_truth, missing=missing)
     return score_contradictions(document, found)

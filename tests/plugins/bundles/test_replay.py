@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
+from benchbot.core.request import Limits
 from benchbot.core.session import Session
 from benchbot.plugins.bundles import replay
 from benchbot.plugins.bundles.replay import Verification
@@ -116,6 +117,33 @@ def test_a_failure_that_no_replay_can_show_is_named(verify: Verify, driven: dict
     verification = verify(changed(driven, "provenance/failure", {"class": "agent", "why": "It crashed."}))
     assert verification.verified
     assert verification.unproven == ("why the episode failed (agent)",)
+
+
+def test_a_result_beyond_its_limits_is_found_out(verify: Verify, driven: dict[str, Any]) -> None:
+    for limits, problem in (
+        ({"steps": 2}, "The episode has reached its limit. The limit of 2 steps is used up."),
+        ({"simulated_time_s": 0.1}, "The limit of 0.1 seconds of simulated time is used up."),
+        ({"steps": 3, "simulated_time_s": 1000.0, "wall_time_s": 0.0, "restarts": 0}, None),
+    ):
+        found = verify(changed(driven, "provenance/selection/limits", limits)).problems
+        assert found == () if problem is None else problem in found[0]
+
+
+def test_what_was_spent_before_the_last_attempt_counts(verify: Verify, made: Make) -> None:
+    def drive(session: Session) -> None:
+        for _ in range(3):
+            session.reset()
+            session.step("move_distance", {"distance": 0.2})
+
+    document = made(drive, limits=Limits(steps=3))
+    verification = verify(document)
+    assert verification.verified
+    assert verification.unproven == ("what the robot did before it was put back (2 restarts)",)
+    assert replay.budgets_in_words(document) == "3 of 3 steps, 2 restarts"
+    beyond = verify(changed(document, "provenance/spent/steps", 4))
+    assert "cannot be done, at observation 1" in beyond.problems[0]
+    too_often = verify(changed(document, "provenance/selection/limits", {"restarts": 1}))
+    assert too_often.problems == ("It has taken 2 restarts, and its limit is 1.",)
 
 
 def test_other_software_is_named(verify: Verify, driven: dict[str, Any]) -> None:

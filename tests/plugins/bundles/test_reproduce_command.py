@@ -118,10 +118,17 @@ def test_scores_are_part_of_it(result_folder: CommandLine, here: Here) -> None:
     unscored = here("reproduce", "bundle.zip", "--native", "--trust")
     assert (unscored.returncode, unscored.stdout) == (0, "identical  arena:1, seed 0\n")
     assert "Not scored: " in unscored.stderr
+    checked, unchecked = (here("reproduce", "bundle.zip", "--check-only", *words) for words in (truth, []))
+    assert (checked.returncode, "its scores are those of its results" in checked.stderr) == (0, True), checked.stderr
+    assert (unchecked.returncode, "Its scores could not be computed again" in unchecked.stderr) == (2, True)
 
     assert here("eval", "bundle.zip", *truth, "-o", "scores.json").returncode == 0
     right = here("verify", "result.json", "--scores", "scores.json", *truth)
-    assert (right.returncode, right.stdout) == (0, "verified  arena:1, seed 0  result.json\n"), right.stderr
+    assert right.returncode == 0, right.stderr
+    assert right.stdout == (
+        "verified but for the answer, which is the solution's own  arena:1, seed 0  result.json  "
+        "actions, observations, budgets (3 steps, no restarts), score (OMQ 0.0000)\n"
+    )
     scores = json.loads((cli.folder / "scores.json").read_text())
     scores["rows"][0]["scores"]["OMQ"] = 1.0
     (cli.folder / "scores.json").write_text(json.dumps(scores))
@@ -130,9 +137,28 @@ def test_scores_are_part_of_it(result_folder: CommandLine, here: Here) -> None:
     assert "arena:1, seed 0: OMQ is 0, not 1" in wrong.stderr
     false = here("bundle", "result.json", "--solution", "solution.py", "--scores", "scores.json", "-o", "false.zip")
     assert false.returncode == 0, false.stderr
-    found_out = here("reproduce", "false.zip", "--native", "--trust", *truth)
-    assert found_out.returncode == 1
-    assert "The scores in the bundle are not those of its results" in found_out.stderr
+    for words in (["--native", "--trust"], ["--check-only"]):
+        found_out = here("reproduce", "false.zip", *words, *truth)
+        assert found_out.returncode == 1
+        assert "The scores in the bundle are not those of its results: arena:1, seed 0: OMQ is 0, not 1" in (
+            found_out.stderr
+        )
+
+
+def test_an_answer_that_is_the_truth_is_never_plainly_verified(result_folder: CommandLine, here: Here) -> None:
+    cli = result_folder
+    script = cli.script("solution.py", PASSIVE)
+    assert here("submit", "--native", script, *SELECTION, "-r", "result.json").returncode == 0
+    result, perfect = (json.loads((cli.folder / name).read_text()) for name in ("result.json", "perfect.json"))
+    (cli.folder / "result.json").write_text(json.dumps({**result, "results": perfect["results"]}))
+
+    done = here("verify", "result.json", "--ground-truth", "truth.json")
+    told = json.loads(here("verify", "result.json", "--ground-truth", "truth.json", "--json").stdout)
+
+    assert done.stdout.startswith("verified but for the answer, which is the solution's own  ")
+    assert "score (OMQ 1.0000)" in done.stdout
+    assert told["results"][0]["not_proven"] == ["its answer, which is the solution's own"]
+    assert told["results"][0]["scores"]["OMQ"] == 1.0
 
 
 def test_what_cannot_be_verified_is_told_apart_from_what_is_wrong(result_folder: CommandLine, here: Here) -> None:
