@@ -61,6 +61,7 @@ def submit(
     processes: holding.Processes = None,
     cpu_time: holding.CpuTime = None,
     file_size: holding.FileSize = None,
+    log_limit: holding.LogLimit = None,
     args: Annotated[
         str | None, typer.Option("--args", "-a", metavar="WORDS", help="Words to append to the command, in quotes.")
     ] = None,
@@ -129,7 +130,7 @@ def submit(
     from benchbot.core.request import Limits, RunRequest
     from benchbot.core.selection import select
     from benchbot.submission import episode
-    from benchbot.submission.modes import SolutionSpec, holder_of, spec_of, split_words
+    from benchbot.submission.modes import LOG_LIMIT_BYTES, SolutionSpec, holder_of, spec_of, split_words
 
     if submission is not None:
         others = {"--native": native, "--sandbox": sandbox, "--example": example, "--containerised": containerised}
@@ -149,6 +150,7 @@ def submit(
     for path in (results_location, output):
         console.check_output(path)
     more_words = [*(words or ()), *split_words("--args", args)]
+    log_limit_bytes = holding.size_in_bytes("--log-limit", log_limit) or LOG_LIMIT_BYTES
     bounds = holding.process_limits(memory, processes, cpu_time, file_size)
     contained = holding.container_options(catalog, containerised, example, (native, sandbox), example_containerised)
     mode, asked = holding.plugin_mode(
@@ -203,7 +205,9 @@ def submit(
         return
     with ExitStack() as stack:
         stack.enter_context(console.interruptible("the solution and its back end have been ended."))
-        spec = stack.enter_context(holding.held(catalog, replace(spec, limits=bounds), mode, resolved))
+        spec = stack.enter_context(
+            holding.held(catalog, replace(spec, limits=bounds, log_limit_bytes=log_limit_bytes), mode, resolved)
+        )
         console.note(summary)
         connection, died = _back_end(stack, target, spec.mode)
         if names is None and evaluate_with is not None:

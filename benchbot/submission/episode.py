@@ -21,6 +21,7 @@ from benchbot.submission.solution import describe_exit
 from benchbot.wire.run_state import Connection
 
 WATCH_PERIOD_S = 0.25
+CRASHED = "The solution failed."
 EXIT_CODES = {
     FailureClass.PLATFORM: ExitCode.INTERNAL,
     FailureClass.INFRASTRUCTURE: ExitCode.INTERNAL,
@@ -108,7 +109,7 @@ def _watch(
     looked_s = time.monotonic()
     deadline_s = None if spec.timeout_s is None else looked_s + spec.timeout_s
     with ExitStack() as stack:
-        kept = stack.enter_context(OutputLog(connection))
+        kept = stack.enter_context(OutputLog(connection, spec.log_limit_bytes))
 
         def printed(chunk: bytes) -> None:
             kept.write(chunk)
@@ -139,7 +140,7 @@ def _watch(
     if explained is not None or ended == 0:
         return explained
     return BenchbotError(
-        "The solution failed.",
+        CRASHED,
         "\n".join(filter(None, [describe_exit(ended), solution.last_words])),
         "Mend the solution; its output above says more.",
         failure=FailureClass.AGENT,

@@ -23,6 +23,7 @@ RESULT = "result.json"
 """The file in the exchange folder that a solution's result is read from."""
 SOCKET_PATH_BYTES = 107
 RESULT_MAX_BYTES = 64 * 2**20
+LOG_LIMIT_BYTES = 10 * 2**20
 
 
 @dataclass(frozen=True)
@@ -122,6 +123,7 @@ class SolutionSpec:
     timeout_s: float | None = None
     mode: "Mode" = NATIVE
     limits: ProcessLimits = DEFAULT_LIMITS
+    log_limit_bytes: int = LOG_LIMIT_BYTES
 
 
 class Holder(Protocol):

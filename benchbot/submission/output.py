@@ -6,11 +6,12 @@ Results are read defensively, since their author may want to mislead the reader.
 import json
 import os
 import tempfile
+from codecs import getincrementaldecoder
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
-from typing import IO, Any, Self
+from typing import Any, Self
 
 from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.submission.init.handover import open_result
@@ -20,36 +21,97 @@ from benchbot.wire import run_state
 from benchbot.wire.run_state import Connection
 
 LOG_NAME = "solution.log"
-LOG_MAX_BYTES = 16 * 2**20
+CUT_BYTES = 4096
+"""A line's end is looked for so near to where a log is cut."""
+CONTINUATION = bytes(range(0x80, 0xC0))
+"""The bytes of UTF-8 that begin no character."""
 MAX_DEPTH = 100
 _TOO_DEEP = f"It has lists and objects in more than {MAX_DEPTH} others."
 
 
-class OutputLog:
-    """A file in the run's folder that keeps a solution's output up to a size; without a local folder, nothing."""
+class CappedLog:
+    """A log file that keeps the beginning and the end of long output, and says between them how much is left out.
 
-    def __init__(self, connection: Connection) -> None:
+    It has at most `limit_bytes`, and a chunk for a moment. Half of that is the beginning; the end is cut to a quarter
+    whenever it has grown to the other half. Cuts are made between lines, or at least between characters of UTF-8.
+    """
+
+    def __init__(self, path: Path, limit_bytes: int) -> None:
+        self._file = open(os.open(path, os.O_RDWR | os.O_CREAT, 0o666), "r+b", buffering=0)  # noqa: SIM115, PTH123
+        self._limit = limit_bytes
+        self._start = self._end = self._file.seek(0, os.SEEK_END)
+        self._head = self._tail = self._left_out = 0
+        """The bytes where the beginning ends, and where the end begins; both are 0 while nothing is left out."""
+
+    def write(self, chunk: bytes) -> None:
+        """Append a chunk; raises OSError."""
+        self._file.seek(self._end)
+        self._end += self._file.write(chunk)
+        if self._end - self._start > self._limit:
+            self._cut()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _cut(self) -> None:
+        if not self._tail:
+            middle = self._start + self._limit // 2
+            self._head = middle - _torn_end(self._read(max(self._start, middle - CUT_BYTES), middle))
+            self._tail = self._head
+        tail = max(self._end - self._limit // 4, self._tail)
+        tail += _torn_start(self._read(tail, min(tail + CUT_BYTES, self._end)))
+        left_out = self._left_out + tail - self._tail
+        note = f"\n[{left_out} bytes are left out here: --log-limit is {size(self._limit)}]\n".encode()
+        kept = note + self._read(tail, self._end)
+        self._file.seek(self._head)
+        self._end = self._head + self._file.write(kept)
+        self._file.truncate(self._end)
+        self._tail, self._left_out = self._head + len(note), left_out
+
+    def _read(self, start: int, end: int) -> bytes:
+        self._file.seek(start)
+        return self._file.read(end - start)
+
+
+def _torn_end(data: bytes) -> int:
+    """Return how many bytes follow the last line's end; without one, how many are of a character that is cut."""
+    if b"\n" in data:
+        return len(data) - data.rfind(b"\n") - 1
+    decoder = getincrementaldecoder("utf-8")("ignore")
+    decoder.decode(data)
+    return len(decoder.getstate()[0])
+
+
+def _torn_start(data: bytes) -> int:
+    """Return how many bytes there are up to the first line's end; without one, how many are of a cut character."""
+    return data.find(b"\n") + 1 or len(data[:3]) - len(data[:3].lstrip(CONTINUATION))
+
+
+class OutputLog:
+    """A log in the run's folder of what a solution prints; without a local folder, nothing."""
+
+    def __init__(self, connection: Connection, limit_bytes: int) -> None:
         address = connection.url, connection.socket
         alive = [(state.connection, state.folder) for state in run_state.live()]
         folders = [Path(folder) for there, folder in alive if (there.url, there.socket) == address]
-        self._left_bytes = LOG_MAX_BYTES
-        self._file: IO[bytes] | None = None
+        self._log: CappedLog | None = None
         if folders:
             with suppress(OSError):
-                self._file = (folders[0] / LOG_NAME).open("ab", buffering=0)
+                self._log = CappedLog(folders[0] / LOG_NAME, limit_bytes)
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_error: object) -> None:
-        if self._file is not None:
-            self._file.close()
+        if self._log is not None:
+            self._log.close()
 
     def write(self, chunk: bytes) -> None:
-        """Append a chunk of output while there is room; on a full disk it is lost."""
-        if self._file is not None and self._left_bytes > 0:
+        """Keep a chunk of output; on a full disk it is lost."""
+        if self._log is not None:
             with suppress(OSError, ValueError):
-                self._left_bytes -= self._file.write(chunk[: self._left_bytes])
+                self._log.write(chunk)
 
 
 @contextmanager

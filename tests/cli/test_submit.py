@@ -70,6 +70,23 @@ def test_two_terminals_and_the_same_seed_give_the_same_bytes(cli: CommandLine) -
     assert cli.nothing_is_left()
 
 
+def test_of_a_long_log_the_beginning_and_the_end_are_kept(cli: CommandLine) -> None:
+    talks = "for number in range(20000):\n    print('line', number)\n"
+    back_end = cli.start("run", "-t", "sample:passive", "-r", "sample_robot", "-e", "arena:1", "--port", "0")
+    folder = Path(wait_for(back_end, "Logs").split()[-1])
+    wait_for(back_end, "Ready.")
+
+    done = cli("submit", "--native", cli.script("solution.py", talks + PASSIVE), "--log-limit", "8KiB", "-r", "r.json")
+    log = (folder / "solution.log").read_text("utf-8")
+    cli("stop")
+
+    assert done.returncode == 0, done.stderr
+    assert log.startswith("line 0\nline 1\n")
+    assert "\nline 19999\n" in log
+    assert "bytes are left out here: --log-limit is 8 KiB" in log
+    assert "--log-limit much is no size." in cli("submit", "--native", "true", "--log-limit", "much").stderr
+
+
 def test_without_a_back_end_the_way_to_one_is_told(here: Here) -> None:
     done = here("submit", "--native", "true")
 

@@ -5,7 +5,7 @@ import os
 import signal
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -51,8 +51,9 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
 
 
 def note(text: str = "") -> None:
-    """Print a line for the person who watches, on stderr."""
-    print(text, file=sys.stderr, flush=True)
+    """Print a line for the person who watches, on stderr; a full disk, or nobody there, is no error."""
+    with suppress(OSError):
+        print(text, file=sys.stderr, flush=True)
 
 
 def check_output(path: Path | None) -> None:

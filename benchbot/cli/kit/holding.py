@@ -63,6 +63,11 @@ FileSize = Annotated[
     typer.Option("--file-size", metavar="SIZE", help="It may write files of so much each. [default: 1GiB]"),
 ]
 
+LogLimit = Annotated[
+    str | None,
+    typer.Option("--log-limit", metavar="SIZE", help="Keep so much of its output: beginning and end. [default: 10MiB]"),
+]
+
 NATIVE, SANDBOX, CONTAINER = "native", "sandbox", "container"
 """Modes that have options of their own on the command line; only the first is BenchBot's own."""
 
@@ -76,10 +81,12 @@ def process_limits(
     """Return the limits that were asked for; raises BenchbotError for a size that is none."""
     from benchbot.submission.modes import ProcessLimits
 
-    return ProcessLimits(_bytes("--memory", memory), processes, cpu_time_s, _bytes("--file-size", file_size))
+    return ProcessLimits(
+        size_in_bytes("--memory", memory), processes, cpu_time_s, size_in_bytes("--file-size", file_size)
+    )
 
 
-def _bytes(option: str, text: str | None) -> int | None:
+def size_in_bytes(option: str, text: str | None) -> int | None:
     """Return a size in bytes: `8GiB`, `500MB`, `1048576`."""
     if text is None:
         return None

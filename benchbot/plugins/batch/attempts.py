@@ -17,6 +17,8 @@ from typing import Any, Self
 from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.plugins.batch import journal
 from benchbot.plugins.batch.machine import MemoryWatch, ProcessId
+from benchbot.plugins.batch.plan import Policy
+from benchbot.submission.output import CappedLog
 
 RESULT, JOURNAL, PROCESS = "result.json", "attempts.jsonl", "process.json"
 LOST_LIMIT = 20
@@ -33,6 +35,8 @@ class Finished:
     worker: str
     ended_s: float
     sha256: str
+    error: str = ""
+    """What went wrong, in one line."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +83,7 @@ class Attempts:
             str(receipt["worker"]),
             float(receipt["time_s"]),
             str(receipt["sha256"]),
+            str(receipt.get("error", "")),
         )
 
     def begin(self, worker: str) -> Attempt:
@@ -124,9 +129,13 @@ class Attempts:
         entry = {"attempt": attempt.number, "worker": attempt.worker, "time_s": round(time.time(), 3), **said}
         journal.append(self.folder / JOURNAL, entry, sync=sync)
 
-    def publish(self, attempt: Attempt, failure: FailureClass | None) -> None:
-        """Make an attempt's result that of the episode; raises OSError, and may be called again then."""
+    def publish(self, attempt: Attempt, failure: FailureClass | None, **said: Any) -> None:
+        """Make an attempt's result that of the episode; raises OSError, and may be called again then.
+
+        What is `said` beside goes into its receipt.
+        """
         receipt = {"failure": failure, "duration_s": attempt.duration_s, "sha256": _digest(attempt.folder / RESULT)}
+        receipt |= said
         self.note(attempt, ended="done", **receipt, sync=True)
         self._publish(attempt.folder)
 
@@ -180,21 +189,22 @@ class NotWantedError(Exception):
 
 
 class AttemptWatcher:
-    """Keeps a solution's output in a folder, and ends a solution that makes no progress for `stall_s` (0: never).
+    """Keeps a solution's output in a folder, and ends a solution that makes no progress for too long.
 
     It is the `Watcher` of a submission, and measures the worker's memory meanwhile.
     """
 
-    def __init__(self, folder: Path, stall_s: float, is_wanted: Callable[[], bool], memory: MemoryWatch) -> None:
+    def __init__(self, folder: Path, policy: Policy, is_wanted: Callable[[], bool], memory: MemoryWatch) -> None:
         self._folder = folder
-        self._stall_s = stall_s
+        self._stall_s = policy.stall_s
+        self._log_limit_bytes = policy.log_limit_bytes
         self._is_wanted = is_wanted
         self._memory = memory
         self._progress: object = None
         self._moved_s = time.monotonic()
 
     def __enter__(self) -> Self:
-        self._log = (self._folder / "log.txt").open("ab", buffering=0)
+        self._log = CappedLog(self._folder / "log.txt", self._log_limit_bytes)
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -23,6 +23,7 @@ from benchbot.plugins.batch.attempts import (
     AttemptWatcher,
     NotWantedError,
 )
+from benchbot.plugins.batch.error_groups import cause
 from benchbot.plugins.batch.folder import Folder
 from benchbot.plugins.batch.journal import EventLog
 from benchbot.plugins.batch.machine import MemoryWatch
@@ -137,7 +138,8 @@ def finish(context: EpisodeContext, planned: PlannedEpisode, is_wanted: Callable
             raise
         if failure is None or lost > LOST_LIMIT or not _is_retried(context.plan, attempts, failure):
             _raise_unless(is_wanted)
-            _when_there_is_room(context, is_wanted, lambda: attempts.publish(attempt, failure))  # noqa: B023
+            error = {} if entry is None else {"error": cause(entry["why"])}
+            _when_there_is_room(context, is_wanted, lambda: attempts.publish(attempt, failure, **error))  # noqa: B023
             return failure
         attempts.fail(attempt, failure)
         context.events.tell("failed", key=planned.key, attempt=attempt.number, failure=failure)
@@ -151,7 +153,7 @@ def _run(
     record = {name: attempt.folder / name for name in context.plan.record}
     context.memory.begin()
     state = None
-    with AttemptWatcher(attempt.folder, context.plan.policy.stall_s, is_wanted, context.memory) as watcher:
+    with AttemptWatcher(attempt.folder, context.plan.policy, is_wanted, context.memory) as watcher:
         try:
             state = context.backend.begin(planned, record)
             ended = submission.run(context.spec, state.connection, context.backend.died, watcher)
@@ -215,21 +217,19 @@ def _raise_unless(is_wanted: Callable[[], bool]) -> None:
 
 def _when_there_is_room(context: EpisodeContext, is_wanted: Callable[[], bool], act: Callable[[], None]) -> None:
     """Do something that writes; on a full disk, wait until it succeeds: what was computed is not thrown away."""
-    told = False
-    while True:
-        try:
-            return act()
-        except (OSError, BenchbotError) as error:
-            cause = error.__cause__ if isinstance(error, BenchbotError) else error
-            if not isinstance(cause, OSError):
-                raise
-            if not machine.is_disk_full(cause):
-                raise cause from None
-            if not told:
-                context.events.tell("paused", why=f"{context.folder.path}: {cause.strerror}")
-                told = True
-        time.sleep(machine.POLL_S)
-        _raise_unless(is_wanted)
+
+    def tell(error: Exception) -> None:
+        cause = error.__cause__ if isinstance(error, BenchbotError) else error
+        context.events.tell("paused", why=f"{context.folder.path}: {getattr(cause, 'strerror', cause)}")
+
+    try:
+        machine.when_there_is_room(act, is_wanted, tell)
+    except (OSError, BenchbotError) as error:
+        if machine.is_disk_full(error):
+            raise NotWantedError from error
+        if isinstance(error.__cause__, OSError):
+            raise error.__cause__ from None
+        raise
 
 
 def _wait_for_room(context: EpisodeContext, is_wanted: Callable[[], bool]) -> None:

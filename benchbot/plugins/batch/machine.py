@@ -12,10 +12,13 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import psutil
 
+from benchbot.core.errors import BenchbotError
+
+T = TypeVar("T")
 MEMORY_PER_WORKER_BYTES = 2 * 2**30
 """A simulator with a furnished place, its supervisor and a modest solution; solutions with networks need more."""
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
@@ -228,6 +231,36 @@ def wait_for_room(
         time.sleep(POLL_S)
 
 
-def is_disk_full(error: OSError) -> bool:
-    """Say whether an error is about room on the disk, a quota or a limit of a file's size."""
-    return error.errno in DISK_FULL
+def shortage(folder: Path, minimum_bytes: int) -> str | None:
+    """Return why nothing may begin where a folder is, in words; None when enough is free, or that cannot be told."""
+    with suppress(OSError):
+        free = shutil.disk_usage(folder).free
+        if free < minimum_bytes:
+            return f"{folder}: {free >> 20} MiB are free, {minimum_bytes >> 20} MiB are needed"
+    return None
+
+
+def is_disk_full(error: Exception) -> bool:
+    """Say whether an error, or what it comes of, is about room on the disk, a quota or a limit of a file's size."""
+    cause = error.__cause__ if isinstance(error, BenchbotError) else error
+    return isinstance(cause, OSError) and cause.errno in DISK_FULL
+
+
+def when_there_is_room(act: Callable[[], T], is_wanted: Callable[[], bool], tell: Callable[[Exception], None]) -> T:
+    """Return the value of something that writes; on a full disk, try again until it succeeds or is wanted no more.
+
+    `tell` is called with the first error of a full disk. All others, and that of the last try, are raised.
+    """
+    told = False
+    while True:
+        try:
+            return act()
+        except (OSError, BenchbotError) as error:
+            if not is_disk_full(error):
+                raise
+            if not told:
+                tell(error)
+                told = True
+            time.sleep(POLL_S)
+            if not is_wanted():
+                raise

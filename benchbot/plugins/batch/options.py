@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from benchbot.cli.kit.holding import CpuTime, FileSize, Memory, Processes
+from benchbot.cli.kit.holding import CpuTime, FileSize, LogLimit, Memory, Processes
 from benchbot.cli.kit.options import MaxRestarts, MaxSimulatedTime, MaxSteps, MaxWallTime
 from benchbot.plugins.batch.following import Jobs
 
@@ -67,6 +67,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     },
     "Results": {
         "evaluate_with": _option(str, "--evaluate-with", "METHOD", "Score the results with this method."),
+        "log_limit": LogLimit,
         "zip": _option(bool, "--zip -z", None, "Put the results into a ZIP archive, too."),
         "record": _option(list[str], "--record", "RECORDER", "Record beside each result, e.g. mcap,video; repeatable."),
     },
@@ -77,6 +78,15 @@ OPTIONS: dict[str, dict[str, Any]] = {
             "SECONDS",
             "End a solution that makes no progress for so long; 0: never. [default: 1800]",
             min=0,
+        ),
+        "canary": _option(
+            bool,
+            "--canary/--no-canary",
+            None,
+            "Compute one episode first, and end when it fails as all others would. [default: canary]",
+        ),
+        "fail_on_error": _option(
+            str, "--fail-on-error", "N|FRACTION", "End when so many episodes, or such a part of all, have failed."
         ),
         "retries": _option(
             int,

@@ -11,7 +11,7 @@ from benchbot.core import results
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
 from benchbot.core.request import Limits, RunRequest, canonical, digest
-from benchbot.submission.modes import DEFAULT_LIMITS, ProcessLimits
+from benchbot.submission.modes import DEFAULT_LIMITS, LOG_LIMIT_BYTES, ProcessLimits
 
 VERSION = 1
 KEY_DIGITS = 8
@@ -32,6 +32,12 @@ class Policy:
     stale_s: float = 30.0
     """A worker that is silent for so long has lost its claim."""
     minimum_free_bytes: int = 200 * 2**20
+    log_limit_bytes: int = LOG_LIMIT_BYTES
+    """The size of an episode's log, which keeps beginning and end of what the solution prints."""
+    canary: bool = True
+    """Whether the first episode of each solution is computed before all others, and may end the batch."""
+    fail_on_error: int | float | None = None
+    """The number of failed episodes that ends the batch, or a fraction of all of them."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +96,8 @@ class PlannedEpisode:
     repeat: int | None = None
     episode: int | None = None
     settings: Mapping[str, Any] = field(default_factory=dict, hash=False)
+    solution: str | None = None
+    """The name of its solution, in a batch of several."""
 
     @property
     def name(self) -> str:

@@ -6,10 +6,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from benchbot.cli.kit.holding import size_in_bytes
 from benchbot.core import overrides
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
 from benchbot.core.request import Limits
+from benchbot.plugins.batch.early_end import failure_limit
 from benchbot.plugins.batch.plan import Hold, Policy
 from benchbot.submission.modes import split_words
 
@@ -90,8 +92,17 @@ def request_of(wanted: Wanted) -> BatchRequest:
         limits=Limits(**wanted.get("limits", {})),
         timeout_s=wanted.get("timeout_s"),
         record=tuple(name for text in wanted.get("record", ()) for name in text.split(",")),
-        policy=Policy(**{key: wanted[key] for key in Policy.__dataclass_fields__ if key in wanted}),
+        policy=_policy(wanted),
     )
+
+
+def _policy(wanted: Wanted) -> Policy:
+    told = {key: wanted[key] for key in Policy.__dataclass_fields__ if key in wanted}
+    if "fail_on_error" in told:
+        told["fail_on_error"] = failure_limit(told["fail_on_error"])
+    if "log_limit" in wanted:
+        told["log_limit_bytes"] = size_in_bytes("--log-limit", wanted["log_limit"])
+    return Policy(**told)
 
 
 def names(value: str | Sequence[str]) -> list[str]:

@@ -40,7 +40,7 @@ def unheld(plan: Plan, catalog: Catalog) -> SolutionSpec:
     else:
         words = [*split_words("--native", solution.native), *solution.words]
         spec = SolutionSpec(words, Path(solution.folder), timeout_s=plan.timeout_s)
-    return replace(spec, limits=hold.limits)
+    return replace(spec, limits=hold.limits, log_limit_bytes=plan.policy.log_limit_bytes)
 
 
 def files(command: list[str], folder: Path, hold: Hold, catalog: Catalog) -> SourceFiles:

@@ -10,6 +10,7 @@ import pytest
 from benchbot.core.errors import FailureClass
 from benchbot.plugins.batch.attempts import Attempt, Attempts, AttemptWatcher
 from benchbot.plugins.batch.machine import MemoryWatch
+from benchbot.plugins.batch.plan import Policy
 
 PROGRESS = {"state": "dirty", "frames": 1, "steps": 1, "waiting_for": None, "paused": False}
 
@@ -119,9 +120,21 @@ def test_beginning_anew_forgets_failures_and_keeps_everything(attempts: Attempts
 def test_a_solution_that_stands_still_is_stuck_unless_somebody_holds_it(tmp_path: Path) -> None:
     memory = MemoryWatch(os.getpid())
     memory.begin()
-    with AttemptWatcher(tmp_path, 1e-9, lambda: True, memory) as watcher:
+    with AttemptWatcher(tmp_path, Policy(stall_s=1e-9), lambda: True, memory) as watcher:
         assert watcher.look(PROGRESS, 1) is None
         assert all(watcher.look({**PROGRESS, "paused": True}, 1) is None for _ in range(3))
         stuck = watcher.look(PROGRESS, 1)
     assert stuck is not None
     assert stuck.failure is FailureClass.TIMEOUT
+
+
+def test_a_long_log_is_capped(tmp_path: Path) -> None:
+    with AttemptWatcher(tmp_path, Policy(log_limit_bytes=1000), lambda: True, MemoryWatch(os.getpid())) as watcher:
+        for number in range(1000):
+            watcher.write(f"line {number}\n".encode())
+
+    log = (tmp_path / "log.txt").read_text("utf-8")
+    assert len(log) < 1100
+    assert log.startswith("line 0\n")
+    assert log.endswith("line 999\n")
+    assert "bytes are left out here" in log
