@@ -14,10 +14,12 @@ from contextlib import suppress
 from pathlib import Path
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass, did_you_mean
+from benchbot.plugins.batch import machine
 from benchbot.plugins.batch import plan as plans
 from benchbot.plugins.batch.attempts import RETRIED, Attempts
 from benchbot.plugins.batch.claims import Claim, HeldClaim
 from benchbot.plugins.batch.driver_lock import driver_lock
+from benchbot.plugins.batch.early_end import Canaries, check_failures
 from benchbot.plugins.batch.folder import Folder, check_writable
 from benchbot.plugins.batch.journal import EventLog
 from benchbot.plugins.batch.request import names
@@ -41,6 +43,7 @@ def begin(folder: Folder, pool: WorkerPool) -> None:
     for needed in (folder.claims, folder.events, folder.episodes, folder.workers):
         check_writable(needed)
     pool.write(folder)
+    Canaries(folder, plans.read(folder.plan)).begin_anew()
     folder.cancelled.unlink(missing_ok=True)
 
 
@@ -58,6 +61,7 @@ def drive(
     """
     workers = RunningWorkers(folder, pool)
     monitor = Monitor(folder, plans.read(folder.plan))
+    canaries = Canaries(folder, monitor.plan)
     fruitless, finished = 0, -1
     try:
         while True:
@@ -68,15 +72,25 @@ def drive(
                 break
             if folder.cancelled.exists():
                 raise _cancelled(folder)
+            canaries.check()
+            check_failures(status, monitor.plan)
             missing = _wanted(pool, status) - alive
-            if missing > 0 and (alive == 0 or status.finished > finished):
+            if machine.shortage(folder.path, monitor.plan.policy.minimum_free_bytes) is not None:
+                # Workers would not begin anything, and nothing could be noted of them.
+                fruitless = 0
+            elif missing > 0 and (alive == 0 or status.finished > finished):
                 # Lost workers are replaced once for each sign of life, or when none is left.
                 if alive == 0:
                     fruitless = fruitless + 1 if status.finished == finished else 1
                 finished = status.finished
                 if fruitless > FRUITLESS_LAUNCHES:
                     raise _dying(folder)
-                workers.launch(missing)
+                try:
+                    workers.launch(missing)
+                except BenchbotError as error:
+                    if not machine.is_disk_full(error):
+                        raise
+                    fruitless = 0
             time.sleep(LOOK_PERIOD_S)
         at_end()
         deadline_s = time.monotonic() + END_TIMEOUT_S  # workers that have nothing left to do end by themselves
@@ -216,15 +230,24 @@ def main() -> int:
             plan, catalog = plans.read(folder.plan), Catalog(load())
 
             def at_end() -> None:
-                finalize(folder, plan, catalog, DETACHED_NAME, wait=True)
+                def evaluate() -> None:
+                    finalize(folder, plan, catalog, DETACHED_NAME, wait=True)
+
+                machine.when_there_is_room(evaluate, lambda: not signals, print_error)
 
             drive(folder, WorkerPool.read(folder), look, at_end)
     except LetGoError:
         return ExitCode.INTERRUPTED
     except (BenchbotError, OSError) as error:
-        print(error, file=sys.stderr)
+        print_error(error)
         return ExitCode.INTERNAL
     return ExitCode.OK
+
+
+def print_error(error: Exception) -> None:
+    """Print an error; where the log is on a full disk it is lost."""
+    with suppress(OSError):
+        print(error, file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -167,7 +167,7 @@ def drive(
     """Drive a batch to its end and evaluate it, or detach it."""
     from benchbot.cli.kit import scoring
     from benchbot.cli.kit.status_line import StatusLine
-    from benchbot.plugins.batch import driver, status_lines
+    from benchbot.plugins.batch import driver, machine, status_lines
     from benchbot.plugins.batch.driver_lock import driver_lock
     from benchbot.plugins.batch.finalization import LiveScore, evaluate
 
@@ -186,8 +186,14 @@ def drive(
         driver.begin(folder, pool)
         status = driver.drive(folder, pool, look)
     console.note(status_lines.verdict(status))
+
+    def wait(error: Exception) -> None:
+        console.note(f"Waiting for room on the disk. {error}")
+
     try:
-        products = evaluate(folder, plan, catalog, archive=pool.archive)
+        products = machine.when_there_is_room(
+            lambda: evaluate(folder, plan, catalog, archive=pool.archive), lambda: True, wait
+        )
     except BenchbotError as error:
         if not status.failures:
             raise

@@ -3,14 +3,15 @@
 import json
 import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field
 from heapq import heappop, heappush
 from typing import Any
 
-from benchbot.plugins.batch import journal
+from benchbot.plugins.batch import journal, machine
 from benchbot.plugins.batch.attempts import Finished
 from benchbot.plugins.batch.claims import Observer
+from benchbot.plugins.batch.error_groups import ErrorGroup, grouped
 from benchbot.plugins.batch.folder import Folder
 from benchbot.plugins.batch.plan import Plan, PlannedEpisode
 
@@ -67,6 +68,8 @@ class BatchStatus:
     left_s: float | None
     """The time until all are done, at the pace of now."""
     score: Score | None = None
+    errors: tuple[ErrorGroup, ...] = ()
+    """The errors of finished episodes that failed, equal ones together."""
     newest: tuple[Mapping[str, Any], ...] = field(default=())
     """The last events, oldest first."""
     conclusion: Mapping[str, Any] | None = None
@@ -105,6 +108,8 @@ class Monitor:
         self._failures: Counter[str] = Counter()
         self._lately: list[tuple[float, float]] = []
         """Of the episodes that ended last: their ends, which are those of a heap, and their durations."""
+        self._groups: tuple[ErrorGroup, ...] = ()
+        self._grouped_of = 0
         self._scanned_s = float("-inf")
 
     def look(self, workers: int = -1, score: Score | None = None) -> BatchStatus:
@@ -137,12 +142,13 @@ class Monitor:
             retried=self._retried,
             running=running,
             workers=workers,
-            idle=tuple(sorted(name for name, event in self._last.items() if event["what"] == "idle")),
-            paused=next((str(event["why"]) for event in self._last.values() if event["what"] == "paused"), None),
+            idle=self._idle() if workers and left else (),
+            paused=self._paused({each.worker for each in running}) if left else None,
             mean_s=mean_s,
             rate_per_hour=rate_per_hour,
             left_s=None if mean_s is None else left * mean_s / at_once,
             score=score,
+            errors=self._errors(),
             newest=tuple(self._newest),
             conclusion=None if self._left else self._conclusion(),
         )
@@ -157,6 +163,23 @@ class Monitor:
         except (OSError, ValueError):
             return None
         return document
+
+    def _idle(self) -> tuple[str, ...]:
+        return tuple(sorted(name for name, event in self._last.items() if event["what"] == "idle"))
+
+    def _paused(self, running: Collection[str]) -> str | None:
+        """Return why nothing begins: there is no room in the folder, or a worker that lives has said that it waits."""
+        last = (event for name, event in self._last.items() if name in running)
+        said = (str(event["why"]) for event in last if event["what"] == "paused")
+        return machine.shortage(self._folder.path, self.plan.policy.minimum_free_bytes) or next(said, None)
+
+    def _errors(self) -> tuple[ErrorGroup, ...]:
+        if len(self.finished) != self._grouped_of:
+            self._grouped_of = len(self.finished)
+            failed = {key: each for key, each in self.finished.items() if each.failure is not None}
+            names = {episode.key: episode.name for episode in self.plan.episodes if episode.key in failed}
+            self._groups = grouped((str(each.failure), each.error, names[key]) for key, each in failed.items())
+        return self._groups
 
     def _check(self, key: str) -> None:
         episode = self._left[key]

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
+from benchbot.plugins.batch.error_groups import lines
 from benchbot.plugins.batch.status import BatchStatus
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ def page(status: BatchStatus) -> str:
         ("Folder", status.folder),
         ("Finished", f"{status.finished} of {status.episodes}"),
         ("Failures", ", ".join(_failures(status)) or "none"),
+        *(("", line) for line in lines(status.errors, status.folder)),
         ("Tried again", str(status.retried)),
         ("Running", str(len(status.running))),
         *(("", f"{each.episode} on {each.worker}, {_since(each.since_s)}") for each in status.running),
@@ -58,11 +60,12 @@ def page(status: BatchStatus) -> str:
 
 
 def verdict(status: BatchStatus) -> str:
-    """Return how a batch ended."""
+    """Return how a batch ended, equal errors together."""
     said = ", ".join(_failures(status))
-    return f"{status.finished} of {status.episodes} episodes are finished" + (
+    told = f"{status.finished} of {status.episodes} episodes are finished" + (
         f"; {said}." if said else ", all of them well."
     )
+    return "\n".join([told, *lines(status.errors, status.folder)])
 
 
 def duration(seconds: float) -> str:

@@ -20,6 +20,7 @@ from benchbot.core.plugin_manager import load
 from benchbot.plugins.batch import episode_run, machine, plan, solutions
 from benchbot.plugins.batch.attempts import NotWantedError
 from benchbot.plugins.batch.claims import Heartbeat, HeldClaim, Observer
+from benchbot.plugins.batch.early_end import Canaries
 from benchbot.plugins.batch.episode_run import EpisodeContext, WarmBackend
 from benchbot.plugins.batch.folder import Folder, check_writable
 from benchbot.plugins.batch.journal import EventLog
@@ -55,6 +56,7 @@ class Worker:
         self._backend = WarmBackend(self._plan, folder.path, needs_socket=spec.mode.needs_socket)
         memory = MemoryWatch(os.getpid())
         self._context = EpisodeContext(folder, self._plan, catalog, self._backend, self._events, name, memory, spec)
+        self._canaries = Canaries(folder, self._plan)
         self._left = Pending(self._plan.episodes, name)
         self.told_to_end = False
 
@@ -97,17 +99,27 @@ class Worker:
             # Few workers come here, all of them at the very end.
             from benchbot.plugins.batch.finalization import finalize
 
-            finalize(self._folder, self._plan, self._context.catalog, self._name)
+            def evaluate() -> None:
+                finalize(self._folder, self._plan, self._context.catalog, self._name)
+
+            def tell(error: Exception) -> None:
+                self._events.tell("paused", why=str(error).replace("\n", " "))
+
+            machine.when_there_is_room(evaluate, lambda: not self.told_to_end, tell)
 
     def _next(self) -> tuple[HeldClaim, PlannedEpisode] | None:
-        """Return the claim of the next episode, or None when there is none that may be taken now."""
+        """Return the claim of the next episode, or None when there is none that may be taken now.
+
+        Raises BenchbotError when a canary has failed.
+        """
+        self._canaries.check()
         claimed = self._observer.keys()
         for episode in self._left.of(claimed):
             if self._observer.is_stale(episode.key):
                 self._steal(episode)
         claimed = self._observer.keys()
         for episode in self._left.candidates(claimed, self._backend.scene):
-            if self._drop_if_finished(episode):
+            if self._canaries.holds_back(episode) or self._drop_if_finished(episode):
                 continue
             claim = HeldClaim.take(self._folder.claims / episode.key, self._name)
             if claim is None:

@@ -28,7 +28,7 @@ def test_a_batch_is_found_watched_and_tried_again(
     here, folder = batches.cli.folder, batches.path("night")
     (here / "broken").touch()
     batches.cli.script("passive.py", FRAIL + PASSIVE)
-    driver = batches.cli.start(*batches.words("night", "--jobs", "1", seeds="0..1", envs="arena:1"))
+    driver = batches.cli.start(*batches.words("night", "--jobs", "1", "--no-canary", seeds="0..1", envs="arena:1"))
     assert eventually(lambda: [entry.alive for entry in listed()] == [True], PATIENCE_S)
     feed = BatchFeed(folder)
     assert eventually(lambda: sorted(cell.state for cell in feed.view.cells) == ["pending", "running"], PATIENCE_S)
