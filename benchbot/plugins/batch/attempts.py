@@ -139,9 +139,9 @@ class Attempts:
         self.note(attempt, ended="done", **receipt, sync=True)
         self._publish(attempt.folder)
 
-    def fail(self, attempt: Attempt, failure: FailureClass) -> None:
-        """Note that an attempt failed, and may be made again."""
-        self.note(attempt, ended="failed", failure=failure, duration_s=attempt.duration_s)
+    def fail(self, attempt: Attempt, failure: FailureClass, **said: Any) -> None:
+        """Note that an attempt failed, and may be made again, with what is `said` beside."""
+        self.note(attempt, ended="failed", failure=failure, duration_s=attempt.duration_s, **said)
 
     def end_orphan(self) -> None:
         """End the solution that a dead worker has left running on this machine."""

@@ -81,7 +81,7 @@ def run(
     from benchbot.cli.kit.preflight import Preflight
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
-    from benchbot.plugins.batch import matrix
+    from benchbot.plugins.batch import matrix, solution_axis
     from benchbot.plugins.batch import request as requests
     from benchbot.plugins.batch.finalization import write_v2
     from benchbot.plugins.batch.folder import Folder, prepare, preview
@@ -101,6 +101,13 @@ def run(
         given["environments"] = catalog.get("batches", envs_batch).data["environments"]
     wanted = requests.merged({} if file is None else requests.read_file(file), given)
     request = requests.request_of(wanted)
+    each = solution_axis.each(wanted)
+    if prefix is not None and None not in each:
+        raise BenchbotError(
+            "BenchBot v2 knows no names of solutions.",
+            "--prefix leaves the files of one solution here, and --solution names several.",
+            "Leave --prefix out: the results of each are in the batch's folder, below results.",
+        )
     if requirements and request.method is None:
         raise BenchbotError(
             "There will be no score.",
@@ -108,9 +115,7 @@ def run(
             "Name one: --evaluate-with omq",
         )
     flight = Preflight("This batch")
-    plan = flight.take(
-        matrix.make, replace(request, hold=solution_options.hold_of(catalog, wanted)), catalog, Path.cwd()
-    )
+    plan = flight.take(solution_axis.plan, each, catalog, Path.cwd())
     if plan is None:
         flight.take(matrix.selections, request, catalog)
     # The same command finds its folder again.
@@ -118,9 +123,10 @@ def run(
     folder = Folder((output or place).absolute())
     pool = replace(_worker_pool(wanted, 1 if plan is None else len(plan.episodes)), detached=detach)
     flight.prove(catalog, solution_options.intent(request, plan, folder, pool, catalog), tell_all=dry_run)
-    sources = matrix.files_of(plan, catalog)
-    if dry_run or sources.unread:
-        console.note(sources.text)
+    for name, alone in plan.each().items():
+        sources = matrix.files_of(alone, catalog)
+        if dry_run or sources.unread:
+            console.note(sources.text if name is None else f"{name}: {sources.text}")
     if dry_run:
         _show_plan(preview(folder, plan), folder, as_json=as_json)
         return
@@ -133,8 +139,8 @@ def run(
     if ended.products is not None and prefix is not None:
         for path in write_v2(folder, plan, ended.products, prefix):
             console.note(f"Wrote {path}")
-    if ended.products is not None and ended.products.scores is not None:
-        requirement.check(requirements, ended.products.scores["scores"])
+    for scores in [] if ended.products is None else ended.products.scores_of.values():
+        requirement.check(requirements, scores["scores"])
     following.exit_as_it_ended(ended.status)
 
 

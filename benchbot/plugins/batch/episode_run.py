@@ -23,6 +23,7 @@ from benchbot.plugins.batch.attempts import (
     AttemptWatcher,
     NotWantedError,
 )
+from benchbot.plugins.batch.costs import measured
 from benchbot.plugins.batch.error_groups import cause
 from benchbot.plugins.batch.folder import Folder
 from benchbot.plugins.batch.journal import EventLog
@@ -101,7 +102,10 @@ class EpisodeContext:
     events: EventLog
     worker: str
     memory: MemoryWatch
-    spec: SolutionSpec
+    specs: Mapping[str | None, SolutionSpec]
+    """The solutions by name; of a batch without names, the only one by None."""
+    gpus: int = 0
+    """GPUs that the worker was given."""
 
 
 def finish(context: EpisodeContext, planned: PlannedEpisode, is_wanted: Callable[[], bool]) -> FailureClass | None:
@@ -117,13 +121,14 @@ def finish(context: EpisodeContext, planned: PlannedEpisode, is_wanted: Callable
     while True:
         _wait_for_room(context, is_wanted)
         attempt = attempts.begin(context.worker)
+        noted: dict[str, Any] = {"gpus": context.gpus, "cpu_s": 0.0}
         context.events.tell("began", key=planned.key, attempt=attempt.number)
         try:
             if lost > LOST_LIMIT:
                 why = f"{lost} workers have vanished while they computed this episode: it may be what ends them."
                 document = _failed(context, planned, FailureClass.INFRASTRUCTURE, why)
             else:
-                document = _run(context, planned, attempt, is_wanted)
+                document = _run(context, planned, attempt, is_wanted, noted)
             if planned.repeat is not None:
                 document["provenance"]["selection"]["repeat"] = planned.repeat
             path = attempt.folder / RESULT
@@ -134,29 +139,35 @@ def finish(context: EpisodeContext, planned: PlannedEpisode, is_wanted: Callable
                 _settle(is_wanted)
         except (NotWantedError, OSError):
             with suppress(OSError):
-                attempts.note(attempt, ended="interrupted")
+                attempts.note(attempt, ended="interrupted", duration_s=attempt.duration_s, **noted)
             raise
         if failure is None or lost > LOST_LIMIT or not _is_retried(context.plan, attempts, failure):
             _raise_unless(is_wanted)
-            error = {} if entry is None else {"error": cause(entry["why"])}
-            _when_there_is_room(context, is_wanted, lambda: attempts.publish(attempt, failure, **error))  # noqa: B023
+            noted |= {} if entry is None else {"error": cause(entry["why"])}
+            _when_there_is_room(context, is_wanted, lambda: attempts.publish(attempt, failure, **noted))  # noqa: B023
             return failure
-        attempts.fail(attempt, failure)
+        attempts.fail(attempt, failure, **noted)
         context.events.tell("failed", key=planned.key, attempt=attempt.number, failure=failure)
         context.backend.close()
 
 
 def _run(
-    context: EpisodeContext, planned: PlannedEpisode, attempt: Attempt, is_wanted: Callable[[], bool]
+    context: EpisodeContext,
+    planned: PlannedEpisode,
+    attempt: Attempt,
+    is_wanted: Callable[[], bool],
+    noted: dict[str, Any],
 ) -> dict[str, Any]:
-    """Run the solution once; return the result document, which there is however it ends."""
+    """Run the solution once; return the result document, which there is however it ends. Its costs are `noted`."""
     record = {name: attempt.folder / name for name in context.plan.record}
     context.memory.begin()
     state = None
+    spec = context.specs[planned.solution]
     with AttemptWatcher(attempt.folder, context.plan.policy, is_wanted, context.memory) as watcher:
         try:
             state = context.backend.begin(planned, record)
-            ended = submission.run(context.spec, state.connection, context.backend.died, watcher)
+            with measured(spec.mode.name, noted):
+                ended = submission.run(spec, state.connection, context.backend.died, watcher)
             _finish_recordings(state, record)
         except BenchbotError as error:
             watcher.write(f"{error}\n".encode())
@@ -164,7 +175,7 @@ def _run(
             failure = error.failure or FailureClass.INFRASTRUCTURE
             if state is not None and failure is FailureClass.AGENT:
                 with suppress(BenchbotError):
-                    answer = Client(state.connection).failed(failure, why, _solution(context.spec))
+                    answer = Client(state.connection).failed(failure, why, _solution(spec))
                     document: dict[str, Any] = answer["document"]
                     return document
             return _failed(context, planned, failure, why)
@@ -187,7 +198,7 @@ def _finish_recordings(state: RunState, record: Mapping[str, Path]) -> None:
 
 def _failed(context: EpisodeContext, planned: PlannedEpisode, failure: FailureClass, why: str) -> dict[str, Any]:
     selection = select_for(context.plan, planned, context.catalog)
-    return submission.failed_document(selection, failure, why, _solution(context.spec))
+    return submission.failed_document(selection, failure, why, _solution(context.specs[planned.solution]))
 
 
 def _solution(spec: SolutionSpec) -> dict[str, Any]:

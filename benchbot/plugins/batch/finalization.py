@@ -3,8 +3,9 @@
 import json
 import time
 import zipfile
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
@@ -15,7 +16,9 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.request import digest
 from benchbot.evaluation.score import evaluate_files, score_files
+from benchbot.plugins.batch import machine
 from benchbot.plugins.batch.claims import Heartbeat, HeldClaim, Observer
+from benchbot.plugins.batch.costs import Cost, of_batch
 from benchbot.plugins.batch.folder import Folder
 from benchbot.plugins.batch.journal import EventLog
 from benchbot.plugins.batch.plan import Plan
@@ -33,32 +36,72 @@ _ZIP_TIME = (1980, 1, 1, 0, 0, 0)
 
 @dataclass(frozen=True)
 class Products:
-    """The files that were made: results (a folder), zip, scores, report and junit; and the scores document."""
+    """The files that were made, by what they are: results (a folder), zip, costs, scores, report, junit, comparison."""
 
     files: dict[str, str]
-    scores: dict[str, Any] | None = None
-    """None when there is no method, or no result."""
+    scores_of: Mapping[str | None, dict[str, Any]] = field(default_factory=dict)
+    """The scores document of each solution; empty when there is no method, or no result."""
+    comparison: dict[str, Any] | None = None
+    """Of several solutions, that of all pairs."""
+    costs: Sequence[Cost] = ()
+    problems: Sequence[BenchbotError] = ()
+    """Why solutions of several cannot be scored or compared."""
+
+    @property
+    def scores(self) -> dict[str, Any] | None:
+        """The scores document of a batch of one solution."""
+        return self.scores_of.get(None)
 
 
 def evaluate(folder: Folder, plan: Plan, catalog: Catalog, *, archive: bool = False) -> Products:
     """Gather the results that there are, score them if the plan names a method, and write report and test cases.
 
-    Raises BenchbotError when nothing can be scored, or something cannot be written.
+    Several solutions are scored each for itself, into `results/NAME` and `solutions/NAME`, and compared. Raises
+    BenchbotError when nothing can be scored, or something cannot be written.
     """
-    from benchbot.plugins.report.episodes import gather
-    from benchbot.plugins.report.rendering import render
-
     hashes = _hashes(folder, plan)
     found = {name: folder.result(name) for name in hashes}
+    costs = of_batch(folder, plan)
+    files = _gathered(folder, plan, hashes, archive=archive) | {"costs": str(folder.path / "costs.json")}
+    results.write_json(Path(files["costs"]), {"costs": [asdict(cost) for cost in costs]})
+    scores_of: dict[str | None, dict[str, Any]] = {}
+    problems: list[BenchbotError] = []
+    for name, alone in plan.each().items() if plan.method is not None else ():
+        paths = [found[episode.name] for episode in alone.episodes if episode.name in found]
+        place = folder.path if name is None else folder.path / "solutions" / name
+        try:
+            scores_of |= {name: _scored(alone, catalog, paths, place)} if paths else {}
+        except BenchbotError as error:
+            if name is None or machine.is_disk_full(error):
+                raise
+            problems.append(error)
+        else:
+            made = {"scores": "scores.json", "report": "report.html", "junit": "junit.xml"} if paths else {}
+            files |= {f"{what} of {name}" if name else what: str(place / file) for what, file in made.items()}
+    comparison = None
+    if len(scores_of) > 1:
+        try:
+            comparison = _compared([f"{name}={folder.path / 'solutions' / str(name)}" for name in scores_of], catalog)
+        except BenchbotError as error:
+            problems.append(error)
+        else:
+            files["comparison"] = str(folder.path / "comparison.json")
+            results.write_json(Path(files["comparison"]), comparison)
+    return Products(files, scores_of, comparison, costs, problems)
+
+
+def _gathered(folder: Folder, plan: Plan, hashes: Mapping[str, str], *, archive: bool) -> dict[str, str]:
+    """Copy the results with these hashes into one place, by solution; return the names of the files that were made."""
+    found = {name: folder.result(name) for name in hashes}
     gathered, packed = folder.path / "results", folder.path / "results.zip"
-    files = {"results": str(gathered), **({"zip": str(packed)} if archive else {})}
+    places = {episode.name: f"{episode.solution}/" * (episode.solution is not None) for episode in plan.episodes}
     try:
         for name, path in found.items():
-            copy = gathered / f"{name}.json"
+            copy = gathered / f"{places[name]}{name}.json"
             if not copy.is_file() or sha256(copy.read_bytes()).hexdigest() != hashes[name]:
                 atomic.write(copy, path.read_bytes())
         if archive:
-            atomic.write(packed, _zipped(found))
+            atomic.write(packed, _zipped({f"{places[name]}{name}": path for name, path in found.items()}))
     except OSError as error:
         raise BenchbotError(
             f"The results of the batch cannot be gathered in {gathered}.",
@@ -66,20 +109,28 @@ def evaluate(folder: Folder, plan: Plan, catalog: Catalog, *, archive: bool = Fa
             "Free some disk space, then run the same command again: nothing is computed twice.",
             exit_code=ExitCode.INTERNAL,
         ) from error
-    if plan.method is None or not found:
-        return Products(files)
-    paths = list(found.values())
+    return {"results": str(gathered), **({"zip": str(packed)} if archive else {})}
+
+
+def _scored(plan: Plan, catalog: Catalog, paths: Sequence[Path], place: Path) -> dict[str, Any]:
+    """Score results, and write scores, report and test cases into a folder; return the scores document."""
+    from benchbot.plugins.report.episodes import gather
+    from benchbot.plugins.report.rendering import render
+
     evaluation = score_files(paths, catalog=catalog, method=plan.method, required_task=plan.task)
-    made = {
-        "scores": folder.path / "scores.json",
-        "report": folder.path / "report.html",
-        "junit": folder.path / "junit.xml",
-    }
-    results.write_scores(made["scores"], evaluation.document)
+    results.write_scores(place / "scores.json", evaluation.document)
     material = gather(evaluation, paths, catalog=catalog)
-    atomic.write_text(made["report"], render(material, "html"))
-    atomic.write_text(made["junit"], render(material, "xml"))
-    return Products({**files, **{name: str(path) for name, path in made.items()}}, evaluation.document)
+    atomic.write_text(place / "report.html", render(material, "html"))
+    atomic.write_text(place / "junit.xml", render(material, "xml"))
+    return evaluation.document
+
+
+def _compared(sets: Sequence[str], catalog: Catalog) -> dict[str, Any]:
+    """Return the comparison of the solutions whose scores are in folders, written `NAME=FOLDER`."""
+    from benchbot.evaluation import comparison, result_sets
+
+    named = result_sets.read([f"{text}/scores.json" for text in sets], catalog=catalog)
+    return comparison.compare(named, result_sets.evaluator_of(named, catalog))
 
 
 def finalize(folder: Folder, plan: Plan, catalog: Catalog, who: str, *, wait: bool = False) -> None:
@@ -144,10 +195,13 @@ class LiveScore:
         self.value: Score | None = None
 
     def update(self, monitor: Monitor) -> Score | None:
-        """Return the score of the results, or of those that there were when there was last time for it."""
+        """Return the score of the results, or of those that there were when there was last time for it.
+
+        Several solutions have none together.
+        """
         began_s = time.monotonic()
         count = len(monitor.finished)
-        if self._method is None or count == self._count or began_s < self._next_s:
+        if self._method is None or monitor.plan.solutions or count == self._count or began_s < self._next_s:
             return self.value
         self._count = count
         names = [episode.name for episode in monitor.plan.episodes if episode.key in monitor.finished]
@@ -176,8 +230,13 @@ def _write_conclusion(
 ) -> None:
     events.tell("evaluating")
     try:
-        said: dict[str, object] = {"files": evaluate(folder, plan, catalog, archive=archive).files}
+        products = evaluate(folder, plan, catalog, archive=archive)
+        said: dict[str, object] = {"files": products.files}
+        if products.problems:
+            said["problem"] = " ".join(f"{error.title} {error.why}" for error in products.problems)
     except BenchbotError as error:
+        if machine.is_disk_full(error):
+            raise
         said = {"problem": f"{error.title} {error.why}"}
     results.write_json(folder.conclusion, {"of": of, **said})
     events.tell("evaluated", **said)

@@ -13,6 +13,8 @@ cancelled             there: the driver has to end all workers
 driver.lock           held by the driver; driver.log is the output of a detached one
 conclusion.json       of a detached batch: the files that were made at its end, or why there are none
 results/, scores.json, report.html, junit.xml, results.zip    made of the results at the end
+results/NAME/, solutions/NAME/, comparison.json    the same of several solutions, and their comparison
+costs.json            wall time, processor time and GPU hours of each solution
 """
 
 import os
@@ -164,8 +166,11 @@ def _difference(found: Preview, before: Plan) -> str:
     plan = found.plan
     old = {episode.key for episode in before.episodes}
     one, other = plan.solution, before.solution
-    changed = (name for name in {*one.files, *other.files} if one.files.get(name) != other.files.get(name))
-    reasons = [f"the file {name} of the solution" for name in sorted(changed)]
+    reasons = []
+    for solution, alone in plan.each().items():
+        now, then = alone.solution.files, before.solutions.get(solution or "", before.solution).files
+        changed = (name for name in {*now, *then} if now.get(name) != then.get(name))
+        reasons += [f"the file {name} of the solution{f' {solution}' if solution else ''}" for name in sorted(changed)]
     reasons += [
         f"{what}: {getattr(before, what)} before, {getattr(plan, what)} now"
         for what in ("task", "limits", "timeout_s")
@@ -173,6 +178,8 @@ def _difference(found: Preview, before: Plan) -> str:
     ]
     if (one.native, one.example, one.words) != (other.native, other.example, other.words):
         reasons.append("the command of the solution")
+    if list(plan.solutions) != list(before.solutions):
+        reasons.append("the names of the solutions")
     if one.hold != other.hold:
         reasons.append("what holds the solution")
     fresh = [episode for episode in plan.episodes if episode.key not in old]

@@ -1,6 +1,6 @@
 """The commands of `benchbot batch` for a batch that was begun: its status, its logs, ending it, and going on."""
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -170,6 +170,7 @@ def drive(
     from benchbot.plugins.batch import driver, machine, status_lines
     from benchbot.plugins.batch.driver_lock import driver_lock
     from benchbot.plugins.batch.finalization import LiveScore, evaluate
+    from benchbot.plugins.report import compare_command
 
     if pool.detached:
         count = driver.detach(folder, pool)
@@ -199,12 +200,19 @@ def drive(
             raise
         console.error(error)  # why there is nothing to score is in the failures: they say how this ends
         return Ended(status)
-    if products.scores is not None:
-        console.note(scoring.table(products.scores))
+    for name, scores in products.scores_of.items():
+        console.note(scoring.table(scores) if name is None else f"\n{name}\n{scoring.table(scores)}")
+    for problem in products.problems:
+        console.error(problem)
+    console.note("\n".join(map(str, products.costs)))
     for path in products.files.values():
         console.note(f"Wrote {path}")
     if as_json:
-        console.data_json({"status": status.as_dict(), "files": products.files})
+        made = {"files": products.files, "costs": [asdict(cost) for cost in products.costs]}
+        compared = {} if products.comparison is None else {"comparison": products.comparison}
+        console.data_json({"status": status.as_dict(), **made, **compared})
+    elif products.comparison is not None:
+        compare_command.show(products.comparison)
     else:
         console.data(str(folder.path) if products.scores is None else scoring.headline(products.scores))
     return Ended(status, products)

@@ -44,6 +44,12 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "The solution": {
         "native": _option(str, "--native -n", "COMMAND", "Run this command on this machine, or"),
         "example": _option(str, "--example", "NAME", "an example solution."),
+        "solutions": _option(
+            list[str],
+            "--solution",
+            "NAME=COMMAND",
+            "One of several to compare, also NAME=example:E, sandbox:COMMAND, containerised:FOLDER; repeatable.",
+        ),
         "args": _option(str, "--args -a", "WORDS", "Words to append to the command, in quotes."),
         "timeout_s": _option(float, "--timeout", "SECONDS", "End a solution that runs longer than this.", min=0),
         "sandbox": _option(str, "--sandbox", "COMMAND", "Run this command, held in a sandbox."),

@@ -112,7 +112,10 @@ class PlannedEpisode:
 
 @dataclass(frozen=True)
 class Plan:
-    """A batch: one task, one solution, many episodes. `hash` says which one; two of the same hash compute the same."""
+    """A batch: one task, one solution or several, many episodes.
+
+    `hash` says which one; two of the same hash compute the same.
+    """
 
     hash: str
     task: str
@@ -123,6 +126,8 @@ class Plan:
     record: tuple[str, ...]
     policy: Policy
     episodes: tuple[PlannedEpisode, ...]
+    solutions: Mapping[str, PlannedSolution] = field(default_factory=dict)
+    """The solutions of a batch of several, by name; `solution` is then the first of them."""
 
     @property
     def robots(self) -> list[str]:
@@ -133,6 +138,16 @@ class Plan:
     def environments(self) -> list[str]:
         """The environments, in the order of the plan."""
         return list(dict.fromkeys(episode.environment for episode in self.episodes))
+
+    def each(self) -> "dict[str | None, Plan]":
+        """Return the part of each solution, by its name, as a plan of that one alone; by None when it has no name."""
+        if not self.solutions:
+            return {None: self}
+        episodes = {name: tuple(each for each in self.episodes if each.solution == name) for name in self.solutions}
+        return {
+            name: replace(self, solution=solution, episodes=episodes[name], solutions={})
+            for name, solution in self.solutions.items()
+        }
 
     def request_of(self, episode: PlannedEpisode) -> RunRequest:
         """Return what is run in an episode."""
@@ -178,17 +193,20 @@ def read(path: Path) -> Plan:
             "Its hash is not that of its episodes.",
             "Begin the batch again with another command: benchbot batch --output-location FOLDER …",
         )
-    solution = {"hold": asdict(Hold()), **document["solution"]}
     return Plan(
         hash=document["hash"],
         task=document["task"],
         method=document["method"],
-        solution=PlannedSolution(
-            **{**solution, "words": tuple(solution["words"]), "hold": Hold.from_dict(solution["hold"])}
-        ),
+        solution=_solution(document["solution"]),
         limits=Limits(**document["limits"]),
         timeout_s=document["timeout_s"],
         record=tuple(document["record"]),
         policy=Policy(**document["policy"]),
         episodes=episodes,
+        solutions={name: _solution(one) for name, one in document.get("solutions", {}).items()},
     )
+
+
+def _solution(document: Mapping[str, Any]) -> PlannedSolution:
+    solution = {"hold": asdict(Hold()), **document}
+    return PlannedSolution(**{**solution, "words": tuple(solution["words"]), "hold": Hold.from_dict(solution["hold"])})

@@ -57,8 +57,9 @@ def read_file(path: Path) -> Wanted:
 
 def merged(told: Wanted, given: Mapping[str, Any]) -> Wanted:
     """Return the content of a file, overridden by options; an option that is None was not given."""
-    if any(given.get(key) is not None for key in SOLUTIONS):
-        told = {key: value for key, value in told.items() if key not in SOLUTIONS}
+    named = (*SOLUTIONS, "solutions")
+    if any(given.get(key) is not None for key in named):
+        told = {key: value for key, value in told.items() if key not in named}
     limits = {**told.get("limits", {}), **_not_none(given.get("limits", {}))}
     return {**told, **_not_none(given), "limits": limits}
 

@@ -70,10 +70,11 @@ def check_here(plan: "Plan", catalog: "Catalog", gpus: int) -> None:
     """Prove that this machine can hold the solution as planned, its image built; raises BenchbotError."""
     from benchbot.plugins.batch import solutions
 
-    mode, options = plan.solution.hold.in_mode(gpus)
-    if mode != NATIVE:
-        with held(catalog, solutions.unheld(plan, catalog), mode, options):
-            pass
+    for alone in plan.each().values():
+        mode, options = alone.solution.hold.in_mode(gpus)
+        if mode != NATIVE:
+            with held(catalog, solutions.unheld(alone, catalog), mode, options):
+                pass
 
 
 def intent(
@@ -83,9 +84,9 @@ def intent(
     from benchbot.plugins.batch import solutions
 
     submissions = []
-    if plan is not None:
-        mode, options = plan.solution.hold.in_mode(pool.resources.gpus)
-        submissions = [Submission(solutions.unheld(plan, catalog), mode, options)]
+    for alone in () if plan is None else plan.each().values():
+        mode, options = alone.solution.hold.in_mode(pool.resources.gpus)
+        submissions.append(Submission(solutions.unheld(alone, catalog), mode, options))
     return Intent(
         scenes=scenes_of(catalog, request.environments),
         submissions=submissions,

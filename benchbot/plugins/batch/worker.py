@@ -52,10 +52,17 @@ class Worker:
         self._events = EventLog(folder.events, name)
         self._observer = Observer(folder.claims, self._plan.policy.stale_s)
         catalog, gpus = Catalog(load()), WorkerPool.read(folder).resources.gpus
-        spec = stack.enter_context(solutions.prepared(self._plan, catalog, print, gpus))
-        self._backend = WarmBackend(self._plan, folder.path, needs_socket=spec.mode.needs_socket)
+        specs = {
+            solution: stack.enter_context(solutions.prepared(alone, catalog, print, gpus))
+            for solution, alone in self._plan.each().items()
+        }
+        self._backend = WarmBackend(
+            self._plan, folder.path, needs_socket=any(spec.mode.needs_socket for spec in specs.values())
+        )
         memory = MemoryWatch(os.getpid())
-        self._context = EpisodeContext(folder, self._plan, catalog, self._backend, self._events, name, memory, spec)
+        self._context = EpisodeContext(
+            folder, self._plan, catalog, self._backend, self._events, name, memory, specs, gpus
+        )
         self._canaries = Canaries(folder, self._plan)
         self._left = Pending(self._plan.episodes, name)
         self.told_to_end = False

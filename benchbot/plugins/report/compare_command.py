@@ -47,10 +47,15 @@ def compare(
     document = comparison.compare(
         named, evaluator, score, over=intervals.Over(over), ignore_seeds=ignore_seeds, ignore_settings=ignore_settings
     )
+    show(document, as_json=as_json)
+
+
+def show(document: dict[str, Any], *, as_json: bool = False) -> None:
+    """Print a comparison document; on stderr, what differs beside and what does not take part."""
     for line in document["notes"]:
         console.note(line)
     for item in document["comparisons"]:
-        _tell_of_gaps(item, over)
+        _tell_of_gaps(item, document["over"])
     if as_json:
         console.data_json(document)
         return

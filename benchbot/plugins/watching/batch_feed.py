@@ -216,7 +216,7 @@ def _cell(
     return EpisodeCell(
         name=episode.name,
         state=state,
-        robot=episode.robot,
+        robot=episode.robot if episode.solution is None else f"{episode.solution} · {episode.robot}",
         environment=episode.environment,
         seed=episode.seed,
         repeat=episode.repeat or 0,
