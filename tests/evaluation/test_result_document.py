@@ -1,15 +1,21 @@
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, cast
 
 import pytest
 
 from benchbot.core.errors import FailureClass
 from benchbot.evaluation.result_document import DEPTH_LIMIT, ResultDocument, listed
+from benchbot.plugin import Result
 from tests.made_results import MakeRun
 
 
+def read_from(source: str, document: Mapping[str, Any]) -> ResultDocument:
+    return ResultDocument(source, cast(Result, document))
+
+
 def test_a_result_is_told_from_others_by_its_numbers_and_its_settings(make_run: MakeRun) -> None:
-    plain = ResultDocument("a.json", make_run(seed=3))
-    changed = ResultDocument(
+    plain = read_from("a.json", make_run(seed=3))
+    changed = read_from(
         "b.json", make_run(seed=3, repeat=1, episode={"number": 2}, settings={"lighting.time": "21:30"})
     )
 
@@ -22,14 +28,14 @@ def test_a_result_is_told_from_others_by_its_numbers_and_its_settings(make_run: 
 def test_a_result_without_provenance_says_none_of_them(make_run: MakeRun) -> None:
     document = make_run(seed=3)
     del document["provenance"]
-    result = ResultDocument("a.json", document)
+    result = read_from("a.json", document)
 
     assert result.condition == {"seed": None, "episode": None, "repeat": None}
     assert (result.about, result.failure, result.failure_why) == ("flat:1", None, "")
 
 
 def test_a_failure_has_a_class_and_a_reason(failed_episode: dict[str, Any]) -> None:
-    result = ResultDocument("a.json", failed_episode)
+    result = read_from("a.json", failed_episode)
 
     assert (result.failure, result.failure_why) == (FailureClass.AGENT, "It exited with status 1.")
 
@@ -44,8 +50,8 @@ def test_a_document_may_have_as_many_levels_as_json_is_written_with(wrapped: str
 
     deepest, too_deep = ({"results": nested(levels)} for levels in (DEPTH_LIMIT - 1, DEPTH_LIMIT))
 
-    assert ResultDocument("a.json", deepest).flaw() is None
-    flaw = ResultDocument("a.json", too_deep).flaw()
+    assert read_from("a.json", deepest).flaw() is None
+    flaw = read_from("a.json", too_deep).flaw()
     assert flaw is not None
     assert flaw.startswith("It is nested deeper than 100 levels, at /results/")
 

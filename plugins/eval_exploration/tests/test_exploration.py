@@ -40,7 +40,7 @@ def test_a_robot_that_stays_where_it_is_sees_some_of_the_arena() -> None:
 def test_a_reset_gives_up_what_was_seen_and_forgets_no_collision() -> None:
     last = result([0, 0.0, -2.0, 0.0, 0.0])
     spent = {"steps": 90, "looks": 0, "restarts": 4, "collisions": 3, "path_length_m": 9.5, "simulated_time_s": 200.0}
-    again = {**last, "provenance": {"steps": 0, "restarts": 4, "spent": spent}}
+    again: Any = {**last, "provenance": {"steps": 0, "restarts": 4, "spent": spent}}
 
     alone, after = (evaluator.evaluate(one, [arena_truth()]) for one in (last, again))
 

@@ -82,7 +82,7 @@ def counts_the_last_attempt(result: Document, ground_truths: Sequence[Document])
     return {**recall(result, ground_truths), "collisions": float(len(result.get("track", ())))}
 
 
-def counts_all_attempts(result: Document, ground_truths: Sequence[Document]) -> dict[str, float]:
+def counts_all_attempts(result: Mapping[str, Any], ground_truths: Sequence[Mapping[str, Any]]) -> dict[str, float]:
     return {**recall(result, ground_truths), "collisions": float(Spent.of(result).collisions)}
 
 
