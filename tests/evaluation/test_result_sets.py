@@ -58,11 +58,12 @@ def test_a_file_that_cannot_be_read_is_named(folder: Path, catalog: Catalog) -> 
 def test_equal_names_are_an_error_that_says_how_to_name_them(folder: Path, catalog: Catalog) -> None:
     other = folder / "yesterday" / "new"
     other.mkdir(parents=True)
-    with pytest.raises(BenchbotError, match="2 sets are called 'new'") as raised:
-        result_sets.read([str(folder / "new"), str(other)], catalog=catalog)
+    for name, said in (("new", ""), ("same", "same=")):
+        with pytest.raises(BenchbotError, match=f"2 sets are called '{name}'") as raised:
+            result_sets.read([f"{said}{folder / 'new'}", f"{said}{other}"], catalog=catalog)
 
-    assert raised.value.why == f"They are: {folder / 'new'}, {other}."
-    assert "before=PATH" in raised.value.fix
+        assert raised.value.why == f"They are: {folder / 'new'}, {other}."
+        assert "before=PATH" in raised.value.fix
 
 
 def test_a_path_may_hold_an_equals_sign(folder: Path, catalog: Catalog, monkeypatch: pytest.MonkeyPatch) -> None:
