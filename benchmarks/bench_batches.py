@@ -6,7 +6,7 @@ is the simulation alone, in one process. Processor seconds are those of all proc
 `--long N` computes a batch of N episodes and looks at its driver's memory and file handles meanwhile.
 `--many N` fabricates the folder of a batch of N instead, and measures what the batch itself does with so many.
 
-python -m benchmarks.bench_batches [--rounds N] [--long N] [--many N] [--ray-traced] [--json FILE]
+python -m benchmarks.bench_batches [--rounds N] [--long N] [--many N] [--ray-traced [--robot NAME]] [--json FILE]
 """
 
 import argparse
@@ -28,7 +28,7 @@ COMMAND = [sys.executable, "-m", "benchbot"]
 FEW, MANY = 2, 8
 SAMPLE = ("--task", "sample:passive", "--robot", "sample_robot", "--env", "arena:1")
 SAMPLE_AXES = ("--task", "sample:passive", "--robots", "sample_robot", "--envs", "arena:1")
-RAY_TRACED = ("--task", "semantic_slam:passive:ground_truth", "--robot", "carter_lowres", "--env", "miniroom:1")
+RAY_TRACED = "--task", "semantic_slam:passive:ground_truth", "--env", "miniroom:1", "--robot"
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,8 @@ def simulate(what: tuple[str, ...]) -> Callable[[], None]:
     from benchbot.core.selection import select
     from benchbot.core.session import Session
 
-    _, task, _, robot, _, environment = what
+    named = dict(zip(what[::2], what[1::2], strict=True))
+    task, robot, environment = named["--task"], named["--robot"], named["--env"]
     chosen = select(Catalog(plugin_manager.load()), RunRequest(task=task, robot=robot, environment=environment))
     record = plugin_manager.load().record("simulators", chosen.robot.data["type"])
     from benchbot.core import resources
@@ -254,7 +255,8 @@ def main() -> None:
     parser.add_argument(
         "--many", type=int, metavar="N", help="instead, fabricate a batch of N episodes and plan, choose, resume"
     )
-    parser.add_argument("--ray-traced", action="store_true", help="on the ray-traced robot, too")
+    parser.add_argument("--ray-traced", action="store_true", help="on a ray-traced robot, too")
+    parser.add_argument("--robot", default="carter_lowres", metavar="NAME", help="the ray-traced robot")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the numbers to this file")
     options = parser.parse_args()
     sys.path.insert(0, str(SAMPLE_PLUGIN))
@@ -267,7 +269,8 @@ def main() -> None:
         elif options.many:
             document["many"] = measure_many(Path(name), options.many)
         else:
-            for title, what in (("sample", SAMPLE), ("ray traced", RAY_TRACED))[: 1 + options.ray_traced]:
+            ways = {"sample": SAMPLE, **({"ray traced": (*RAY_TRACED, options.robot)} if options.ray_traced else {})}
+            for title, what in ways.items():
                 costs = compare(Path(name), what, options.rounds)
                 show(title, costs)
                 document[title] = {way: asdict(cost) for way, cost in costs.items()}

@@ -182,7 +182,9 @@ def drive(
     with driver_lock(folder), interruptible(said), StatusLine(display) as line:
 
         def look(status: "BatchStatus", monitor: "Monitor") -> None:
-            status_lines.show(line, replace(status, score=live.update(monitor)))
+            # All results of a batch that is complete are scored below.
+            score = live.value if status.is_complete else live.update(monitor)
+            status_lines.show(line, replace(status, score=score))
 
         driver.begin(folder, pool)
         status = driver.drive(folder, pool, look)

@@ -1,17 +1,21 @@
 import os
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import Catalog
-from benchbot.core.errors import FailureClass
-from benchbot.plugins.batch import attempts, matrix
+from benchbot.core.errors import BenchbotError, FailureClass
+from benchbot.core.records import Resources
+from benchbot.plugins.batch import attempts, finalization, following, matrix
 from benchbot.plugins.batch.finalization import evaluate
 from benchbot.plugins.batch.folder import Folder, prepare, preview
 from benchbot.plugins.batch.plan import Plan
 from benchbot.plugins.batch.request import BatchRequest
 from benchbot.plugins.batch.status import Monitor
+from benchbot.plugins.batch.worker_pool import WorkerPool
 
 EPISODES = 30
 FAILED = 10
@@ -89,3 +93,22 @@ def test_a_gathered_copy_that_was_changed_is_made_again(batch: tuple[Folder, Pla
     evaluate(folder, plan, catalog)
     assert changed.read_bytes() == content
     assert {path: path.stat().st_ino for path in others} == before
+
+
+def test_a_batch_that_is_complete_is_scored_once(
+    batch: tuple[Folder, Plan], catalog: Catalog, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, plan = batch
+    scored: list[int] = []
+
+    def score(paths: Sequence[Path], **_: object) -> None:
+        scored.append(len(paths))
+        raise BenchbotError("Enough.", "It is only counted.", "Nothing.")
+
+    for name in ("score_files", "evaluate_files"):
+        monkeypatch.setattr(finalization, name, score)
+    pool = WorkerPool("local", 1, Resources(1, 0, None, None), {})
+    ended = following.drive(folder, pool, catalog, replace(plan, method="omq"), as_json=False, display="none")
+    assert ended.status is not None
+    assert ended.status.is_complete
+    assert scored == [EPISODES]
