@@ -101,10 +101,9 @@ class Routes(NamedTuple):
 
 
 class Check(NamedTuple):
-    """A check before the first episode of a run, a submission or a batch.
+    """A check before the first episode, of the catalog and a `benchbot.cli.kit.preflight.Intent`.
 
-    `find` takes the catalog and a `benchbot.cli.kit.preflight.Intent`, and yields a finding for each thing that it has
-    looked at. A broken one (subject: what is wrong, detail: why) keeps the command from starting.
+    `find` yields findings; a broken one (subject: what is wrong, detail: why) keeps the command from starting.
     """
 
     name: str

@@ -16,7 +16,7 @@ from benchbot.core.request import RunRequest
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
 from benchbot.submission.modes import NATIVE, RESULT, SolutionSpec
-from benchbot.submission.output import OutputLog, exchange_folder, read_result
+from benchbot.submission.output import exchange_folder, output_log, read_result
 from benchbot.submission.solution import describe_exit
 from benchbot.wire.run_state import Connection
 
@@ -109,7 +109,7 @@ def _watch(
     looked_s = time.monotonic()
     deadline_s = None if spec.timeout_s is None else looked_s + spec.timeout_s
     with ExitStack() as stack:
-        kept = stack.enter_context(OutputLog(connection, spec.log_limit_bytes))
+        kept = stack.enter_context(output_log(connection, spec.log_limit_bytes))
 
         def printed(chunk: bytes) -> None:
             kept.write(chunk)

@@ -43,16 +43,19 @@ class CappedLog:
         self._head = self._tail = self._left_out = 0
         """The bytes where the beginning ends, and where the end begins; both are 0 while nothing is left out."""
 
-    def write(self, chunk: bytes) -> None:
-        """Append a chunk; raises OSError."""
-        self._file.seek(self._end)
-        self._end += self._file.write(chunk)
-        if self._end - self._start > self._limit:
-            self._cut()
+    def __enter__(self) -> Self:
+        return self
 
-    def close(self) -> None:
-        """Close the file."""
+    def __exit__(self, *_error: object) -> None:
         self._file.close()
+
+    def write(self, chunk: bytes) -> None:
+        """Append a chunk; on a full disk it is lost, since a solution must not wait for room."""
+        with suppress(OSError, ValueError):
+            self._file.seek(self._end)
+            self._end += self._file.write(chunk)
+            if self._end - self._start > self._limit:
+                self._cut()
 
     def _cut(self) -> None:
         if not self._tail:
@@ -88,30 +91,14 @@ def _torn_start(data: bytes) -> int:
     return data.find(b"\n") + 1 or len(data[:3]) - len(data[:3].lstrip(CONTINUATION))
 
 
-class OutputLog:
-    """A log in the run's folder of what a solution prints; without a local folder, nothing."""
-
-    def __init__(self, connection: Connection, limit_bytes: int) -> None:
-        address = connection.url, connection.socket
-        alive = [(state.connection, state.folder) for state in run_state.live()]
-        folders = [Path(folder) for there, folder in alive if (there.url, there.socket) == address]
-        self._log: CappedLog | None = None
-        if folders:
-            with suppress(OSError):
-                self._log = CappedLog(folders[0] / LOG_NAME, limit_bytes)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        if self._log is not None:
-            self._log.close()
-
-    def write(self, chunk: bytes) -> None:
-        """Keep a chunk of output; on a full disk it is lost."""
-        if self._log is not None:
-            with suppress(OSError, ValueError):
-                self._log.write(chunk)
+def output_log(connection: Connection, limit_bytes: int) -> CappedLog:
+    """Return the log in the run's folder of what a solution prints; without a local folder, one that keeps nothing."""
+    address = connection.url, connection.socket
+    alive = [(state.connection, state.folder) for state in run_state.live()]
+    folders = [Path(folder) for there, folder in alive if (there.url, there.socket) == address]
+    with suppress(OSError):
+        return CappedLog(folders[0] / LOG_NAME if folders else Path(os.devnull), limit_bytes)
+    return CappedLog(Path(os.devnull), limit_bytes)
 
 
 @contextmanager

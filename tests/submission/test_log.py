@@ -16,10 +16,9 @@ NOTE_BYTES = 100
 
 def written(path: Path, chunks: list[bytes], limit: int) -> bytes:
     path.unlink(missing_ok=True)
-    log = CappedLog(path, limit)
-    for chunk in chunks:
-        log.write(chunk)
-    log.close()
+    with CappedLog(path, limit) as log:
+        for chunk in chunks:
+            log.write(chunk)
     return path.read_bytes()
 
 
@@ -61,10 +60,9 @@ def test_a_log_goes_on_behind_what_is_there(tmp_path: Path) -> None:
     path = tmp_path / "log"
     path.write_bytes(b"of another submission\n")
 
-    log = CappedLog(path, 1000)
-    for number in range(500):
-        log.write(f"{number}\n".encode())
-    log.close()
+    with CappedLog(path, 1000) as log:
+        for number in range(500):
+            log.write(f"{number}\n".encode())
 
     content = path.read_text()
     assert content.startswith("of another submission\n0\n1\n")
@@ -73,13 +71,22 @@ def test_a_log_goes_on_behind_what_is_there(tmp_path: Path) -> None:
 
 
 def test_memory_does_not_grow_with_output(tmp_path: Path) -> None:
-    log, chunk = CappedLog(tmp_path / "log", 2**20), b"x" * 65536
-    tracemalloc.start()
-    for _ in range(1000):
-        log.write(chunk)
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    log.close()
+    chunk = b"x" * 65536
+    with CappedLog(tmp_path / "log", 2**20) as log:
+        tracemalloc.start()
+        for _ in range(1000):
+            log.write(chunk)
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
 
     assert peak < 2**20
     assert (tmp_path / "log").stat().st_size < 2**20 + 65536 + NOTE_BYTES
+
+
+def test_what_cannot_be_kept_is_lost_and_harms_nobody() -> None:
+    with CappedLog(Path("/dev/full"), 10) as log:
+        log.write(b"x" * 100)
+    with CappedLog(Path("/dev/null"), 10) as log:
+        log.write(b"x" * 100)
+        log.write(b"x" * 100)
+    log.write(b"after the end")

@@ -208,12 +208,11 @@ class AttemptWatcher:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._log.close()
+        self._log.__exit__()
 
     def write(self, chunk: bytes) -> None:
-        """Keep the solution's output. On a full disk it is lost: the solution must not wait for room."""
-        with suppress(OSError, ValueError):
-            self._log.write(chunk)
+        """Keep the solution's output, up to the log's limit."""
+        self._log.write(chunk)
 
     def started(self, process: int) -> None:
         """Note the solution's process: should this worker die, another one ends it."""

@@ -15,8 +15,9 @@ def scenes(_catalog: Catalog, intent: Intent) -> Iterator[Finding]:
     for scene in intent.scenes:
         missing = [(key, path) for key, path in _files(scene) if not path.is_file()]
         for key, path in missing:
+            # Other simulators name scenes in a store of their own, such as /Game/Maps/house.
             yield Finding(
-                Level.BROKEN,
+                Level.WARNING if str(scene.data[key]).startswith("/") else Level.BROKEN,
                 f"A file of the environment '{scene.name}' is not there.",
                 f"Its {key} is {scene.data[key]}: there is no {path}.",
                 f"Correct {key} in {scene.path}, or choose another environment: benchbot list environments",
@@ -46,7 +47,7 @@ def ground_truths(catalog: Catalog, intent: Intent) -> Iterator[Finding]:
 
 
 def _files(scene: Declaration) -> Iterator[tuple[str, Path]]:
-    """Yield the keys and paths of a scene's files; simulators may name some in a store of their own, with a scheme."""
+    """Yield the keys and paths of a scene's files, but for those with a scheme, such as omniverse://…."""
     for key in FILES:
         name = scene.data.get(key)
         if name is not None and "://" not in name:

@@ -12,6 +12,7 @@ import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zipfile import is_zipfile
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -61,7 +62,7 @@ def _look(kind: str, name: str) -> dict[str, Any]:
         path, problem = _module(name)
         if problem:
             return {"problem": problem}
-    if path is None or Path(path).is_dir():
+    if path is None or Path(path).is_dir() or is_zipfile(path):
         return {}
     try:
         tree = ast.parse(Path(path).read_bytes(), path)

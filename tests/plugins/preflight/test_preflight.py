@@ -44,6 +44,21 @@ def test_a_scene_that_is_not_there_is_refused_by_every_command(words: list[str],
     assert "Ready" not in done.stderr
 
 
+def test_a_scene_in_the_store_of_another_simulator_is_a_warning(
+    make_plugin: Callable[..., Path], cli: CommandLine
+) -> None:
+    files = {f"environments/{name}.yaml": {**environment(1), "name": name} for name in ("stored", "schemed")}
+    files["environments/stored.yaml"]["map_path"] = "/Game/Maps/house"
+    files["environments/schemed.yaml"]["map_path"] = "omniverse://host/house.usd"
+    make_plugin("elsewhere", DECLARES, {name: yaml.safe_dump(data) for name, data in files.items()})
+
+    done = cli("batch", *BATCH[:-1], "stored:1,schemed:1", "--native", "true", "--dry-run")
+
+    assert done.returncode == 0, done.stderr
+    assert "warning      A file of the environment 'stored:1' is not there." in done.stderr
+    assert "ok           scene: schemed:1" in done.stderr
+
+
 @pytest.mark.parametrize("command", ["submit", "batch"])
 @pytest.mark.parametrize("only_shown", [True, False])
 def test_a_solution_that_is_not_there_is_refused(command: str, only_shown: bool, here: Here, cli: CommandLine) -> None:

@@ -2,6 +2,7 @@
 
 import sys
 from pathlib import Path
+from zipfile import ZipFile
 
 import pytest
 
@@ -30,7 +31,16 @@ def test_what_is_fine_is_said_to_be(tmp_path: Path) -> None:
     (tmp_path / "package" / "__main__.py").write_text('open("ran", "w")\n')
     (tmp_path / "run.sh").write_text("exit 1\n")
 
-    for command in ([PYTHON, "s.py"], [PYTHON, "-W", "ignore", "-um", "package"], ["bash", "run.sh"], ["true"]):
+    with ZipFile(tmp_path / "app.pyz", "w") as archive:
+        archive.writestr("__main__.py", "")
+
+    for command in (
+        [PYTHON, "s.py"],
+        [PYTHON, "app.pyz"],
+        [PYTHON, "-W", "ignore", "-um", "package"],
+        ["bash", "run.sh"],
+        ["true"],
+    ):
         assert [finding.level for finding in looked_at(tmp_path, *command)] == [Level.OK]
     assert not (tmp_path / "ran").exists()
 
