@@ -1,5 +1,8 @@
 """The commands of `benchbot batch` for a batch that was begun: its status, its logs, ending it, and going on."""
 
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -183,7 +186,8 @@ def drive(
 
         def look(status: "BatchStatus", monitor: "Monitor") -> None:
             # All results of a batch that is complete are scored below.
-            score = live.value if status.is_complete else live.update(monitor)
+            with uninterrupted():
+                score = live.value if status.is_complete else live.update(monitor)
             status_lines.show(line, replace(status, score=score))
 
         driver.begin(folder, pool)
@@ -218,6 +222,24 @@ def drive(
     else:
         console.data(str(folder.path) if products.scores is None else scoring.headline(products.scores))
     return Ended(status, products)
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Hold SIGINT, SIGTERM and SIGHUP back until the block has ended.
+
+    NumPy and SciPy lose a KeyboardInterrupt that meets their import: the batch would go on, and could not be ended.
+    """
+    held: list[int] = []
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    before = {number: signal.signal(number, lambda received, _frame: held.append(received)) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    if held:
+        signal.raise_signal(held[0])
 
 
 def exit_as_it_ended(status: "BatchStatus | None") -> None:

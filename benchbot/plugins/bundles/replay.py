@@ -100,7 +100,7 @@ def budgets_in_words(document: Mapping[str, Any]) -> str:
     said = []
     for name in ("steps", "restarts"):
         limit = f" of {stated[name]}" if name in stated else ""
-        said.append(f"{getattr(spent, name) or 'no'}{limit} {name}")
+        said.append(f"{getattr(spent, name)}{limit} {name}")
     return ", ".join(said)
 
 

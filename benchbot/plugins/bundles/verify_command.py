@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from benchbot.evaluation.result_document import ResultDocument
     from benchbot.evaluation.result_files import Unreadable
 
-_BUT = "but for the answer, which is the solution's own"
 VERIFIED, DIFFERENT, UNVERIFIABLE = "verified", "different", "unverifiable"
 
 
@@ -51,7 +50,8 @@ def verify(
         console.data_json({"results": found, "scores": wrong_scores})
     else:
         for row in found:
-            outcome = f"{row['outcome']} {_BUT}" if row["outcome"] == VERIFIED else row["outcome"]
+            but = row.get("not_proven", ())[:1] if row["outcome"] == VERIFIED else ()
+            outcome = " but for ".join([row["outcome"], *but])
             shown = ", ".join(row.get("shown", ()))
             console.data("  ".join(filter(None, [outcome, row["about"], row["source"], shown])))
     for row in found:
@@ -92,11 +92,13 @@ def _verified(
             return _row(item.source, item.about, UNVERIFIABLE, [f"{error.title} {error.why} {error.fix}"])
     row = _row(item.source, item.about, VERIFIED if verification.verified else DIFFERENT, list(verification.problems))
     scored = recomputing.recomputed(item, catalog, truths)
-    not_proven = [*verification.unproven, *([] if scored.scores else [f"its score. {scored.why_not}"])]
+    not_proven = list(verification.unproven)
+    if item.document.get("results") is not None:
+        score = [] if scored.scores else [f"its score. {scored.why_not}"]
+        not_proven = ["the answer, which is the solution's own", *not_proven, *score]
     if verification.verified:
         row["shown"] = ["actions", "observations", f"budgets ({replay.budgets_in_words(item.document)})"]
         row["shown"] += [f"score ({scored.headline} {scored.scores[scored.headline]:.4f})"] if scored.scores else []
-        not_proven = ["its answer, which is the solution's own", *not_proven]
     return {
         **row,
         "scores": scored.scores,
@@ -114,7 +116,7 @@ def _note_details(row: dict[str, Any]) -> None:
     """Note problems, statements that a replay cannot show, and other software."""
     for problem in row["problems"]:
         console.note(f"{row['source']}: {problem}")
-    for what in row.get("not_proven", ())[row["outcome"] == VERIFIED :]:  # the answer has been told of
+    for what in row.get("not_proven", ())[row["outcome"] == VERIFIED :]:  # the line has told the first
         console.note(f"{row['source']}: not shown by a replay: {what}")
     if row["outcome"] == DIFFERENT:
         for difference in row["software"]:

@@ -127,7 +127,7 @@ def test_scores_are_part_of_it(result_folder: CommandLine, here: Here) -> None:
     assert right.returncode == 0, right.stderr
     assert right.stdout == (
         "verified but for the answer, which is the solution's own  arena:1, seed 0  result.json  "
-        "actions, observations, budgets (3 steps, no restarts), score (OMQ 0.0000)\n"
+        "actions, observations, budgets (3 steps, 0 restarts), score (OMQ 0.0000)\n"
     )
     scores = json.loads((cli.folder / "scores.json").read_text())
     scores["rows"][0]["scores"]["OMQ"] = 1.0
@@ -157,7 +157,7 @@ def test_an_answer_that_is_the_truth_is_never_plainly_verified(result_folder: Co
 
     assert done.stdout.startswith("verified but for the answer, which is the solution's own  ")
     assert "score (OMQ 1.0000)" in done.stdout
-    assert told["results"][0]["not_proven"] == ["its answer, which is the solution's own"]
+    assert told["results"][0]["not_proven"] == ["the answer, which is the solution's own"]
     assert told["results"][0]["scores"]["OMQ"] == 1.0
 
 
