@@ -114,7 +114,8 @@ def _failed(folder: Folder, episode: PlannedEpisode) -> BenchbotError | None:
     return BenchbotError(
         "The first episode failed as all others would: the batch was ended.",
         f"{episode.name} ({failure['class']}): {failure['why'].splitlines()[0]}\n{said}",
-        f"{remedy(failure['why']) or 'Mend the cause.'} Then run the same command again: it begins with this episode.\n"
+        f"{remedy(failure['why']) or 'Mend the cause.'}\n"
+        "Then run the same command again: it begins with this episode.\n"
         f"The whole log: {log}   To compute all of them nevertheless: --no-canary",
         exit_code=EXIT_CODES.get(FailureClass(failure["class"]), ExitCode.SUBMISSION_FAILED),
     )
