@@ -11,9 +11,10 @@ from benchbot.core.declarations import formats
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.evaluation import result_files
+from benchbot.evaluation.batch_folder import PlannedResult
 from benchbot.evaluation.coverage import Coverage
 from benchbot.evaluation.result_document import ResultDocument, listed
-from benchbot.evaluation.result_files import DerivedFile, Unreadable
+from benchbot.evaluation.result_files import OtherFile, Unreadable
 
 
 def collect(
@@ -33,24 +34,32 @@ def collect(
     for environment in required_envs or ():
         catalog.environments(environment)
     wanted: list[ResultDocument] = []
-    for item in result_files.read(paths):
-        if isinstance(item, Unreadable):
-            coverage.unreadable(item.source, item.error, counts=required_envs is None)
-        elif isinstance(item, DerivedFile):
-            coverage.skip(item.source, item.why)
-        elif required_task is not None and item.task != required_task:
-            coverage.skip(item.source, f"It is of the task '{item.task}'.")
-        elif required_envs is not None and item.environment not in required_envs:
-            coverage.skip(item.source, f"It is of the environment '{item.environment}'.")
-        else:
-            wanted.append(item)
+    unfinished: list[PlannedResult] = []
+    for path in paths:
+        found = list(result_files.read([path]))
+        for item in found:
+            if isinstance(item, Unreadable):
+                coverage.unreadable(item.source, item.error, counts=required_envs is None)
+            elif isinstance(item, OtherFile):
+                coverage.leave_aside(item)
+            elif required_task is not None and item.task != required_task:
+                coverage.skip(item.source, f"It is of the task '{item.task}'.")
+            elif required_envs is not None and item.environment not in required_envs:
+                coverage.skip(item.source, f"It is of the environment '{item.environment}'.")
+            elif isinstance(item, PlannedResult):
+                unfinished.append(item)
+                coverage.unfinished(item)
+            else:
+                wanted.append(item)
+        if all(isinstance(item, OtherFile) for item in found):
+            coverage.warnings.append(f"There is no result in {path}.")
     if not wanted:
         items = [*coverage.missing, *coverage.skipped]
         fix = "Give at least one result file of the right task and environment."
         raise coverage.nothing("There is nothing to score.", items, fix)
     _require_one_task(wanted)
     found = distinct(wanted, coverage)
-    coverage.absent(required_envs or (), wanted)
+    coverage.absent(required_envs or (), [*wanted, *unfinished])
     _warn_of_settings(found, coverage)
     _warn_of_restarts(found, coverage)
     return found

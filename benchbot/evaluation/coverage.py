@@ -6,10 +6,15 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from benchbot.core.errors import BenchbotError, FailureClass
+from benchbot.evaluation.batch_folder import PlannedResult
 from benchbot.evaluation.result_document import NUMBERS, ResultDocument
+from benchbot.evaluation.result_files import OtherFile
 
 Missing = Literal["zero", "leave-out"]
 """Whether missing results count as zero or not at all."""
+
+
+MOST_REASONS = 20
 
 
 @dataclass
@@ -21,11 +26,24 @@ class Coverage:
     skipped: list[dict[str, Any]] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     errors: list[BenchbotError] = field(default_factory=list)
+    own_files: int = 0
     missing_counts: Missing = "zero"
 
     def skip(self, source: str, reason: str) -> None:
         """Note a file or result that does not count."""
         self.skipped.append({"source": source, "reason": reason})
+
+    def leave_aside(self, file: OtherFile) -> None:
+        """Note a file that lies among results: one of BenchBot's own is counted, any other is named."""
+        if file.is_own:
+            self.own_files += 1
+        else:
+            self.skip(file.source, file.why)
+
+    def unfinished(self, episode: PlannedResult) -> None:
+        """Note an episode of a batch that has no result yet."""
+        reason = "Its batch has not finished this episode."
+        self._miss(episode.source, episode.environment, reason, episode.condition, None)
 
     def unreadable(self, source: str, error: BenchbotError, *, counts: bool) -> None:
         """Note a file that holds no result: missing when it `counts`, else skipped."""
@@ -46,7 +64,7 @@ class Coverage:
         reason = f"The episode failed: {result.failure_why}"
         self._miss(result.source, result.environment, reason, result.condition, result.failure)
 
-    def absent(self, required: Iterable[str], handed_in: Sequence[ResultDocument]) -> None:
+    def absent(self, required: Iterable[str], handed_in: Sequence[ResultDocument | PlannedResult]) -> None:
         """Note the required environments that nothing was handed in for.
 
         Each is missing as often as the environment with the most results is there, so that it weighs as much.
@@ -62,8 +80,9 @@ class Coverage:
         """Return the error that nothing of `items` counts: the only error noted if there is one item, else a list."""
         if len(self.errors) == 1 == len(items):
             return self.errors[0]
-        reasons = [f"{item['source'] or item['environment']}: {item['reason']}" for item in items]
-        return BenchbotError(title, "\n".join(reasons) or "No result was given.", fix)
+        reasons = [f"{item['source'] or item['environment']}: {item['reason']}" for item in items[:MOST_REASONS]]
+        more = [f"and {len(items) - MOST_REASONS} more"] if len(items) > MOST_REASONS else []
+        return BenchbotError(title, "\n".join([*reasons, *more, *self.warnings]) or "No result was given.", fix)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the `coverage` of a scores document."""
@@ -75,6 +94,7 @@ class Coverage:
             "missing_counts": self.missing_counts,
             "failures": {failure.value: tally[failure.value] for failure in FailureClass if tally[failure.value]},
             "warnings": self.warnings,
+            **({"own_files": self.own_files} if self.own_files else {}),
             "missing": self.missing,
             "skipped": self.skipped,
         }

@@ -13,6 +13,19 @@ from benchbot.core.documents import Result
 from benchbot.core.errors import BenchbotError, FailureClass
 
 DEPTH_LIMIT = 100
+_SHAPE = {"task_details", "environment_details", "results", "provenance"}
+"""The keys of a result, of which it has two at least: that of a failed episode has no results, v2's no provenance."""
+_OWN = {
+    "scores": "scores",
+    "explanation": "what a method says of results",
+    "comparison": "a comparison of results",
+    "bundle": "the manifest of a bundle",
+    "plan": "the plan of a batch",
+    "recording": "the note of a recording",
+    "ground_truth": "a ground truth",
+    "episodes": "a list of episodes",
+}
+"""The documents that BenchBot writes beside results, by their schemas, in words."""
 NUMBERS = ("seed", "episode", "repeat")
 """The keys of the numbers that tell results of one environment apart."""
 
@@ -115,17 +128,26 @@ def listed(labels: Sequence[str], separator: str = ", ") -> str:
     return separator.join(labels[:5]) + more
 
 
-class DerivedDocumentError(BenchbotError):
-    """A document that was computed from results, such as their scores, where a result should be."""
+class OtherDocumentError(BenchbotError):
+    """A JSON document that is not shaped like a result; `is_own` says that BenchBot wrote it, by its schema."""
 
-    def __init__(self, source: str, what: str) -> None:
-        super().__init__(
-            f"{source} is not a result.", f"It holds {what}.", "Give the results themselves, not what was made of them."
-        )
+    def __init__(self, source: str, why: str, *, is_own: bool = False) -> None:
+        fix = "Give JSON files that a solution saved, or ZIP archives of them; not what was made of them."
+        super().__init__(f"{source} is not a result.", why, fix)
+        self.is_own = is_own
+
+
+def is_own(document: Any, kind: str) -> bool:
+    """Say whether a document has the keys that the schema of a kind requires; those of v2's scores are enough."""
+    required = {"scores"} if kind == "scores" else set(schema.schema(kind)["required"])
+    return isinstance(document, dict) and required <= document.keys()
 
 
 def parse(source: str, content: bytes) -> ResultDocument:
-    """Return the result document in `content`; raises BenchbotError that names the flaw and its place."""
+    """Return the result document in `content`; raises BenchbotError that names the flaw and its place.
+
+    It is an OtherDocumentError for JSON that is not shaped like a result: that is no result, not even a broken one.
+    """
     try:
         document = json.loads(content)
     except RecursionError as error:
@@ -133,11 +155,13 @@ def parse(source: str, content: bytes) -> ResultDocument:
     except ValueError as error:  # broken JSON, text that is not Unicode, absurdly long numbers
         raise not_a_result(source, f"It is not valid JSON: {error}.") from error
     if not isinstance(document, dict):
-        raise not_a_result(source, f"It holds a {type(document).__name__} where a result's mapping should be.")
-    if "scores" in document and "results" not in document:
-        raise DerivedDocumentError(source, "scores")
-    if "method" in document and "task_details" not in document:
-        raise DerivedDocumentError(source, "what a method says of results")
+        raise OtherDocumentError(source, f"It holds a {type(document).__name__} where a result's mapping should be.")
+    if not document.keys() >= {"task_details", "results"}:
+        own = next((words for kind, words in _OWN.items() if is_own(document, kind)), None)
+        if own is not None:
+            raise OtherDocumentError(source, f"It holds {own}.", is_own=True)
+    if len(document.keys() & _SHAPE) < 2:
+        raise OtherDocumentError(source, "It has no task_details and results, as a result has.")
     version = document.get("version", results.VERSION)
     if version != results.VERSION:
         raise not_a_result(

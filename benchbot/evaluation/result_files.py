@@ -1,6 +1,7 @@
 """Reading result documents from JSON files, ZIP archives and folders of them. Nothing is ever extracted to disk."""
 
 import lzma
+import os
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator
@@ -8,7 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from benchbot.core.errors import BenchbotError
-from benchbot.evaluation.result_document import DerivedDocumentError, ResultDocument, not_a_result, parse
+from benchbot.evaluation import batch_folder
+from benchbot.evaluation.batch_folder import PlannedResult
+from benchbot.evaluation.result_document import OtherDocumentError, ResultDocument, not_a_result, parse
 
 SIZE_LIMIT_BYTES = 64 * 2**20
 ARCHIVE_LIMIT_BYTES = 512 * 2**20
@@ -17,7 +20,6 @@ FILE_LIMIT = 10_000
 RATIO_LIMIT = 500
 """Limit of a member's size over its compressed size; JSON seldom reaches 100."""
 
-_IGNORED = ("scores.json", "submission.json")
 _RESULTS = ("results",)
 _OF_A_BUNDLE = {("manifest.json",), ("solution",), _RESULTS}
 """The top-level names by which a bundle (docs/bundles.md) is told from other archives; its results are in `results`."""
@@ -25,34 +27,36 @@ _OF_A_BUNDLE = {("manifest.json",), ("solution",), _RESULTS}
 
 @dataclass(frozen=True)
 class Unreadable:
-    """A file or member that holds no result, and why."""
+    """A file or member that should hold a result and does not, and why."""
 
     source: str
     error: BenchbotError
 
 
 @dataclass(frozen=True)
-class DerivedFile:
-    """A document that was computed from results and lies among them, such as their scores, and why it is no result."""
+class OtherFile:
+    """A file among results that is none, and why; `is_own` says that it is one of BenchBot's own."""
 
     source: str
     why: str
+    is_own: bool = False
 
 
-Item = ResultDocument | Unreadable | DerivedFile
+Item = ResultDocument | Unreadable | OtherFile | PlannedResult
 
 
 def read(paths: Iterable[Path]) -> Iterator[Item]:
     """Yield the results in files, archives and folders; what cannot be read comes with its error.
 
-    Folders are searched through for `*.json` and `*.zip`, sorted by path, hidden ones left out. In folders and archives
-    `scores.json` and `submission.json` are passed over, and what else was computed from results comes as `DerivedFile`.
+    Folders are searched through for `*.json` and `*.zip`, sorted by path, hidden ones left out. There and in archives,
+    what is not shaped like a result comes as `OtherFile`; a file that is named is a result, broken or not. The folder
+    of a batch is read by its plan; an episode without a result comes as it is planned.
     """
     for path in paths:
         try:
             if path.is_dir():
-                for file in _files(path):
-                    yield from _among_others(_contents(file))
+                for found in _files(path):
+                    yield from _batch(found) if found.is_dir() else _among_others(_contents(found))
             else:
                 yield from _contents(path)
         except BenchbotError as error:
@@ -71,23 +75,41 @@ def _contents(path: Path) -> Iterator[Item]:
 
 
 def _among_others(items: Iterable[Item]) -> Iterator[Item]:
-    """Yield the items; a document computed from results is no error where it lies beside them without being named."""
+    """Yield the items; what is not shaped like a result is no broken one where it lies among them unnamed."""
     for item in items:
-        if isinstance(item, Unreadable) and isinstance(item.error, DerivedDocumentError):
-            yield DerivedFile(item.source, item.error.why)
+        if isinstance(item, Unreadable) and isinstance(item.error, OtherDocumentError):
+            yield OtherFile(item.source, item.error.why, item.error.is_own)
         else:
             yield item
 
 
+def _batch(folder: Path) -> Iterator[Item]:
+    """Yield the results of a batch by its plan, and what else lies beside the plan."""
+    episodes = batch_folder.planned(folder) or []
+    for episode in episodes:
+        if episode.path.is_file():
+            yield from _contents(episode.path)
+        else:
+            yield episode
+    for path in batch_folder.of_no_plan(folder, episodes):
+        yield OtherFile(str(path), "The plan of its batch has this episode no more.")
+    for item in _among_others(item for path in sorted(folder.glob("*.json")) for item in _contents(path)):
+        yield OtherFile(item.source, item.why, is_own=True) if isinstance(item, OtherFile) else item
+
+
 def _files(folder: Path) -> list[Path]:
-    """Return the JSON files and archives in a folder and those below it, sorted."""
+    """Return the JSON files, archives and folders of batches in a folder and those below it, sorted."""
     found = []
-    for path in folder.rglob("*"):
-        parts = path.relative_to(folder).parts
-        if path.suffix.lower() not in (".json", ".zip") or path.name in _IGNORED or not path.is_file():
+    for place, folders, names in os.walk(folder):
+        here = Path(place)
+        if batch_folder.planned(here) is not None:
+            found.append(here)
+            folders.clear()
             continue
-        if not any(part.startswith(".") for part in parts):
-            found.append(path)
+        hidden = "." if batch_folder.JOURNAL not in names else (".", batch_folder.ATTEMPT)
+        folders[:] = [name for name in folders if not name.startswith(hidden)]
+        files = (here / name for name in names if not name.startswith("."))
+        found += [path for path in files if path.suffix.lower() in (".json", ".zip") and path.is_file()]
     if not found:
         raise not_a_result(str(folder), "The folder holds no JSON file and no ZIP archive.")
     if len(found) > FILE_LIMIT:
@@ -96,24 +118,23 @@ def _files(folder: Path) -> list[Path]:
 
 
 def _members(path: Path) -> Iterator[ResultDocument | Unreadable]:
-    """Yield the JSON members of an archive, sorted by name."""
-    found = False
+    """Yield the JSON members of an archive, sorted by name; those of a bundle's solution are left out."""
     try:
         with zipfile.ZipFile(path) as archive:
-            members = archive.infolist()
+            names = {member: PurePosixPath(member.filename) for member in archive.infolist()}
+            bundled = {name.parts[:1] for name in names.values()} >= _OF_A_BUNDLE
+            members = [
+                member
+                for member, name in names.items()
+                if name.suffix.lower() == ".json"
+                and "__MACOSX" not in name.parts
+                and (not bundled or name.parts[:1] == _RESULTS)
+            ]
             if len(members) > FILE_LIMIT:
                 raise not_a_result(str(path), f"It has {len(members)} members; at most {FILE_LIMIT} are read.")
             if sum(member.file_size for member in members) > ARCHIVE_LIMIT_BYTES:
                 raise not_a_result(str(path), f"Its members are larger than {ARCHIVE_LIMIT_BYTES >> 20} MiB together.")
-            tops = {PurePosixPath(member.filename).parts[:1] for member in members}
-            bundled = tops >= _OF_A_BUNDLE
             for member in sorted(members, key=lambda info: info.filename):
-                name = PurePosixPath(member.filename)
-                if bundled and name.parts[:1] != _RESULTS:
-                    continue  # the solution's own files
-                if name.suffix.lower() != ".json" or name.name in _IGNORED or "__MACOSX" in name.parts:
-                    continue
-                found = True
                 source = f"{path}:{member.filename}"
                 try:
                     yield parse(source, _member(archive, member, source))
@@ -121,8 +142,8 @@ def _members(path: Path) -> Iterator[ResultDocument | Unreadable]:
                     yield Unreadable(source, error)
     except (zipfile.BadZipFile, OSError) as error:
         raise not_a_result(str(path), f"It is not a readable ZIP archive: {error}.") from error
-    if not found:
-        raise not_a_result(str(path), "The archive holds no JSON file.")
+    if not members:
+        raise OtherDocumentError(str(path), "The archive holds no JSON file.")
 
 
 def _member(archive: zipfile.ZipFile, member: zipfile.ZipInfo, source: str) -> bytes:

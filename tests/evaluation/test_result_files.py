@@ -1,5 +1,6 @@
 import json
 import zipfile
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -7,10 +8,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
+from benchbot.core.recording import RecordingNote
 from benchbot.evaluation import result_files
-from benchbot.evaluation.result_document import ResultDocument
-from benchbot.evaluation.result_files import DerivedFile, Unreadable
+from benchbot.evaluation.result_document import OtherDocumentError, ResultDocument
+from benchbot.evaluation.result_files import OtherFile, Unreadable
 from tests.made_results import Make, Save
 
 
@@ -58,8 +61,9 @@ def test_scenes_make_one_environment_string(make_result: Make, save: Save) -> No
         ("[1]", "a list"),
         ("[" * 100_000, "nested too deeply"),
         ('{"a": ' + "9" * 5000 + "}", "not valid JSON"),
-        ('{"version": 99}', "version 99"),
-        ("{}", "task_details"),
+        ('{"version": 99, "results": 1, "task_details": {}}', "version 99"),
+        ("{}", "no task_details and results"),
+        ('{"task_details": {"name": "t"}, "results": 1}', "'environment_details' is missing"),
         ('{"task_details": {"name": "t"}, "environment_details": []}', "environment_details"),
     ],
 )
@@ -77,8 +81,7 @@ def test_a_folder_counts_as_the_results_below_it_in_the_order_of_their_paths(
     (tmp_path / ".hidden").mkdir()
     for name in ("c.json", "b/two.JSON", ".hidden/three.json"):
         save(name, make_result())
-    for name in ("scores.json", "b/submission.json", "notes.txt"):
-        save(name, "not looked at")
+    save("notes.txt", "not looked at")
     archive_of(tmp_path / "a.zip", json.dumps(make_result()))
 
     sources = [item.source for item in result_files.read([tmp_path])]
@@ -86,15 +89,63 @@ def test_a_folder_counts_as_the_results_below_it_in_the_order_of_their_paths(
     assert sources == [f"{tmp_path}/a.zip:result.json", f"{tmp_path}/b/two.JSON", f"{tmp_path}/c.json"]
 
 
-def test_what_was_made_of_results_is_passed_over_beside_them_and_refused_by_name(tmp_path: Path, save: Save) -> None:
-    path = save("batch_scores.json", {"task_details": {}, "environment_details": [], "scores": {"OMQ": 0.5}})
-    save("why.json", {"version": 1, "method": {"name": "omq", "version": "1.0"}, "results": []})
+SCORES = {"task_details": {}, "environment_details": [], "scores": {"OMQ": 0.5}}
+OWN = {
+    "scores of v2": SCORES,
+    "scores": {**SCORES, "version": 1, "method": {}, "rows": [], "coverage": {}},
+    "explanation": {"version": 1, "method": {"name": "omq", "version": "1.0"}, "results": []},
+    "recording": {**asdict(RecordingNote("frames"))},
+    "plan": dict.fromkeys(schema.schema("plan")["required"]),
+    "bundle": dict.fromkeys(schema.schema("bundle")["required"]),
+    "comparison": dict.fromkeys(schema.schema("comparison")["required"]),
+    "ground truth": {"environment": {}, "format": {}, "ground_truth": {}},
+}
 
-    others = list(result_files.read([tmp_path]))
 
-    assert all(isinstance(item, DerivedFile) for item in others)
-    assert len(others) == 2
-    assert only_unreadable(path).error.why == "It holds scores."
+@pytest.mark.parametrize("document", OWN.values(), ids=OWN)
+@pytest.mark.parametrize("name", ["result.json", "scores.json"])
+def test_what_benchbot_writes_beside_results_is_known_by_its_keys_and_refused_by_name(
+    tmp_path: Path, save: Save, document: dict[str, Any], name: str
+) -> None:
+    path = save(name, document)
+
+    (item,) = result_files.read([tmp_path])
+
+    assert isinstance(item, OtherFile)
+    assert item.is_own
+    assert only_unreadable(path).error.why == item.why
+
+
+@pytest.mark.parametrize("text", ["{}", "[1]", '{"results": [1, 2]}', '{"learning_rate": 0.1, "task_details": 1}'])
+def test_what_is_not_shaped_like_a_result_is_no_broken_one_beside_others(
+    tmp_path: Path, make_result: Make, save: Save, text: str
+) -> None:
+    save("a.json", make_result())
+    save("config.json", text)
+    with zipfile.ZipFile(tmp_path / "dataset.zip", "w") as archive:
+        archive.writestr("picture.jpg", "")
+
+    first, *others = result_files.read([tmp_path])
+
+    assert isinstance(first, ResultDocument)
+    assert [(Path(item.source).name, item.is_own) for item in others if isinstance(item, OtherFile)] == [
+        ("config.json", False),
+        ("dataset.zip", False),
+    ]
+
+
+@pytest.mark.parametrize("lost", ["task_details", "environment_details", "results", "half"])
+def test_a_broken_result_is_one_wherever_it_lies_and_whatever_it_is_called(
+    tmp_path: Path, make_result: Make, save: Save, lost: str
+) -> None:
+    document = make_result(version=99)
+    text = json.dumps({key: document[key] for key in document if key != lost})
+    save("scores.json", text[: len(text) // 2] if lost == "half" else text)
+
+    (item,) = result_files.read([tmp_path])
+
+    assert isinstance(item, Unreadable)
+    assert not isinstance(item.error, OtherDocumentError)
 
 
 def test_a_folder_without_results_is_told(tmp_path: Path) -> None:

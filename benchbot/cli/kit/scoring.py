@@ -5,6 +5,7 @@ from typing import Any
 
 from benchbot.core import overrides
 from benchbot.evaluation.coverage import means_in_words
+from benchbot.evaluation.result_document import listed
 
 
 def headline(document: dict[str, Any]) -> str:
@@ -45,7 +46,12 @@ def coverage(counts: dict[str, Any], word: str) -> list[str]:
     for item in counts["missing"]:
         what = " ".join(filter(None, [_label(item), item["source"] and f"({item['source']})"]))
         lines.append(f"  missing: {what}: {item['reason']}")
-    return lines + [f"  left out: {item['source']}: {item['reason']}" for item in counts["skipped"]]
+    alike: dict[str, list[str]] = {}
+    for item in counts["skipped"]:
+        alike.setdefault(item["reason"], []).append(item["source"])
+    lines += [f"  left out: {listed(sources)}: {reason}" for reason, sources in alike.items()]
+    own = counts.get("own_files", 0)
+    return lines + ([f"  {own} file{'s' * (own != 1)} of BenchBot's own left aside"] if own else [])
 
 
 def _labels(rows: list[dict[str, Any]]) -> list[str]:
@@ -77,5 +83,5 @@ def _interval(document: dict[str, Any]) -> list[str]:
 
 def _gaps(counts: dict[str, Any]) -> list[str]:
     how = "are left out" if counts.get("missing_counts") == "leave-out" else "count as zero"
-    said = [counts[key] for key in ("missing", "skipped", "failures", "warnings") if counts.get(key)]
+    said = [counts[key] for key in ("missing", "skipped", "failures", "warnings", "own_files") if counts.get(key)]
     return coverage(counts, f"scored; the missing {how}" if counts["missing"] else "scored") if said else []

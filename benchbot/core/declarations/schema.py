@@ -30,6 +30,7 @@ KINDS = (
     "explanation",
     "comparison",
     "bundle",
+    "recording",
 )
 
 # Not importlib.resources: it takes a tenth of the start-up time of a command that lists names.

@@ -11,10 +11,11 @@ from benchbot.core import results
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
 from benchbot.core.request import Limits, RunRequest, canonical, digest
+from benchbot.evaluation import batch_folder
 from benchbot.submission.modes import DEFAULT_LIMITS, LOG_LIMIT_BYTES, ProcessLimits
 
 VERSION = 1
-KEY_DIGITS = 8
+KEY_DIGITS = batch_folder.KEY_DIGITS
 
 SceneKey = tuple[str, str, str]
 """The scene that a simulator has loaded: robot, environment, and settings (as JSON)."""
@@ -102,7 +103,7 @@ class PlannedEpisode:
     @property
     def name(self) -> str:
         """The name of its folder."""
-        return f"{self.label}-{self.key[:KEY_DIGITS]}"
+        return batch_folder.episode_name(self.label, self.key)
 
     @cached_property
     def scene(self) -> SceneKey:

@@ -39,12 +39,14 @@ def verify(
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
     from benchbot.evaluation import ground_truths, result_files
+    from benchbot.evaluation.result_document import ResultDocument
 
+    kinds = (ResultDocument, result_files.Unreadable)
     catalog = Catalog(load())
     truths = ground_truths.GroundTruths.of(catalog, ground_truth)
     with interruptible("the simulator has been ended."):
-        items = (item for item in result_files.read(results) if not isinstance(item, result_files.DerivedFile))
-        found = [_verified(item, catalog, truths) for item in items]
+        items = result_files.read(results)
+        found = [_verified(item, catalog, truths) for item in items if isinstance(item, kinds)]
         wrong_scores = None if scores is None else _wrong_scores(results, scores, catalog, ground_truth)
     if as_json:
         console.data_json({"results": found, "scores": wrong_scores})

@@ -43,12 +43,15 @@ class ResultRow:
 def rows(paths: Sequence[Path]) -> Iterator[ResultRow]:
     """Yield the results in files, archives and folders as they are read; other files have a `problem`."""
     from benchbot.evaluation import result_files
+    from benchbot.evaluation.result_document import ResultDocument
 
     known = _known_scores(paths)
     for item in result_files.read(paths):
         if isinstance(item, result_files.Unreadable):
             yield ResultRow(item.source, problem=f"{item.error.title} {item.error.why}")
-        elif not isinstance(item, result_files.DerivedFile):
+        elif isinstance(item, result_files.OtherFile) and not item.is_own:
+            yield ResultRow(item.source, problem=item.why)
+        elif isinstance(item, ResultDocument):
             provenance = item.document.get("provenance") or {}
             yield ResultRow(
                 source=item.source,

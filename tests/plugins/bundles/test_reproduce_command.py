@@ -183,7 +183,7 @@ def test_what_cannot_be_verified_is_told_apart_from_what_is_wrong(result_folder:
         (["bundle", "perfect.json", "--solution", "empty.json"], "perfect.json does not say what made it."),
         (["bundle", "perfect.json", "--solution", "."], "truth.json must not be given away."),
         (["bundle", "perfect.json", "--solution", "nowhere"], "There is no nowhere."),
-        (["bundle", "truth.json", "--solution", "empty.json"], "truth.json is not a valid result."),
+        (["bundle", "truth.json", "--solution", "empty.json"], "It holds a ground truth."),
         (["bundle", "perfect.json", "--example", "hello"], "'hello' is not"),
         (["verify", "nothing.json"], "nothing.json: nothing.json is not a result. There is no such file."),
     ],

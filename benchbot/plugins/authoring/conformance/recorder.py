@@ -17,6 +17,7 @@ from benchbot.core.geometry import Pose
 from benchbot.core.light_records import Recorder
 from benchbot.core.progress import ActionResult, Progress, State, Step
 from benchbot.core.recording import Recording
+from benchbot.evaluation import result_files
 from benchbot.plugins.authoring.conformance.bench import find_record
 from benchbot.plugins.authoring.conformance.fake_robot import fake_observations
 from benchbot.plugins.authoring.conformance.observations import digest
@@ -37,6 +38,7 @@ def check_recorder(recorder: Recorder | str) -> list[Finding]:
         "reset": _starts_over,
         "a run under way": _joins,
         "close": _closes_twice,
+        "results beside it": _is_no_result,
         "nothing left": _leaves_nothing_open,
         "full disk": _reports_a_full_disk,
         "a folder that cannot be": _reports_a_bad_folder,
@@ -107,6 +109,28 @@ def _closes_twice(recorder: Recorder, folder: Path) -> str:
         pass
     _record(recorder, folder / "used", SHORT)
     return "twice, used or not"
+
+
+def _is_no_result(recorder: Recorder, folder: Path) -> str:
+    """A recording lies among results, closed or cut off, and must not be taken for one by `benchbot eval`."""
+    target = folder / "recording"
+    with _recording(recorder, target) as recording:
+        recording.reset()
+        for step, progress in _steps(LONG):
+            recording.step(None, {}, step, progress)
+        _refuse_results(target)
+    _refuse_results(target)
+    return "it would not be scored"
+
+
+def _refuse_results(folder: Path) -> None:
+    paths = sorted(path for path in folder.rglob("*") if path.suffix.lower() in (".json", ".zip"))
+    for item in result_files.read([folder] if paths else []):
+        if not isinstance(item, result_files.OtherFile):
+            raise Violation(
+                f"benchbot eval would count {Path(item.source).relative_to(folder)} as a result, or a broken one.",
+                "Call it something else than .json and .zip, or write it whole, without a result's keys.",
+            )
 
 
 def _leaves_nothing_open(recorder: Recorder, folder: Path) -> str:

@@ -99,6 +99,20 @@ class ClosesOnce(Lines):
         self.path.rename(self.path.with_suffix(".done"))
 
 
+class GrowsAJsonFile(Lines):
+    def step(self, action: str | None, arguments: Mapping[str, Any], step: Step, progress: Progress) -> None:
+        (self.path.parent / "poses.json").write_text("[0, ")
+        super().step(action, arguments, step, progress)
+
+    def close(self) -> None:
+        (self.path.parent / "poses.json").write_text("[0]")
+
+
+class LooksLikeAResult(Lines):
+    def close(self) -> None:
+        (self.path.parent / "copy.json").write_text('{"results": 1, "environment_details": 2}')
+
+
 class KeepsItOpen(Lines):
     kept: list[Any] = []  # noqa: RUF012
 
@@ -132,6 +146,8 @@ class SaysItRaw(Lines):
         (NeverForgets, "reset", "Drop in reset()"),
         (NeedsTheStart, "a run under way", "a step is missing"),
         (ClosesOnce, "close", "FileNotFoundError"),
+        (GrowsAJsonFile, "results beside it", "would count poses.json as a result"),
+        (LooksLikeAResult, "results beside it", "would count copy.json as a result"),
         (KeepsItOpen, "nothing left", "files open"),
         (SaysNothing, "full disk", "Nothing was told"),
         (SaysItRaw, "full disk", "It raised OSError"),

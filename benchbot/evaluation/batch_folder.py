@@ -1,0 +1,83 @@
+"""The results in the folder of a batch: its plan says which episodes there are, and their names where each result is.
+
+plan.json                     has `episodes`, each with its `label`, its `key` and what was selected for it
+episodes/LABEL-KEY8/          result.json (there: done), attempts.jsonl, attempt-N/ (what failed)
+results/LABEL-KEY8.json       copies of the results, made at the end
+"""
+
+import json
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from benchbot.evaluation.result_document import NUMBERS, is_own
+
+PLAN, EPISODES, RESULTS = "plan.json", "episodes", "results"
+RESULT, JOURNAL, ATTEMPT = "result.json", "attempts.jsonl", "attempt-"
+KEY_DIGITS = 8
+
+
+@dataclass(frozen=True)
+class PlannedResult:
+    """An episode of a plan, and where its result is, or will be."""
+
+    batch: Path
+    task: str
+    episode: dict[str, Any]
+
+    @property
+    def path(self) -> Path:
+        """The result, or its copy where only that is there."""
+        name = episode_name(self.episode["label"], self.episode["key"])
+        path, copy = self.batch / EPISODES / name / RESULT, self.batch / RESULTS / f"{name}.json"
+        return copy if copy.is_file() and not path.is_file() else path
+
+    @property
+    def source(self) -> str:
+        """The path as that of a result."""
+        return str(self.path)
+
+    @property
+    def environment(self) -> str:
+        """The environment string."""
+        return str(self.episode["environment"])
+
+    @property
+    def condition(self) -> dict[str, Any]:
+        """The keys that tell it from other episodes of its environment, as those of a result."""
+        numbers: dict[str, Any] = {name: self.episode.get(name) for name in NUMBERS}
+        return {**numbers, **({"settings": self.episode["settings"]} if self.episode.get("settings") else {})}
+
+
+def episode_name(label: str, key: str) -> str:
+    """Return the name of an episode's folder."""
+    return f"{label}-{key[:KEY_DIGITS]}"
+
+
+def planned(folder: Path) -> list[PlannedResult] | None:
+    """Return the episodes of the batch in a folder; None for a folder without a plan that can be read."""
+    try:
+        document = json.loads((folder / PLAN).read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return None
+    episodes = document["episodes"] if is_own(document, "plan") else None
+    if not isinstance(episodes, list) or not all(map(_is_planned, episodes)):
+        return None
+    return [PlannedResult(folder, str(document["task"]), episode) for episode in episodes]
+
+
+def _is_planned(episode: Any) -> bool:
+    """Say whether an entry of a plan names an episode, whose folder is below that of the batch."""
+    texts = [episode.get(key) for key in ("key", "label", "environment")] if isinstance(episode, dict) else [None]
+    return all(isinstance(text, str) for text in texts) and not set(episode["label"] + episode["key"]) & set("/\0")
+
+
+def of_no_plan(folder: Path, found: list[PlannedResult]) -> Iterator[Path]:
+    """Yield the results of episodes that the plan has no more, since the batch was changed."""
+    known = {episode.path for episode in found}
+    with suppress(OSError):
+        for path in sorted((folder / EPISODES).glob(f"*/{RESULT}")):
+            if path not in known:
+                yield path
