@@ -3,7 +3,7 @@
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -164,10 +164,12 @@ class BenchBot:
     def next_scene(self) -> bool:
         """Advance to the next scene; return False when there is none. Raises WrongMomentError after a collision."""
         client = self._running()
-        with _announced("Moving to next scene"), _raised_as(WrongMomentError):
+        is_one_of_several = len(self.environment_details) > 1
+        with _announced("Moving to next scene") if is_one_of_several else nullcontext(), _raised_as(WrongMomentError):
             self._request(client.next_scene)
             advanced = bool(self._state["advanced"])
-            print("Done." if advanced else "Failed.", flush=True)
+            if is_one_of_several:
+                print("Done." if advanced else "Failed.", flush=True)
         return advanced
 
     def empty_results(self) -> dict[str, Any]:

@@ -172,6 +172,14 @@ def test_next_scene_says_whether_there_was_one(start_backend: StartBackend, caps
     assert "Moving to next scene ... Done.\nMoving to next scene ... Failed.\n" in printed
 
 
+def test_a_run_of_one_scene_ends_without_a_word_of_a_next_one(
+    start_backend: StartBackend, capsys: pytest.CaptureFixture[str]
+) -> None:
+    start_backend()
+    assert BenchBot().next_scene() is False
+    assert "next scene" not in capsys.readouterr().out
+
+
 def test_reset_restarts_what_is_dirty_only(start_backend: StartBackend, capsys: pytest.CaptureFixture[str]) -> None:
     start_backend()
     bot = BenchBot()

@@ -1,5 +1,6 @@
 """`benchbot bundle`: packs results and the solution that made them into one file for others."""
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,7 +11,7 @@ from benchbot.cli.kit.options import GroundTruths, Json
 from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
-    from benchbot.core.declarations.catalog import Catalog
+    from benchbot.core.declarations.catalog import Catalog, Declaration
     from benchbot.evaluation.result_document import ResultDocument
     from benchbot.plugins.bundles.solution_source import Source
 
@@ -97,8 +98,22 @@ def _source(catalog: "Catalog", solution: Path | None, example: str | None, leav
             f"{'Neither' if solution is None else 'Both'} of --solution and --example was given.",
             "Name its folder, or its file: --solution PATH; or an example: --example NAME",
         )
-    where = solution if example is None else catalog.get("examples", example).path.parent
-    return solution_source.collect(where or Path(), leave_out)
+    if example is None:
+        return solution_source.collect(solution or Path(), leave_out)
+    chosen = catalog.get("examples", example)
+    return solution_source.collect(chosen.path.parent, [*leave_out, *_of_other_examples(chosen, catalog)])
+
+
+def _of_other_examples(chosen: "Declaration", catalog: "Catalog") -> set[str]:
+    """Return the files in the folder of an example that are others', and the plug-in that lists them."""
+
+    def files(example: "Declaration") -> set[str]:
+        words = shlex.split(str(example.data.get("native_command", "")))
+        return {example.path.name, *(Path(word).as_posix() for word in words)}
+
+    folder = chosen.path.parent
+    beside = [other for other in catalog.pool("examples").values() if other.path.parent == folder]
+    return {"plugin.py", "__init__.py", *(name for other in beside for name in files(other))} - files(chosen)
 
 
 def _lock_in(source: "Source") -> Path | None:
@@ -155,8 +170,6 @@ def _scores(
 
 
 def _note_contents(manifest: dict[str, Any], path: Path) -> None:
-    import shlex
-
     solution = manifest["solution"]
     files = [name for name in manifest["files"] if name.startswith("solution/")]
     size = sum(pinned["bytes"] for pinned in manifest["files"].values())

@@ -132,7 +132,25 @@ def test_files_are_compared(folder: Path, here: Here, file_format: str) -> None:
         "RPE_frame_m",
         "RPE_frame_deg",
     ]
-    assert "200 poses, alignment se3" in done.stderr
+    assert "200 pairs of poses, alignment se3" in done.stderr
+    assert "Unmatched" not in done.stderr
+
+
+@pytest.mark.parametrize(("rule", "poses", "unmatched"), [("evo", 80, 0), ("tum", 40, 40)])
+def test_poses_without_a_counterpart_are_said(folder: Path, here: Here, rule: str, poses: int, unmatched: int) -> None:
+    """Each pose of the estimate is there twice, 2 ms apart, while the truth has the first 40, and others."""
+    lines = [line for line in (folder / "truth.tum").read_text().splitlines() if not line.startswith("#")]
+    twice = [line for line in lines[:40] for _ in range(2)]
+    words = [line.split(maxsplit=1) for line in twice]
+    shifted = [f"{float(time_s) + 0.002 * (place % 2)} {rest}" for place, (time_s, rest) in enumerate(words)]
+    (folder / "twice.tum").write_text("\n".join(shifted) + "\n")
+
+    done = here("trajectory", "evaluate", "twice.tum", "truth.tum", "--association", rule)
+
+    assert done.returncode == 0, done.stderr
+    assert f"{poses} pairs of poses" in done.stderr
+    assert (f"Unmatched: {unmatched} of 80 poses of the estimate" in done.stderr) == (unmatched > 0)
+    assert "Unmatched: 160 of 200 poses of the ground truth" in done.stderr
 
 
 def test_a_scale_is_found_and_said(folder: Path, here: Here) -> None:

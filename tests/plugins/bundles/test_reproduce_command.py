@@ -173,6 +173,17 @@ def test_what_cannot_be_verified_is_told_apart_from_what_is_wrong(result_folder:
     assert "It says nothing of what made it: it is of BenchBot v2, or of another program." in done.stderr
 
 
+def test_the_bundle_of_an_example_holds_no_other_examples(cli: CommandLine, here: Here) -> None:
+    done = cli("submit", "--example", "hello_passive", *SELECTION, "-r", "result.json")
+    assert done.returncode == 0, done.stderr
+
+    done = here("bundle", "result.json", "--example", "hello_passive", "-o", "one.zip", "--json")
+
+    assert done.returncode == 0, done.stderr
+    packed = {name for name in json.loads(done.stdout)["files"] if name.startswith("solution/")}
+    assert packed == {"solution/hello_passive.py", "solution/hello_passive.yaml"}
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -1,4 +1,9 @@
-"""Association: which pose of one trajectory belongs to which of another, by time."""
+"""Association: which pose of one trajectory belongs to which of another, by time.
+
+Two rules are in use, which agree where the poses of both are further apart than they are from their counterparts.
+"""
+
+from enum import StrEnum
 
 import numpy as np
 
@@ -8,11 +13,47 @@ MAX_DIFFERENCE_S = 0.01
 """Half the period of a recording with 50 poses a second; what the tools of the TUM RGB-D benchmark take for granted."""
 
 
-def associate(times_s: Floats, others_s: Floats, max_difference_s: float = MAX_DIFFERENCE_S) -> tuple[Indices, Indices]:
+class Association(StrEnum):
+    """The rules: that of evo, and that of the TUM RGB-D benchmark's own tools."""
+
+    EVO = "evo"
+    TUM = "tum"
+
+
+def associate(
+    times_s: Floats,
+    others_s: Floats,
+    max_difference_s: float = MAX_DIFFERENCE_S,
+    rule: Association = Association.EVO,
+) -> tuple[Indices, Indices]:
     """Return the numbers (M,) of poses that belong together, in order; neither argument decreases.
 
-    The two that are closest in time belong together, then the two closest of the rest, and so on, up to
-    `max_difference_s` (Sturm et al. 2012). No pose belongs to two.
+    None that belong together are further apart than `max_difference_s`.
+    """
+    if rule is Association.TUM:
+        return _closest_first(times_s, others_s, max_difference_s)
+    if len(times_s) > len(others_s):
+        theirs, ours = associate(others_s, times_s, max_difference_s, rule)
+        return ours, theirs
+    return _each_with_its_nearest(times_s, others_s, max_difference_s)
+
+
+def _each_with_its_nearest(few_s: Floats, many_s: Floats, max_difference_s: float) -> tuple[Indices, Indices]:
+    """Return each pose of the trajectory with fewer poses with the one nearest in time: it may belong to several.
+
+    github.com/MichaelGrupp/evo, `evo.core.sync` in version 1.38.
+    """
+    if not len(few_s):
+        return np.arange(0), np.arange(0)
+    nearest = _nearest(few_s, many_s)
+    close = np.abs(few_s - many_s[nearest]) <= max_difference_s
+    return np.flatnonzero(close), nearest[close]
+
+
+def _closest_first(times_s: Floats, others_s: Floats, max_difference_s: float) -> tuple[Indices, Indices]:
+    """Return the two that are closest in time, then the two closest of the rest, and so on (Sturm et al. 2012).
+
+    No pose belongs to two.
     """
     left, right = np.arange(len(times_s)), np.arange(len(others_s))
     found_left, found_right = [left[:0]], [right[:0]]
@@ -34,8 +75,8 @@ def associate(times_s: Floats, others_s: Floats, max_difference_s: float = MAX_D
 
 
 def _nearest(values: Floats, among: Floats) -> Indices:
-    """Return for each value the number of the nearest of `among`, which never decreases; the earlier of two."""
-    above = np.clip(np.searchsorted(among, values), 1, max(len(among) - 1, 1))
+    """Return for each value the number of the nearest of `among`, which never decreases; the earlier of two times."""
+    above = np.clip(np.searchsorted(among, values, side="right"), 1, max(len(among) - 1, 1))
     above = np.minimum(above, len(among) - 1)
     below = np.maximum(above - 1, 0)
     nearest: Indices = np.where(values - among[below] <= among[above] - values, below, above)

@@ -35,6 +35,13 @@ def evaluate(
         float,
         typer.Option("--max-difference", metavar="SECONDS", min=0.0, help="Poses of TUM files belong together up to."),
     ] = MAX_DIFFERENCE_S,
+    association: Annotated[
+        Literal["evo", "tum"],
+        typer.Option(
+            metavar="evo|tum",
+            help="Each pose of the shorter file with its nearest, as evo; or the closest two first, as TUM's tools.",
+        ),
+    ] = "evo",
     require: Requirements = None,
     as_json: Json = False,
 ) -> None:
@@ -46,10 +53,19 @@ def evaluate(
 
     requirements = requirement.parse(require)
     document = comparison.compare(
-        files.read(estimate), files.read(truth), align=align, length_m=length_m, max_difference_s=max_difference_s
+        files.read(estimate),
+        files.read(truth),
+        align=align,
+        length_m=length_m,
+        max_difference_s=max_difference_s,
+        association=association,
     )
-    note = f"{document['poses']} poses, alignment {align}"
+    note = f"{document['poses']} pairs of poses, alignment {align}"
     console.note(note + (f", scale {document['scale']:.6g}" if align == "sim3" else ""))
+    for name, unmatched in document["unmatched"].items():
+        if unmatched["poses"]:
+            words = f"{unmatched['poses']} of {unmatched['of']} poses of the {name.replace('_', ' ')}"
+            console.note(f"Unmatched: {words} (association {association}, up to {max_difference_s:g} s)")
     if as_json:
         console.data_json(document)
     else:
