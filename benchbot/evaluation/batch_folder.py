@@ -2,7 +2,7 @@
 
 plan.json                     has `episodes`, each with its `label`, its `key` and what was selected for it
 episodes/LABEL-KEY8/          result.json (there: done), attempts.jsonl, attempt-N/ (what failed)
-results/LABEL-KEY8.json       copies of the results, made at the end
+results/LABEL-KEY8.json       copies of the results, made at the end (of several solutions: results/SOLUTION/…)
 """
 
 import json
@@ -31,13 +31,20 @@ class PlannedResult:
     def path(self) -> Path:
         """The result, or its copy where only that is there."""
         name = episode_name(self.episode["label"], self.episode["key"])
-        path, copy = self.batch / EPISODES / name / RESULT, self.batch / RESULTS / f"{name}.json"
+        path = self.batch / EPISODES / name / RESULT
+        copy = self.batch / RESULTS / (self.solution or "") / f"{name}.json"
         return copy if copy.is_file() and not path.is_file() else path
 
     @property
     def source(self) -> str:
         """The path as that of a result."""
         return str(self.path)
+
+    @property
+    def solution(self) -> str | None:
+        """The name of its solution, in a batch of several."""
+        name: str | None = self.episode.get("solution")
+        return name
 
     @property
     def environment(self) -> str:
@@ -71,7 +78,9 @@ def planned(folder: Path) -> list[PlannedResult] | None:
 def _is_planned(episode: Any) -> bool:
     """Say whether an entry of a plan names an episode, whose folder is below that of the batch."""
     texts = [episode.get(key) for key in ("key", "label", "environment")] if isinstance(episode, dict) else [None]
-    return all(isinstance(text, str) for text in texts) and not set(episode["label"] + episode["key"]) & set("/\0")
+    if not all(isinstance(text, str) for text in texts):
+        return False
+    return not set(episode["label"] + episode["key"] + str(episode.get("solution"))) & set("/\0")
 
 
 def of_no_plan(folder: Path, found: list[PlannedResult]) -> Iterator[Path]:

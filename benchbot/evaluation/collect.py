@@ -58,11 +58,11 @@ def collect(
         fix = "Give at least one result file of the right task and environment."
         raise coverage.nothing("There is nothing to score.", items, fix)
     _require_one_task(wanted)
-    found = distinct(wanted, coverage)
+    kept = distinct(wanted, coverage)
     coverage.absent(required_envs or (), [*wanted, *unfinished])
-    _warn_of_settings(found, coverage)
-    _warn_of_restarts(found, coverage)
-    return found
+    _warn_of_settings(kept, coverage)
+    _warn_of_restarts(kept, coverage)
+    return kept
 
 
 def has_valid_results(result: ResultDocument, catalog: Catalog, coverage: Coverage) -> bool:

@@ -178,10 +178,8 @@ def parse(source: str, content: bytes) -> ResultDocument:
     return result
 
 
-def not_a_result(source: str, why: str) -> BenchbotError:
+def not_a_result(
+    source: str, why: str, fix: str = "Give JSON files that a solution saved, or ZIP archives of them."
+) -> BenchbotError:
     """Return the error for a file that holds no result."""
-    return BenchbotError(
-        f"{source} is not a result.",
-        why,
-        "Give JSON files that a solution saved, or ZIP archives of them.",
-    )
+    return BenchbotError(f"{source} is not a result.", why, fix)

@@ -86,6 +86,12 @@ def _among_others(items: Iterable[Item]) -> Iterator[Item]:
 def _batch(folder: Path) -> Iterator[Item]:
     """Yield the results of a batch by its plan, and what else lies beside the plan."""
     episodes = batch_folder.planned(folder) or []
+    if len(solutions := dict.fromkeys(episode.solution for episode in episodes)) > 1:
+        raise not_a_result(
+            str(folder),
+            "It is a batch of several solutions, whose results have no score together.",
+            f"Name those of one: {folder / batch_folder.RESULTS / str(next(iter(solutions)))}",
+        )
     for episode in episodes:
         if episode.path.is_file():
             yield from _contents(episode.path)
