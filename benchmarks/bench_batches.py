@@ -207,7 +207,7 @@ def fabricate(path: Path, episodes: int, result: bytes | None) -> Path:
 
     _, task, _, robot, _, environment = SAMPLE
     wanted = {"task": task, "robots": robot, "environments": environment, "seeds": f"0..{episodes - 1}"}
-    plan = matrix.make(
+    plan, _ = matrix.make(
         request.request_of({**wanted, "example": "hello_passive"}), Catalog(plugin_manager.load()), path.parent
     )
     folder = Folder(path)

@@ -30,7 +30,7 @@ class Patient(Agent):
         return action_result is not ActionResult.SUCCESS
 
     def pick_action(self, observations, action_list):
-        gate = Path(__file__).parents[1] / "gate"
+        gate = Path(sys.argv[2]) / "gate"
         if socket.gethostname() == sys.argv[1]:
             gate.touch()
             time.sleep(3600)
@@ -52,7 +52,7 @@ def command(folder: Path, *words: str) -> list[str]:
     solution.parent.mkdir(exist_ok=True)
     solution.write_text(SOLUTION, "utf-8")
     batch = ["--task", "sample:passive", "--robots", "sample_robot", "--envs", "arena:1,arena:2", "--seeds", "0..5"]
-    native = ["--native", shlex.join([sys.executable, str(solution), DOOMED])]
+    native = ["--native", shlex.join([sys.executable, str(solution), DOOMED, str(folder.parent)])]
     return [*BENCHBOT, "batch", *batch, *native, "--stale-after", "10", "--output-location", str(folder), *words]
 
 

@@ -261,6 +261,9 @@ def _kept(ended: "EndedEpisode", location: Path | None) -> Path | None:
         console.note("The robot was put back after it had moved: an episode is one attempt, so this one is no success.")
     if provenance.get("driven_by_hand"):
         console.note(f"{provenance['driven_by_hand']} of its actions were taken by hand: the result says so.")
+    changed = (provenance["solution"] or {}).get("changed_files")
+    if changed:
+        console.note(f"Changed while it ran, so the result does not say of which content it is: {', '.join(changed)}")
     failure = provenance["failure"]
     if failure is not None and ended.problem is None:
         console.note(f"The episode ended early ({failure['class']}): {failure['why']}")

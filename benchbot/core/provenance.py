@@ -183,8 +183,17 @@ def solution_details(command: list[str], folder: Path) -> dict[str, Any]:
 
 def files_named(command: list[str], folder: Path) -> dict[str, str]:
     """Return the SHA-256 of each file that a command names, relative to `folder`, where it runs."""
-    named = {word: folder / word for word in command[1:] if not word.startswith("-")}
-    return {word: _file_hash(path) for word, path in named.items() if is_file(path)}
+    return {word: _file_hash(folder / word) for word in _files_named(command, folder)}
+
+
+def file_marks(command: list[str], folder: Path) -> dict[str, tuple[int, ...]]:
+    """Return what changes, for each file that a command names, with every write to it and when it is replaced."""
+    found = {word: (folder / word).stat() for word in _files_named(command, folder)}
+    return {word: (one.st_ino, one.st_size, one.st_mtime_ns, one.st_ctime_ns) for word, one in found.items()}
+
+
+def _files_named(command: list[str], folder: Path) -> list[str]:
+    return [word for word in dict.fromkeys(command[1:]) if not word.startswith("-") and is_file(folder / word)]
 
 
 def is_file(path: Path) -> bool:

@@ -11,7 +11,7 @@ from benchbot.api.client import Client
 from benchbot.core import results
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.core.provenance import solution_details
+from benchbot.core.provenance import file_marks, solution_details
 from benchbot.core.request import RunRequest
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
@@ -61,12 +61,13 @@ def run(
     """
     client = Client(connection)
     session = client.session()
-    solution = solution_details(spec.command, spec.folder)
-    if spec.mode.name != NATIVE.name:
-        solution["mode"] = spec.mode.name
+    marks = file_marks(spec.command, spec.folder)
+    solution = solution_of(spec)
     with exchange_folder() as exchange:
         seen: dict[str, Any] = {}
         problem = _watch(spec, client, connection, exchange, watcher, session, seen)
+        if spec.details is None:
+            solution = _without_changed(solution, marks, file_marks(spec.command, spec.folder))
         if problem is None:
             try:
                 answer = client.result(read_result(exchange / RESULT), solution)
@@ -91,6 +92,19 @@ def run(
     elif failure is FailureClass.PLATFORM:
         problem.fix = f"Run it again; if it fails again, report it with its log: {path.with_name('platform.log')}"
     return EndedEpisode(_kept(path, answer["document"]), path, problem)
+
+
+def solution_of(spec: SolutionSpec) -> dict[str, Any]:
+    """Return the solution as a result names it."""
+    details = solution_details(spec.command, spec.folder) if spec.details is None else dict(spec.details)
+    return {**details, **({} if spec.mode.name == NATIVE.name else {"mode": spec.mode.name})}
+
+
+def _without_changed(solution: dict[str, Any], before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a solution without the hashes of files that were written to meanwhile: which content ran is not known."""
+    changed = sorted(word for word in before if after.get(word) != before[word])
+    files = {word: found for word, found in solution["files"].items() if word not in changed}
+    return {**solution, "files": files, **({"changed_files": changed} if changed else {})}
 
 
 def _watch(

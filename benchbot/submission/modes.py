@@ -124,6 +124,8 @@ class SolutionSpec:
     mode: "Mode" = NATIVE
     limits: ProcessLimits = DEFAULT_LIMITS
     log_limit_bytes: int = LOG_LIMIT_BYTES
+    details: Mapping[str, Any] | None = None
+    """The solution as a result names it; None when that is found out as it starts."""
 
 
 class Holder(Protocol):
@@ -139,9 +141,6 @@ class Holder(Protocol):
         self, spec: "SolutionSpec", options: Mapping[str, Any], tell: Callable[[str], object]
     ) -> AbstractContextManager["SolutionSpec"]:
         """Yield the specification for the mode, once this machine has been checked; `tell` is called with progress."""
-
-    def files(self, options: Mapping[str, Any]) -> Mapping[str, str] | None:
-        """Return the hashes of the files of the solution; None where its command names them."""
 
 
 def holder_of(plugins: Plugins, mode: str) -> Holder:

@@ -28,6 +28,23 @@ def test_one_command_runs_everything_and_leaves_a_result_and_nothing_else(cli: C
     assert [path.name for path in cli.folder.iterdir() if path.name.startswith(".")] == []
 
 
+def test_a_result_names_no_content_of_a_file_that_was_edited_while_the_solution_ran(cli: CommandLine) -> None:
+    edits = "import os, pathlib\npath = pathlib.Path(__file__)\ntext = path.read_text()\nbefore = path.stat()\n"
+    restores = "path.write_text('edited')\npath.write_text(text)\n"
+    restores += "os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))\n"
+    solution = cli.script("solution.py", edits + restores + PASSIVE)
+
+    done = cli("submit", "--native", solution, *SELECTION, "-r", "result.json")
+
+    assert done.returncode == 0, done.stderr
+    assert "Changed while it ran, so the result does not say of which content it is: " in done.stderr
+    ran = read(cli.folder / "result.json")["provenance"]["solution"]
+    assert (ran["files"], ran["changed_files"]) == ({}, [str(cli.folder / "solution.py")])
+    refused = cli("bundle", "result.json", "--solution", "solution.py")
+    assert refused.returncode == 2
+    assert "was changed while the solution ran." in refused.stderr
+
+
 def test_what_was_set_is_in_the_result(cli: CommandLine) -> None:
     settings = ["--set", "lighting.time=21:30", "--set", "lighting.lamps.on=[lamp_1]"]
 

@@ -17,7 +17,10 @@ from benchbot.plugins.batch.following import Detach
 from benchbot.plugins.batch.options import LIMITS, GroupedCommand, with_options
 
 if TYPE_CHECKING:
+    from benchbot.core.declarations.catalog import Catalog
     from benchbot.plugins.batch.folder import Folder, Preview
+    from benchbot.plugins.batch.plan import Plan
+    from benchbot.plugins.batch.source_files import SourceFiles
     from benchbot.plugins.batch.worker_pool import WorkerPool
 
 DEFAULT = "run"
@@ -84,7 +87,7 @@ def run(
     from benchbot.plugins.batch import matrix, solution_axis
     from benchbot.plugins.batch import request as requests
     from benchbot.plugins.batch.finalization import write_v2
-    from benchbot.plugins.batch.folder import Folder, prepare, preview
+    from benchbot.plugins.batch.folder import Folder, first_line, prepare, preview
     from benchbot.plugins.batch.plan import KEY_DIGITS
 
     requirements = requirement.parse(require)
@@ -115,7 +118,8 @@ def run(
             "Name one: --evaluate-with omq",
         )
     flight = Preflight("This batch")
-    plan = flight.take(solution_axis.plan, each, catalog, Path.cwd())
+    made = flight.take(solution_axis.plan, each, catalog, Path.cwd())
+    plan, sources = (None, {}) if made is None else made
     if plan is None:
         flight.take(matrix.selections, request, catalog)
     # The same command finds its folder again.
@@ -123,18 +127,16 @@ def run(
     folder = Folder((output or place).absolute())
     pool = replace(_worker_pool(wanted, 1 if plan is None else len(plan.episodes)), detached=detach)
     flight.prove(catalog, solution_options.intent(request, plan, folder, pool, catalog), tell_all=dry_run)
-    for name, alone in plan.each().items():
-        sources = matrix.files_of(alone, catalog)
-        if dry_run or sources.unread:
-            console.note(sources.text if name is None else f"{name}: {sources.text}")
+    said = "\n".join(one.text if name is None else f"{name}: {one.text}" for name, one in sources.items())
     if dry_run:
+        console.note(said)
         _show_plan(preview(folder, plan), folder, as_json=as_json)
         return
     pool = replace(pool, archive=bool(wanted.get("zip")))
     if pool.executor == "local":
         solution_options.check_here(plan, catalog, pool.resources.gpus)
-    found = prepare(folder, plan, update=update)
-    console.note(f"Batch {plan.hash[:KEY_DIGITS]} in {folder.path}\n{found.text}")
+    found = prepare(folder, plan, update=update, keep=lambda: _keep(folder, plan, sources, catalog))
+    console.note(f"{first_line(folder, plan)}\n{found.text}\n{said}")
     ended = following.drive(folder, pool, catalog, plan, display=display, as_json=as_json)
     if ended.products is not None and prefix is not None:
         for path in write_v2(folder, plan, ended.products, prefix):
@@ -142,6 +144,18 @@ def run(
     for scores in [] if ended.products is None else ended.products.scores_of.values():
         requirement.check(requirements, scores["scores"])
     following.exit_as_it_ended(ended.status)
+
+
+def _keep(folder: "Folder", plan: "Plan", sources: "Mapping[str | None, SourceFiles]", catalog: "Catalog") -> None:
+    """Put what the plan is about into its folder; the workers of another plan there are ended."""
+    from benchbot.plugins.batch import driver, matrix, solutions
+    from benchbot.plugins.batch import plan as plans
+
+    if folder.plan.exists() and plans.read(folder.plan).hash != plan.hash:
+        driver.end_workers(folder)
+    for name, alone in plan.each().items():
+        command, ran_in = matrix.command_of(alone.solution, catalog)
+        solutions.keep(sources[name], command, ran_in, folder.solutions, console.note)
 
 
 def _worker_pool(wanted: dict[str, Any], episodes: int) -> "WorkerPool":

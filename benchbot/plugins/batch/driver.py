@@ -130,6 +130,13 @@ def detach(folder: Folder, pool: WorkerPool) -> int:
     return count
 
 
+def end_workers(folder: Folder) -> None:
+    """End the workers of a batch whose plan is to be another one; raises BenchbotError when somebody drives it."""
+    with driver_lock(folder):
+        if folder.worker_pool.exists():
+            _end(folder, RunningWorkers(folder, WorkerPool.read(folder)))
+
+
 def cancel(folder: Folder) -> None:
     """End a batch: its driver, if there is one on any machine, is told to, and all workers are ended."""
     plans.read(folder.plan)

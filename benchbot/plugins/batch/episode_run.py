@@ -12,7 +12,6 @@ from benchbot.api.client import Client
 from benchbot.core import resources, results
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.core.provenance import solution_details
 from benchbot.plugins.batch import machine
 from benchbot.plugins.batch.attempts import (
     LOST_LIMIT,
@@ -30,8 +29,10 @@ from benchbot.plugins.batch.journal import EventLog
 from benchbot.plugins.batch.machine import MemoryWatch
 from benchbot.plugins.batch.matrix import select_for
 from benchbot.plugins.batch.plan import Plan, PlannedEpisode, SceneKey
+from benchbot.plugins.batch.solutions import PreparedSolution
+from benchbot.plugins.bundles.snapshot import ChangedError
 from benchbot.submission import episode as submission
-from benchbot.submission.modes import NATIVE, SolutionSpec, private_socket
+from benchbot.submission.modes import private_socket
 from benchbot.supervisor.backend import Backend
 from benchbot.supervisor.recording.host import CLOSE_TIMEOUT_S
 from benchbot.wire.run_state import RunState
@@ -102,7 +103,7 @@ class EpisodeContext:
     events: EventLog
     worker: str
     memory: MemoryWatch
-    specs: Mapping[str | None, SolutionSpec]
+    solutions: Mapping[str | None, PreparedSolution]
     """The solutions by name; of a batch without names, the only one by None."""
     gpus: int = 0
     """GPUs that the worker was given."""
@@ -111,7 +112,8 @@ class EpisodeContext:
 def finish(context: EpisodeContext, planned: PlannedEpisode, is_wanted: Callable[[], bool]) -> FailureClass | None:
     """Attempt an episode until its result is published; return how it failed, if it did.
 
-    Raises NotWantedError when `is_wanted` says so meanwhile, and OSError when the folder cannot be written to.
+    Raises NotWantedError when `is_wanted` says so meanwhile, OSError when the folder cannot be written to, and
+    ChangedError when nobody can say which solution ran.
     """
     attempts = context.folder.attempts(planned)
     if attempts.recover():
@@ -129,6 +131,7 @@ def finish(context: EpisodeContext, planned: PlannedEpisode, is_wanted: Callable
                 document = _failed(context, planned, FailureClass.INFRASTRUCTURE, why)
             else:
                 document = _run(context, planned, attempt, is_wanted, noted)
+                context.solutions[planned.solution].snapshot.check()
             if planned.repeat is not None:
                 document["provenance"]["selection"]["repeat"] = planned.repeat
             path = attempt.folder / RESULT
@@ -137,7 +140,7 @@ def finish(context: EpisodeContext, planned: PlannedEpisode, is_wanted: Callable
             failure = None if entry is None else FailureClass(entry["class"])
             if failure is FailureClass.AGENT or failure in RETRIED:
                 _settle(is_wanted)
-        except (NotWantedError, OSError):
+        except (NotWantedError, OSError, ChangedError):
             with suppress(OSError):
                 attempts.note(attempt, ended="interrupted", duration_s=attempt.duration_s, **noted)
             raise
@@ -162,25 +165,29 @@ def _run(
     record = {name: attempt.folder / name for name in context.plan.record}
     context.memory.begin()
     state = None
-    spec = context.specs[planned.solution]
+    solution = context.solutions[planned.solution]
     with AttemptWatcher(attempt.folder, context.plan.policy, is_wanted, context.memory) as watcher:
         try:
             state = context.backend.begin(planned, record)
-            with measured(spec.mode.name, noted):
+            with solution.placed(attempt.folder) as spec, measured(spec.mode.name, noted):
                 ended = submission.run(spec, state.connection, context.backend.died, watcher)
             _finish_recordings(state, record)
+        except ChangedError:
+            raise
         except BenchbotError as error:
             watcher.write(f"{error}\n".encode())
             why = f"{error.title} {error.why}"
             failure = error.failure or FailureClass.INFRASTRUCTURE
             if state is not None and failure is FailureClass.AGENT:
                 with suppress(BenchbotError):
-                    answer = Client(state.connection).failed(failure, why, _solution(spec))
+                    answer = Client(state.connection).failed(failure, why, submission.solution_of(solution.spec))
                     document: dict[str, Any] = answer["document"]
                     return document
             return _failed(context, planned, failure, why)
         if ended.problem is not None:
             watcher.write(f"{ended.problem}\n".encode())
+            advice = solution.snapshot.missed(ended.problem.why)
+            watcher.write(f"{advice}\n".encode() if advice is not None else b"")
     if ended.problem is not None and ended.problem.failure in RETRIED:
         with suppress(OSError):
             (attempt.folder / "platform.log").write_bytes(Path(state.platform_log).read_bytes())
@@ -198,12 +205,8 @@ def _finish_recordings(state: RunState, record: Mapping[str, Path]) -> None:
 
 def _failed(context: EpisodeContext, planned: PlannedEpisode, failure: FailureClass, why: str) -> dict[str, Any]:
     selection = select_for(context.plan, planned, context.catalog)
-    return submission.failed_document(selection, failure, why, _solution(context.specs[planned.solution]))
-
-
-def _solution(spec: SolutionSpec) -> dict[str, Any]:
-    mode = spec.mode.name
-    return {**solution_details(spec.command, spec.folder), **({} if mode == NATIVE.name else {"mode": mode})}
+    solution = submission.solution_of(context.solutions[planned.solution].spec)
+    return submission.failed_document(selection, failure, why, solution)
 
 
 def _is_retried(plan: Plan, attempts: Attempts, failure: FailureClass) -> bool:

@@ -20,11 +20,12 @@ from benchbot.plugins.batch.claims import Heartbeat, HeldClaim, Observer
 from benchbot.plugins.batch.costs import Cost, of_batch
 from benchbot.plugins.batch.folder import Folder
 from benchbot.plugins.batch.journal import EventLog
-from benchbot.plugins.batch.plan import Plan
+from benchbot.plugins.batch.plan import KEY_DIGITS, Plan
 from benchbot.plugins.batch.status import Monitor, Score
 from benchbot.plugins.batch.worker_pool import WorkerPool
 
 CLAIM = "conclusion"
+_SHOWN = 8
 POLL_S = 0.5
 LIVE_SCORE_SHARE = 0.05
 """The largest share of the driver's time that is spent on the live score."""
@@ -55,7 +56,7 @@ class Products:
 def evaluate(folder: Folder, plan: Plan, catalog: Catalog, *, archive: bool = False) -> Products:
     """Gather the results that there are, score them if the plan names a method, and write report and test cases.
 
-    Several solutions are scored each for itself, into `results/NAME` and `solutions/NAME`, and compared. Raises
+    Several solutions are scored each for itself, into `results/NAME` and `scores/NAME`, and compared. Raises
     BenchbotError when nothing can be scored, or something cannot be written.
     """
     hashes = _hashes(folder, plan)
@@ -67,7 +68,7 @@ def evaluate(folder: Folder, plan: Plan, catalog: Catalog, *, archive: bool = Fa
     problems: list[BenchbotError] = []
     for name, alone in plan.each().items() if plan.method is not None else ():
         paths = [found[episode.name] for episode in alone.episodes if episode.name in found]
-        place = folder.path if name is None else folder.path / "solutions" / name
+        place = folder.path if name is None else folder.path / "scores" / name
         try:
             scores_of |= {name: _scored(alone, catalog, paths, place)} if paths else {}
         except BenchbotError as error:
@@ -80,7 +81,7 @@ def evaluate(folder: Folder, plan: Plan, catalog: Catalog, *, archive: bool = Fa
     comparison = None
     if len(scores_of) > 1:
         try:
-            comparison = _compared([f"{name}={folder.path / 'solutions' / str(name)}" for name in scores_of], catalog)
+            comparison = _compared([f"{name}={folder.path / 'scores' / str(name)}" for name in scores_of], catalog)
         except BenchbotError as error:
             problems.append(error)
         else:
@@ -94,11 +95,21 @@ def _gathered(folder: Folder, plan: Plan, hashes: Mapping[str, str], *, archive:
     found = {name: folder.result(name) for name in hashes}
     gathered, packed = folder.path / "results", folder.path / "results.zip"
     places = {episode.name: f"{episode.solution}/" * (episode.solution is not None) for episode in plan.episodes}
+    snapshots = {name: one.snapshot.encode() for name, one in plan.all_solutions.items()}
+    named = {episode.name: snapshots[episode.solution] for episode in plan.episodes}
+    others = []
     try:
+        _remove_others(gathered, folder, found)
         for name, path in found.items():
             copy = gathered / f"{places[name]}{name}.json"
             if not copy.is_file() or sha256(copy.read_bytes()).hexdigest() != hashes[name]:
-                atomic.write(copy, path.read_bytes())
+                content = path.read_bytes()
+                if named[name] in content:
+                    atomic.write(copy, content)
+                else:
+                    others.append(str(path))
+        if others:
+            raise _of_another_solution(plan, others)
         if archive:
             atomic.write(packed, _zipped({f"{places[name]}{name}": path for name, path in found.items()}))
     except OSError as error:
@@ -222,6 +233,24 @@ def headline(document: Mapping[str, Any], results: int) -> Score | None:
     interval = document.get("intervals", {}).get(name) or {}
     value = document["scores"].get(name)
     return None if value is None else Score(name, value, results, interval.get("low"), interval.get("high"))
+
+
+def _of_another_solution(plan: Plan, paths: Sequence[str]) -> BenchbotError:
+    return BenchbotError(
+        f"The batch holds results of another solution than {', '.join(each[:KEY_DIGITS] for each in plan.snapshots)}: "
+        f"{len(paths)}.",
+        "They do not name the snapshot that the batch runs:\n" + "\n".join(paths[:_SHOWN]),
+        "Move them away; the same command then computes these episodes.",
+        exit_code=ExitCode.INTERNAL,
+    )
+
+
+def _remove_others(gathered: Path, folder: Folder, found: Mapping[str, Path]) -> None:
+    """Remove the copies of results that are of the plan no more; they themselves stay."""
+    for copy in gathered.rglob("*.json"):
+        original = folder.result(copy.stem)
+        if copy.stem not in found and original.is_file() and original.read_bytes() == copy.read_bytes():
+            copy.unlink()
 
 
 def _write_conclusion(

@@ -3,6 +3,7 @@
 The folder is the truth: driver and workers can die at any moment.
 
 plan.json             the plan (schema `plan`), written first
+solutions/HASH/       the snapshot of the solution that is run (see bundles/snapshot.py)
 episodes/LABEL-KEY8/  result.json (there: done), log.txt, recordings, attempts.jsonl, attempt-N/ (what failed)
 claims/KEY            the worker that computes an episode
 events/WORKER.jsonl   the events, a file per worker
@@ -13,12 +14,14 @@ cancelled             there: the driver has to end all workers
 driver.lock           held by the driver; driver.log is the output of a detached one
 conclusion.json       of a detached batch: the files that were made at its end, or why there are none
 results/, scores.json, report.html, junit.xml, results.zip    made of the results at the end
-results/NAME/, solutions/NAME/, comparison.json    the same of several solutions, and their comparison
+results/NAME/, scores/NAME/, comparison.json    the same of several solutions, and their comparison
 costs.json            wall time, processor time and GPU hours of each solution
 """
 
 import os
 from collections import Counter
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,6 +29,7 @@ from benchbot.core.errors import BenchbotError
 from benchbot.plugins.batch import plan as plans
 from benchbot.plugins.batch.attempts import RESULT, Attempts, Finished
 from benchbot.plugins.batch.plan import KEY_DIGITS, Plan, PlannedEpisode
+from benchbot.plugins.bundles import snapshot as snapshots
 
 _SHOWN = 8
 
@@ -40,6 +44,7 @@ class Folder:
         self.events = path / "events"
         self.workers = path / "workers"
         self.episodes = path / "episodes"
+        self.solutions = path / snapshots.FOLDER
         self.worker_pool = path / "crew.json"
         self.executor = path / "executor.json"
         self.cancelled = path / "cancelled"
@@ -120,8 +125,8 @@ def preview(folder: Folder, plan: Plan) -> Preview:
     return Preview(plan, tuple(done), tuple(left), dropped, before)
 
 
-def prepare(folder: Folder, plan: Plan, *, update: bool = False) -> Preview:
-    """Write the plan into its folder; return what is to be done.
+def prepare(folder: Folder, plan: Plan, *, update: bool = False, keep: Callable[[], object] = lambda: None) -> Preview:
+    """Write the plan into its folder, after `keep` has put there what it is about; return what is to be done.
 
     Raises BenchbotError for a folder with other things in it, and for one with another plan, unless it is to `update`:
     then what is not computed anew stays as it is, and the plan before is kept beside.
@@ -135,15 +140,51 @@ def prepare(folder: Folder, plan: Plan, *, update: bool = False) -> Preview:
         )
     if found.before is not None and found.is_changed and not update:
         raise BenchbotError(
-            f"{folder.path} holds another batch.",
+            _other_title(folder, plan, found.before),
             _difference(found, found.before),
-            "Give --update to go on here with what has changed, or choose another folder with --output-location.",
+            f"Go on with that one, and with its solution as it was: benchbot batch attach {folder.path}\n"
+            "Compute this one in a folder of its own: --output-location FOLDER\n"
+            "Go on here with what has changed: --update; what is another's stays beside, and counts for nothing.",
         )
     check_writable(folder.path)
+    keep()
     if found.before is not None and found.is_changed:
         folder.plan.replace(folder.path / f"plan-{found.before.hash[:KEY_DIGITS]}.json")
     if found.before != plan:
         plans.write(folder.plan, plan)
+    return found
+
+
+def first_line(folder: Folder, plan: Plan, edited: Sequence[str] = ()) -> str:
+    """Return the batch, its folder and its solution, and in the same line all that is not as it seems.
+
+    `edited` are files of the solution that have changed since.
+    """
+    own = plan.snapshots
+    others = sorted(path.name for path in folder.solutions.glob("?" * 64) if path.name not in own)
+    said = [f"Batch {plan.hash[:KEY_DIGITS]} in {folder.path}, {_solutions(plan)}"]
+    if others:
+        named = ", ".join(name[:KEY_DIGITS] for name in others)
+        said.append(f"results of other contents of the solution lie here as well, and count for nothing: {named}")
+    before = [] if folder.episodes.exists() else _of_other_content(folder, plan)
+    if before:
+        said.append(f"another content of the solution was computed in {', '.join(before[:_SHOWN])}")
+    if edited:
+        said.append(f"its files have changed since ({', '.join(edited[:_SHOWN])}), and it runs what they were")
+    return "; ".join(said)
+
+
+def _of_other_content(folder: Folder, plan: Plan) -> list[str]:
+    """Return the folders beside that are called as this one is by default, and hold the same of another solution."""
+    stem = folder.path.name.removesuffix(plan.hash[:KEY_DIGITS])
+    if stem == folder.path.name:
+        return []
+    found = []
+    for path in sorted(folder.path.parent.glob(f"{stem}{'?' * KEY_DIGITS}/plan.json")):
+        with suppress(BenchbotError):
+            before = plans.read(path)
+            if _commands(plan) == _commands(before) and plan.snapshots != before.snapshots:
+                found.append(path.parent.name)
     return found
 
 
@@ -159,6 +200,21 @@ def check_writable(folder: Path) -> None:
             f"{error.strerror}.",
             "Name one that you may write to, and that all workers can reach: --output-location FOLDER",
         ) from error
+
+
+def _other_title(folder: Folder, plan: Plan, before: Plan) -> str:
+    if plan.snapshots == before.snapshots:
+        return f"{folder.path} holds another batch."
+    return f"{folder.path} holds a batch of the {_solutions(before)}, and what is given now is {_solutions(plan)}."
+
+
+def _solutions(plan: Plan) -> str:
+    named = [f"{name or ''} {one.snapshot[:KEY_DIGITS]}".strip() for name, one in plan.all_solutions.items()]
+    return ("solution " if len(named) == 1 else "solutions ") + ", ".join(named)
+
+
+def _commands(plan: Plan) -> list[object]:
+    return [(name, one.native, one.example, one.words, one.hold) for name, one in plan.all_solutions.items()]
 
 
 def _difference(found: Preview, before: Plan) -> str:

@@ -145,15 +145,17 @@ def retry(
 def _go_on(directory: Path, jobs: int | None, *, archive: bool, detach: bool, display: Display, as_json: bool) -> None:
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
+    from benchbot.plugins.batch import matrix
     from benchbot.plugins.batch import plan as plans
-    from benchbot.plugins.batch.folder import Folder
+    from benchbot.plugins.batch.folder import Folder, first_line
     from benchbot.plugins.batch.worker_pool import WorkerPool
 
-    folder = Folder(directory.absolute())
+    folder, catalog = Folder(directory.absolute()), Catalog(load())
     plan = plans.read(folder.plan)
     pool = WorkerPool.read(folder)
+    console.note(first_line(folder, plan, matrix.edited(plan, catalog)))
     pool = replace(pool, jobs=jobs or pool.jobs, archive=archive or pool.archive, detached=detach)
-    exit_as_it_ended(drive(folder, pool, Catalog(load()), plan, display=display, as_json=as_json).status)
+    exit_as_it_ended(drive(folder, pool, catalog, plan, display=display, as_json=as_json).status)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -22,23 +23,26 @@ from benchbot.submission.modes import spec_of
 LABEL_LENGTH = 100
 
 
-def make(request: BatchRequest, catalog: Catalog, folder: Path) -> Plan:
-    """Return the plan of a batch whose native solution runs in `folder`.
+def make(request: BatchRequest, catalog: Catalog, folder: Path) -> tuple[Plan, SourceFiles]:
+    """Return the plan of a batch whose native solution runs in `folder`, and the files of the solution.
 
     Raises one BenchbotError that names all reasons why some combination is impossible.
     """
-    solution = PlannedSolution(request.native, request.example, tuple(request.words), str(folder), {}, request.hold)
-    command, ran_in = _command(solution, catalog)
+    solution = PlannedSolution(
+        request.native, request.example, tuple(request.words), str(folder), {}, request.hold, tuple(request.source)
+    )
+    command, ran_in = command_of(solution, catalog)
     for name in request.record:
         catalog.plugins.record("recorders", name)
-    solution = replace(solution, files=solutions.files(command, ran_in, request.hold, catalog).hashes)
+    files = solutions.files(command, ran_in, solution)
+    solution = replace(solution, files=files.content.files, snapshot=files.content.hash)
     possible = selections(request, catalog)
     shared = {
         "timeout_s": request.timeout_s,
-        "solution": {"command": command, "files": dict(solution.files), **request.hold.determines()},
+        "solution": {"command": command, "snapshot": solution.snapshot, **request.hold.determines()},
     }
     episodes = tuple(_episodes(request, possible, shared))
-    return Plan(
+    plan = Plan(
         hash=plan_hash(episodes),
         task=request.task,
         method=request.method,
@@ -49,14 +53,20 @@ def make(request: BatchRequest, catalog: Catalog, folder: Path) -> Plan:
         policy=request.policy,
         episodes=episodes,
     )
+    return plan, files
 
 
-def files_of(plan: Plan, catalog: Catalog) -> SourceFiles:
-    """Return the files of a plan's solution as they are now, and where there were too many."""
-    return solutions.files(*_command(plan.solution, catalog), plan.solution.hold, catalog)
+def edited(plan: Plan, catalog: Catalog) -> list[str]:
+    """Return the files of a plan's solution that are not what they were; none where they cannot be looked at."""
+    changed: set[str] = set()
+    for solution in plan.all_solutions.values():
+        with suppress(BenchbotError, OSError):
+            before, now = solution.files, solutions.files(*command_of(solution, catalog), solution).content.files
+            changed |= {name for name in {*before, *now} if before.get(name) != now.get(name)}
+    return sorted(changed)
 
 
-def _command(solution: PlannedSolution, catalog: Catalog) -> tuple[list[str], Path]:
+def command_of(solution: PlannedSolution, catalog: Catalog) -> tuple[list[str], Path]:
     """Return the command, and where it runs; the command of a container is in its image."""
     if solution.hold.context is not None:
         return [solutions.IMAGE, *solution.words], Path(solution.folder)

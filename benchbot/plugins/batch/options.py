@@ -51,6 +51,9 @@ OPTIONS: dict[str, dict[str, Any]] = {
             "One of several to compare, also NAME=example:E, sandbox:COMMAND, containerised:FOLDER; repeatable.",
         ),
         "args": _option(str, "--args -a", "WORDS", "Words to append to the command, in quotes."),
+        "source": _option(
+            list[str], "--source", "GLOB", "Files that belong to it, beside those that it imports or names; repeatable."
+        ),
         "timeout_s": _option(float, "--timeout", "SECONDS", "End a solution that runs longer than this.", min=0),
         "sandbox": _option(str, "--sandbox", "COMMAND", "Run this command, held in a sandbox."),
         "sandboxed": _option(bool, "--sandboxed", None, "Hold the example in a sandbox, too."),

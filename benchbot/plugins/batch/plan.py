@@ -14,7 +14,7 @@ from benchbot.core.request import Limits, RunRequest, canonical, digest
 from benchbot.evaluation import batch_folder
 from benchbot.submission.modes import DEFAULT_LIMITS, LOG_LIMIT_BYTES, ProcessLimits
 
-VERSION = 1
+VERSION = 2
 KEY_DIGITS = batch_folder.KEY_DIGITS
 
 SceneKey = tuple[str, str, str]
@@ -75,7 +75,7 @@ class Hold:
 
 @dataclass(frozen=True)
 class PlannedSolution:
-    """The solution of each episode: a command or an example, or a container, and the hashes of its files."""
+    """The solution of each episode: a command or an example, or a container; its files and their snapshot, by hash."""
 
     native: str | None
     example: str | None
@@ -83,6 +83,9 @@ class PlannedSolution:
     folder: str
     files: Mapping[str, str]
     hold: Hold = Hold()
+    source: tuple[str, ...] = ()
+    """Globs of files that count beside those that its command leads to."""
+    snapshot: str = ""
 
 
 @dataclass(frozen=True)
@@ -129,6 +132,17 @@ class Plan:
     episodes: tuple[PlannedEpisode, ...]
     solutions: Mapping[str, PlannedSolution] = field(default_factory=dict)
     """The solutions of a batch of several, by name; `solution` is then the first of them."""
+
+    @property
+    def all_solutions(self) -> "Mapping[str | None, PlannedSolution]":
+        """The solutions by name; the only one of a batch without names by None."""
+        named: dict[str | None, PlannedSolution] = {name: self.solutions[name] for name in self.solutions}
+        return named or {None: self.solution}
+
+    @property
+    def snapshots(self) -> dict[str, None]:
+        """The hashes of the snapshots that are run."""
+        return dict.fromkeys(solution.snapshot for solution in self.all_solutions.values())
 
     @property
     def robots(self) -> list[str]:
@@ -186,6 +200,12 @@ def read(path: Path) -> Plan:
             "Name the folder of a batch, as benchbot batch has printed it.",
         )
     document = schema.read(path)
+    if document.get("version") == 1:
+        raise BenchbotError(
+            f"The batch in {path.parent} was begun by an older BenchBot.",
+            "That one ran the solution from where it lies, and kept no snapshot of it: nobody can say which one ran.",
+            "Begin it again in another folder: benchbot batch --output-location FOLDER …",
+        )
     schema.check(document, "plan", path)
     episodes = tuple(PlannedEpisode(**entry) for entry in document["episodes"])
     if document["hash"] != plan_hash(episodes):
@@ -210,4 +230,5 @@ def read(path: Path) -> Plan:
 
 def _solution(document: Mapping[str, Any]) -> PlannedSolution:
     solution = {"hold": asdict(Hold()), **document}
-    return PlannedSolution(**{**solution, "words": tuple(solution["words"]), "hold": Hold.from_dict(solution["hold"])})
+    texts = {name: tuple(solution[name]) for name in ("words", "source")}
+    return PlannedSolution(**{**solution, **texts, "hold": Hold.from_dict(solution["hold"])})

@@ -37,6 +37,8 @@ class BatchRequest:
     example: str | None = None
     hold: Hold = Hold()  # noqa: RUF009 - it is frozen
     words: Sequence[str] = ()
+    source: Sequence[str] = ()
+    """Globs of files that belong to the solution, beside those that its command leads to."""
     seeds: Sequence[int] = (0,)
     repeats: int = 1
     episodes: Sequence[int] | None = None
@@ -85,6 +87,7 @@ def request_of(wanted: Wanted) -> BatchRequest:
         native=wanted.get("native") or wanted.get("sandbox"),
         example=wanted.get("example"),
         words=tuple(split_words("--args", wanted.get("args"))),
+        source=tuple(wanted.get("source", ())),
         seeds=numbers("--seeds", wanted.get("seeds", 0)),
         repeats=wanted.get("repeats", 1),
         episodes=None if "episodes" not in wanted else numbers("--episodes", wanted["episodes"]),

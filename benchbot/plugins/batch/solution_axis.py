@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from benchbot.core.declarations.catalog import Catalog
+    from benchbot.plugins.batch.source_files import SourceFiles
 
 _NAME = re.compile(r"\w[\w.-]{0,39}")
 _LABEL_LENGTH = 100
@@ -39,23 +40,26 @@ def each(wanted: Wanted) -> dict[str | None, Wanted]:
     return {name: {**rest, **_solution(command)} for name, command in _named(given).items()}
 
 
-def plan(wanted: Mapping[str | None, Wanted], catalog: "Catalog", folder: "Path") -> Plan:
-    """Return the plan of a batch, of one solution or of several; raises BenchbotError as `matrix.make` does."""
+def plan(
+    wanted: Mapping[str | None, Wanted], catalog: "Catalog", folder: "Path"
+) -> "tuple[Plan, dict[str | None, SourceFiles]]":
+    """Return the plan of a batch, and the files of each solution by its name; raises BenchbotError as `matrix.make`."""
     from benchbot.plugins.batch import matrix, solution_options
     from benchbot.plugins.batch.request import request_of
 
     plans: dict[str | None, Plan] = {}
+    files: dict[str | None, SourceFiles] = {}
     errors: dict[tuple[str, str], BenchbotError] = {}
     for name, one in wanted.items():
         try:
             request = replace(request_of(one), hold=solution_options.hold_of(catalog, one))
-            plans[name] = matrix.make(request, catalog, folder)
+            plans[name], files[name] = matrix.make(request, catalog, folder)
         except BenchbotError as error:
             for reason in error.reasons if isinstance(error, ImpossibleError) else [error]:
                 errors.setdefault((reason.title, reason.why), reason)
     if errors:
         raise all_of("This batch", list(errors.values()))
-    return plans[None] if None in plans else _combined({str(name): each for name, each in plans.items()})
+    return plans[None] if None in plans else _combined({str(name): each for name, each in plans.items()}), files
 
 
 def _combined(plans: Mapping[str, Plan]) -> Plan:

@@ -52,16 +52,15 @@ class Worker:
         self._events = EventLog(folder.events, name)
         self._observer = Observer(folder.claims, self._plan.policy.stale_s)
         catalog, gpus = Catalog(load()), WorkerPool.read(folder).resources.gpus
-        specs = {
-            solution: stack.enter_context(solutions.prepared(alone, catalog, print, gpus))
+        prepared = {
+            solution: stack.enter_context(solutions.prepared(alone, catalog, folder.solutions, print, gpus))
             for solution, alone in self._plan.each().items()
         }
-        self._backend = WarmBackend(
-            self._plan, folder.path, needs_socket=any(spec.mode.needs_socket for spec in specs.values())
-        )
+        needs_socket = any(solution.spec.mode.needs_socket for solution in prepared.values())
+        self._backend = WarmBackend(self._plan, folder.path, needs_socket=needs_socket)
         memory = MemoryWatch(os.getpid())
         self._context = EpisodeContext(
-            folder, self._plan, catalog, self._backend, self._events, name, memory, specs, gpus
+            folder, self._plan, catalog, self._backend, self._events, name, memory, prepared, gpus
         )
         self._canaries = Canaries(folder, self._plan)
         self._left = Pending(self._plan.episodes, name)

@@ -13,6 +13,7 @@ from benchbot.core.errors import BenchbotError
 if TYPE_CHECKING:
     from benchbot.core.declarations.catalog import Catalog, Declaration
     from benchbot.evaluation.result_document import ResultDocument
+    from benchbot.plugins.bundles.snapshot import Snapshot
     from benchbot.plugins.bundles.solution_source import Source
 
 
@@ -23,7 +24,10 @@ def bundle(
     solution: Annotated[
         Path | None,
         typer.Option(
-            "--solution", "-s", metavar="PATH", help="The solution's folder, in which its command ran, or its one file."
+            "--solution",
+            "-s",
+            metavar="PATH",
+            help="The folder in which its command ran, or its one file. [default: what the batch has run]",
         ),
     ] = None,
     example: Annotated[
@@ -74,8 +78,9 @@ def bundle(
 
     console.check_output(output)
     catalog = Catalog(load())
-    source = _source(catalog, solution, example, leave_out or [])
     submissions = _submissions(results)
+    kept = _snapshot(submissions, results)
+    source = _source(catalog, solution, example, leave_out or [], kept)
     manifest = bundle_file.make(
         output,
         submissions,
@@ -84,24 +89,44 @@ def bundle(
         command=None if command is None else split_words("--command", command),
         lock=lock or _lock_in(source),
         timeout_s=timeout,
+        snapshot=kept if solution is None and example is None else None,
     )
     _note_contents(manifest, output)
     console.data_json({"path": str(output), **manifest}) if as_json else console.data(str(output))
 
 
-def _source(catalog: "Catalog", solution: Path | None, example: str | None, leave_out: list[str]) -> "Source":
+def _snapshot(submissions: "list[ResultDocument]", paths: list[Path]) -> "Snapshot | None":
+    """Return the snapshot that made the results of a batch, where it lies with them."""
+    from benchbot.plugins.bundles import snapshot
+
+    ran = ((item.document.get("provenance") or {}).get("solution") or {} for item in submissions)
+    named = {one.get("snapshot") for one in ran}
+    return snapshot.found(str(named.pop()), paths) if len(named) == 1 and None not in named else None
+
+
+def _source(
+    catalog: "Catalog", solution: Path | None, example: str | None, leave_out: list[str], kept: "Snapshot | None"
+) -> "Source":
     from benchbot.plugins.bundles import solution_source
 
+    if solution is None and example is None and kept is not None:
+        console.note(f"The solution is the snapshot that the batch has run: {kept.path}")
+        return solution_source.of_snapshot(kept, leave_out)
     if (solution is None) == (example is None):
         raise BenchbotError(
             "It is not clear which solution made the results.",
             f"{'Neither' if solution is None else 'Both'} of --solution and --example was given.",
-            "Name its folder, or its file: --solution PATH; or an example: --example NAME",
+            "Name its folder, or its file: --solution PATH; or an example: --example NAME. What a batch has run lies "
+            "with its results, and needs no name.",
         )
     if example is None:
-        return solution_source.collect(solution or Path(), leave_out)
-    chosen = catalog.get("examples", example)
-    return solution_source.collect(chosen.path.parent, [*leave_out, *_of_other_examples(chosen, catalog)])
+        source = solution_source.collect(solution or Path(), leave_out)
+    else:
+        chosen = catalog.get("examples", example)
+        source = solution_source.collect(chosen.path.parent, [*leave_out, *_of_other_examples(chosen, catalog)])
+    if kept is not None:
+        solution_source.require_content(source, kept)
+    return source
 
 
 def _of_other_examples(chosen: "Declaration", catalog: "Catalog") -> set[str]:

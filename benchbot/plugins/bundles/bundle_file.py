@@ -22,6 +22,7 @@ from benchbot.evaluation.result_document import ResultDocument, parse
 from benchbot.evaluation.result_files import SIZE_LIMIT_BYTES
 from benchbot.plugins.bundles import archive
 from benchbot.plugins.bundles.archive import Archive, Member, damaged
+from benchbot.plugins.bundles.snapshot import Snapshot
 from benchbot.plugins.bundles.solution_source import CONTAINER, Source, portable_command
 from benchbot.plugins.installer import lockfile
 
@@ -38,11 +39,13 @@ def make(
     command: Sequence[str] | None = None,
     lock: Path | None = None,
     timeout_s: float | None = None,
+    snapshot: Snapshot | None = None,
 ) -> dict[str, Any]:
     """Write a bundle of results and the source of the solution that made them; return its manifest.
 
     The same arguments give the same bytes. `command` runs in the source's folder and replaces the one in the results.
-    `lock` is a project's `benchbot.lock`; `timeout_s` was the solution's time limit. Raises BenchbotError when the
+    `lock` is a project's `benchbot.lock`; `timeout_s` was the solution's time limit; `snapshot` is what the source was
+    taken from, if it was. Raises BenchbotError when the
     results are not all of one solution and of one set of software, or the source did not make them.
     """
     solutions = [_provenance(item).get("solution") or {} for item in submissions]
@@ -53,6 +56,8 @@ def make(
             "Their commands, the files that those name, or their revisions differ.",
             "Make a bundle of each: benchbot bundle RESULT… takes results of one solution.",
         )
+    if snapshot is not None:
+        solution = snapshot.portable(solution)
     software = _software(submissions)
     ran = {name: solution[name] for name in ("git_revision", "git_dirty") if name in solution}
     results = [_result_row(number, item) for number, item in enumerate(submissions, 1)]

@@ -8,13 +8,14 @@ import json
 import os
 import re
 import subprocess
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.bundles.archive import Member
+from benchbot.plugins.bundles.snapshot import Snapshot
 
 MAX_BYTES = 512 * 2**20
 SEARCHED_BYTES = 64 * 2**20
@@ -55,17 +56,18 @@ class Source:
     """Their paths are relative to the folder."""
 
 
-def collect(where: Path, leave_out: Sequence[str] = ()) -> Source:
+def collect(where: Path, leave_out: Sequence[str] = (), names: Iterable[str] | None = None) -> Source:
     """Return a solution's source: a single file, or a folder's files without those in `LEFT_OUT` and `leave_out`.
 
-    Raises BenchbotError for links, secrets, ground truth, and for more than `MAX_BYTES`.
+    `names` are the files of a folder, where they are known. Raises BenchbotError for links, secrets, ground truth, and
+    for more than `MAX_BYTES`.
     """
     folder = where.parent if where.is_file() else where
     if not where.exists():
         raise BenchbotError(
             f"There is no {where}.", "It was named as the solution.", "Name the solution's file, or its folder."
         )
-    names = [where.name] if where.is_file() else sorted(_listed(folder))
+    names = [where.name] if where.is_file() else sorted(_listed(folder) if names is None else names)
     kept = [name for name in names if not _matches(name, (*LEFT_OUT, *leave_out))]
     for name in kept:
         if (folder / name).is_symlink() or not (folder / name).is_file():
@@ -94,6 +96,33 @@ def collect(where: Path, leave_out: Sequence[str] = ()) -> Source:
             raise BenchbotError(f"{name} must not be given away.", why, f"Leave it out: --leave-out {name}")
     members = [Member(name, folder / name, os.access(folder / name, os.X_OK)) for name in kept]
     return Source(folder, tuple(members))
+
+
+def of_snapshot(snapshot: Snapshot, leave_out: Sequence[str] = ()) -> Source:
+    """Return the source that a snapshot holds; raises BenchbotError when it needs more than its folder to run."""
+    content = snapshot.content
+    if any(folder != content.folder for folder in content.search):
+        raise BenchbotError(
+            "The solution cannot be bundled as it ran.",
+            f"It imports from folders that PYTHONPATH or an environment named: {', '.join(content.search)}",
+            "Put all that it imports into its folder, or install it with it; then run it again.",
+        )
+    return collect(snapshot.files, leave_out, [*content.files, *content.links])
+
+
+def require_content(source: Source, snapshot: Snapshot) -> None:
+    """Raise BenchbotError unless a source holds the files of a snapshot, as far as these lie in its folder."""
+    members = {item.path: item for item in source.members}
+    folder = PurePosixPath(snapshot.content.folder)
+    for name, expected in snapshot.content.files.items():
+        path = PurePosixPath(name)
+        inside = path.relative_to(folder).as_posix() if path.is_relative_to(folder) else None
+        if inside is not None and (inside not in members or members[inside].sha256 != expected):
+            raise BenchbotError(
+                f"{name} is not as it was when the results were made.",
+                "The bundle would hold another solution than the one that its results are of.",
+                f"Leave --solution out: the batch has kept the solution that it ran ({snapshot.path}).",
+            )
 
 
 def _listed(folder: Path) -> set[str]:
@@ -170,6 +199,12 @@ def portable_command(solution: Mapping[str, Any], source: Source) -> list[str]:
             "The result does not say which command made it.",
             "Its provenance has none.",
             "Name the command, as it is run in the solution's folder: --command 'python solution.py'",
+        )
+    if solution.get("changed_files"):
+        raise BenchbotError(
+            f"{solution['changed_files'][0]} was changed while the solution ran.",
+            "Nobody can say which content of it made the result.",
+            "Run the solution again, and leave its files alone until it has ended.",
         )
     if solution.get("mode") == CONTAINER:
         if not {"Dockerfile", "Containerfile"} & {member.path for member in source.members}:

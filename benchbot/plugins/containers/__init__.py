@@ -1,1 +1,3 @@
 """Solutions in containers, on podman or docker: found, built, limited, watched, and always removed."""
+
+__all__ = ["context"]

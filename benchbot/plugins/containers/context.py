@@ -28,16 +28,21 @@ class Context:
         lines = path.read_text("utf-8").splitlines() if path.is_file() else []
         return [line.strip() for line in lines if line.strip() and not line.startswith("#")]
 
+    @property
+    def names(self) -> list[str]:
+        """The files and folders that the image is built from, relative to the folder, without the Dockerfile."""
+        from docker.utils.build import exclude_paths
+
+        found: Iterable[str] = exclude_paths(str(self.folder), self.ignored, dockerfile=self.dockerfile)
+        return sorted(found)
+
     def digest(self, identity: Callable[[str], str | None]) -> str:
         """Return a digest (SHA-256) of everything in the image: names, contents, executable bits, bases.
 
         `identity` returns the identifier of an image on this machine, or None where it is not here yet.
         """
-        from docker.utils.build import exclude_paths
-
         digest = hashlib.sha256((self.folder / self.dockerfile).read_bytes())
-        names: Iterable[str] = exclude_paths(str(self.folder), self.ignored, dockerfile=self.dockerfile)
-        for name in sorted(names):
+        for name in self.names:
             path = self.folder / name
             mode = path.lstat().st_mode
             content = b""

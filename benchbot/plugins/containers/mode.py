@@ -25,9 +25,6 @@ from benchbot.submission.limits import with_defaults
 from benchbot.submission.modes import SolutionSpec
 from benchbot.wire.run_state import Connection
 
-IMAGE = "container"
-"""The name under which all files that an image is built from are hashed together."""
-
 
 def resolved(options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options with the Dockerfile found; raises BenchbotError when there is none."""
@@ -53,12 +50,6 @@ def prepared(spec: SolutionSpec, options: Mapping[str, Any], tell: Callable[[str
         gpus=options.get("gpus", 0),
     ) as held:
         yield replace(spec, command=[held.image, *spec.command], folder=source.folder, mode=held)
-
-
-def files(options: Mapping[str, Any]) -> Mapping[str, str] | None:
-    """Return the hash of all that the image is built from."""
-    # The digests of bases differ from machine to machine; their names are in the Dockerfile.
-    return {IMAGE: _context(options).digest(lambda _name: None)}
 
 
 def check(_catalog: Catalog, intent: Intent) -> Iterator[Finding]:

@@ -62,11 +62,6 @@ def prepared(spec: SolutionSpec, options: Mapping[str, Any], tell: Callable[[str
     yield replace(spec, mode=sandbox)
 
 
-def files(options: Mapping[str, Any]) -> Mapping[str, str] | None:
-    """Return None: the command of a solution names its files."""
-    return None
-
-
 def check(_catalog: Catalog, intent: Intent) -> Iterator[Finding]:
     """Yield how solutions that are to be sandboxed are held; raises BenchbotError when there can be no sandbox here."""
     for options in [each.options for each in intent.submissions if each.mode == SANDBOX][:1]:

@@ -13,10 +13,17 @@ from typing import Any
 import pytest
 
 import benchbot
+from benchbot.plugins.batch.source_files import find
 from tests.cli.solutions import PASSIVE
 from tests.command_line import CommandLine
 
 _PATIENCE_S = 240.0
+TELLING = f"""\
+import helper
+from pathlib import Path
+print("content:", helper.CONTENT, open("data.txt").read(), Path(__file__).with_name("data.txt").read_text(), flush=True)
+{PASSIVE}"""
+"""Prints the content that it is of, from a module and twice from a file."""
 
 
 @dataclass
@@ -84,6 +91,32 @@ def wait_until(condition: Callable[[], object], patience_s: float = _PATIENCE_S)
         time.sleep(0.02)
 
 
+class Solution:
+    """A solution of three files, which tells what they hold."""
+
+    def __init__(self, batches: Batches) -> None:
+        self.folder = batches.cli.folder
+        self.batches = batches
+        batches.solution = batches.cli.script("s.py", TELLING)
+        self.write("one")
+
+    def write(self, content: str) -> str:
+        """Edit it, and return its hash."""
+        (self.folder / "s.py").write_text(f"# {content}\n{TELLING}")
+        (self.folder / "helper.py").write_text(f"CONTENT = {content!r}\n")
+        (self.folder / "data.txt").write_text(content)
+        return find(self.batches.solution.split(), self.folder).content.hash
+
+    def told(self, folder: str) -> set[tuple[str, str]]:
+        """Return the content that each attempt printed, with the snapshot that its result names."""
+        found = set()
+        for path in (self.folder / folder / "episodes").rglob("result.json"):
+            named = json.loads(path.read_text("utf-8"))["provenance"]["solution"]["snapshot"]
+            log = (path.parent / "log.txt").read_text("utf-8")
+            found |= {(line, named) for line in log.splitlines() if line.startswith("content:")}
+        return found
+
+
 @pytest.fixture(scope="session")
 def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of BenchBot: its hash is in every key, and somebody may edit the sources while tests run."""
@@ -98,3 +131,8 @@ def batches(cli: CommandLine, sources: Path) -> Iterator[Batches]:
     cli.variables["PYTHONPATH"] = os.pathsep.join([str(sources), cli.variables["PYTHONPATH"]])
     yield Batches(cli, cli.script("passive.py", PASSIVE))
     assert cli.no_process_is_left(), cli.processes_left()
+
+
+@pytest.fixture
+def solution(batches: Batches) -> Solution:
+    return Solution(batches)

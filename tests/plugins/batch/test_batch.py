@@ -27,14 +27,15 @@ def benchbot_ground_truths():
 
 
 GATED = f"""\
-import pathlib, time
+import pathlib, sys, time
+gate = pathlib.Path(sys.argv.pop())
 try:
-    pathlib.Path("first").mkdir()
+    (gate / "first").mkdir()
 except FileExistsError:
-    while not pathlib.Path("open").exists():
+    while not (gate / "open").exists():
         time.sleep(0.05)
 {PASSIVE}"""
-"""Of all episodes the first one ends, and the others when somebody opens the gate."""
+"""Of all episodes the first one ends, and the others when somebody opens the gate, a folder that is its argument."""
 
 
 def truth(variant: int) -> str:
@@ -55,7 +56,9 @@ def test_a_warm_back_end_gives_the_bytes_of_a_cold_one_also_to_a_solution_in_a_s
     assert done.stdout == f"{batches.path('b')}\n"
     assert "The solution runs in a sandbox" in done.stderr
     batches.cli("submit", *words, "--robot", "sample_robot", "--seed", "2", "--results-location", "cold.json")
-    assert batches.results("b")["sample_robot_arena-1_seed2"] == (batches.cli.folder / "cold.json").read_text()
+    warm = json.loads(batches.results("b")["sample_robot_arena-1_seed2"])
+    assert len(warm["provenance"]["solution"].pop("snapshot")) == 64
+    assert warm == json.loads((batches.cli.folder / "cold.json").read_text())
     assert batches.told("b", "started") == 1
 
 
@@ -178,7 +181,7 @@ def test_a_detached_batch_sees_to_itself_until_it_is_scored(
     make_plugin: MakePlugin,
 ) -> None:
     make_plugin("arena-truths", TRUTHS, {f"ground_truths/{n}.json": truth(n) for n in (1, 2)})
-    batches.solution = batches.cli.script("gated.py", GATED)
+    batches.solution = f"{batches.cli.script('gated.py', GATED)} {batches.cli.home}"
     folder = batches.path("b")
 
     def detach(*words: str) -> None:
@@ -208,7 +211,7 @@ def test_a_detached_batch_sees_to_itself_until_it_is_scored(
     detach("batch", "attach", "b")
     (driver,) = batches.processes("benchbot.plugins.batch.driver")
     os.kill(driver, signal.SIGKILL)
-    (batches.cli.folder / "open").touch()
+    (batches.cli.home / "open").touch()
     wait_until((folder / "conclusion.json").exists)
     assert [event["who"][:6] for event in batches.events("b") if event["what"] == "evaluating"] == ["local-"]
     assert json.loads((folder / "scores.json").read_text())["coverage"]["scored"] == 2

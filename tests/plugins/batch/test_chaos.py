@@ -9,7 +9,7 @@ from contextlib import suppress
 
 import pytest
 
-from tests.plugins.batch.conftest import Batches, wait_until
+from tests.plugins.batch.conftest import Batches, Solution, wait_until
 from tests.supervisor.harness import alive
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("batch chaos")]
@@ -21,6 +21,7 @@ VICTIMS = {
     "driver": ("-m benchbot batch",),
 }
 KILLS = 8
+MOMENTS = 20
 HANGING = """\
 import os, time
 with open({pids!r}, "a") as file:
@@ -68,6 +69,36 @@ def disturb(batches: Batches, folder: str, chance: random.Random) -> None:
     for entries in batches.journals(folder).values():
         assert [entry.get("ended") for entry in entries].count("done") == 1
         assert entries[-1]["ended"] == "done", "nothing was computed after it was finished"
+
+
+def test_kills_and_edits_at_20_random_moments_leave_the_results_of_the_first_content(
+    batches: Batches, solution: Solution
+) -> None:
+    words = ("--jobs", "2", "--retries", "50", "--args", "0.05")
+    first = solution.write("one")
+    assert batches.run("calm", *words, seeds="0..5").returncode == 0
+    chance = random.Random(21)
+    process = batches.cli.start(*batches.words("b", *words, seeds="0..5"))
+    for moment in range(MOMENTS):
+        seen, news = len(batches.events("b")), chance.randint(1, 3)
+        wait_until(lambda: len(batches.events("b")) >= seen + news or process.poll() is not None)  # noqa: B023
+        if chance.random() < 0.5:
+            kill(batches, chance)
+        else:
+            solution.write(f"edited {moment}")
+        if process.poll() is not None:
+            process.communicate()
+            begin = chance.choice([["attach", "b"], ["retry", "b"]])
+            process = batches.cli.start("batch", *begin)
+    process.communicate(timeout=300)
+    attached = batches.cli("batch", "attach", "b")
+
+    assert attached.returncode == 0, attached.stderr
+    assert "its files have changed since" in attached.stderr.splitlines()[0]
+    assert solution.told("b") == {("content: one one one", first)}
+    assert batches.results("b") == batches.results("calm")
+    logs = [path.read_text("utf-8") for path in (batches.path("b") / "episodes").rglob("log.txt")]
+    assert all("edited" not in log for log in logs), "not even an attempt that was killed ran another content"
 
 
 def test_a_full_disk_is_waited_for_and_nothing_is_lost(batches: Batches) -> None:

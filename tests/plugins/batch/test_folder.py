@@ -30,7 +30,7 @@ def catalog() -> Catalog:
 def batch(tmp_path: Path, catalog: Catalog) -> tuple[Folder, Plan]:
     """A batch that is finished; some of its episodes failed."""
     request = BatchRequest("sample:passive", ["sample_robot"], ["arena:1"], native="true", seeds=range(EPISODES))
-    folder, plan = Folder(tmp_path / "batch"), matrix.make(request, catalog, tmp_path)
+    folder, plan = Folder(tmp_path / "batch"), matrix.make(request, catalog, tmp_path)[0]
     prepare(folder, plan)
     for episode in plan.episodes:
         tried = folder.attempts(episode)

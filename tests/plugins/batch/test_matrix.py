@@ -22,12 +22,12 @@ Make = Callable[..., Plan]
 @pytest.fixture
 def make(tmp_path: Path) -> Make:
     """Plans episodes of a small solution in the sample's arenas."""
-    (tmp_path / "solution.py").write_text("print('hello')\n")
+    (tmp_path / "solution.py").write_text("import beside, mapping.deep.er.model\nopen('weights.bin')\n")
     catalog = Catalog(plugin_manager.load())
 
     def plan(**changes: Any) -> Plan:
         request = BatchRequest("sample:passive", ["sample_robot"], ["arena:1", "arena:2"], native="python solution.py")
-        return matrix.make(replace(request, **changes), catalog, tmp_path)
+        return matrix.make(replace(request, **changes), catalog, tmp_path)[0]
 
     return plan
 
@@ -74,7 +74,9 @@ def test_whatever_determines_a_result_is_in_its_key(change: dict[str, Any], make
     assert keys(make()).isdisjoint(keys(make(**change)))
 
 
-@pytest.mark.parametrize("name", ["solution.py", "beside.py", "mapping/__init__.py", "mapping/deep/er/model.py"])
+@pytest.mark.parametrize(
+    "name", ["solution.py", "beside.py", "mapping/__init__.py", "mapping/deep/er/model.py", "weights.bin"]
+)
 def test_an_edited_solution_is_another_one(name: str, make: Make, tmp_path: Path) -> None:
     before = make()
     (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)

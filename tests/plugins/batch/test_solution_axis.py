@@ -38,7 +38,7 @@ SEES_A_BOTTLE = PASSIVE.replace(
 def planned(folder: Path, **given: Any) -> Plan:
     for name in "ab":
         (folder / f"{name}.py").write_text(f"print({name!r})\n")
-    return solution_axis.plan(solution_axis.each({**WANTED, **given}), Catalog(plugin_manager.load()), folder)
+    return solution_axis.plan(solution_axis.each({**WANTED, **given}), Catalog(plugin_manager.load()), folder)[0]
 
 
 def test_each_solution_has_the_keys_that_it_has_alone_and_pairs_come_together(
@@ -124,7 +124,7 @@ def test_a_batch_of_two_is_ended_gone_on_with_compared_and_its_costs_are_told(
     assert [(each["name"], each["score"]) for each in compared["sets"]] == [("blind", 0.0), ("seeing", 1.0)]
     for name in ("blind", "seeing"):
         assert len(list((folder / "results" / name).glob("*.json"))) == 4
-        assert (folder / "solutions" / name / "report.html").is_file()
+        assert (folder / "scores" / name / "report.html").is_file()
     by_hand = batches.cli("compare", f"blind={folder}/results/blind", f"seeing={folder}/results/seeing")
     assert by_hand.stdout == done.stdout
     blind, seen = json.loads((folder / "costs.json").read_text())["costs"]

@@ -32,7 +32,10 @@ def test_a_batch_builds_one_image_and_runs_each_episode_in_a_container_of_it(
         json.loads(path.read_bytes())["provenance"] for path in (tmp_path / "batch/episodes").glob("*/result.json")
     ]
     assert [(each["solution"]["mode"], each["failure"]) for each in found] == [("container", None)] * 2
+    (snapshot,) = (tmp_path / "batch" / "solutions").iterdir()
+    assert {each["solution"]["snapshot"] for each in found} == {snapshot.name}
+    assert (snapshot / "files" / "Dockerfile").read_bytes() == (folder / "Dockerfile").read_bytes()
     with closing(docker.APIClient(base_url=engine_variables["DOCKER_HOST"])) as client:
         assert client.containers(all=True) == []
     (folder / "solution.py").write_text("raise SystemExit(1)\n")
-    assert "Changed: the file container of the solution." in batch()
+    assert "Changed: the file solution.py of the solution." in batch()

@@ -12,9 +12,10 @@ from tests.supervisor.harness import eventually
 PATIENCE_S = 240.0
 FRAIL = """\
 import pathlib, time
-while not pathlib.Path("open").exists():
+here = pathlib.Path({here!r})
+while not (here / "open").exists():
     time.sleep(0.05)
-assert not pathlib.Path("broken").exists()
+assert not (here / "broken").exists()
 """
 
 
@@ -25,9 +26,9 @@ def test_a_batch_is_found_watched_and_tried_again(
 ) -> None:
     for name in ("BENCHBOT_STATE_DIR", "BENCHBOT_CACHE_DIR", "BENCHBOT_PLUGINS", "PYTHONPATH"):
         monkeypatch.setenv(name, batches.cli.variables[name])
-    here, folder = batches.cli.folder, batches.path("night")
+    here, folder = batches.cli.home, batches.path("night")
     (here / "broken").touch()
-    batches.cli.script("passive.py", FRAIL + PASSIVE)
+    batches.cli.script("passive.py", FRAIL.format(here=str(here)) + PASSIVE)
     driver = batches.cli.start(*batches.words("night", "--jobs", "1", "--no-canary", seeds="0..1", envs="arena:1"))
     assert eventually(lambda: [entry.alive for entry in listed()] == [True], PATIENCE_S)
     feed = BatchFeed(folder)
