@@ -1,7 +1,7 @@
 """Budgets: what an episode has spent over all its attempts, resets included, and whether its limits allow that."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from typing import Any, Self
 
 from benchbot.core.request import Limits
@@ -36,6 +36,10 @@ class Spent:
                 return f"The limit of {limit:g} {LIMITED[name]} is used up."
         return None
 
+    def repeatable(self) -> dict[str, float]:
+        """Return what of it is the same in each run with one seed, as plain data."""
+        return {name: round(value, 9) for name, value in asdict(self).items() if name != "wall_time_s"}
+
     @classmethod
     def of(cls, result: Mapping[str, Any]) -> Self:
         """Return what the whole episode of a result document has spent, as far as it says; wall time it never says.
@@ -43,16 +47,10 @@ class Spent:
         Of an older result with restarts, that is what the last attempt has spent.
         """
         provenance, tracks = result.get("provenance") or {}, result.get("track") or ()
+        last = {name: provenance[name] for name in ("steps", "restarts", "simulated_time_s") if name in provenance}
+        last |= {name: sum(track[name] for track in tracks) for name in ("collisions", "path_length_m")}
         rows = [row for scene in result.get("actions") or () for row in scene["rows"][1:]]
-        last = {
-            "steps": provenance.get("steps", 0),
-            "looks": sum(len(row) == 1 for row in rows),
-            "restarts": provenance.get("restarts", 0),
-            "collisions": sum(track["collisions"] for track in tracks),
-            "path_length_m": sum(track["path_length_m"] for track in tracks),
-            "simulated_time_s": provenance.get("simulated_time_s", 0.0),
-        }
-        return cls(**{**last, **provenance.get("spent", {})})
+        return cls(**{"looks": sum(len(row) == 1 for row in rows), **last, **provenance.get("spent", {})})
 
 
 def overrun(result: Mapping[str, Any]) -> str | None:
@@ -60,10 +58,9 @@ def overrun(result: Mapping[str, Any]) -> str | None:
 
     An action that is under way is not cut off: simulated time may end beyond its limit.
     """
-    spent = Spent.of(result)
     limits = ((result.get("provenance") or {}).get("selection") or {}).get("limits") or {}
     for name in ("steps", "restarts"):
-        limit, used = limits.get(name), getattr(spent, name)
+        used, limit = getattr(Spent.of(result), name), limits.get(name)
         if limit is not None and used > limit:
             return f"It has taken {used} {name}, and its limit is {limit}."
     return None

@@ -13,7 +13,6 @@ from typing import Any
 
 import benchbot
 from benchbot.core import plugin_manager
-from benchbot.core.budget import Spent
 from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
@@ -43,7 +42,7 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
         },
         "solution": solution,
         "restarts": spent.restarts,
-        **({"spent": _spent(spent)} if spent.restarts else {}),
+        **({"spent": spent.repeatable()} if spent.restarts else {}),
         **({"driven_by_hand": session.driven_by_hand} if session.driven_by_hand else {}),
         "steps": progress.steps,
         "frames": progress.frames,
@@ -56,13 +55,6 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
             "architecture": python_platform.machine(),
         },
     }
-
-
-def _spent(spent: Spent) -> dict[str, Any]:
-    """Return what an episode of several attempts has spent in all: wall time differs from run to run."""
-    document = {name: round(value, 9) for name, value in asdict(spent).items()}
-    del document["wall_time_s"]
-    return document
 
 
 def software(selection: Selection) -> dict[str, Any]:

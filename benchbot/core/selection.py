@@ -105,12 +105,11 @@ def select(catalog: Catalog, request: RunRequest) -> Selection:
 
     if task_found and robot_found:
         errors += _capabilities(task_found, robot_found)
+        errors += _unenforceable(catalog, robot_found, _limits(task_found, request.limits))
     if robot_found and scenes:
         errors += [error for scene in scenes for error in misfits(robot_found.data, scene)]
     if robot_found:
         errors += _runs(catalog, robot_found)
-    if task_found and robot_found:
-        errors += _unenforceable(catalog, robot_found, _limits(task_found, request.limits))
     if task_found and scenes:
         errors += _scenes(task_found, scenes)
     errors += _assets(catalog, scenes)

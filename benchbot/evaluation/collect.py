@@ -163,15 +163,14 @@ def _warn_of_settings(results: Sequence[ResultDocument], coverage: Coverage) -> 
 
 def _warn_of_restarts(results: Sequence[ResultDocument], coverage: Coverage) -> None:
     """Note what episodes of several attempts have spent: most scores are of the last attempt."""
-    spent = [(result.about, Spent.of(result.document)) for result in results]
-    told = [
-        f"{about}: {all_.restarts + 1} attempts, {all_.steps} steps and {all_.collisions} collisions in all"
-        for about, all_ in spent
-        if all_.restarts
-    ]
+    told = []
+    for about, spent in ((result.about, Spent.of(result.document)) for result in results):
+        if spent.restarts:
+            counts = f"{spent.restarts + 1} attempts, {spent.steps} steps and {spent.collisions} collisions in all"
+            told.append(f"{about}: {counts}")
     if told:
-        said = listed(told, "; ")
-        coverage.warnings.append(f"The robot was put back (restarts) in {len(told)} of {len(results)} episodes: {said}")
+        said = f"in {len(told)} of {len(results)} episodes: {listed(told, '; ')}"
+        coverage.warnings.append(f"The robot was put back (restarts) {said}")
 
 
 def _episode(result: ResultDocument) -> tuple[Any, ...]:

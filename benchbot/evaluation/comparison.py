@@ -193,15 +193,6 @@ def _notes(sets: Sequence[ResultSet]) -> list[str]:
     robots = {results.name: ", ".join(results.robots) for results in sets if results.robots}
     if len(set(robots.values())) > 1:
         notes.append(f"The robots differ: {'; '.join(f'{name} on {robot}' for name, robot in robots.items())}.")
-    put_back = {
-        results.name: [(row["provenance"] or {}).get("restarts", 0) for row in results.document["rows"]]
-        for results in sets
-    }
-    if any(map(any, put_back.values())):
-        said = [
-            f"{name} {sum(each)} in {sum(map(bool, each))} of {len(each)} results" for name, each in put_back.items()
-        ]
-        notes.append(f"The robot was put back after it had moved (restarts): {'; '.join(said)}.")
     changed = {results.name: sorted({settings(row) for row in results.rows}) for results in sets}
     if len(set(map(tuple, changed.values()))) > 1:
         said = [f"{name} with {' and '.join(each or 'none' for each in all_)}" for name, all_ in changed.items()]

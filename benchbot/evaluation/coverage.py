@@ -1,7 +1,7 @@
 """Coverage: the expected, the scored and the missing results, with reasons, so that no mean hides a gap."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -113,15 +113,10 @@ class Coverage:
 
 
 def means_of(
-    names: Iterable[str], rows: Sequence[Mapping[str, Any]], expected: int, zeros: Iterable[str]
+    names: Iterable[str], rows: Sequence[Mapping[str, Any]], expected: int, zeros: Collection[str]
 ) -> dict[str, int]:
-    """Return the number of results that each combined score is of, where these are fewer than those expected.
-
-    `rows` are those that count, `zeros` the scores in which a result without scores counts as zero.
-    """
-    counts = {
-        name: sum(name in row["scores"] or (not row["scores"] and name in zeros) for row in rows) for name in names
-    }
+    """Return how many of the rows that count each score is of, where fewer than expected; `zeros`: of missing ones."""
+    counts = {name: sum(name in (row["scores"] or zeros) for row in rows) for name in names}
     return {name: count for name, count in counts.items() if count < expected}
 
 

@@ -52,9 +52,15 @@ class EndedEpisode:
 
 
 def run(
-    spec: SolutionSpec, connection: Connection, died: Callable[[], BenchbotError | None], watcher: Watcher
+    spec: SolutionSpec,
+    connection: Connection,
+    died: Callable[[], BenchbotError | None],
+    watcher: Watcher,
+    longest_period_s: float = WATCH_PERIOD_S,
 ) -> EndedEpisode:
     """Run a solution to its end; `died` tells why the back end is gone, if it knows.
+
+    The watcher looks four times a second at first, and in time as rarely as `longest_period_s` says.
 
     Whatever happens there is a result document, and no process is left. Raises BenchbotError when the solution cannot
     even be started.
@@ -65,7 +71,7 @@ def run(
     solution = solution_of(spec)
     with exchange_folder() as exchange:
         seen: dict[str, Any] = {}
-        problem = _watch(spec, client, connection, exchange, watcher, session, seen)
+        problem = _watch(spec, client, connection, exchange, watcher, session, seen, longest_period_s)
         if spec.details is None:
             solution = _without_changed(solution, marks, file_marks(spec.command, spec.folder))
         if problem is None:
@@ -115,6 +121,7 @@ def _watch(
     watcher: Watcher,
     session: Mapping[str, Any],
     seen: dict[str, Any],
+    longest_period_s: float,
 ) -> BenchbotError | None:
     """Run the solution to its end; return what went wrong, or None when it ended well.
 
@@ -131,7 +138,9 @@ def _watch(
 
         solution = stack.enter_context(spec.mode.start(spec, connection, exchange, printed))
         watcher.started(solution.process)
-        while (ended := solution.wait(WATCH_PERIOD_S)) is None:
+        period_s = WATCH_PERIOD_S
+        while (ended := solution.wait(period_s)) is None:
+            period_s = min(1.1 * period_s, longest_period_s)
             try:
                 progress = client.session()["progress"]
             except BenchbotError as error:

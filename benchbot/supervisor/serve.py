@@ -46,8 +46,7 @@ class ConsecutiveRuns:
     the logs, and stays until the end. Of each run's folder the result is kept.
     """
 
-    def __init__(self, options: Mapping[str, Any] | None, timeouts: Timeouts | None, *, one_episode: bool) -> None:
-        self._one_episode = one_episode
+    def __init__(self, options: Mapping[str, Any] | None, timeouts: Timeouts | None) -> None:
         self._options = options
         self._timeouts = timeouts
         self._base = RunFolder()
@@ -67,7 +66,6 @@ class ConsecutiveRuns:
             self._leave_folder()
             self.folder = RunFolder()
         self._run = run = Run(plan.selection, lambda: self._start_host(run), self.folder.result)
-        run.session.one_episode = self._one_episode
         run.recordings.begin(plan.record)
         return run
 
@@ -150,7 +148,7 @@ def serve(
         )
     with ExitStack() as stack:
         received = stack.enter_context(_received_signals())
-        runs = ConsecutiveRuns(options, timeouts, one_episode=following is not None)
+        runs = ConsecutiveRuns(options, timeouts)
         stack.callback(runs.close)
         run = runs.begin(RunPlan(selection, record or {}))
         stack.enter_context(_logging_to(runs.supervisor_log))
@@ -170,6 +168,7 @@ def serve(
         running = stack.enter_context(server.Server(app_of_current_run, listeners))
         stack.callback(runs.close_run)
         while True:
+            run.session.one_episode = following is not None
             run.prepare()
             runs.folder.publish(state)
             if on_ready is not None:

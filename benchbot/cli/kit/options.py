@@ -69,10 +69,7 @@ EpisodeNumber = Annotated[
 Seed = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Everything stochastic draws from it.")]
 MaxSteps = Annotated[int | None, typer.Option("--max-steps", metavar="N", min=1, help="End it after N actions.")]
 MaxRestarts = Annotated[
-    int | None,
-    typer.Option(
-        "--max-restarts", metavar="N", min=0, help="Refuse to put the robot back to its start more often than this."
-    ),
+    int | None, typer.Option("--max-restarts", metavar="N", min=0, help="Put the robot back N times at most.")
 ]
 MaxSimulatedTime = Annotated[
     float | None,

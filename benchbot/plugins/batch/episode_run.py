@@ -38,6 +38,8 @@ from benchbot.supervisor.recording.host import CLOSE_TIMEOUT_S
 from benchbot.wire.run_state import RunState
 
 START_TIMEOUT_S = 300.0
+WATCH_PERIOD_S = 1.0
+"""Looking at a solution costs worker and supervisor some milliseconds of processor time."""
 SETTLE_S = 1.0
 """The wait before a failure is a solution's: a cluster that ends a job signals all of its processes, in any order."""
 _SETTLE_POLL_S = 0.05
@@ -170,7 +172,7 @@ def _run(
         try:
             state = context.backend.begin(planned, record)
             with solution.placed(attempt.folder) as spec, measured(spec.mode.name, noted):
-                ended = submission.run(spec, state.connection, context.backend.died, watcher)
+                ended = submission.run(spec, state.connection, context.backend.died, watcher, WATCH_PERIOD_S)
             _finish_recordings(state, record)
         except ChangedError:
             raise

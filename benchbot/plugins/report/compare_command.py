@@ -1,11 +1,16 @@
 """`benchbot compare`: sets of results, pair by pair."""
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import GroundTruths, Json, Method, Missing, Over
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from benchbot.evaluation.result_sets import ResultSet
 
 
 def compare(
@@ -47,6 +52,7 @@ def compare(
     document = comparison.compare(
         named, evaluator, score, over=intervals.Over(over), ignore_seeds=ignore_seeds, ignore_settings=ignore_settings
     )
+    document["notes"] += _restarts(named)
     show(document, as_json=as_json)
 
 
@@ -68,6 +74,15 @@ def show(document: dict[str, Any], *, as_json: bool = False) -> None:
         [_comparison(item) for item in document["comparisons"]],
     )
     console.data("\n" + "\n".join(item["sentence"] for item in document["comparisons"]))
+
+
+def _restarts(sets: "Sequence[ResultSet]") -> list[str]:
+    """Return in a sentence how often the robot was put back in each set; nothing where it never was."""
+    counts = {one.name: [(row["provenance"] or {}).get("restarts", 0) for row in one.document["rows"]] for one in sets}
+    if not any(map(any, counts.values())):
+        return []
+    said = [f"{name} {sum(each)} in {sum(map(bool, each))} of {len(each)} results" for name, each in counts.items()]
+    return [f"The robot was put back after it had moved (restarts): {'; '.join(said)}."]
 
 
 def _set(item: dict[str, Any]) -> tuple[str, ...]:

@@ -272,3 +272,19 @@ def test_ten_environments_stay_small_enough_to_mail(
     assert html.count('alt="What the camera saw where') <= 12
     assert "more are not listed" in html
     assert len(html.encode()) < 500_000
+
+
+def test_what_all_attempts_took_and_what_a_score_is_a_mean_of_is_said(
+    report: Report, results: list[Path], save: Save
+) -> None:
+    document = json.loads(results[0].read_text("utf-8"))
+    spent = {"steps": 31, "looks": 0, "restarts": 2, "collisions": 2, "path_length_m": 5.5, "simulated_time_s": 16.0}
+    document["provenance"] |= {"restarts": 2, "spent": spent}
+    again = [save("good.json", document), *results[1:]]
+
+    page, text = (render(report(again, missing="leave-out"), kind) for kind in ("html", "md"))
+
+    assert 'flat:1, seed 0, 3 attempts</th><td class="number">31</td>' in page
+    assert "flat:1, seed 0: 3 attempts, 31 steps and 2 collisions in all" in page
+    assert "mean of 3 of 4." in page
+    assert "mean of 3 of 4." in text

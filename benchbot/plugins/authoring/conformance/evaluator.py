@@ -6,7 +6,7 @@ import random
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import permutations
 from typing import Any
@@ -142,9 +142,8 @@ def _counts_all_attempts(method: Evaluator, examples: Sequence[Example]) -> str:
     """Collisions before the last attempt must count where a method counts collisions at all."""
     counted = 0
     for example in (one for one in examples if "collisions" in _evaluate(method, one)):
-        spent = asdict(replace(Spent.of(example.result), restarts=2, collisions=7))
-        del spent["wall_time_s"]
-        told = {**(example.result.get("provenance") or {}), "restarts": 2, "spent": spent}
+        spent = replace(Spent.of(example.result), restarts=2, collisions=7)
+        told = {**(example.result.get("provenance") or {}), "restarts": 2, "spent": spent.repeatable()}
         try:
             values = _evaluate(method, replace(example, result={**example.result, "provenance": told}))
         except BenchbotError:
