@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from benchbot.evaluation import comparison, intervals
-from benchbot.evaluation.result_sets import ResultSet
-from benchbot.evaluation.significance import sign_flip
+from benchbot.evaluation import intervals
+from benchbot.plugins.report import comparison
+from benchbot.plugins.report.result_sets import ResultSet
+from benchbot.plugins.report.significance import ALPHA, Finding, Verdict, sign_flip, signed_rank_p, smallest_p
 from benchbot_eval_omq import omq
 from benchbot_eval_omq.plugin import benchbot_evaluators
 

@@ -44,7 +44,8 @@ def compare(
     """
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
-    from benchbot.evaluation import comparison, intervals, result_sets
+    from benchbot.evaluation import intervals
+    from benchbot.plugins.report import comparison, result_sets
 
     catalog = Catalog(load())
     named = result_sets.read(sets, catalog=catalog, method=method, ground_truth_paths=ground_truth, missing=missing)

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from benchbot.evaluation.significance import PermutationTest, holm, sign_flip, smallest_p
+from benchbot.plugins.report.significance import PermutationTest, holm, sign_flip, smallest_p
 
 numbers = st.lists(st.floats(-10, 10, allow_subnormal=False), min_size=1, max_size=9)
 

@@ -1,6 +1,6 @@
 import random
 
-from benchbot.evaluation.pairing import Row, label, pair
+from benchbot.plugins.report.pairing import Row, label, pair
 
 
 def row(environment: str | None, seed: int | None = None, source: str = "a.json", **keys: int | None) -> Row:

@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from benchbot.evaluation.intervals import Over
-from benchbot.evaluation.significance import Finding, Verdict
+from benchbot.plugins.report.significance import Finding, Verdict, improvement
 
 FOUND = Finding(
     a="new",

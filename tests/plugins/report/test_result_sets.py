@@ -6,7 +6,7 @@ import pytest
 
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.evaluation import result_sets
+from benchbot.plugins.report import result_sets
 from tests.made_results import Make, MakeRun, Save
 
 

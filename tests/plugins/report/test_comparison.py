@@ -14,10 +14,10 @@ from benchbot.core import plugin_manager
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
 from benchbot.core.records import Evaluator, Score
-from benchbot.evaluation.comparison import compare
 from benchbot.evaluation.intervals import Over
-from benchbot.evaluation.result_sets import ResultSet
-from benchbot.evaluation.significance import sign_flip
+from benchbot.plugins.report.comparison import compare
+from benchbot.plugins.report.result_sets import ResultSet
+from benchbot.plugins.report.significance import sign_flip
 
 Values = Sequence[Sequence[float | None]]
 

@@ -8,12 +8,13 @@ from typing import Any
 
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.records import Evaluator
-from benchbot.evaluation import intervals, significance
+from benchbot.evaluation import intervals
 from benchbot.evaluation.intervals import Over
-from benchbot.evaluation.pairing import Pair, label, pair, settings
 from benchbot.evaluation.result_document import listed
-from benchbot.evaluation.result_sets import ResultSet
-from benchbot.evaluation.significance import ALPHA, Finding
+from benchbot.plugins.report import significance
+from benchbot.plugins.report.pairing import Pair, label, pair, settings
+from benchbot.plugins.report.result_sets import ResultSet
+from benchbot.plugins.report.significance import ALPHA, Finding
 
 VERSION = 1
 POWER = 0.8
