@@ -22,7 +22,7 @@ from scipy.special import stdtrit
 from benchbot.evaluation import intervals
 from benchbot.plugins.report import comparison
 from benchbot.plugins.report.result_sets import ResultSet
-from benchbot.plugins.report.significance import ALPHA, Finding, Verdict, sign_flip, signed_rank_p, smallest_p
+from benchbot.plugins.report.significance import sign_flip
 from benchbot_eval_omq import omq
 from benchbot_eval_omq.plugin import benchbot_evaluators
 

@@ -137,7 +137,7 @@ def _scored(plan: Plan, catalog: Catalog, paths: Sequence[Path], place: Path) ->
 
 def _compared(sets: Sequence[str], catalog: Catalog) -> dict[str, Any]:
     """Return the comparison of the solutions whose scores are in folders, written `NAME=FOLDER`."""
-    from benchbot.evaluation import comparison, result_sets
+    from benchbot.plugins.report import comparison, result_sets
 
     named = result_sets.read([f"{text}/scores.json" for text in sets], catalog=catalog)
     return comparison.compare(named, result_sets.evaluator_of(named, catalog))

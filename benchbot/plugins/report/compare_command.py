@@ -10,7 +10,7 @@ from benchbot.cli.kit.options import GroundTruths, Json, Method, Missing, Over
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from benchbot.evaluation.result_sets import ResultSet
+    from benchbot.plugins.report.result_sets import ResultSet
 
 
 def compare(

@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from benchbot.evaluation.intervals import Over
-from benchbot.plugins.report.significance import Finding, Verdict, improvement
+from benchbot.plugins.report.significance import Finding, Verdict
 
 FOUND = Finding(
     a="new",
