@@ -205,7 +205,7 @@ def check_writable(folder: Path) -> None:
 def _other_title(folder: Folder, plan: Plan, before: Plan) -> str:
     if plan.snapshots == before.snapshots:
         return f"{folder.path} holds another batch."
-    return f"{folder.path} holds a batch of the {_solutions(before)}, and what is given now is {_solutions(plan)}."
+    return f"{folder.path} holds a batch of {_solutions(before)}, and what is given now is {_solutions(plan)}."
 
 
 def _solutions(plan: Plan) -> str:

@@ -14,7 +14,7 @@ from tests.plugins.batch.conftest import Batches
 
 LACKS_A_MODULE = """\
 import os
-if not os.path.exists("installed"):
+if not os.path.exists({installed!r}):
     import torch_of_tomorrow
 """
 SAVES_NOTHING = """\
@@ -36,13 +36,15 @@ def with_solution(batches: Batches, code: str, name: str = "other.py") -> Batche
 def test_a_solution_that_cannot_begin_ends_the_batch_after_one_episode_and_goes_on_when_it_is_mended(
     batches: Batches,
 ) -> None:
-    broken = with_solution(batches, LACKS_A_MODULE + PASSIVE)
+    # Not where the solution lies: all that is there belongs to it.
+    installed = batches.cli.home / "installed"
+    broken = with_solution(batches, LACKS_A_MODULE.format(installed=str(installed)) + PASSIVE)
 
     ended = broken.run("b", "--jobs", "2")
     again = broken.run("b", "--jobs", "2")
     begun = broken.told("b", "began")
     status = broken.cli("batch", "status", "b")
-    (batches.cli.folder / "installed").touch()
+    installed.touch()
     mended = broken.run("b", "--jobs", "2")
 
     assert (ended.returncode, again.returncode) == (1, 1)
@@ -69,7 +71,7 @@ def test_a_solution_that_saves_nothing_ends_it_too_unless_that_is_wanted(batches
 
 
 def test_workers_without_a_driver_end_at_a_failed_canary(batches: Batches) -> None:
-    broken = with_solution(batches, LACKS_A_MODULE)
+    broken = with_solution(batches, LACKS_A_MODULE.format(installed="nowhere"))
     broken.run("b")
     worker = [sys.executable, "-m", "benchbot.plugins.batch.worker", str(batches.path("b")), "--name", "lonely"]
 
@@ -82,7 +84,7 @@ def test_workers_without_a_driver_end_at_a_failed_canary(batches: Batches) -> No
 
 def test_a_crash_under_way_and_a_batch_of_one_episode_end_nothing(batches: Batches) -> None:
     crashing = with_solution(batches, CRASHING, "crashing.py")
-    alone = with_solution(batches, LACKS_A_MODULE)
+    alone = with_solution(batches, LACKS_A_MODULE.format(installed="nowhere"))
 
     assert crashing.run("crashing").returncode == 1
     assert len(crashing.results("crashing")) == 4

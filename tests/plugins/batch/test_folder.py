@@ -1,3 +1,4 @@
+import json
 import os
 from collections.abc import Sequence
 from dataclasses import replace
@@ -35,7 +36,8 @@ def batch(tmp_path: Path, catalog: Catalog) -> tuple[Folder, Plan]:
     for episode in plan.episodes:
         tried = folder.attempts(episode)
         attempt = tried.begin("worker")
-        (attempt.folder / "result.json").write_text(f'{{"seed": {episode.seed}}}')
+        result = {"seed": episode.seed, "snapshot": plan.solution.snapshot}
+        (attempt.folder / "result.json").write_text(json.dumps(result))
         tried.publish(attempt, FailureClass.AGENT if episode.seed < FAILED else None)
     return folder, plan
 

@@ -8,23 +8,24 @@ from tests.cli.solutions import PASSIVE
 from tests.command_line import ended, wait_for
 from tests.plugins.batch.conftest import Batches, wait_until
 
-GATED = f"""\
+GATED = """\
 import pathlib, time
-while not pathlib.Path("open").exists():
+while not pathlib.Path({gate!r}).exists():
     time.sleep(0.05)
-{PASSIVE}"""
+"""
 """Does not go on before somebody opens the gate."""
 
 
 def test_what_is_typed_beside_a_batch_neither_takes_its_robots_nor_counts_against_it(batches: Batches) -> None:
     cli = batches.cli
-    gate = cli.folder / "open"
+    # Not where the solution lies: all that is there belongs to it.
+    gate = cli.home / "open"
     agent = cli.script("agent.py", PASSIVE)
-    gated = Batches(cli, cli.script("gated.py", GATED))
+    gated = Batches(cli, cli.script("gated.py", GATED.format(gate=str(gate)) + PASSIVE))
     gate.touch()
     assert gated.run("undisturbed", "--jobs", "2").returncode == 0
     gate.unlink()
-    computing = cli.start(*gated.words("b", "--jobs", "2", "--retries", "0"))
+    computing = cli.start(*gated.words("b", "--jobs", "2", "--retries", "0", "--no-canary"))
     wait_until(lambda: gated.told("b", "began") == 2 and len(gated.processes("gated.py")) >= 2)
 
     submitted = cli("submit", "--native", agent, "-r", "result.json")

@@ -26,7 +26,7 @@ def test_an_edit_changes_nothing_of_a_batch_that_runs_nor_of_one_that_goes_on(
     refused = batches.run("b", *words, seeds="0..2")
     assert refused.returncode == 2
     assert refused.stderr.splitlines()[0].endswith(
-        f"holds a batch of the solution {one[:8]}, and what is given now is {two[:8]}."
+        f"holds a batch of solution {one[:8]}, and what is given now is solution {two[:8]}."
     )
     assert "the file data.txt of the solution; the file helper.py of the solution; the file s.py" in refused.stderr
     assert "benchbot batch attach" in refused.stderr
