@@ -1,7 +1,7 @@
 """The results in the folder of a batch: its plan says which episodes there are, and their names where each result is.
 
 plan.json                     has `episodes`, each with its `label`, its `key` and what was selected for it
-episodes/LABEL-KEY8/          result.json (there: done), attempts.jsonl, attempt-N/ (what failed)
+episodes/LABEL-KEY8/          result.json (there: done), attempts.jsonl, attempt-N/ (failed), work/ (of the solution)
 results/LABEL-KEY8.json       copies of the results, made at the end (of several solutions: results/SOLUTION/…)
 """
 
@@ -15,7 +15,9 @@ from typing import Any
 from benchbot.evaluation.result_document import NUMBERS, is_own
 
 PLAN, EPISODES, RESULTS = "plan.json", "episodes", "results"
-RESULT, JOURNAL, ATTEMPT = "result.json", "attempts.jsonl", "attempt-"
+RESULT, JOURNAL, ATTEMPT, WORK = "result.json", "attempts.jsonl", "attempt-", "work"
+SNAPSHOT = "snapshot.json"
+"""The file beside the files of a solution that was kept."""
 KEY_DIGITS = 8
 
 

@@ -108,11 +108,12 @@ def _files(folder: Path) -> list[Path]:
     found = []
     for place, folders, names in os.walk(folder):
         here = Path(place)
-        if batch_folder.planned(here) is not None:
-            found.append(here)
+        is_batch = batch_folder.planned(here) is not None
+        if is_batch or batch_folder.SNAPSHOT in names:
+            found += [here] if is_batch else []
             folders.clear()
             continue
-        hidden = "." if batch_folder.JOURNAL not in names else (".", batch_folder.ATTEMPT)
+        hidden = "." if batch_folder.JOURNAL not in names else (".", batch_folder.ATTEMPT, batch_folder.WORK)
         folders[:] = [name for name in folders if not name.startswith(hidden)]
         files = (here / name for name in names if not name.startswith("."))
         found += [path for path in files if path.suffix.lower() in (".json", ".zip") and path.is_file()]

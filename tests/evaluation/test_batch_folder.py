@@ -8,6 +8,7 @@ import pytest
 
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.errors import BenchbotError
 from benchbot.evaluation import evaluate_files
 from benchbot.evaluation.batch_folder import episode_name
 from tests.made_results import MakeRun
@@ -39,6 +40,9 @@ def make_batch(tmp_path: Path, make_run: MakeRun) -> MakeBatch:
             write(episode / "frames" / "recording.json", {"recorder": "frames"})
             write(episode / "attempt-1" / "result.json", make_run(variant=2, seed=seed))
             write(episode / "attempts.jsonl", {})
+            write(episode / "work" / "result.json", make_run(variant=2, seed=seed))
+            write(folder / "solutions" / "0" / "files" / "result.json", make_run(variant=2, seed=seed))
+            write(folder / "solutions" / "0" / "snapshot.json", {})
         return folder
 
     return make
@@ -115,3 +119,21 @@ def test_a_plan_that_leads_elsewhere_makes_no_batch(make_batch: MakeBatch, catal
     write(folder / "plan.json", plan)
 
     assert evaluate_files([folder], catalog=catalog)["coverage"]["expected"] == SEEDS
+
+
+def test_results_of_several_solutions_have_no_score_together(make_batch: MakeBatch, catalog: Catalog) -> None:
+    folder = make_batch(0, 1, 2, 3)
+    plan = json.loads((folder / "plan.json").read_text("utf-8"))
+    for number, episode in enumerate(plan["episodes"]):
+        name = episode_name(episode["label"], episode["key"])
+        episode["solution"] = "ours" if number < 2 else "base"
+        (folder / "results" / episode["solution"]).mkdir(exist_ok=True)
+        (folder / "results" / f"{name}.json").rename(folder / "results" / episode["solution"] / f"{name}.json")
+    write(folder / "plan.json", plan)
+
+    with pytest.raises(BenchbotError, match="It is a batch of several solutions") as caught:
+        evaluate_files([folder], catalog=catalog)
+    document = evaluate_files([folder / "results" / "base"], catalog=catalog)
+
+    assert str(folder / "results" / "ours") in str(caught.value)
+    assert document["coverage"]["scored"] == 2

@@ -17,6 +17,7 @@ from benchbot.cli.kit.holding import CONTAINER, NATIVE, SANDBOX
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.provenance import solution_details
+from benchbot.evaluation import batch_folder
 from benchbot.plugins.batch.plan import Hold, Plan, PlannedSolution
 from benchbot.plugins.batch.source_files import SourceFiles, find
 from benchbot.plugins.bundles.snapshot import Content, Snapshot
@@ -25,8 +26,6 @@ from benchbot.submission.modes import SolutionSpec, holder_of, spec_of, split_wo
 
 IMAGE = "container"
 """The word for a container's command in a plan."""
-WORK = "work"
-"""The folder of an attempt that a native solution works in."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +44,8 @@ class PreparedSolution:
         if self.spec.mode.name != NATIVE:
             yield self.spec
             return
-        with self.snapshot.copied(attempt / WORK):
-            yield _located(self.spec, self.snapshot, attempt / WORK, os.environ)
+        with self.snapshot.copied(attempt / batch_folder.WORK):
+            yield _located(self.spec, self.snapshot, attempt / batch_folder.WORK, os.environ)
 
 
 @contextmanager

@@ -29,8 +29,7 @@ def test_the_driver_outlives_a_full_disk_on_which_all_workers_are_lost(batches: 
     batches.run("undisturbed", *words, envs="arena:1")
     process = batches.cli.start(*batches.words("full", *words, envs="arena:1"))
     wait_until(lambda: batches.told("full", "began"))
-    (driver,) = batches.processes("-m benchbot batch")
-    (worker,) = batches.processes("benchbot.plugins.batch.worker")
+    driver, worker = (only(batches, words) for words in ("-m benchbot batch", "benchbot.plugins.batch.worker"))
     _, hard = resource.prlimit(driver, resource.RLIMIT_FSIZE)
 
     # What the driver writes, and workers that it starts inherit, fails as it does on a full disk.
@@ -45,6 +44,12 @@ def test_the_driver_outlives_a_full_disk_on_which_all_workers_are_lost(batches: 
 
     assert process.returncode == 0, said
     assert batches.results("full") == batches.results("undisturbed")
+
+
+def only(batches: Batches, words: str) -> int:
+    """Return the one process of a command; a program that it starts is called alike until it begins."""
+    wait_until(lambda: len(batches.processes(words)) == 1)
+    return batches.processes(words)[0]
 
 
 def free_workers(batches: Batches, hard: int) -> bool:
