@@ -18,7 +18,7 @@ def line(status: BatchStatus) -> str:
     if status.idle and not status.is_complete:
         parts.append(f"{len(status.idle)} idle")
     if status.rate_per_hour is not None:
-        parts.append(f"{status.rate_per_hour:.3g}/h")
+        parts.append(f"{status.rate_per_hour:.{0 if status.rate_per_hour >= 10 else 1}f}/h")
     if status.left_s is not None and not status.is_complete:
         parts.append(f"{duration(status.left_s)} left")
     return " · ".join([*parts, *_score(status)])

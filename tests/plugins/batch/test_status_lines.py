@@ -60,3 +60,8 @@ def test_what_a_detached_batch_was_made_into_is_named() -> None:
 @pytest.mark.parametrize(("seconds", "text"), [(0.4, "0 s"), (99, "99 s"), (120, "2 min"), (9000, "2.5 h")])
 def test_times_are_said_as_people_do(seconds: float, text: str) -> None:
     assert status_lines.duration(seconds) == text
+
+
+@pytest.mark.parametrize(("rate", "told"), [(0.25, "0.2/h"), (11_800.4, "11800/h")])
+def test_a_rate_is_written_without_an_exponent(rate: float, told: str) -> None:
+    assert f"· {told}" in status_lines.line(replace(STATUS, rate_per_hour=rate))
