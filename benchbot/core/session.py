@@ -51,6 +51,7 @@ class Session:
         self.driven_by_hand = 0
         """Number of steps taken by a person at the host, since a result was last handed in."""
         self.handed_in = False
+        """Whether a result was handed in since the last reset, or nobody is left who could."""
         self.one_episode = False
         """Whether all attempts are of one episode, also those after a result was handed in."""
         self.digest = digest()

@@ -26,6 +26,12 @@ while not pathlib.Path("go").exists():
     time.sleep(0.05)
 {PASSIVE}"""
 """Does not go on before there is a file `go`."""
+DYING = """\
+import os
+from benchbot.api import BenchBot
+BenchBot().step("move_next")
+os.kill(0, 9)
+"""
 
 
 @pytest.fixture(autouse=True)
@@ -185,3 +191,23 @@ def test_a_run_and_a_back_end_of_ones_own_exclude_each_other(cli: CommandLine) -
     done = cli("submit", "--native", "true", "--run", "1", *SELECTION)
     assert done.returncode == 2
     assert "--run and --task exclude each other." in done.stderr
+
+
+def test_what_a_solution_has_spent_is_not_for_the_next_one_to_pay(cli: CommandLine) -> None:
+    dying = cli.script(
+        "dying.py", 'import os\nfrom benchbot.api import BenchBot\nBenchBot().step("move_next")\nos.kill(0, 9)'
+    )
+    process = cli.start("run", *SELECTION, "--port", "0", "--max-steps", "3", "--max-restarts", "0")
+    wait_for(process, "Ready.")
+
+    killed = subprocess.run(
+        [sys.executable, dying.split()[1]], cwd=cli.folder, env=cli.variables, check=False, start_new_session=True
+    )
+    joined = cli("submit", "--native", cli.script("agent.py", PASSIVE), "-r", "result.json")
+    cli("stop")
+    ended(process)
+
+    assert killed.returncode == -9
+    assert joined.returncode == 0, joined.stderr
+    provenance = read(cli.folder / "result.json")["provenance"]
+    assert (provenance["failure"], provenance["restarts"], "spent" in provenance) == (None, 0, False)

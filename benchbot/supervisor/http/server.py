@@ -152,7 +152,7 @@ async def in_thread(call: Callable[..., T], *arguments: Any) -> T:
 
 async def while_connected(request: Request, run: Run, call: Callable[[Caller], T]) -> T:
     """Return the value of a blocking call that may move the robot; tell the run if the client disconnects meanwhile."""
-    caller = Caller()
+    caller = Caller(request.headers.get("authorization", ""))
 
     async def watch() -> None:
         while (await request.receive())["type"] != "http.disconnect":
