@@ -53,7 +53,8 @@ def command(folder: Path, *words: str) -> list[str]:
     solution.write_text(SOLUTION, "utf-8")
     batch = ["--task", "sample:passive", "--robots", "sample_robot", "--envs", "arena:1,arena:2", "--seeds", "0..5"]
     native = ["--native", shlex.join([sys.executable, str(solution), DOOMED, str(folder.parent)])]
-    return [*BENCHBOT, "batch", *batch, *native, "--stale-after", "10", "--output-location", str(folder), *words]
+    policy = ["--stale-after", "10", "--no-canary"]
+    return [*BENCHBOT, "batch", *batch, *native, *policy, "--output-location", str(folder), *words]
 
 
 def environment(**more: str) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
@@ -74,16 +75,20 @@ def _end(connection: "Connection", state: "RunState | None") -> str | BenchbotEr
     # With the solution's token it would be the solution that stops.
     ours = connection if state is None else replace(connection, token=state.operator_token)
     client = Client(ours, ANSWER_TIMEOUT_S)
+    began_s = time.monotonic()
     try:
         client.stop()
     except BenchbotError as error:
-        # Only one that is still alive, as its lock says: by now its number may be another process's.
-        hangs = error.failure is FailureClass.INFRASTRUCTURE and connection in [run.connection for run in live()]
-        if state is None or not hangs:
+        if state is None or error.failure is not FailureClass.INFRASTRUCTURE:
             return error
-        # The platform's process ends with the supervisor, however that one ends.
-        os.kill(state.pid, signal.SIGKILL)
-        return f"{what} did not answer, and was killed."
+        # Only one that is still alive, as its lock says: by now its number may be another process's.
+        while connection in [run.connection for run in live()]:
+            if time.monotonic() - began_s >= ANSWER_TIMEOUT_S:
+                # The platform's process ends with the supervisor, however that one ends.
+                os.kill(state.pid, signal.SIGKILL)
+                return f"{what} did not answer, and was killed."
+            time.sleep(0.05)  # one that is ending answers no more
+        return f"{what} has ended."
     finally:
         client.close()
     return f"{what} is ending."

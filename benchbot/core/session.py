@@ -51,7 +51,6 @@ class Session:
         self.driven_by_hand = 0
         """Number of steps taken by a person at the host, since a result was last handed in."""
         self.handed_in = False
-        """Whether a result was handed in since the last reset, or nobody is left who could."""
         self.one_episode = False
         """Whether all attempts are of one episode, also those after a result was handed in."""
         self.digest = digest()
@@ -62,6 +61,7 @@ class Session:
         self._host: Host | None = None
         self._trajectory: tuple[Pose, ...] = ()
         self._simulated_before_s = 0.0
+        self._begins_episode = True
         self._safety_stop: BenchbotError | None = None
         self._halted: str | None = None
 
@@ -82,6 +82,10 @@ class Session:
         """Start the host before the first `reset` needs it, so that a solution does not wait for it."""
         self._guarded(self._running_host)
 
+    def begin_episode(self) -> None:
+        """Begin an episode with the next reset: what was spent before was another solution's, or the host's."""
+        self._begins_episode = True
+
     def reset(self) -> Step:
         """Start anew in the first scene and observe; also the way back after a collision or a dead platform.
 
@@ -91,7 +95,8 @@ class Session:
         if self._safety_stop is not None:
             raise self._safety_stop
         is_new = self.handed_in and not self.one_episode
-        before = Spent() if is_new else self._spent_before_another_attempt()
+        before = Spent() if is_new or self._begins_episode else self._spent_before_another_attempt()
+        self._begins_episode = False
         self.digest.wait()
         self.driven_by_hand = 0 if is_new else self.driven_by_hand
         self.handed_in = False

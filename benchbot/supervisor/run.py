@@ -44,10 +44,10 @@ log = logging.getLogger("benchbot.supervisor")
 class Caller:
     """The client of one request, who waits for the answer until it has disconnected and is `gone`.
 
-    Requests of one solution have the same `authorization`, in whatever form; those of another have another one.
+    Requests of one `solution` have the same token; those of clients that need none have an empty one.
     """
 
-    authorization: str = ""
+    solution: str = ""
     gone: bool = False
 
 
@@ -90,7 +90,7 @@ class Run:
         self._clock = threading.Lock()
         self._caller: Caller | None = None
         self._solution: str | None = None
-        """The authorization of the solution that has reset last."""
+        """The token of the solution that has reset last."""
         self._closing = threading.Lock()
         self._closed = False
         self._started = False
@@ -114,12 +114,12 @@ class Run:
     def reset(self, caller: Caller | None = None, convert: borrowed.Converter[T] = borrowed.copy_answer) -> T:
         """Start anew in the first scene. Waits for an action that a solution, maybe a dead one, has left unfinished.
 
-        What that one has spent is not for another solution to pay.
+        What that one has spent, or the host before it, is not for another solution to pay.
         """
         with self._moving(ACTION_WAIT_S, caller):
-            if caller is not None and caller.authorization != self._solution:
-                self.session.handed_in |= self._solution is not None
-                self._solution = caller.authorization
+            if caller is not None and caller.solution != self._solution:
+                self._solution = caller.solution
+                self.session.begin_episode()
             self.last_action = None
             step = self._noting_failures(self.session.reset)
             self._started = True

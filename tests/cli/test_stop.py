@@ -115,12 +115,13 @@ def test_what_a_batch_has_started_is_stopped_only_by_its_name_or_with_all(
     wanted = RunRequest("sample:passive", "sample_robot", "arena:2")
     owner = "benchbot batch /a/batch"
     with Backend.start(wanted, owner=owner) as first, Backend.start(wanted, owner=owner) as second:
-        plain, again = cli("stop"), cli("stop")
-        named = cli("stop", "--run", first.state.name)
+        plain = cli("stop")
+        assert ours.wait(30) == 0
+        again, named = cli("stop"), cli("stop", "--run", first.state.name)
+        assert eventually(lambda: [state.name for state in states()] == [second.state.name])
         every = cli("stop", "--all")
 
         assert (plain.returncode, named.returncode, every.returncode) == (0, 0, 0)
-        assert ours.wait(30) == 0
         assert plain.stderr.endswith(f"It goes on: {owner}\n")
         assert again.returncode == 2
         assert "No run of yours is there to stop." in again.stderr

@@ -79,4 +79,5 @@ def _look(kind: str, name: str) -> dict[str, Any]:
     return {"missing": missing}
 
 
-json.dump(_look(sys.argv[1], sys.argv[2]), sys.stdout)
+if __name__ == "__main__":
+    json.dump(_look(sys.argv[1], sys.argv[2]), sys.stdout)

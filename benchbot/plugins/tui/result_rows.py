@@ -50,7 +50,7 @@ def rows(paths: Sequence[Path]) -> Iterator[ResultRow]:
         if isinstance(item, result_files.Unreadable):
             yield ResultRow(item.source, problem=f"{item.error.title} {item.error.why}")
         elif isinstance(item, result_files.OtherFile) and not item.is_own:
-            yield ResultRow(item.source, problem=item.why)
+            yield ResultRow(item.source, problem=f"{item.source}: {item.why}")
         elif isinstance(item, ResultDocument):
             provenance = item.document.get("provenance") or {}
             yield ResultRow(

@@ -17,6 +17,8 @@ from benchbot.wire.joining import Lease, lease_of, taken
 
 Endpoint = Callable[[Request], Awaitable[Response]]
 
+SOLUTION = "solution"
+"""What a request that may act has in its state: the token of its solution."""
 NOT_THE_OPERATOR = (
     "Only the operator can say that this is done.",
     "The token is the solution's: a program does not know what a person beside the robot has done.",
@@ -87,6 +89,8 @@ class Access:
         if lease is not None and not _has_token(request, lease.token):
             error = taken(lease)
             raise RefusedError(409, error.title, error.why, error.fix)
+        # Of the token itself: the header may have it in many forms.
+        setattr(request.state, SOLUTION, self.token if lease is None else lease.token)
 
     def _check_operator(self, request: Request, refused: tuple[str, str, str]) -> None:
         if not self.is_operator(request):

@@ -18,6 +18,7 @@ from starlette.requests import Request
 from starlette.types import ASGIApp
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.supervisor.http.access import SOLUTION
 from benchbot.supervisor.http.connections import BoundedProtocol
 from benchbot.supervisor.run import Caller, Run
 from benchbot.wire.run_state import is_listening, live
@@ -152,7 +153,7 @@ async def in_thread(call: Callable[..., T], *arguments: Any) -> T:
 
 async def while_connected(request: Request, run: Run, call: Callable[[Caller], T]) -> T:
     """Return the value of a blocking call that may move the robot; tell the run if the client disconnects meanwhile."""
-    caller = Caller(request.headers.get("authorization", ""))
+    caller = Caller(getattr(request.state, SOLUTION, ""))
 
     async def watch() -> None:
         while (await request.receive())["type"] != "http.disconnect":

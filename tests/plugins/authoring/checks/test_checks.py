@@ -46,7 +46,7 @@ WRONG: list[tuple[str, str, str]] = [
     ("tasks", TASK + "scene_count: '2'", "4: '2' is not of type 'integer'. Leave out the quotes at /scene_count"),
     ("tasks", TASK + "localisation:", "4: nothing is written here. Allowed: ground_truth, noisy at /localisation"),
     ("tasks", TASK + "localization: noisy", "4: unknown key 'localization'. Did you mean 'localisation'? Allowed: act"),
-    ("tasks", TASK + "limits: {stepz: 3}", "4: unknown key 'stepz'. Did you mean 'steps'? Allowed: simulated_time_s, "),
+    ("tasks", TASK + "limits: {stepz: 3}", "4: unknown key 'stepz'. Did you mean 'steps'? Allowed: restarts, "),
     ("tasks", TASK.replace("image_rgb", "goal"), "1: the key 'episodes' is missing (The observation 'goal' is that of"),
     (
         "robots",
