@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from benchbot.core import instance_checks as instance_checks
+    from benchbot.core import randomness as randomness
     from benchbot.core.atomic import write as _write_atomically
     from benchbot.core.atomic import write_text as write_text
     from benchbot.core.budget import Spent as Spent
@@ -130,7 +131,7 @@ def hookimpl(function: F) -> F:
 _HOMES = {
     "core.channels": "ACTIONS OBSERVATIONS Action CameraModel FramePose InertialMeasurement LaserScan LidarScan "
     "Observation Observations Segmentation",
-    "core": "instance_checks",
+    "core": "instance_checks randomness",
     "core.budget": "Spent",
     "core.atomic": "write=write_atomically write_text",
     "core.declarations.catalog": "Catalog Declaration",

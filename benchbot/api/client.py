@@ -63,16 +63,18 @@ class Client:
     def result(self, document: Mapping[str, Any], solution: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Have a result checked and completed with provenance; return `{document, path, timings}`.
 
-        Sending it again, for example with details of the solution, replaces the one before.
+        Sending it again, for example with details of the solution, replaces the one before. A supervisor keeps back
+        what a solution is not to know, such as the seed: the document is whole where the file at `path` can be read.
         """
-        return self._call("POST", "result", {"result": document, "solution": solution})
+        return _with_kept(self._call("POST", "result", {"result": document, "solution": solution}))
 
     def failed(self, failure: FailureClass, why: str, solution: Mapping[str, Any] | None = None) -> dict[str, Any]:
-        """Record that the episode failed and return its result document as `{document, path, timings}`.
+        """Record that the episode failed and return its result document as `{document, path, timings}`: see `result`.
 
         The first failure of an episode stays: a dead platform is not renamed to a crashed agent.
         """
-        return self._call("POST", "result", {"failure": {"class": failure, "why": why}, "solution": solution})
+        body = {"failure": {"class": failure, "why": why}, "solution": solution}
+        return _with_kept(self._call("POST", "result", body))
 
     def results_function(self, name: str, args: Sequence[Any] = (), kwargs: Mapping[str, Any] | None = None) -> Any:
         """Call a function of the task's results format (`create`, `create_object`, `validate`, …)."""
@@ -214,6 +216,14 @@ class SharedMemory:
         """Unmap the memory and close its file."""
         self._reader.close()
         self._close()
+
+
+def _with_kept(answer: dict[str, Any]) -> dict[str, Any]:
+    try:
+        document = json.loads(Path(answer["path"]).read_text("utf-8"))
+    except (OSError, ValueError):  # a sandbox does not show it, and nor does another machine
+        return answer
+    return {**answer, "document": document}
 
 
 def _error(status: int, content: bytes) -> BenchbotError:

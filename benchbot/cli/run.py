@@ -34,6 +34,7 @@ def run(
     episode: options.EpisodeNumber = None,
     settings: options.Settings = None,
     seed: options.Seed = 0,
+    secret: options.Secret = None,
     port: Annotated[
         int | None,
         typer.Option(
@@ -82,7 +83,8 @@ def run(
 
     limits = Limits(max_steps, max_simulated_time, max_wall_time, max_restarts)
     recorded = options.recordings(record)
-    request = RunRequest(task, robot, environment, seed, episode, overrides.parse(settings or ()), limits)
+    changed = overrides.parse(settings or ())
+    request = RunRequest(task, robot, environment, seed, episode, changed, limits, secret=options.secret(secret))
     catalog, flight = Catalog(load()), Preflight("This run")
     selection = flight.take(select, catalog, request)
     flight.prove(catalog, Intent(scenes_of(catalog, [environment]), record=recorded))
@@ -123,6 +125,7 @@ def summary(selection: "Selection") -> str:
         *(() if selection.episode is None else [("Episode", _episode(selection.episode))]),
         ("Results", "any JSON" if selection.results_format is None else selection.results_format.name),
         ("Seed", str(selection.seed)),
+        *(() if selection.commitment is None else [("Commitment", selection.commitment)]),
         ("Limits", _limits(selection.limits)),
     ]
     return "\n".join(f"{label:<13}{value}" for label, value in rows)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from benchbot.core.request import RunRequest
     from benchbot.submission.episode import EndedEpisode
     from benchbot.submission.modes import Mode
-    from benchbot.wire.run_state import Connection
+    from benchbot.wire.run_state import Connection, RunState
 
 
 def submit(
@@ -93,8 +93,12 @@ def submit(
     episode_number: options.EpisodeNumber = None,
     settings: options.Settings = None,
     seed: Annotated[
-        int | None, typer.Option("--seed", metavar="N", min=0, help="Everything stochastic draws from it. [default: 0]")
+        int | None,
+        typer.Option(
+            "--seed", metavar="N", min=0, max=2**63 - 1, help="Everything stochastic draws from it. [default: 0]"
+        ),
     ] = None,
+    secret: options.Secret = None,
     max_steps: options.MaxSteps = None,
     max_simulated_time: options.MaxSimulatedTime = None,
     max_wall_time: options.MaxWallTime = None,
@@ -176,17 +180,18 @@ def submit(
         )
     recorded = options.recordings(record, results_location)
     changed = overrides.parse(settings or ())
-    own = (seed is not None, episode_number is not None, recorded, changed, limits != Limits())
+    own = (seed is not None, secret, episode_number is not None, recorded, changed, limits != Limits())
     if names is None and any(own):
         raise BenchbotError(
-            "The run that is joined has its own episode, settings, seed, limits and recordings.",
-            "--episode, --set, --seed, --max-… and --record choose those of a back end that submit starts itself.",
+            "The run that is joined has its own episode, settings, seed, secret, limits and recordings.",
+            "--episode, --set, --seed, --secret, --max-… and --record are for a back end that submit starts itself.",
             "Give them to benchbot run, or give --task, --robot and --env as well.",
         )
-    target: RunRequest | Connection
+    target: RunRequest | RunState | Connection
     if names is not None:
         folders = {name: str(folder.absolute()) for name, folder in recorded.items()}
-        target = RunRequest(*names, seed or 0, episode_number, changed, limits, evaluate_with, folders)
+        hidden = options.secret(secret)
+        target = RunRequest(*names, seed or 0, episode_number, changed, limits, evaluate_with, folders, hidden)
         selection = flight.take(select, catalog, target)
         summary = "" if selection is None else run.summary(selection)
     intent = Intent(
@@ -199,7 +204,7 @@ def submit(
     # Before anything is built or started.
     flight.prove(catalog, intent, tell_all=dry_run)
     if names is None:
-        target, summary = _joined(joined, dry_run=dry_run)
+        target, summary = _joined(joined)
     if dry_run:
         console.note(summary)
         return
@@ -209,11 +214,11 @@ def submit(
             holding.held(catalog, replace(spec, limits=bounds, log_limit_bytes=log_limit_bytes), mode, resolved)
         )
         console.note(summary)
-        connection, died = _back_end(stack, target, spec.mode)
+        connection, died, state = _back_end(stack, target, spec.mode)
         if names is None and evaluate_with is not None:
             there = Client(connection).session()["selection"]["environment"]
             flight.prove(catalog, Intent(scenes_of(catalog, [there]), method=evaluate_with))
-        ended = episode.run(spec, connection, died, stack.enter_context(StatusLine(display)))
+        ended = episode.run(spec, connection, died, stack.enter_context(StatusLine(display)), state=state)
     kept = _kept(ended, results_location)
     options.tell_recordings(recorded)
     if ended.problem is not None or kept is None or evaluate_with is None:
@@ -317,10 +322,10 @@ def _names(task: str | None, robot: str | None, environment: str | None) -> tupl
     return None
 
 
-def _joined(name: str | None, *, dry_run: bool) -> tuple["Connection", str]:
-    """Return how to reach the run to join, and which that is; raises BenchbotError when it is taken, or not clear.
+def _joined(name: str | None) -> tuple["RunState | Connection", str]:
+    """Return the run to join, or how to reach it where no more is known, and which that is.
 
-    With `dry_run` it is not joined.
+    Raises BenchbotError when it is taken, or not clear.
     """
     from benchbot.wire import joining
     from benchbot.wire.run_state import RUN, live
@@ -333,22 +338,28 @@ def _joined(name: str | None, *, dry_run: bool) -> tuple["Connection", str]:
     lease = joining.lease_of(Path(state.folder))
     if lease is not None:
         raise joining.taken(lease)
-    return state.connection if dry_run else joining.join(state), f"Joins {state.about}."
+    return state, f"Joins {state.about}."
 
 
 def _back_end(
-    stack: ExitStack, target: "RunRequest | Connection", mode: "Mode"
-) -> tuple["Connection", Callable[[], BenchbotError | None]]:
-    """Return how to reach the back end, started here (it ends with `stack`) or joined, and what tells why it died."""
+    stack: ExitStack, target: "RunRequest | RunState | Connection", mode: "Mode"
+) -> tuple["Connection", Callable[[], BenchbotError | None], "RunState | None"]:
+    """Return how to reach the back end, what tells why it died, and its state; it is started here, or joined.
+
+    One that is started ends with `stack`. The state is None for a back end that only its address is known of.
+    """
+    from benchbot.core.request import RunRequest
     from benchbot.submission.modes import private_socket, unix_socket_of
     from benchbot.supervisor.backend import Backend
+    from benchbot.wire import joining
     from benchbot.wire.run_state import SUBMIT, Connection
 
-    if isinstance(target, Connection):
+    if not isinstance(target, RunRequest):
+        connection = target if isinstance(target, Connection) else joining.join(target)
         if mode.needs_socket:
-            unix_socket_of(mode, target)
-        return target, lambda: None
+            unix_socket_of(mode, connection)
+        return connection, lambda: None, None if isinstance(target, Connection) else target
     socket = stack.enter_context(private_socket()) if mode.needs_socket else None
     port = 0 if socket is None else None
     backend = stack.enter_context(Backend.start(target, owner=SUBMIT, port=port, unix_socket=socket))
-    return backend.state.connection, backend.died
+    return backend.state.connection, backend.died, backend.state

@@ -42,6 +42,7 @@ class EnvironmentDeclaration(TypedDict):
     description: NotRequired[str]
     map_path: NotRequired[str]
     occupancy_map: NotRequired[str]
+    hidden: NotRequired[bool]
     assets: NotRequired[str]
     trajectory_poses: NotRequired[list[list[float]]]
     robots: NotRequired[list[str]]

@@ -66,7 +66,8 @@ class Platform(Protocol):
     """A robot in a world. Lengths in metres, angles in radians, times in seconds, poses in the map frame.
 
     A simulator advances its own clock as fast as it can inside `drive`; a driver of a real robot lives in wall time.
-    Everything stochastic draws from the seed of the last `load`: same seed, same machine, same bytes.
+    Everything stochastic draws from the seed of the last `load` (up to 256 bits), by
+    `benchbot.core.randomness.generator`: same seed, same machine, same bytes.
     """
 
     @property

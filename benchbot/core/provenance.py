@@ -35,7 +35,7 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
             "task": selection.task.name,
             "robot": selection.robot.name,
             "environment": selection.environment,
-            "seed": selection.seed,
+            **disclosed(selection),
             **({} if selection.episode is None else {"episode": selection.episode.provenance()}),
             **({"settings": dict(sorted(selection.settings.items()))} if selection.settings else {}),
             **({"limits": limits} if limits else {}),
@@ -55,6 +55,13 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
             "architecture": python_platform.machine(),
         },
     }
+
+
+def disclosed(selection: Selection) -> dict[str, Any]:
+    """Return the seed, and the secret with the commitment to both if there is one: not for a solution."""
+    if not selection.secret:
+        return {"seed": selection.seed}
+    return {"seed": selection.seed, "secret": selection.secret, "commitment": selection.commitment}
 
 
 def software(selection: Selection) -> dict[str, Any]:

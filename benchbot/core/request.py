@@ -38,6 +38,7 @@ class RunRequest:
     `episode` is the number of one, in a task that has a list; None is the first. `settings` (dotted key to value)
     override what the environments declare: see `benchbot.core.overrides`. `method` is the evaluation method, when
     scoring is asked for, and `record` names recorders and the folders that they write into: neither changes a result.
+    `secret` (benchbot.core.randomness) is empty for none.
     """
 
     task: str
@@ -49,11 +50,13 @@ class RunRequest:
     limits: Limits = NO_LIMITS
     method: str | None = None
     record: Mapping[str, str] = field(default_factory=dict, hash=False)
+    secret: str = field(default="", repr=False)
 
     def determining(self) -> dict[str, Any]:
-        """Return what of it determines a result, as plain data."""
+        """Return what of it determines a result, as plain data; a secret is there only when there is one."""
         document = {**asdict(self), "limits": self.limits.determining()}
-        del document["method"], document["record"]
+        for name in ("method", "record", *(() if self.secret else ("secret",))):
+            del document[name]
         return document
 
     def canonical(self) -> bytes:

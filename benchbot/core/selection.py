@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from benchbot.core import episodes, overrides
+from benchbot.core import episodes, overrides, randomness
 from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, OBSERVATIONS
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog, Declaration
@@ -51,6 +51,7 @@ class Selection:
     limits: Limits = NO_LIMITS
     episode: episodes.Episode | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
+    secret: str = field(default="", repr=False)
 
     @property
     def environment(self) -> str:
@@ -63,7 +64,12 @@ class Selection:
         """The request that this comes of, with the limits that the task sets; it names neither method nor recorders."""
         number = None if self.episode is None else self.episode.number
         names = (self.task.name, self.robot.name, self.environment)
-        return RunRequest(*names, self.seed, number, self.settings, self.limits)
+        return RunRequest(*names, self.seed, number, self.settings, self.limits, secret=self.secret)
+
+    @property
+    def commitment(self) -> str | None:
+        """The commitment to its secret and seed, which anybody may know; None without a secret."""
+        return randomness.commitment(self.secret, self.seed) if self.secret else None
 
     @property
     def localisation(self) -> Localisation:
@@ -113,6 +119,7 @@ def select(catalog: Catalog, request: RunRequest) -> Selection:
     if task_found and scenes:
         errors += _scenes(task_found, scenes)
     errors += _assets(catalog, scenes)
+    errors += _hidden(scenes, request)
     if request.method is not None:
         errors += _scoring(catalog, request.method, task_found)
     chosen = None
@@ -127,7 +134,8 @@ def select(catalog: Catalog, request: RunRequest) -> Selection:
     if errors or task_found is None or robot_found is None:
         raise all_of("This run", errors)
     limits = _limits(task_found, request.limits)
-    return Selection(task_found, robot_found, tuple(scenes), results_format, request.seed, limits, chosen, settings)
+    what = (task_found, robot_found, tuple(scenes), results_format)
+    return Selection(*what, request.seed, limits, chosen, settings, request.secret)
 
 
 def _capabilities(task: Declaration, robot: Declaration) -> Iterator[BenchbotError]:
@@ -220,6 +228,16 @@ def _assets(catalog: Catalog, scenes: list[Declaration]) -> Iterator[BenchbotErr
                 f"Installed: {', '.join(sorted(packs)) or 'none'}.{did_you_mean(name, list(packs))}"
                 f"{catalog.plugins.broken_hint()}",
                 f"See docs/assets.md for packs that can be installed: benchbot assets install {name}",
+            )
+
+
+def _hidden(scenes: list[Declaration], request: RunRequest) -> Iterator[BenchbotError]:
+    for scene in scenes:
+        if scene.data.get("hidden") and not request.secret:
+            yield BenchbotError(
+                f"The place '{scene.name}' is hidden, and the run has no secret.",
+                "Its noise could be worked out: all that is random would be drawn from the seed alone.",
+                "Give the run one: --secret FILE, or --secret random",
             )
 
 

@@ -7,6 +7,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import replace
 from typing import Any, TypeVar, cast
 
+from benchbot.core import randomness
 from benchbot.core.budget import LIMITED, Spent
 from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, Observations
 from benchbot.core.digest import ActionLog, ObservationDigest
@@ -219,7 +220,8 @@ class Session:
         self.log.entered(self.selection.environments[scene_index].name)
         host = self._guarded(self._running_host)
         # Each scene has its own stream of random numbers, so that scene 2 does not depend on what happened in scene 1.
-        status = self._guarded(lambda: host.load(scene_index, self.selection.seed + scene_index))
+        seed = randomness.scene_seed(self.selection.secret, self.selection.seed, scene_index)
+        status = self._guarded(lambda: host.load(scene_index, seed))
         self._trajectory = self.scenes[scene_index].trajectory
         self.progress.state = State.CLEAN
         self.progress.scene_number = scene_index

@@ -3,13 +3,12 @@
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
 from benchbot.api.client import Client
 from benchbot.core import results
-from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.provenance import file_marks, solution_details
 from benchbot.core.request import RunRequest
@@ -18,7 +17,7 @@ from benchbot.core.session import Session
 from benchbot.submission.modes import NATIVE, RESULT, SolutionSpec
 from benchbot.submission.output import exchange_folder, output_log, read_result
 from benchbot.submission.solution import describe_exit
-from benchbot.wire.run_state import Connection
+from benchbot.wire.run_state import Connection, RunState
 
 WATCH_PERIOD_S = 0.25
 CRASHED = "The solution failed."
@@ -57,10 +56,13 @@ def run(
     died: Callable[[], BenchbotError | None],
     watcher: Watcher,
     longest_period_s: float = WATCH_PERIOD_S,
+    *,
+    state: RunState | None = None,
 ) -> EndedEpisode:
     """Run a solution to its end; `died` tells why the back end is gone, if it knows.
 
-    The watcher looks four times a second at first, and in time as rarely as `longest_period_s` says.
+    The watcher looks four times a second at first, and in time as rarely as `longest_period_s` says. `state` is that of
+    the back end, if it is known: it tells the seed where no supervisor is left to say it.
 
     Whatever happens there is a result document, and no process is left. Raises BenchbotError when the solution cannot
     even be started.
@@ -81,7 +83,7 @@ def run(
                 problem = error
             else:
                 kept = Path(answer["path"])
-                return EndedEpisode(_kept(kept, answer["document"]), kept, _safety_stop(client, kept))
+                return EndedEpisode(answer["document"], kept, _safety_stop(client, kept))
     problem = _with_cause(problem, client, died, seen)
     failure = problem.failure or FailureClass.AGENT
     problem.failure = failure
@@ -90,14 +92,14 @@ def run(
     try:
         answer = client.failed(failure, why, solution)
     except BenchbotError:
-        return EndedEpisode(_failed_without_supervisor(session, failure, why, solution), None, problem)
+        return EndedEpisode(_failed_without_supervisor(session, state, failure, why, solution), None, problem)
     path = Path(answer["path"])
     stopped = _safety_stop(client, path)
     if stopped is not None:
         problem = stopped
     elif failure is FailureClass.PLATFORM:
         problem.fix = f"Run it again; if it fails again, report it with its log: {path.with_name('platform.log')}"
-    return EndedEpisode(_kept(path, answer["document"]), path, problem)
+    return EndedEpisode(answer["document"], path, problem)
 
 
 def solution_of(spec: SolutionSpec) -> dict[str, Any]:
@@ -170,11 +172,6 @@ def _watch(
     )
 
 
-def _kept(path: Path, answered: dict[str, Any]) -> dict[str, Any]:
-    """Return the result as the back end keeps it: it answers without the track where that is hidden from solutions."""
-    return schema.read(path) if path.is_file() else answered
-
-
 def _with_cause(
     problem: BenchbotError, client: Client, died: Callable[[], BenchbotError | None], seen: Mapping[str, Any]
 ) -> BenchbotError:
@@ -226,18 +223,20 @@ def _safety_stop(client: Client, result: Path) -> BenchbotError | None:
 
 
 def _failed_without_supervisor(
-    session: Mapping[str, Any], failure: FailureClass, why: str, solution: dict[str, Any]
+    session: Mapping[str, Any], state: RunState | None, failure: FailureClass, why: str, solution: dict[str, Any]
 ) -> dict[str, Any]:
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
     from benchbot.core.selection import select
 
     chosen = session["selection"]
-    selection = select(
-        Catalog(load()),
-        RunRequest(**{key: chosen[key] for key in ("task", "robot", "environment", "seed", "episode", "settings")}),
-    )
-    return failed_document(selection, failure, why, solution)
+    request = RunRequest(**{key: chosen[key] for key in ("task", "robot", "environment", "episode", "settings")})
+    if state is not None:
+        request = replace(request, seed=state.seed, secret=state.secret)
+    document = failed_document(select(Catalog(load()), request), failure, why, solution)
+    if state is None:
+        document["provenance"]["selection"]["seed"] = None
+    return document
 
 
 def failed_document(

@@ -12,7 +12,7 @@ from benchbot.core.session import Session
 
 
 def selection_document(selection: Selection) -> dict[str, Any]:
-    """Return what is run, without ground truth."""
+    """Return what is run, without ground truth and seed; the commitment is None for a run without a secret."""
     return {
         "task": selection.task.data,
         "environments": [results.public_environment(scene) for scene in selection.environments],
@@ -22,7 +22,7 @@ def selection_document(selection: Selection) -> dict[str, Any]:
             "task": selection.task.name,
             "robot": selection.robot.name,
             "environment": selection.environment,
-            "seed": selection.seed,
+            "commitment": selection.commitment,
             "episode": None if selection.episode is None else selection.episode.number,
             "settings": dict(selection.settings),
             "limits": asdict(selection.limits),
@@ -55,6 +55,18 @@ def progress_document(progress: Progress, *, with_pose: bool) -> dict[str, Any]:
         "ends_run": progress.ends_run,
         "waiting_for": progress.waiting_for,
         "paused": progress.paused,
+    }
+
+
+def result_document(finished: dict[str, Any], *, with_pose: bool) -> dict[str, Any]:
+    """Return a result as a solution may see it: without seed and secret, and without what tells the true way."""
+    provenance = finished["provenance"]
+    selection = {key: value for key, value in provenance["selection"].items() if key not in ("seed", "secret")}
+    hidden = () if with_pose else ("spent", "track")
+    told = {key: value for key, value in provenance.items() if key not in hidden}
+    return {
+        **{key: value for key, value in finished.items() if key not in hidden},
+        "provenance": {**told, "selection": selection},
     }
 
 

@@ -103,8 +103,11 @@ class Run:
 
     def public_progress(self) -> dict[str, Any]:
         """Return the progress as plain data for clients: without the pose where the task hides the true one."""
-        shows_pose = self.selection.localisation == "ground_truth"
-        return description.progress_document(self.session.progress, with_pose=shows_pose)
+        return description.progress_document(self.session.progress, with_pose=self._shows_pose)
+
+    @property
+    def _shows_pose(self) -> bool:
+        return self.selection.localisation == "ground_truth"
 
     def prepare(self) -> None:
         """Start the platform's process while the solution is still on its way."""
@@ -170,8 +173,8 @@ class Run:
     ) -> dict[str, Any]:
         """Check and complete a result, or record a failed episode when there is no document; write it; return it.
 
-        The track, and what all attempts have spent, are in the answer only where the task tells true poses anyway; what
-        is written always has them. Waits for an action that is still under way.
+        The answer, unlike what is written, discloses neither seed nor secret; and the track, and what all attempts have
+        spent, only where the task tells true poses anyway. Waits for an action that is still under way.
         """
         with self._exclusively(ACTION_WAIT_S):
             if failure is not None:
@@ -184,12 +187,9 @@ class Run:
             log.info("result written to %s", self.result_path)
             self.events.publish("result", {"path": str(self.result_path)})
             self.recordings.result(finished)
-            if self.selection.localisation != "ground_truth":
-                # The true way is kept with the result: a solution that could read it might still be driving.
-                finished = {key: value for key, value in finished.items() if key != "track"}
-                kept = {key: value for key, value in finished["provenance"].items() if key != "spent"}
-                finished["provenance"] = kept
-            return {"document": finished, "path": str(self.result_path), "timings": timings(self.session)}
+            # What is kept with the result alone: a solution that could read it might still be driving.
+            told = description.result_document(finished, with_pose=self._shows_pose)
+            return {"document": told, "path": str(self.result_path), "timings": timings(self.session)}
 
     def results_function(self, name: str, args: list[Any], kwargs: dict[str, Any]) -> Any:
         """Call a function of the task's results format."""

@@ -60,6 +60,7 @@ class RunState:
     result: str
     started_s: float
     owner: str = RUN
+    secret: str = ""
 
     @property
     def name(self) -> str:

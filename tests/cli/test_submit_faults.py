@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from benchbot.core import randomness
 from tests.cli.solutions import CRASHING, HANGING, PASSIVE, RECKLESS, WRITES, WRITES_LATE
 from tests.cli.submitted import SELECTION, read
 from tests.command_line import CommandLine, wait_for
@@ -168,7 +169,8 @@ def test_a_solution_that_is_ended_while_a_real_robot_moves_stops_it_for_good(cli
 
 
 def test_a_supervisor_that_is_killed_is_the_infrastructures_fault(cli: CommandLine) -> None:
-    process = cli.start("submit", "--native", f"{cli.script('s.py', PASSIVE)} 60", *SELECTION, "-r", "result.json")
+    selection = [*SELECTION, "--seed", "5", "--secret", "random"]
+    process = cli.start("submit", "--native", f"{cli.script('s.py', PASSIVE)} 60", *selection, "-r", "result.json")
     wait_for(process, "Connected!")
 
     kill(cli, "benchbot.supervisor")
@@ -177,12 +179,15 @@ def test_a_supervisor_that_is_killed_is_the_infrastructures_fault(cli: CommandLi
     assert process.returncode == 3
     assert "Error: The supervisor died." in stderr
     assert "SIGKILL" in stderr
-    assert read(cli.folder / "result.json")["provenance"]["failure"]["class"] == "infrastructure"
+    provenance = read(cli.folder / "result.json")["provenance"]
+    assert provenance["failure"]["class"] == "infrastructure"
+    chosen = provenance["selection"]
+    assert randomness.commitment(chosen["secret"], chosen["seed"]) == chosen["commitment"]
     assert cli.no_process_is_left()
 
 
 def test_a_run_that_is_killed_in_the_other_terminal_is_noticed(cli: CommandLine) -> None:
-    back_end = cli.start("run", *SELECTION, "--port", "0")
+    back_end = cli.start("run", *SELECTION, "--seed", "5", "--port", "0")
     wait_for(back_end, "Ready.")
     process = cli.start("submit", "--native", f"{cli.script('s.py', PASSIVE)} 60", "-r", "result.json")
     wait_for(process, "Connected!")
@@ -192,7 +197,8 @@ def test_a_run_that_is_killed_in_the_other_terminal_is_noticed(cli: CommandLine)
 
     assert process.returncode == 3
     assert "Error: The BenchBot supervisor is gone." in stderr
-    assert read(cli.folder / "result.json")["provenance"]["failure"]["class"] == "infrastructure"
+    provenance = read(cli.folder / "result.json")["provenance"]
+    assert (provenance["failure"]["class"], provenance["selection"]["seed"]) == ("infrastructure", 5)
     back_end.wait()
     assert cli.no_process_is_left()
     assert cli("submit", "--native", "true").returncode == 2

@@ -53,6 +53,13 @@ def test_a_limit_of_restarts_changes_the_bytes_only_where_it_is_set() -> None:
     assert b'"limits":{"restarts":0,' in replace(REQUEST, limits=Limits(restarts=0)).canonical()
 
 
+def test_a_secret_changes_the_bytes_and_is_not_shown() -> None:
+    hidden = replace(REQUEST, secret=16 * "0f")
+    assert b"secret" not in REQUEST.canonical()
+    assert b'"secret":"0f0f' in hidden.canonical()
+    assert "0f0f" not in repr(hidden)
+
+
 def test_a_request_can_be_a_key() -> None:
     assert {REQUEST: 1}[replace(REQUEST)] == 1
 

@@ -149,6 +149,7 @@ def test_a_robot_that_lacks_a_channel_says_what_it_offers(catalog: Catalog) -> N
     [
         RunRequest("compare", "cart", "room:2:1", seed=3, limits=Limits(steps=5, wall_time_s=60.0)),
         RunRequest("tour", "cart", "room:1", settings={"lighting.time": "21:30"}, limits=Limits(steps=9)),
+        RunRequest("tour", "cart", "room:1", limits=Limits(steps=9), secret=16 * "0f"),
     ],
 )
 def test_the_request_of_a_run_selects_the_same_run_again(catalog: Catalog, request_: RunRequest) -> None:
@@ -176,6 +177,16 @@ def test_a_robot_may_say_in_which_worlds_it_runs(catalog: Catalog) -> None:
     with pytest.raises(BenchbotError, match="'cart' cannot run in the environment 'room:1'") as caught:
         select(catalog, RunRequest(task="tour", robot="cart", environment="room:1"))
     assert "environments of type real or sim_other, this one is of type sim_acme" in caught.value.why
+
+
+def test_a_run_in_a_hidden_place_needs_a_secret(catalog: Catalog) -> None:
+    for scene in catalog.environments("room:1"):
+        scene.data["hidden"] = True
+    with pytest.raises(BenchbotError, match="'room:1' is hidden, and the run has no secret") as caught:
+        select(catalog, RunRequest(task="tour", robot="cart", environment="room:1"))
+    assert "--secret random" in caught.value.fix
+    selection = select(catalog, RunRequest(task="tour", robot="cart", environment="room:1", secret=16 * "0f"))
+    assert selection.commitment is not None
 
 
 def test_settings_change_every_scene_of_a_run(catalog: Catalog) -> None:

@@ -52,4 +52,4 @@ def back_end() -> Iterator[Backend]:
 def submit(spec: SolutionSpec, backend: Backend) -> tuple[EndedEpisode, Spectator]:
     """Run a solution; return how its episode ended, and who has looked on."""
     spectator = Spectator()
-    return episode.run(spec, backend.state.connection, backend.died, spectator), spectator
+    return episode.run(spec, backend.state.connection, backend.died, spectator, state=backend.state), spectator

@@ -26,6 +26,7 @@ def sample_selection(
     seed: int = 0,
     limits: Limits | None = None,
     episode: int | None = None,
+    secret: str = "",
 ) -> Selection:
     return select(
         Catalog(plugin_manager.load()),
@@ -36,6 +37,7 @@ def sample_selection(
             seed=seed,
             limits=limits or NO_LIMITS,
             episode=episode,
+            secret=secret,
         ),
     )
 

@@ -136,7 +136,7 @@ def test_a_back_end_is_there_while_it_is_needed() -> None:
         client = Client(backend.state.connection)
         assert client.health()["pid"] == backend.state.pid
         selection = client.session()["selection"]
-        assert (selection["seed"], selection["limits"]["steps"]) == (4, 2)
+        assert (backend.state.seed, selection["limits"]["steps"]) == (4, 2)
         assert backend.died() is None
         assert run_state.live() == [backend.state]
     assert not alive(backend.state.pid)
@@ -160,7 +160,7 @@ def test_a_warm_back_end_begins_one_run_after_another() -> None:
         with pytest.raises(BenchbotError, match="does not know you"):
             client.step("move_next")
         client = Client(backend.state.connection)
-        assert (client.session()["selection"]["seed"], client.session()["steps"]) == (5, 0)
+        assert (backend.state.seed, client.session()["steps"]) == (5, 0)
         assert client.session()["progress"]["failure"] is None
         client.reset()
         client.step("move_next")

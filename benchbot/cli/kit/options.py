@@ -66,7 +66,17 @@ EpisodeNumber = Annotated[
     int | None,
     typer.Option("--episode", metavar="N", min=0, help="Which start and goal, in a task that has a list. [default: 0]"),
 ]
-Seed = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Everything stochastic draws from it.")]
+Seed = Annotated[
+    int, typer.Option("--seed", metavar="N", min=0, max=2**63 - 1, help="Everything stochastic draws from it.")
+]
+Secret = Annotated[
+    str | None,
+    typer.Option(
+        "--secret",
+        metavar="FILE|random",
+        help="And from this: 128 bits that a solution cannot know; they are disclosed in the result.",
+    ),
+]
 MaxSteps = Annotated[int | None, typer.Option("--max-steps", metavar="N", min=1, help="End it after N actions.")]
 MaxRestarts = Annotated[
     int | None, typer.Option("--max-restarts", metavar="N", min=0, help="Put the robot back N times at most.")
@@ -104,6 +114,15 @@ Settings = Annotated[
         help="Change the environment for this run, e.g. lighting.time=21:30; repeatable.",
     ),
 ]
+
+
+def secret(given: str | None) -> str:
+    """Return the secret of `--secret`, empty for none; raises BenchbotError when there is none in the file."""
+    from benchbot.core import randomness
+
+    if given is None:
+        return ""
+    return randomness.new_secret() if given == "random" else randomness.read_secret(Path(given))
 
 
 def recordings(wanted: list[str] | None, result: Path | None = None) -> dict[str, Path]:

@@ -199,7 +199,7 @@ def _executor_options(given: Mapping[str, object] | Sequence[str]) -> dict[str, 
 def _show_plan(found: "Preview", folder: "Folder", *, as_json: bool) -> None:
     done = {episode.key for episode in found.done}
     if as_json:
-        document = found.plan.as_dict()
+        document = {key: value for key, value in found.plan.as_dict().items() if key != "secret"}
         rows = [{**episode, "done": episode["key"] in done} for episode in document["episodes"]]
         console.data_json({**document, "episodes": rows, "folder": str(folder.path)})
     else:

@@ -172,7 +172,8 @@ def _run(
         try:
             state = context.backend.begin(planned, record)
             with solution.placed(attempt.folder) as spec, measured(spec.mode.name, noted):
-                ended = submission.run(spec, state.connection, context.backend.died, watcher, WATCH_PERIOD_S)
+                died = context.backend.died
+                ended = submission.run(spec, state.connection, died, watcher, WATCH_PERIOD_S, state=state)
             _finish_recordings(state, record)
         except ChangedError:
             raise

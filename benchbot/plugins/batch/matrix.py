@@ -52,6 +52,7 @@ def make(request: BatchRequest, catalog: Catalog, folder: Path) -> tuple[Plan, S
         record=tuple(dict.fromkeys(request.record)),
         policy=request.policy,
         episodes=episodes,
+        secret=request.secret,
     )
     return plan, files
 
@@ -100,6 +101,7 @@ def selections(request: BatchRequest, catalog: Catalog) -> list[tuple[Combinatio
                     limits=request.limits,
                     episode=episode,
                     settings=settings,
+                    secret=request.secret,
                 ),
             )
         except BenchbotError as error:

@@ -31,6 +31,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "environments": _option(str, "--envs --env -e", "ENV,ENV", "The environments, or"),
         "envs_batch": _option(str, "--envs-batch -E", "BATCH", "those that a declared batch names."),
         "seeds": _option(str, "--seeds --seed", "0..4", "The seeds: 0..4 or 0,3,7. [default: 0]"),
+        "secret": _option(str, "--secret", "FILE", "Draw from this, too: 128 bits that a solution cannot know."),
         "repeats": _option(int, "--repeats", "N", "Compute each N times: for solutions that differ.", min=1),
         "episodes": _option(str, "--episodes --episode", "0..4", "Starts and goals, in a task that has a list."),
         "set": _option(

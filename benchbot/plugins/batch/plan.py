@@ -132,6 +132,8 @@ class Plan:
     episodes: tuple[PlannedEpisode, ...]
     solutions: Mapping[str, PlannedSolution] = field(default_factory=dict)
     """The solutions of a batch of several, by name; `solution` is then the first of them."""
+    secret: str = field(default="", repr=False)
+    """That of all episodes (benchbot.core.randomness); empty for none."""
 
     @property
     def all_solutions(self) -> "Mapping[str | None, PlannedSolution]":
@@ -174,11 +176,15 @@ class Plan:
             episode=episode.episode,
             settings=episode.settings,
             limits=self.limits,
+            secret=self.secret,
         )
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plan as the JSON document that is written."""
-        return {"version": VERSION, **asdict(self)}
+        document = {"version": VERSION, **asdict(self)}
+        if not self.secret:
+            del document["secret"]
+        return document
 
 
 def plan_hash(episodes: tuple[PlannedEpisode, ...]) -> str:
@@ -225,6 +231,7 @@ def read(path: Path) -> Plan:
         policy=Policy(**document["policy"]),
         episodes=episodes,
         solutions={name: _solution(one) for name, one in document.get("solutions", {}).items()},
+        secret=document.get("secret", ""),
     )
 
 

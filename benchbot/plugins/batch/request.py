@@ -10,6 +10,7 @@ from benchbot.cli.kit.holding import size_in_bytes
 from benchbot.core import overrides
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
+from benchbot.core.randomness import HOW_TO_MAKE_ONE, read_secret
 from benchbot.core.request import Limits
 from benchbot.plugins.batch.early_end import failure_limit
 from benchbot.plugins.batch.plan import Hold, Policy
@@ -48,6 +49,7 @@ class BatchRequest:
     timeout_s: float | None = None
     record: Sequence[str] = ()
     policy: Policy = field(default_factory=Policy)
+    secret: str = field(default="", repr=False)
 
 
 def read_file(path: Path) -> Wanted:
@@ -97,7 +99,18 @@ def request_of(wanted: Wanted) -> BatchRequest:
         timeout_s=wanted.get("timeout_s"),
         record=tuple(name for text in wanted.get("record", ()) for name in text.split(",")),
         policy=_policy(wanted),
+        secret=_secret(wanted.get("secret")),
     )
+
+
+def _secret(file: str | None) -> str:
+    if file == "random":
+        raise BenchbotError(
+            "A batch cannot draw its secret.",
+            "The same command goes on where it was ended, and would be another batch with another secret.",
+            f"Make one, and give it every time: {HOW_TO_MAKE_ONE}; benchbot batch --secret secret.txt …",
+        )
+    return "" if file is None else read_secret(Path(file))
 
 
 def _policy(wanted: Wanted) -> Policy:

@@ -10,6 +10,7 @@ from benchbot.core import overrides, plugin_manager
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.provenance import software
+from benchbot.core.randomness import commitment, is_secret
 from benchbot.core.request import Limits, RunRequest
 from benchbot.core.selection import Selection, select
 
@@ -169,6 +170,7 @@ def reselect(provenance: Mapping[str, Any], catalog: Catalog, limits: Limits | N
     """
     chosen = provenance["selection"]
     episode = chosen.get("episode")
+    _check_disclosed(chosen)
     selection = select(
         catalog,
         RunRequest(
@@ -178,6 +180,7 @@ def reselect(provenance: Mapping[str, Any], catalog: Catalog, limits: Limits | N
             seed=int(chosen["seed"]),
             episode=None if episode is None else int(episode["number"]),
             settings=chosen.get("settings") or {},
+            secret=str(chosen.get("secret", "")),
         ),
     )
     if selection.robot.data["type"] in plugin_manager.load().pool("robot_drivers"):
@@ -194,6 +197,23 @@ def reselect(provenance: Mapping[str, Any], catalog: Catalog, limits: Limits | N
             "Install the versions that its provenance names.",
         )
     return selection if limits is None else replace(selection, limits=limits)
+
+
+def _check_disclosed(chosen: Mapping[str, Any]) -> None:
+    """Raise BenchbotError when a result's seed and secret are not there, or not those that the run was committed to."""
+    secret, seed, committed = chosen.get("secret", ""), chosen.get("seed"), chosen.get("commitment")
+    if seed is None or (committed is not None and not secret):
+        raise BenchbotError(
+            f"The {'seed' if seed is None else 'secret'} of the run is not disclosed in the result.",
+            "All that was random was drawn from it, so that nothing can be repeated without it.",
+            "Ask whoever ran it for the result as the back end has kept it.",
+        )
+    if secret and (not is_secret(str(secret)) or commitment(str(secret), int(seed)) != committed):
+        raise BenchbotError(
+            "The result's secret or seed is not the one that the run was committed to.",
+            f"The commitment is {committed}, and that of the secret and seed in the result is another one.",
+            "The result was changed: ask whoever ran it for the one that the back end has kept.",
+        )
 
 
 def software_differences(provenance: Mapping[str, Any], selection: Selection) -> list[SoftwareDifference]:

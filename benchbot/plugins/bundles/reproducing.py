@@ -198,7 +198,7 @@ def _run_once(selection: Selection, spec: SolutionSpec, watcher: Watcher) -> dic
                 unix_socket=socket,
             )
         )
-        ended = episode.run(spec, backend.state.connection, backend.died, watcher)
+        ended = episode.run(spec, backend.state.connection, backend.died, watcher, state=backend.state)
     if ended.problem is not None and ended.problem.exit_code is ExitCode.INTERNAL:
         raise ended.problem
     return ended.document

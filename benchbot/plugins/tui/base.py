@@ -165,7 +165,8 @@ class BaseApp(App[None]):
             if words[0] == "submit" and f"--env={state.environment}" in words and f"--seed={state.seed}" in words:
                 self.start(list(words), each.job.result, watch=True)
                 return
-        self.start(run_words(RunRequest(state.task, state.robot, state.environment, state.seed)), watch=True)
+        again = RunRequest(state.task, state.robot, state.environment, state.seed, secret=state.secret)
+        self.start(run_words(again), watch=True)
 
     def end_job(self, text: str, job: Job) -> None:
         """End a job if the answer to a question is yes."""

@@ -174,6 +174,7 @@ def request_words(request: RunRequest) -> list[str]:
         "--robot": request.robot,
         "--env": request.environment,
         "--seed": request.seed,
+        "--secret": "random" if request.secret else None,
         "--episode": request.episode,
         "--max-steps": request.limits.steps,
         "--max-simulated-time": request.limits.simulated_time_s,

@@ -157,7 +157,7 @@ class ChildHost:
             self._call(self._start, _NOTHING, self._timeouts.load_s)
             self._start = None
         self._looked = False
-        return self._call(messages.Load(scene_index, seed), _STATUS, self._timeouts.load_s)
+        return self._call(messages.Load(scene_index, str(seed)), _STATUS, self._timeouts.load_s)
 
     def act(self, action: str, arguments: Mapping[str, float], goal: Pose | None) -> tuple[Outcome, Status]:
         """Execute one action to its end."""

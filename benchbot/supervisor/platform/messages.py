@@ -44,10 +44,10 @@ class Start(msgspec.Struct, tag="start", frozen=True):
 
 
 class Load(msgspec.Struct, tag="load", frozen=True):
-    """`Host.load`."""
+    """`Host.load`; the seed in digits, since it may have more bits than a number of MessagePack."""
 
     scene_index: int
-    seed: int
+    seed: str
 
 
 class Act(msgspec.Struct, tag="act", frozen=True):

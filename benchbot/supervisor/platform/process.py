@@ -188,7 +188,7 @@ def _answer(host: InProcessHost | None, request: messages.Request) -> Any:
     if host is None:
         return None  # closed before it was started
     if isinstance(request, messages.Load):
-        return host.load(request.scene_index, request.seed)
+        return host.load(request.scene_index, int(request.seed))
     if isinstance(request, messages.Act):
         return host.act(request.action, request.arguments, request.goal)
     if isinstance(request, messages.Observe):

@@ -129,9 +129,6 @@ def test_a_service_is_told_the_scene_and_called_and_its_failures_are_told_in_its
     with pytest.raises(BenchbotError, match="does not take environment = moon:2: no environment is called moon"):
         back(cart(by="service", ros_service="/home/well", scene_node="/scenes"), scene("moon"))
 
-    with pytest.raises(BenchbotError, match="more than a parameter of /scenes holds"):
-        back(cart(by="service", ros_service="/home/well", scene_node="/scenes"), seed=2**63)
-
 
 def test_navigation_is_sent_to_the_start_in_the_map_and_says_why_it_does_not_arrive(
     servers: Servers, back: Callable[..., Standing]

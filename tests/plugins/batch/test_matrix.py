@@ -51,6 +51,16 @@ def test_the_same_request_gives_the_same_plan(make: Make) -> None:
     assert make(seeds=[1]) == make(seeds=[1])
 
 
+def test_a_secret_makes_it_another_plan_and_is_kept_with_it(make: Make, tmp_path: Path) -> None:
+    plain, hidden = make(), make(secret=16 * "0f")
+    assert not keys(plain) & keys(hidden)
+    for plan in (plain, hidden):
+        plans.write(tmp_path / "plan.json", plan)
+        again = plans.read(tmp_path / "plan.json")
+        assert {again.request_of(episode).secret for episode in again.episodes} == {plan.secret}
+    assert "0f0f" not in repr(hidden)
+
+
 def test_episodes_of_a_task_with_a_list_are_told_apart(make: Make) -> None:
     plan = make(task="sample:goal", environments=["arena:1"], episodes=[0, 2])
     assert [episode.episode for episode in plan.episodes] == [0, 2]

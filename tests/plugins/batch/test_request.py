@@ -1,3 +1,4 @@
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -38,6 +39,16 @@ def test_several_values_of_a_setting_are_an_axis() -> None:
 def test_a_setting_is_named_once() -> None:
     with pytest.raises(BenchbotError, match=r"--set lighting\.time is given twice"):
         settings_axes(["lighting.time=8", "lighting.time=9"])
+
+
+def test_a_batch_reads_its_secret_and_draws_none(tmp_path: Path) -> None:
+    wanted = {"task": "t", "robots": "r", "environments": "a:1"}
+    (tmp_path / "secret.txt").write_text(16 * "0F" + "\n")
+    assert request_of({**wanted, "secret": str(tmp_path / "secret.txt")}).secret == 16 * "0f"
+    assert request_of(wanted).secret == ""
+    with pytest.raises(BenchbotError, match="A batch cannot draw its secret") as caught:
+        request_of({**wanted, "secret": "random"})
+    assert "token_hex" in caught.value.fix
 
 
 VALUES = st.sampled_from(["8", "21:30", "[a, b]", "{x: 1, y: [2, 3]}", "'a,b'", "all"])

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from benchbot.core import randomness
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
@@ -111,6 +112,30 @@ def test_whatever_is_changed_is_found_out(
         assert verification.verified
     else:
         assert said in verification.problems[0]
+
+
+SECRET = 16 * "0f"
+KEPT_BACK = {
+    "no secret": ({"secret": None}, "The secret of the run is not disclosed in the result."),
+    "no seed": ({"seed": None}, "The seed of the run is not disclosed in the result."),
+    "another secret": ({"secret": 16 * "f0"}, "is not the one that the run was committed to"),
+    "another seed": ({"seed": 4}, "is not the one that the run was committed to"),
+    "no commitment": ({"commitment": None}, "is not the one that the run was committed to"),
+    "a secret that is none": ({"secret": "hush"}, "is not the one that the run was committed to"),
+}
+
+
+@pytest.mark.parametrize(("change", "said"), KEPT_BACK.values(), ids=KEPT_BACK.keys())
+def test_a_run_with_a_secret_is_verified_by_what_it_was_committed_to(
+    verify: Verify, made: Make, change: dict[str, Any], said: str
+) -> None:
+    document = made(lambda session: session.reset(), seed=3, secret=SECRET)
+    assert verify(document).verified
+    chosen = document["provenance"]["selection"]
+    assert (chosen["seed"], chosen["secret"], chosen["commitment"]) == (3, SECRET, randomness.commitment(SECRET, 3))
+    changed = {key: value for key, value in (chosen | change).items() if value is not None}
+    with pytest.raises(BenchbotError, match=said):
+        verify({**document, "provenance": {**document["provenance"], "selection": changed}})
 
 
 def test_a_failure_that_no_replay_can_show_is_named(verify: Verify, driven: dict[str, Any]) -> None:

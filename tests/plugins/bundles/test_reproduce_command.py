@@ -33,9 +33,10 @@ def test_a_bundle_gives_the_same_in_a_fresh_environment(cli: CommandLine, tmp_pa
     (folder / "run.py").write_text(PASSIVE)
     python = fresh_environment(tmp_path / "here")
     at_home = Place(python, cli.folder, cli)
-    for seed in ("1", "2"):
+    for seed, secret in (("1", []), ("2", ["--secret", "random"])):
         solution = f"{python} solution/run.py"
-        done = at_home("submit", "--native", solution, *SELECTION, "--seed", seed, "-r", f"results/{seed}.json")
+        words = ("--native", solution, *SELECTION, "--seed", seed, *secret, "-r", f"results/{seed}.json")
+        done = at_home("submit", *words)
         assert done.returncode == 0, done.stderr
 
     wrong_folder = at_home("bundle", "results", "--solution", "solution")

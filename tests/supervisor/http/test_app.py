@@ -9,11 +9,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from benchbot.core import randomness
 from benchbot.core.request import Limits
 from benchbot.wire import encoding
 from tests.supervisor.harness import TOKEN, Served, sample_selection
 
 Serve = Callable[..., Served]
+SECRET = 16 * "a5"
 MSGPACK = {"Content-Type": "application/msgpack"}
 
 POST_ROUTES = ["reset", "step", "next_scene", "result", "results_functions/create", "stop", "operator"]
@@ -59,14 +61,14 @@ def test_scenes_follow_one_another(serve: Serve) -> None:
 
 
 def test_the_session_describes_the_run_without_what_is_to_be_found_out(serve: Serve) -> None:
-    with serve(sample_selection(seed=3)).http() as http:
+    with serve(sample_selection(seed=3, secret=SECRET)).http() as http:
         session = http.get("/api/v1/session", headers={"Accept": "application/json"}).json()
     assert session["task"]["name"] == "sample:passive"
     assert session["selection"] == {
         "task": "sample:passive",
         "robot": "sample_robot",
         "environment": "arena:1",
-        "seed": 3,
+        "commitment": randomness.commitment(SECRET, 3),
         "episode": None,
         "settings": {},
         "limits": {"steps": None, "simulated_time_s": None, "wall_time_s": None, "restarts": None},
@@ -104,7 +106,7 @@ def test_two_runs_with_one_seed_show_the_same(serve: Serve) -> None:
 
 
 def test_a_result_is_completed_written_and_returned(serve: Serve, tmp_path: Path) -> None:
-    with serve().http() as http:
+    with serve(sample_selection(seed=3, secret=SECRET)).http() as http:
         post(http, "reset")
         results = post(http, "results_functions/create", {})[1]["value"]
         claimed = {"task_details": {"name": "another"}, "environment_details": [], "results": results}
@@ -112,8 +114,11 @@ def test_a_result_is_completed_written_and_returned(serve: Serve, tmp_path: Path
     assert status == 200
     assert answer["document"]["task_details"]["name"] == "sample:passive"
     assert answer["document"]["provenance"]["solution"] == {"command": ["me"]}
-    assert json.loads(Path(answer["path"]).read_text("utf-8")) == answer["document"]
     assert answer["path"] == str(tmp_path / "result.json")
+    kept = json.loads(Path(answer["path"]).read_text("utf-8"))
+    # A solution may go on driving: what it could foresee with them is kept from it.
+    assert (kept["provenance"]["selection"].pop("seed"), kept["provenance"]["selection"].pop("secret")) == (3, SECRET)
+    assert kept == answer["document"]
 
 
 def test_a_result_that_breaks_its_format_is_refused(serve: Serve, tmp_path: Path) -> None:

@@ -24,6 +24,8 @@ Declared = str | Path | Mapping[str, Any]
 Record = TypeVar("Record", Evaluator, Executor, Recorder, RobotDriver, Simulator)
 
 SEED = 7
+LARGEST_SEED = 2**256 - 1
+"""The largest that a platform is loaded with: a run with a secret has keys of 256 bits."""
 
 
 def find_record(kind: str, record: Record | str) -> Record:

@@ -1,10 +1,14 @@
 """Dead reckoning that drifts: the estimated pose of a robot whose wheels are measured with errors."""
 
 import math
+from collections.abc import Iterator
+from itertools import count
 
-import numpy as np
-
+from benchbot.plugin import randomness
 from benchbot_sim_taichi.dynamics import State, along_arc
+
+_BLOCK = 64
+"""The number of ticks whose noise is drawn at once, to save time."""
 
 
 class Odometry:
@@ -18,7 +22,7 @@ class Odometry:
     def __init__(self, start: State, linear_noise: float, angular_noise: float, seed: int) -> None:
         self._pose = (start.x, start.y, start.yaw_rad)
         self._noise = (linear_noise, angular_noise)
-        self._random = np.random.default_rng(seed)
+        self._noise_of_ticks = _normals(seed)
 
     @property
     def pose(self) -> tuple[float, float, float]:
@@ -32,9 +36,14 @@ class Odometry:
         way_m = (after.x - before.x) * math.cos(heading_rad) + (after.y - before.y) * math.sin(heading_rad)
         if not way_m and not turn_rad:
             return
-        linear, angular = self._random.standard_normal(2).tolist()
+        linear, angular = next(self._noise_of_ticks)
         self._pose = along_arc(
             self._pose,
             way_m * (1.0 + self._noise[0] * linear),
             turn_rad * (1.0 + self._noise[1] * angular),
         )
+
+
+def _normals(seed: int) -> Iterator[tuple[float, float]]:
+    for block in count():
+        yield from randomness.generator(seed, "odometry", block).standard_normal((_BLOCK, 2)).tolist()

@@ -16,11 +16,12 @@ from benchbot.plugin import (
     Pose,
     Scene,
     did_you_mean,
+    randomness,
 )
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.scene_file import scene_file
-from benchbot_sim_taichi import dynamics, lamps, quality, randomness
+from benchbot_sim_taichi import dynamics, lamps, quality
 from benchbot_sim_taichi.collision import Clearance, ObstacleMap, travel
 from benchbot_sim_taichi.dynamics import State
 from benchbot_sim_taichi.lighting import Lighting
@@ -190,7 +191,7 @@ class RayTracedSimulator:
         return camera.expose(world.renderer, [base @ mount for base in bases], rgb="image_rgb" in wanted)
 
     def _random(self, sensor: str) -> np.random.Generator:
-        return randomness.at_instant(self._seed, sensor, self._instant)
+        return randomness.generator(self._seed, sensor, self._instant)
 
     def _scanners(self, wanted: tuple[str, ...]) -> dict[str, Laser | Lidar]:
         """Return the scanners that are asked; raises BenchbotError when the robot has none."""
