@@ -61,6 +61,46 @@ def test_localisation_whose_stamps_stand_still(tmp_path: Path) -> None:
     assert "the stamps of its messages do not advance" in why
 
 
+BY_TRANSFORMS = {"by": "tf"}
+
+
+@pytest.mark.parametrize(("frame", "parent"), [("odom", "map"), ("base_link", "odom")])
+def test_a_link_of_the_transform_tree_that_falls_silent(tmp_path: Path, frame: str, parent: str) -> None:
+    why = _safety_stop(tmp_path, {"untold": [frame]}, {"transforms": True}, localisation=BY_TRANSFORMS)
+
+    assert f"Nothing new was said of where '{frame}' is in '{parent}' for" in why
+
+
+@pytest.mark.parametrize("localisation", [BY_TRUTH, BY_TRANSFORMS], ids=["topic", "tf"])
+@pytest.mark.parametrize("off_m", [1.0, -1.0])
+def test_localisation_that_jumps(tmp_path: Path, localisation: dict[str, Any], off_m: float) -> None:
+    why = _safety_stop(tmp_path, {"place_off_m": off_m}, {"transforms": True}, localisation=localisation)
+
+    assert "Its localisation jumped by 1.00 m and 0°, from (" in why
+    assert "driver.localisation_bounds allow 0.5 m and 20°" in why
+
+
+def test_localisation_that_jumps_while_the_robot_stands_ends_the_trial(tmp_path: Path) -> None:
+    with unicycle() as there, driver(declaration(localisation=BY_TRUTH), tmp_path) as platform:
+        platform.load(scene(), 0)
+        there.set(place_off_m=0.3)
+        until(lambda: platform.pose().translation_xyz[0] > 0.2)  # a correction
+        there.set(place_off_m=-0.7)
+        with pytest.raises(BenchbotError, match="cannot be trusted") as failure:
+            until(lambda: platform.pose().translation_xyz[0] < -0.2)
+        assert failure.value.failure is FailureClass.PLATFORM
+
+
+def test_a_place_that_is_told_now_and_then_is_told_often_enough(tmp_path: Path) -> None:
+    seldom = {**BY_TRUTH, "ros_type": "geometry_msgs/msg/PoseWithCovarianceStamped", "ros_topic": "/amcl_pose"}
+    options = {"amcl": True}
+    why = _safety_stop(
+        tmp_path, {"silent": ["/amcl_pose"]}, options, localisation=seldom, localisation_bounds={"unseen_m": 0.5}
+    )
+
+    assert "Nothing new came on /amcl_pose for 0.5" in why
+
+
 def test_a_clock_that_jumps_back(tmp_path: Path) -> None:
     why = _safety_stop(tmp_path, {"clock_offset_s": -20.0}, {"simulated": True}, use_sim_time=True)
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import rclpy
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, Twist
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
@@ -25,6 +25,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, LaserScan
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
 
 DEFAULTS: dict[str, Any] = {
     "simulated": False,  # publishes /clock
@@ -46,6 +47,10 @@ DEFAULTS: dict[str, Any] = {
     "pressed": False,  # the emergency stop
     "held": True,  # the dead-man switch
     "motion_pace": None,  # from the first velocity command on; its own clock is what is looked at then
+    "amcl": False,  # publishes where it is on /amcl_pose, ten times a second
+    "transforms": False,  # publishes on /tf where "odom" is in "map", and "base_link" in "odom"
+    "untold": [],  # frames whose transform does not come any more
+    "place_off_m": 0.0,  # how far localisation is wrong
     "strike": None,  # what the robot does `beyond_m` of its way: {"kill": [signal, pid, …]}, {"run": […]}, {"set": {…}}
 }
 TICK_S, ACCELERATION_MPS2, ACCELERATION_RADPS2, COMMAND_TIMEOUT_S = 0.02, 2.0, 4.0, 0.2
@@ -60,6 +65,8 @@ TOPICS = {
     "/e_stop": Bool,
     "/dead_man": Bool,
     "/clock": Clock,
+    "/tf": TFMessage,
+    "/amcl_pose": PoseWithCovarianceStamped,
 }
 FRAMES = {"/odom": "odom", "/truth": "map", "/scan": "lidar", "/image": "camera", "/camera_info": "camera"}
 
@@ -85,7 +92,9 @@ class Robot:
         self.node.create_service(Trigger, "/reset", self._on_reset)
 
     def _publisher(self, topic: str, kind: Any) -> Any:
-        if topic in self.options["absent"] or (topic == "/clock" and not self.options["simulated"]):
+        unpublished = {"/clock": not self.options["simulated"], "/tf": not self.options["transforms"]}
+        unpublished["/amcl_pose"] = not self.options["amcl"]
+        if topic in self.options["absent"] or unpublished.get(topic):
             return None
         if topic == "/image" and self.options["compressed"]:
             kind = CompressedImage
@@ -149,9 +158,13 @@ class Robot:
         while self.late and self.late[0][0] <= self.time_s + 1e-9:
             self.send("/odom", self.late.pop(0)[1])
         self.send("/truth", self.odometry("/truth"))
+        if self.options["transforms"]:
+            self.send("/tf", self.transforms())
         self.send("/e_stop", Bool(data=self.options["pressed"]))
         self.send("/dead_man", Bool(data=self.options["held"]))
         if tick % 5 == 0:
+            truth = self.odometry("/truth")
+            self.send("/amcl_pose", PoseWithCovarianceStamped(header=truth.header, pose=truth.pose))
             self.send("/scan", self.scan())
             self.send("/image", self.image())
             info = CameraInfo(width=8, height=6, k=[4.0, 0, 3.5, 0, 4.0, 2.5, 0, 0, 1.0])
@@ -179,11 +192,27 @@ class Robot:
         x, y, yaw = self.x * scale, self.y * scale, self.yaw
         if topic == "/odom":
             x, y, yaw = 3.0 - y, 4.0 + x, yaw + math.pi / 2
+        else:
+            x += self.options["place_off_m"]
         message.pose.pose.position.x, message.pose.pose.position.y = x, y
         message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
         noise = self.options["twist_noise"] * self.random.standard_normal(2)
         message.twist.twist.linear.x, message.twist.twist.angular.z = self.v + noise[0], self.w + noise[1]
         return message
+
+    def transforms(self) -> TFMessage:
+        place, base = TransformStamped(child_frame_id="odom"), TransformStamped(child_frame_id="base_link")
+        place.header.frame_id = "map"
+        place.transform.translation.x, place.transform.translation.y = self.options["place_off_m"] - 4.0, 3.0
+        place.transform.rotation.z, place.transform.rotation.w = -math.sqrt(0.5), math.sqrt(0.5)
+        seen = self.odometry("/odom")
+        base.header.frame_id, base.header.stamp = "odom", seen.header.stamp
+        place.header.stamp = seen.header.stamp
+        base.transform.translation.x = seen.pose.pose.position.x
+        base.transform.translation.y = seen.pose.pose.position.y
+        base.transform.rotation = seen.pose.pose.orientation
+        told = [one for one in (place, base) if one.child_frame_id not in self.options["untold"]]
+        return TFMessage(transforms=told)
 
     def scan(self) -> LaserScan:
         angles = -math.pi + np.arange(BEAMS) * 2 * math.pi / BEAMS

@@ -161,7 +161,7 @@ class ConnectedRobot:
     def _transforms(self) -> Any:
         from benchbot_robot_ros2 import transforms
 
-        tree = transforms.listen(self.node)
+        tree = transforms.listen(self.node, self.clock.now_s)
         if tree is None and isinstance(self.robot.settings.localisation, LocalisedByTransforms):
             raise failed(
                 f"Where the robot '{self.robot.name}' is cannot be known.",

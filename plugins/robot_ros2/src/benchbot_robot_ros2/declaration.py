@@ -136,6 +136,18 @@ class StartTolerances(_Declared, frozen=True):
     angle_deg: float = 3.0
 
 
+class LocalisationBounds(_Declared, frozen=True):
+    """The bounds of what localisation may say; beyond them the robot stops.
+
+    A step of at most `jump_m` and `jump_deg` against odometry is a correction. Of a topic that tells the place only now
+    and then (AMCL's pose), the robot may be `unseen_m` away from where it was told last.
+    """
+
+    jump_m: float = 0.5
+    jump_deg: float = 20.0
+    unseen_m: float = 2.0
+
+
 class DriverSettings(_Declared, frozen=True):
     """The key `driver` of a robot's declaration."""
 
@@ -144,6 +156,7 @@ class DriverSettings(_Declared, frozen=True):
     localisation: LocalisedByOdometry | LocalisedByTopic | LocalisedByTransforms = LocalisedByOdometry()
     return_to_start: ReturnByService | ReturnByNavigation | ReturnByOperator = ReturnByOperator()
     start_tolerances: StartTolerances = StartTolerances()
+    localisation_bounds: LocalisationBounds = LocalisationBounds()
     safety: Safety = Safety()
     timing: Timing = Timing()
 

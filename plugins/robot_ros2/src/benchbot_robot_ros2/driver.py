@@ -144,6 +144,7 @@ class Ros2Driver:
         """Return the best known pose of the base: corrected by localisation where that is declared."""
         robot = self._here()
         try:
+            self._refuse_when_jumped(robot)
             return robot.localisation.pose() @ self._carry_on()[0]
         except (LookupError, ValueError) as error:
             raise self._lost(str(error)) from error
@@ -263,7 +264,7 @@ class Ros2Driver:
             robot.guard.command(*REST)
 
     def _refuse_when_blind(self, robot: ConnectedRobot) -> None:
-        """Stop a moving robot whose odometry, obstacles or clock are missing or too old."""
+        """Stop a moving robot whose odometry, obstacles, clock or localisation are missing or too old."""
         timeout_s = self._robot.settings.timing.feedback_timeout_s
         if robot.clock.set_back_s:
             raise self._stopped(*_set_back(robot.clock.set_back_s))
@@ -280,6 +281,45 @@ class Ros2Driver:
                     f"See whether what publishes {stream.topic.ros_topic} is alive and the network good, and start the "
                     "run again.",
                 )
+        self._refuse_when_lost(robot, timeout_s)
+
+    def _refuse_when_lost(self, robot: ConnectedRobot, timeout_s: float) -> None:
+        """Stop a moving robot whose localisation has told nothing new for too long, or too long a way."""
+        link = robot.localisation.stalest()
+        if link is not None and (age_s := robot.clock.now_s() - link.arrived_s) > timeout_s:
+            raise self._stopped(
+                f"Nothing new was said of where '{link.child}' is in '{link.parent}' for {age_s:.1f} s while it moved "
+                f"(driver.timing.feedback_timeout_s is {timeout_s:g} s).",
+                f"See whether what publishes the transform from '{link.parent}' to '{link.child}' on /tf is alive, and "
+                "start the run again.",
+            )
+        bound_m, place = self._robot.settings.localisation_bounds.unseen_m, robot.place
+        if place is not None and place.holds and robot.localisation.unseen_m > bound_m:
+            raise self._stopped(
+                f"Nothing new came on {place.topic.ros_topic} for {robot.localisation.unseen_m:.2f} m "
+                f"(driver.localisation_bounds.unseen_m is {bound_m:g} m): {place.silence()}.",
+                "See whether what localises the robot is alive, or allow it a longer way.",
+            )
+
+    def _refuse_when_jumped(self, robot: ConnectedRobot) -> None:
+        """End the run, or before the robot moves the episode, when localisation says what odometry contradicts."""
+        step = robot.localisation.step()
+        if step is None:
+            return
+        expected, said = step
+        off = expected.inverse() @ said
+        bounds, away_m = self._robot.settings.localisation_bounds, math.hypot(*off.translation_xyz[:2])
+        turned_deg = math.degrees(abs(wrap_angle_rad(off.yaw_rad)))
+        if away_m <= bounds.jump_m and turned_deg <= bounds.jump_deg:
+            return
+        why = (
+            f"Its localisation jumped by {away_m:.2f} m and {turned_deg:.0f}°, from {_place(expected)} by odometry to "
+            f"{_place(said)}; driver.localisation_bounds allow {bounds.jump_m:g} m and {bounds.jump_deg:g}°."
+        )
+        fix = "See which of the two is right. Mend the localisation or the odometry, or allow more in the declaration."
+        if self._command == REST:
+            raise failed("Where the robot is, cannot be trusted.", why, fix)
+        raise self._stopped(why, fix)
 
     def _lost(self, why: str) -> BenchbotError:
         if self._command == REST:
@@ -290,6 +330,11 @@ class Ros2Driver:
         robot = self._here()
         robot.guard.stop(why)
         return safety_stop(robot.guard.tripped or why, fix)
+
+
+def _place(pose: Pose) -> str:
+    x, y, _ = pose.translation_xyz
+    return f"({x:.2f} m, {y:.2f} m, {math.degrees(pose.yaw_rad):.0f}°)"
 
 
 def _set_back(seconds: float) -> tuple[str, str]:

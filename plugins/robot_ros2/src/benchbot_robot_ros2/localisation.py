@@ -1,5 +1,6 @@
 """The pose of the base, from its odometry, from a topic of poses, or from the transform tree."""
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from benchbot.plugin import Pose
@@ -8,7 +9,7 @@ from benchbot_robot_ros2.messages import pose_of
 from benchbot_robot_ros2.streams import Sample, Stream
 
 if TYPE_CHECKING:
-    from benchbot_robot_ros2.transforms import TransformTree
+    from benchbot_robot_ros2.transforms import Link, TransformTree
 
 
 class Localisation:
@@ -28,11 +29,13 @@ class Localisation:
         self._origin = Pose()
         self._corrected: Sample | None = None
         self._correction = Pose()
+        self._told_at = Pose()
+        self._held: Pose | None = None
 
     def start(self, start_pose: Pose) -> None:
         """Let dead reckoning begin at `start_pose`, from where odometry is now."""
         self._origin = start_pose @ self._travelled(None).inverse()
-        self._corrected = None
+        self._corrected = self._held = None
 
     def odometry(self) -> Pose:
         """Return the base's pose by dead reckoning, in the map frame."""
@@ -45,9 +48,46 @@ class Localisation:
         """
         if self._place is not None:
             return self._correct(self._place) @ self._travelled(None)
-        if self._tree is not None and isinstance(self._robot.settings.localisation, LocalisedByTransforms):
-            return self._tree.lookup(self._robot.global_frame, self._robot.base_frame, None)
+        if self._by_transforms is not None:
+            return self._by_transforms.lookup(*self._ends)
         return self.odometry()
+
+    def step(self) -> tuple[Pose, Pose] | None:
+        """Return the base's pose as localisation said it last, carried on by odometry, and as it says it now.
+
+        None where it has said nothing before, and where the robot is localised by odometry. Raises LookupError as
+        `pose`.
+        """
+        if self._place is not None:
+            said = self._correct(self._place)
+        elif self._by_transforms is not None:
+            stamp_ns = self._by_transforms.newest_ns(*self._ends)
+            said = self._by_transforms.lookup(*self._ends, stamp_ns) @ self._travelled(stamp_ns).inverse()
+        else:
+            return None
+        before, self._held = self._held, said
+        travelled = self._travelled(None)
+        return None if before is None else (before @ travelled, said @ travelled)
+
+    def stalest(self) -> "Link | None":
+        """Return the link of the transform tree that has told nothing new for the longest; None without the tree."""
+        return None if self._by_transforms is None else self._by_transforms.stalest(*self._ends)
+
+    @property
+    def unseen_m(self) -> float:
+        """The distance by odometry from where a topic has told the place last; 0 without such a topic."""
+        if self._place is None or self._place.newest is None:
+            return 0.0
+        self._correct(self._place)
+        return math.hypot(*(self._told_at.inverse() @ self._travelled(None)).translation_xyz[:2])
+
+    @property
+    def _by_transforms(self) -> "TransformTree | None":
+        return self._tree if isinstance(self._robot.settings.localisation, LocalisedByTransforms) else None
+
+    @property
+    def _ends(self) -> tuple[str, str]:
+        return self._robot.global_frame, self._robot.base_frame
 
     def way(self, stamp_ns: int) -> Pose:
         """Return the base's pose now in the frame where it was at `stamp_ns`, by odometry of the last second."""
@@ -57,7 +97,8 @@ class Localisation:
         newest = place.newest
         if newest is not None and newest is not self._corrected:
             self._corrected = newest
-            self._correction = base_pose(newest.message) @ self._travelled(newest.stamp_ns).inverse()
+            self._told_at = self._travelled(newest.stamp_ns)
+            self._correction = base_pose(newest.message) @ self._told_at.inverse()
         return self._correction
 
     def _travelled(self, stamp_ns: int | None) -> Pose:

@@ -2,10 +2,11 @@
 
 import math
 import threading
+import time
 from bisect import bisect_left
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from benchbot.plugin import Pose, Quaternion, did_you_mean
 
@@ -17,16 +18,30 @@ HISTORY_NS = 10_000_000_000
 _UNIT_TOLERANCE = 0.01
 
 
+class Link(NamedTuple):
+    """A transform that is not static: its frames, and when its newest stamp arrived, in seconds of the run."""
+
+    child: str
+    parent: str
+    arrived_s: float
+
+
 @dataclass
 class _Edge:
-    """A frame's poses in its parent frame, by rising stamp; a static one has one pose and no stamp."""
+    """A frame's poses in its parent frame, by rising stamp; a static one has one pose and no stamp.
+
+    `arrived_s` is when the newest stamp arrived: one that is sent again and again is nothing new.
+    """
 
     parent: str
+    arrived_s: float = -math.inf
     stamps_ns: list[int] = field(default_factory=list)
     poses: list[Pose] = field(default_factory=list)
 
-    def add(self, stamp_ns: int, pose: Pose) -> None:
+    def add(self, stamp_ns: int, pose: Pose, arrived_s: float) -> None:
         """Put a pose into its place in time, and forget those that are too old."""
+        if not self.stamps_ns or stamp_ns > self.stamps_ns[-1]:
+            self.arrived_s = arrived_s
         if self.stamps_ns and stamp_ns < self.stamps_ns[-1] - HISTORY_NS:
             # So late is nothing but a clock that was set back.
             self.stamps_ns.clear()
@@ -66,7 +81,7 @@ class TransformTree:
         self._edges: dict[str, _Edge] = {}
         self._lock = threading.Lock()
 
-    def set_transform(self, parent: str, child: str, pose: Pose, stamp_ns: int | None) -> None:
+    def set_transform(self, parent: str, child: str, pose: Pose, stamp_ns: int | None, arrived_s: float = 0.0) -> None:
         """Take in the pose of `child` in `parent` at a time, or at all times: a static one, without stamp.
 
         A child that comes with another parent than before leaves that one, and its history. Raises ValueError when
@@ -83,7 +98,7 @@ class TransformTree:
             if stamp_ns is None:
                 edge.poses = [pose]
             else:
-                edge.add(stamp_ns, pose)
+                edge.add(stamp_ns, pose, arrived_s)
 
     def lookup(self, target_frame: str, source_frame: str, stamp_ns: int | None = None) -> Pose:
         """Return the pose of `source_frame` in `target_frame`, interpolated to a time.
@@ -107,6 +122,17 @@ class TransformTree:
         with self._lock:
             to_target, to_source = self._chain_between(target_frame, source_frame)
             return self._newest_ns((*to_target, *to_source))
+
+    def stalest(self, target_frame: str, source_frame: str) -> Link | None:
+        """Return the link between two frames whose newest stamp is the longest ago; None if all are static.
+
+        Raises LookupError as `lookup` does.
+        """
+        with self._lock:
+            to_target, to_source = self._chain_between(target_frame, source_frame)
+            edges = {child: self._edges[child] for child in (*to_target, *to_source)}
+            links = [Link(child, edge.parent, edge.arrived_s) for child, edge in edges.items() if edge.stamps_ns]
+        return min(links, key=lambda link: link.arrived_s, default=None)
 
     def clear(self) -> None:
         """Drop all but the static transforms, after a clock was set back or the robot was moved by hand."""
@@ -151,11 +177,11 @@ class TransformTree:
         return pose
 
 
-def listen(node: "Node") -> TransformTree | None:
+def listen(node: "Node", now_s: Callable[[], float] = time.monotonic) -> TransformTree | None:
     """Return a tree that takes in what is published on /tf and /tf_static; None when tf2_msgs is not installed.
 
-    The subscriptions live as long as the node, with the quality of service of tf2_ros's listener. A transform that is
-    none is left out, with a warning.
+    The subscriptions live as long as the node, with the quality of service of tf2_ros's listener. `now_s` tells the
+    time at which a transform arrives. A transform that is none is left out, with a warning.
     """
     try:
         from tf2_msgs.msg import TFMessage
@@ -170,9 +196,8 @@ def listen(node: "Node") -> TransformTree | None:
             stamp = transform.header.stamp
             stamp_ns = None if static else stamp.sec * 1_000_000_000 + stamp.nanosec
             try:
-                tree.set_transform(
-                    transform.header.frame_id, transform.child_frame_id, _pose(transform.transform), stamp_ns
-                )
+                frames = (transform.header.frame_id, transform.child_frame_id)
+                tree.set_transform(*frames, _pose(transform.transform), stamp_ns, now_s())
             except ValueError as error:
                 node.get_logger().warning(f"A transform was left out: {error}.", throttle_duration_sec=10.0)
 
