@@ -93,6 +93,12 @@ class Submission:
         return driver
 
     @property
+    def guards(self) -> dict[str, int]:
+        """The process numbers of the guard (`guards`) and of the one that stands by (`stands-by`)."""
+        commands = {pid: Path(f"/proc/{pid}/cmdline").read_text().split("\0") for pid in children_of(self.driver)}
+        return {words[-2]: pid for pid, words in commands.items()}
+
+    @property
     def solution(self) -> int:
         """The solution's process number."""
         return int(self.said.partition("solution: ")[2].split()[0])

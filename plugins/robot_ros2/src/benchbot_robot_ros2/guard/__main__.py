@@ -1,7 +1,8 @@
 """The guard: a process of its own that alone publishes a robot's velocity, and stops it when its driver dies or hangs.
 
-Started as `python -P -m benchbot_robot_ros2.guard FD` by `guard.link`, in a session of its own, so that what ends the
-driver, by Ctrl-C or kill -9 of its process group, leaves the guard alive to stop the robot.
+Started as `python -P -m benchbot_robot_ros2.guard FD PEER_FD` by `guard.link`, in a session of its own, so that what
+ends the driver, by Ctrl-C or kill -9 of its process group, leaves the guard alive to stop the robot. A second one,
+joined to it by the socket PEER_FD, stands by: see `guard.standby`.
 """
 
 import gc
@@ -17,7 +18,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from benchbot.plugin import BenchbotError
-from benchbot_robot_ros2.guard import messages
+from benchbot_robot_ros2.guard import messages, standby
 from benchbot_robot_ros2.guard.state import FIND_OUT, GuardState, Trip
 from benchbot_robot_ros2.guard.velocity import Change, GuardedVelocity
 from benchbot_robot_ros2.ramp import Velocity
@@ -27,8 +28,11 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
 ARMED_PERIOD_S, STOPPED_PERIOD_S = 0.02, 0.05
+# A guard hangs when it gives no sign of life for this share of the time that a command holds: 0.1 of 0.15 s.
+SILENCE_SHARE = 2 / 3
 
 DRIVER_ENDED = Trip("The robot's driver ended while the robot moved.", FIND_OUT)
+STANDBY_DIED = Trip("The guard that stands by died.", FIND_OUT)
 ENDED_BY_SIGNAL = Trip("The guard process was asked to end while the robot moved.", FIND_OUT)
 
 
@@ -37,18 +41,30 @@ def main() -> None:
     ending = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda *_: ending.set())
-    with socket.socket(fileno=int(sys.argv[1])) as connection:
+    with socket.socket(fileno=int(sys.argv[1])) as connection, socket.socket(fileno=int(sys.argv[2])) as peer:
         begin = messages.receive_at_guard(connection)
         if not isinstance(begin, messages.Begin):
             return
-        with running_node("benchbot_guard", use_sim_time=begin.use_sim_time) as node:
+        name = "benchbot_guard" if begin.stands_by_for is None else "benchbot_guard_standby"
+        with running_node(name, use_sim_time=begin.use_sim_time) as node:
             try:
                 velocity = _armed(node, begin, connection, ending)
             except BenchbotError as error:
-                _tell(connection, messages.Refused(error.title, error.why, error.fix))
+                messages.tell(connection, messages.Refused(error.title, error.why, error.fix))
                 return
-            if velocity is not None:
-                _guard(velocity, connection, ending)
+            if velocity is None:
+                return
+            # What was imported never becomes garbage: no long collection in the middle of a motion.
+            gc.collect()
+            gc.freeze()
+            connection.setblocking(False)
+            peer.setblocking(False)
+            messages.tell(connection, messages.Armed())
+            if begin.stands_by_for is None:
+                _guard(velocity, connection, peer, ending)
+            else:
+                other = standby.Other(peer, begin.stands_by_for, begin.safety.command_timeout_s * SILENCE_SHARE)
+                standby.watch(velocity, connection, other, ending)
 
 
 def _armed(
@@ -80,29 +96,32 @@ def _lacking(velocity: GuardedVelocity, begin: messages.Begin) -> BenchbotError 
     return None if enough else velocity.missing(begin.robot, begin.wait_s)
 
 
-def _guard(velocity: GuardedVelocity, connection: socket.socket, ending: threading.Event) -> None:
+def _guard(velocity: GuardedVelocity, connection: socket.socket, peer: socket.socket, ending: threading.Event) -> None:
     """Publish until the driver's end, and the last zeros after it."""
-    connection.setblocking(False)
-    # What was imported never becomes garbage: no long collection in the middle of a motion.
-    gc.collect()
-    gc.freeze()
-    _tell(connection, messages.Armed())
     told = False
     end: Trip | None = None
+    watched = [connection, peer]
     try:
         while end is None:
-            select.select([connection], [], [], ARMED_PERIOD_S if velocity.trip is None else STOPPED_PERIOD_S)
+            ready, _, _ = select.select(watched, [], [], ARMED_PERIOD_S if velocity.trip is None else STOPPED_PERIOD_S)
             arrived = list(_arrived(connection))
             if None in arrived:
                 end = DRIVER_ENDED
             elif ending.is_set():
                 end = ENDED_BY_SIGNAL
+            if peer in ready:
+                # It says nothing: this is its end. It outlives this process where all is well.
+                watched = [connection]
+                velocity.update(partial(_stop, trip=STANDBY_DIED))
+            # Said before it is done, so that a death in between is that of a guard that moves the robot.
+            commanded = any(isinstance(message, messages.Command) and message.moves for message in arrived)
+            messages.tell(peer, messages.Beat(velocity.moving or commanded))
             velocity.update(*(_change(message) for message in arrived if message is not None))
             if end is not None and velocity.moving:
                 velocity.update(partial(_stop, trip=end))
             if velocity.trip is not None and not told:
                 told = True
-                _tell(connection, messages.Tripped(velocity.trip))
+                messages.tell(connection, messages.Tripped(velocity.trip))
     finally:
         velocity.finish()
 
@@ -133,12 +152,6 @@ def _arrived(connection: socket.socket) -> Iterator[messages.ToGuard | None]:
             yield message
             if message is None:
                 return
-
-
-def _tell(connection: socket.socket, message: messages.FromGuard) -> None:
-    # The driver may be gone: then nobody needs to know.
-    with suppress(OSError):
-        messages.send(connection, message)
 
 
 if __name__ == "__main__":

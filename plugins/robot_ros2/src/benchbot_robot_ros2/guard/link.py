@@ -7,8 +7,9 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 from contextlib import suppress
-from typing import IO, Self
+from typing import IO, NamedTuple, Self
 
 import msgspec
 
@@ -25,8 +26,17 @@ SEND_BUFFER_BYTES = 16384
 MAX_LOG_BYTES = 65536
 
 
+class _Spawned(NamedTuple):
+    process: subprocess.Popen[bytes]
+    connection: socket.socket
+    log: IO[bytes]
+
+
 class Guard:
-    """A guard process that stands between this process and the robot; every method may be called from any thread."""
+    """A guard process that stands between this process and the robot, and another one that stands by.
+
+    Every method may be called from any thread.
+    """
 
     def __init__(self, begin: messages.Begin) -> None:
         self._begin = begin
@@ -34,7 +44,12 @@ class Guard:
         self._trip: Trip | None = None
         self._closed = False
         self._over = threading.Event()
-        self._process, self._connection, self._log = _spawn(begin)
+        theirs, standbys = messages.pair()
+        with theirs, standbys:
+            self._guard = _spawn(begin, theirs)
+            by = msgspec.structs.replace(begin, stands_by_for=self._guard.process.pid)
+            self._standby = _spawn(by, standbys)
+        self._connection = self._guard.connection
         self._reader = threading.Thread(target=self._listen, name="guard-link", daemon=True)
 
     @classmethod
@@ -72,7 +87,12 @@ class Guard:
     @property
     def pid(self) -> int:
         """The guard's process."""
-        return self._process.pid
+        return self._guard.process.pid
+
+    @property
+    def standby_pid(self) -> int:
+        """The process of the guard that stands by."""
+        return self._standby.process.pid
 
     def command(self, linear_mps: float, angular_radps: float) -> None:
         """Command a velocity; it is ramped to, and holds for the declared `command_timeout_s`.
@@ -101,14 +121,14 @@ class Guard:
                 return
             self._closed = True
         self._tripped(Trip("The run has ended.", "Start another one."))
-        # The guard sees the end; the reading thread as well, which closing alone would not wake.
-        with suppress(OSError):
-            self._connection.shutdown(socket.SHUT_RDWR)
+        # The guards see the end; the reading thread as well, which closing alone would not wake.
+        for spawned in (self._guard, self._standby):
+            with suppress(OSError):
+                spawned.connection.shutdown(socket.SHUT_RDWR)
         if self._reader.is_alive() and self._reader is not threading.current_thread():
             self._reader.join()
-        _end(self._process)
-        self._connection.close()
-        self._log.close()
+        for spawned in (self._guard, self._standby):
+            _end(spawned)
 
     def _send(self, message: messages.ToGuard, patience_s: float = 0.0) -> bool:
         """Send a message, within a time, and say whether the guard can get it."""
@@ -121,23 +141,25 @@ class Guard:
         except BlockingIOError:
             self._tripped(Trip("The guard process hung.", FIND_OUT))
             # Killed, it is replaced as one that died is.
-            self._process.kill()
+            self._guard.process.kill()
             return False
         except OSError:
             return False
         return True
 
     def _await_armed(self) -> None:
-        self._connection.settimeout(START_S + 3 * self._begin.wait_s)
-        try:
-            message = messages.receive_from_guard(self._connection)
-        except TimeoutError as error:
-            raise self._not_started("It did not say that it is ready in time.") from error
-        self._connection.settimeout(None)
-        if isinstance(message, messages.Refused):
-            raise BenchbotError(message.title, message.why, message.fix, failure=FailureClass.PLATFORM)
-        if message is None:
-            raise self._not_started(f"Its process ended. {self._last_words()}".strip())
+        deadline_s = time.monotonic() + START_S + 3 * self._begin.wait_s
+        for spawned in (self._guard, self._standby):
+            spawned.connection.settimeout(max(1.0, deadline_s - time.monotonic()))
+            try:
+                message = messages.receive_from_guard(spawned.connection)
+            except TimeoutError as error:
+                raise self._not_started("It did not say that it is ready in time.") from error
+            spawned.connection.settimeout(None)
+            if isinstance(message, messages.Refused):
+                raise BenchbotError(message.title, message.why, message.fix, failure=FailureClass.PLATFORM)
+            if message is None:
+                raise self._not_started(f"Its process ended. {_last_words(spawned)}".strip())
 
     def _not_started(self, why: str) -> BenchbotError:
         return BenchbotError(
@@ -150,59 +172,83 @@ class Guard:
 
     def _listen(self) -> None:
         at_rest = False
-        while (message := messages.receive_from_guard(self._connection)) is not None:
-            if isinstance(message, messages.Tripped):
-                at_rest = True
-                self._tripped(message.trip)
-        self._tripped(Trip(f"The guard process died. {self._last_words()}".strip(), FIND_OUT))
+        watched = [self._standby.connection, self._connection]
+        while self._connection in watched:
+            # The one that stands by first: it says why before it kills the other.
+            for connection in [each for each in watched if each in select.select(watched, [], [])[0]]:
+                message = messages.receive_from_guard(connection)
+                if message is None:
+                    watched.remove(connection)
+                elif isinstance(message, messages.Tripped):
+                    at_rest = True
+                    self._tripped(message.trip)
+        self._tripped(Trip(f"The guard process died. {_last_words(self._guard)}".strip(), FIND_OUT))
         self._over.set()
-        if not at_rest and not self._closed:
+        if not at_rest and not self._closed and not self._is_stopped_by_standby():
             self._stop_by_another()
 
+    def _is_stopped_by_standby(self) -> bool:
+        """Wait for the word of the guard that stands by, and return whether it has stopped the base."""
+        with suppress(OSError):
+            self._standby.connection.settimeout(END_S)
+            return isinstance(messages.receive_from_guard(self._standby.connection), messages.Tripped)
+        return False
+
     def _stop_by_another(self) -> None:
-        """Stop the base by a second guard: the last message of the first may have been a velocity."""
-        process, connection, log = _spawn(msgspec.structs.replace(self._begin, stopped=self._trip))
-        with log, connection:
-            connection.settimeout(START_S + self._begin.wait_s)
+        """Stop the base by a third guard when both are gone: the last message of the first may have been a velocity."""
+        nobody, theirs = messages.pair()
+        with nobody, theirs:
+            spawned = _spawn(msgspec.structs.replace(self._begin, stopped=self._trip), theirs)
+            spawned.connection.settimeout(START_S + self._begin.wait_s)
             # It is armed when the base listens; what it publishes then does not need this side any more.
             with suppress(TimeoutError):
-                messages.receive_from_guard(connection)
-        _end(process)
+                messages.receive_from_guard(spawned.connection)
+            spawned.connection.shutdown(socket.SHUT_RDWR)
+            _end(spawned)
 
     def _tripped(self, trip: Trip) -> None:
         with self._lock:
             self._trip = self._trip or trip
 
-    def _last_words(self) -> str:
-        """Return the last line that the guard wrote to stderr; of a traceback, that is what went wrong."""
-        # The file's position is the guard's as well, so it stays untouched.
-        lines = os.pread(self._log.fileno(), MAX_LOG_BYTES, 0).decode(errors="replace").splitlines()
-        return next((line.strip() for line in reversed(lines) if line.strip()), "")
+
+def _last_words(spawned: _Spawned) -> str:
+    """Return the last line that a guard wrote to stderr; of a traceback, that is what went wrong."""
+    # The file's position is the guard's as well, so it stays untouched.
+    lines = os.pread(spawned.log.fileno(), MAX_LOG_BYTES, 0).decode(errors="replace").splitlines()
+    return next((line.strip() for line in reversed(lines) if line.strip()), "")
 
 
-def _spawn(begin: messages.Begin) -> tuple[subprocess.Popen[bytes], socket.socket, IO[bytes]]:
-    """Start a guard process; its stderr goes to a file, which never makes it wait."""
+def _spawn(begin: messages.Begin, peer: socket.socket) -> _Spawned:
+    """Start a guard process, joined to the other one by `peer`; its stderr goes to a file, which never makes it wait.
+
+    The last word of its command is for people who look at a list of processes.
+    """
+    role = "guards" if begin.stands_by_for is None else "stands-by"
+    words = [sys.executable, "-P", "-m", "benchbot_robot_ros2.guard"]
     ours, theirs = messages.pair()
     ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER_BYTES)
     log = tempfile.TemporaryFile()  # noqa: SIM115 - the guard's link closes it
     with theirs:
         process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "benchbot_robot_ros2.guard", str(theirs.fileno())],
+            [*words, str(theirs.fileno()), str(peer.fileno()), role],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=log,
-            pass_fds=(theirs.fileno(),),
+            pass_fds=(theirs.fileno(), peer.fileno()),
             start_new_session=True,
         )
     with suppress(OSError):
         messages.send(ours, begin)
-    return process, ours, log
+    return _Spawned(process, ours, log)
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
-    """Wait for a guard to end; kill one that hangs."""
+def _end(spawned: _Spawned) -> None:
+    """Wait for a guard to end, killing one that hangs, and let go of it."""
+    process, connection, log = spawned
     try:
         process.wait(END_S)
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()
+    connection.close()
+    log.close()

@@ -1,6 +1,7 @@
 """The messages between the driver and its guard: one MessagePack message per packet of a socket pair."""
 
 import socket
+from contextlib import suppress
 
 import msgspec
 
@@ -12,7 +13,11 @@ MAX_MESSAGE_BYTES = 65536
 
 
 class Begin(msgspec.Struct, tag="begin", frozen=True):
-    """The first message to a guard: the robot to guard; `stopped` when it is to be kept at rest from the beginning."""
+    """The first message to a guard: the robot to guard.
+
+    `stopped` when it is to be kept at rest from the beginning; `stands_by_for` is the process of the other
+    guard, of the one that publishes nothing for as long as that one does well.
+    """
 
     robot: str
     base_frame: str
@@ -22,6 +27,7 @@ class Begin(msgspec.Struct, tag="begin", frozen=True):
     use_sim_time: bool
     motion: MotionConfig
     stopped: Trip | None = None
+    stands_by_for: int | None = None
 
 
 class Command(msgspec.Struct, tag="command", frozen=True):
@@ -29,6 +35,11 @@ class Command(msgspec.Struct, tag="command", frozen=True):
 
     linear_mps: float
     angular_radps: float
+
+    @property
+    def moves(self) -> bool:
+        """Whether it is not zero."""
+        return bool(self.linear_mps or self.angular_radps)
 
 
 class Stop(msgspec.Struct, tag="stop", frozen=True):
@@ -38,6 +49,12 @@ class Stop(msgspec.Struct, tag="stop", frozen=True):
 
 
 ToGuard = Begin | Command | Stop
+
+
+class Beat(msgspec.Struct, tag="beat", frozen=True):
+    """A sign of life from the guard to the one that stands by: whether it publishes a motion now."""
+
+    moving: bool
 
 
 class Armed(msgspec.Struct, tag="armed", frozen=True):
@@ -61,6 +78,7 @@ class Tripped(msgspec.Struct, tag="tripped", frozen=True):
 FromGuard = Armed | Refused | Tripped
 
 _to_guard: msgspec.msgpack.Decoder[ToGuard] = msgspec.msgpack.Decoder(ToGuard)
+_beats: msgspec.msgpack.Decoder[Beat] = msgspec.msgpack.Decoder(Beat)
 _from_guard: msgspec.msgpack.Decoder[FromGuard] = msgspec.msgpack.Decoder(FromGuard)
 
 
@@ -69,9 +87,15 @@ def pair() -> tuple[socket.socket, socket.socket]:
     return socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
 
 
-def send(connection: socket.socket, message: ToGuard | FromGuard) -> None:
+def send(connection: socket.socket, message: ToGuard | FromGuard | Beat) -> None:
     """Send without ever blocking; raises OSError when the other side is gone, or does not read for a long time."""
     connection.send(msgspec.msgpack.encode(message), socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
+
+
+def tell(connection: socket.socket, message: FromGuard | Beat) -> None:
+    """Send what nobody needs to know any more if the other side is gone, or does not read."""
+    with suppress(OSError):
+        send(connection, message)
 
 
 def receive_at_guard(connection: socket.socket) -> ToGuard | None:
@@ -84,6 +108,12 @@ def receive_from_guard(connection: socket.socket) -> FromGuard | None:
     """Return the guard's next message, None at the end; blocks as the socket does."""
     data = _received(connection)
     return _from_guard.decode(data) if data else None
+
+
+def receive_beat(connection: socket.socket) -> Beat | None:
+    """Return the next sign of life, None at the guard's end; blocks as the socket does."""
+    data = _received(connection)
+    return _beats.decode(data) if data else None
 
 
 def _received(connection: socket.socket) -> bytes:
