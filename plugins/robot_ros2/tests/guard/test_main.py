@@ -54,7 +54,8 @@ def test_velocities_are_published_within_the_limits(base: Base) -> None:
         assert max(after - before for before, after in pairwise(speeds)) <= 0.2 + 1e-9
         guard.command(0.0, 0.0)
         until(lambda: base.velocity == (0.0, 0.0), "rest")
-        assert len(set(base.heard)) > 10
+        # In steps of at most 0.2 m/s, however busy the machine is.
+        assert len(set(base.heard)) >= 8
         assert guard.tripped is None
     until(lambda: is_over(guard.pid), "the guard's end")
     guard.close()
