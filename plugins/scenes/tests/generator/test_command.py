@@ -1,5 +1,6 @@
 """New environments and maps from the command line."""
 
+import hashlib
 import json
 import re
 from collections.abc import Callable, Iterator
@@ -40,6 +41,7 @@ def test_a_seed_becomes_a_folder_that_others_can_use(benchbot: Run, tmp_path: Pa
     assert code == 0, err
     summary = json.loads(out)
     folder = tmp_path / "flat"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["flat", "flat.origin.json"]
     assert sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()) == [
         ".schemas/environment.json",
         "environments/flat_1.yaml",
@@ -70,6 +72,7 @@ def test_a_seed_becomes_a_folder_that_others_can_use(benchbot: Run, tmp_path: Pa
         (("--name", "a b"), "'a b' cannot name an environment"),
         (("--assets", "nothing"), "nothing"),
         (("--robot", "nobody"), "nobody"),
+        (("--secret", "nowhere"), "There is no secret in nowhere"),
     ],
 )
 def test_what_cannot_be_is_refused_and_leaves_nothing(
@@ -80,6 +83,63 @@ def test_what_cannot_be_is_refused_and_leaves_nothing(
     assert out == ""
     assert title in err
     assert not list(tmp_path.iterdir())
+
+
+SECRET = "0123456789abcdef" * 4
+OFFICE = ("generate-environment", "--kind", "office", "--rooms", "1")
+
+
+def words_in(folder: Path) -> dict[str, str]:
+    """The text of each file, and its name with it."""
+    files = (path for path in folder.rglob("*") if path.is_file())
+    return {(name := str(path.relative_to(folder))): name + path.read_bytes().decode("latin-1") for path in files}
+
+
+@pytest.mark.parametrize("secret", [(), ("--secret", "secret")])
+def test_no_file_of_a_place_holds_its_kind_seed_or_secret_but_the_one_beside_it(
+    benchbot: Run, tmp_path: Path, secret: tuple[str, ...]
+) -> None:
+    (tmp_path / "secret").write_text(f"{SECRET}\n")
+    seed = 2**256 - 1
+
+    code, out, err = benchbot(*OFFICE, "--seed", str(seed), *secret, "--name", "held", "--json")
+
+    assert code == 0, err
+    origin = tmp_path / "held.origin.json"
+    assert json.loads(out)["origin"] == str(origin)
+    assert origin.stat().st_mode & 0o777 == 0o600
+    noted = json.loads(origin.read_text())
+    assert (noted["environment"], noted["kind"], noted["rooms"], noted["seed"]) == ("held:1", "office", 1, seed)
+    digest = hashlib.sha256((tmp_path / "secret").read_bytes()).hexdigest()
+    assert noted.get("secret_sha256") == (digest if secret else None)
+    assert SECRET not in origin.read_text()
+    for name, text in words_in(tmp_path / "held").items():
+        # Rooms and models are told in layouts only, which are ground truth themselves.
+        kinds = () if name.startswith("layouts/") else ("office",)
+        assert [word for word in (str(seed), "seed", SECRET, digest, *kinds) if word in text] == [], name
+    declared = yaml.safe_load((tmp_path / "held" / "environments" / "held_1.yaml").read_text())
+    assert declared["description"] == "A generated place."
+    # What is random in a run could be worked out without a secret of its own.
+    assert declared.get("hidden", False) == bool(secret)
+
+
+def test_a_secret_gives_the_same_bytes_again_and_a_name_that_tells_nothing(benchbot: Run, tmp_path: Path) -> None:
+    (tmp_path / "secret").write_text(SECRET)
+    for folder in ("one", "two"):
+        code, _, err = benchbot(*OFFICE, "--seed", "7", "--secret", "secret", "--output-location", folder)
+        assert code == 0, err
+    assert words_in(tmp_path / "one") == words_in(tmp_path / "two")
+    (declared,) = (tmp_path / "one" / "environments").iterdir()
+    assert re.fullmatch("place_[0-9a-f]{8}_1.yaml", declared.name)
+
+
+def test_how_another_place_was_made_is_not_written_over(benchbot: Run, tmp_path: Path) -> None:
+    (tmp_path / "held.origin.json").write_text("the only note")
+    code, _, err = benchbot(*OFFICE, "--output-location", "held")
+    assert code == 2
+    assert "held.origin.json is there already" in err
+    assert (tmp_path / "held.origin.json").read_text() == "the only note"
+    assert not (tmp_path / "held").exists()
 
 
 def test_a_folder_with_something_in_it_is_not_written_to(benchbot: Run, tmp_path: Path) -> None:

@@ -26,7 +26,20 @@ def generate_environment(
         typer.Option("--output-location", "-o", metavar="FOLDER", help="The add-on folder. [default: its name]"),
     ] = None,
     name: Annotated[
-        str | None, typer.Option("--name", metavar="NAME", help="The environment's name. [default: KIND_SEED]")
+        str | None,
+        typer.Option(
+            "--name",
+            metavar="NAME",
+            help="The environment's name. [default: KIND_SEED; with a secret one that tells neither]",
+        ),
+    ] = None,
+    secret: Annotated[
+        Path | None,
+        typer.Option(
+            "--secret",
+            metavar="FILE",
+            help="128 bits or more, in hexadecimal digits, without which nobody makes the place again.",
+        ),
     ] = None,
     assets: Annotated[
         str, typer.Option("--assets", metavar="PACK", help="The asset pack to furnish with.")
@@ -38,26 +51,31 @@ def generate_environment(
 ) -> None:
     """Make a new environment from a seed: layout, declaration, trajectory, ground truth, occupancy map.
 
-    The same options always give the same place. Use it with: benchbot run --addons FOLDER --env NAME:1 …
+    The same options always give the same place. They are kept in FOLDER.origin.json, for your eyes only: what others
+    see of the place tells neither kind nor seed. Use it with: benchbot run --addons FOLDER --env NAME:1 …
     """
-    from benchbot.plugin import Catalog
+    from benchbot.plugin import Catalog, randomness
     from benchbot.plugin import load_plugins as load
-    from benchbot_scenes.catalogue import pack
-    from benchbot_scenes.generator.files import write_place
+    from benchbot_scenes.catalogue import pack, packs
+    from benchbot_scenes.generator.files import origin_file, pinned, write_origin, write_place
     from benchbot_scenes.generator.generate import generate
     from benchbot_scenes.visibility import observer
 
-    name = _checked_name(name if name is not None else f"{kind}_{seed}")
+    known = "" if secret is None else randomness.read_secret(secret)
+    name = _checked_name(name if name is not None else _default_name(kind, rooms, seed, known))
     folder = output if output is not None else Path(name)
-    _require_new(folder)
+    origin = origin_file(folder)
+    _require_new(folder, origin)
     sees = observer(Catalog(load()).get("robots", robot).data)
-    place = generate(seed, kind, rooms, pack(assets), sees)
-    description = f"A generated {kind} of {rooms} room{'s' if rooms > 1 else ''} (seed {seed})."
-    written = write_place(folder, name, 1, description, place, sees)
+    place = generate(seed, kind, rooms, pack(assets), sees, known)
+    written = write_place(folder, name, 1, place, sees, hidden=bool(known))
+    made = {"environment": f"{name}:1", "kind": kind, "rooms": rooms, "seed": seed, "robot": robot, "assets": assets}
+    write_origin(origin, {**made, **pinned(packs()[assets], secret)})
     if as_json:
-        console.data_json(_summary(name, place, written))
+        console.data_json({**_summary(name, place, written), "origin": str(origin)})
     else:
         _tell(name, folder, place, written)
+        console.note(f"How it was made, for your eyes only: {origin}")
 
 
 def _checked_name(name: str) -> str:
@@ -70,10 +88,20 @@ def _checked_name(name: str) -> str:
     return name
 
 
-def _require_new(folder: Path) -> None:
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+def _default_name(kind: str, rooms: int, seed: int, secret: str) -> str:
+    """The name of a place that has been given none: with a secret one that tells only those who know it."""
+    from benchbot.plugin import randomness
+
+    if not secret:
+        return f"{kind}_{seed}"
+    return f"place_{randomness.key(secret, seed, 'name of a place', kind, rooms) >> 224:08x}"
+
+
+def _require_new(folder: Path, origin: Path) -> None:
+    taken = folder if folder.exists() and (not folder.is_dir() or any(folder.iterdir())) else origin
+    if taken.exists():
         raise BenchbotError(
-            f"{folder} is there already.",
+            f"{taken} is there already.",
             "Generating makes a new folder, so that nothing is lost.",
             "Name another one: --output-location FOLDER",
         )

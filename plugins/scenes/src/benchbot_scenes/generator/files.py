@@ -1,6 +1,11 @@
 """A generated place as an add-on folder: layout, declaration, ground truth, occupancy map and a picture from above."""
 
+import json
+import os
+from collections.abc import Mapping
 from dataclasses import dataclass
+from hashlib import sha256
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -36,16 +41,15 @@ class Written:
     objects: int
 
 
-def declaration(
-    name: str, variant: int, description: str, place: Generated, lighting: dict[str, Any]
-) -> dict[str, Any]:
-    """The environment's declaration, for a file beside the folder of layouts."""
+def declaration(name: str, variant: int, place: Generated, lighting: dict[str, Any], *, hidden: bool) -> dict[str, Any]:
+    """The environment's declaration, for a file beside the folder of layouts; nothing in it tells kind or seed."""
     return {
         "name": name,
         "variant": variant,
         "type": "sim_taichi",
         "map_path": f"../layouts/{name}_{variant}.yaml",
-        "description": description,
+        "description": "A generated place.",
+        **({"hidden": True} if hidden else {}),
         "start_pose": list(place.start_pose),
         "trajectory_poses": [list(pose) for pose in place.trajectory_poses],
         "object_labels": list(CLASSES),
@@ -53,13 +57,15 @@ def declaration(
     }
 
 
-def write_place(folder: Path, name: str, variant: int, description: str, place: Generated, robot: Observer) -> Written:
+def write_place(
+    folder: Path, name: str, variant: int, place: Generated, robot: Observer, *, hidden: bool = False
+) -> Written:
     """Write environments/, layouts/, ground_truths/ and maps/ under `folder`, and the schema for editors.
 
-    Raises BenchbotError when it cannot.
+    In a `hidden` place nothing runs without a secret. Raises BenchbotError when it cannot.
     """
     stem = f"{name}_{variant}"
-    document = declaration(name, variant, description, place, LIGHTING)
+    document = declaration(name, variant, place, LIGHTING, hidden=hidden)
     try:
         for kind in ("environments", "layouts", "ground_truths", "maps"):
             (folder / kind).mkdir(parents=True, exist_ok=True)
@@ -101,3 +107,32 @@ def write_maps(stem: Path, geometry: SceneGeometry, space: FreeSpace, start: tup
     picture = stem.with_name(f"{stem.name}.png")
     write_atomically(picture, png(top_down(geometry)))
     return [image, description, picture]
+
+
+def origin_file(folder: Path) -> Path:
+    """The file that says how the place in `folder` was made: beside it, so that it does not travel with the place."""
+    folder = folder.resolve()
+    return folder.with_name(f"{folder.name}.origin.json")
+
+
+def pinned(catalogue: Path, secret: Path | None) -> dict[str, Any]:
+    """What else a place depends on: versions, and the SHA-256 of its models' catalogue and of the secret's file."""
+    files = {"catalogue_sha256": catalogue, "secret_sha256": secret}
+    return {
+        "versions": {name: version(name) for name in ("benchbot", "benchbot-scenes", "numpy")},
+        **{key: sha256(path.read_bytes()).hexdigest() for key, path in files.items() if path is not None},
+    }
+
+
+def write_origin(path: Path, origin: Mapping[str, Any]) -> None:
+    """Write how a place was made into a new file that only its user can read; raises BenchbotError when it cannot."""
+    try:
+        with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
+            json.dump(origin, file, indent=1)
+            file.write("\n")
+    except OSError as error:
+        raise BenchbotError(
+            f"{path} cannot be written.",
+            f"{error.strerror}. It says how the place was made: {json.dumps(origin)}",
+            "Keep that line yourself, or generate the place again into another folder.",
+        ) from error

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchbot.plugin import BenchbotError
+from benchbot.plugin import BenchbotError, randomness
 from benchbot_scenes.catalogue import Catalogue
 from benchbot_scenes.coverage import MARGIN_M, Coverage, Pose7, plan_coverage
 from benchbot_scenes.free_space import FreeSpace, free_space
@@ -38,8 +38,13 @@ class Generated:
     items: tuple[Item, ...]
 
 
-def generate(seed: int, kind: str, rooms: int, catalogue: Catalogue, robot: Observer = CARTER) -> Generated:
-    """The place of a seed; the same pack, kind, number of rooms and seed always give the same.
+def generate(
+    seed: int, kind: str, rooms: int, catalogue: Catalogue, robot: Observer = CARTER, secret: str = ""
+) -> Generated:
+    """The place of a seed; the same pack, kind, number of rooms, seed and secret always give the same.
+
+    With a `secret` (see `benchbot.core.randomness`) nobody can make the place again who does not know it, and the order
+    of the layout's objects tells nothing of how they were placed.
 
     Every object of a class is seen on the trajectory, every room can be driven into. From three rooms on there are 25
     to 80 objects, as far as the pack has models. Raises BenchbotError for an unknown kind or a number of rooms that
@@ -55,7 +60,7 @@ def generate(seed: int, kind: str, rooms: int, catalogue: Catalogue, robot: Obse
     if seed < 0:
         raise BenchbotError(f"{seed} is not a seed.", "A seed is a whole number, 0 or more.", "Give another one.")
     for attempt in range(ATTEMPTS):
-        rng = np.random.default_rng([seed, attempt])
+        rng = _random(secret, seed, kind, rooms, attempt)
         plan = floor_plan(place, rooms, rng)
         last = attempt == ATTEMPTS - 1
         items, finishes = _furnished(plan, place.height_m, catalogue, rng, sparse=last)
@@ -65,13 +70,20 @@ def generate(seed: int, kind: str, rooms: int, catalogue: Catalogue, robot: Obse
         kept, coverage = found
         wanted = rooms < 3 or sum(item.model.class_name is not None for item in kept) >= FEWEST_OBJECTS
         if wanted or last:
-            layout = _layout(catalogue.name, plan, finishes, kept, place.height_m)
+            listed = [kept[i] for i in rng.permutation(len(kept))] if secret else kept
+            layout = _layout(catalogue.name, plan, finishes, listed, place.height_m)
             return Generated(plan, layout, coverage.poses[0], coverage.poses, tuple(kept))
     raise BenchbotError(
         f"No {kind} of {rooms} rooms can be made from seed {seed}.",
         f"{ATTEMPTS} plans were drawn, and in none of them the robot finds its way.",
         "Take another seed, and report this one.",
     )
+
+
+def _random(secret: str, seed: int, kind: str, rooms: int, attempt: int) -> np.random.Generator:
+    if secret:
+        return randomness.generator(randomness.key(secret, seed, "place", kind, rooms), "place", attempt)
+    return np.random.default_rng([seed, attempt])
 
 
 def _furnished(
