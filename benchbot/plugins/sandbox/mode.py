@@ -110,7 +110,8 @@ class Sandbox:
         socket = unix_socket_of(self, connection)
         bounds = limits.with_defaults(spec.limits)
         path = spec.variables.get("PATH", os.environ.get("PATH", os.defpath))
-        view = view_of(spec.command, spec.folder, path, self.readable, hidden_paths(Catalog(load()), spec.folder))
+        hidden = hidden_paths(Catalog(load()), spec.folder, self.readable, connection)
+        view = view_of(spec.command, spec.folder, path, self.readable, hidden)
         user = _spare_user() if os.geteuid() == 0 else None
         owner = None if user is None else (user, user)
         with ExitStack() as stack:

@@ -1,33 +1,41 @@
 """The view of the file system that a sandboxed solution has: the paths that are shown, and those hidden in them.
 
-Hidden are ground truths, the positions of objects in environments, and BenchBot's own folders.
+Hidden are ground truths, the positions of objects in environments, the code and models that places are made of, and
+BenchBot's own folders.
 """
 
+import glob
 import os
 import shutil
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence, Set
 from contextlib import suppress
 from dataclasses import dataclass
+from importlib.machinery import PathFinder
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from benchbot.core import plugin_manager, resources
+from benchbot.core import entry_points, resources
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
+from benchbot.core.plugin_manager import GROUP, Plugins
 from benchbot.core.provenance import is_file
 from benchbot.core.resources import YAML_SUFFIXES, declaration_files
 from benchbot.submission.solution import CODE
 from benchbot.supervisor.recording.host import recorded_folders
 from benchbot.wire import run_state
+from benchbot.wire.run_state import Connection
 
 SYSTEM = ("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/libx32")
 SETTINGS = ("ld.so.cache", "localtime", "timezone", "alternatives", "fonts", "ssl", "ca-certificates", "mime.types")
 LINKS = 40
 KINDS = {"ground_truths": (".json",), "environments": YAML_SUFFIXES, "episodes": (".json",)}
 """The kinds of declarations that tell a solution what it is to find out, and how their files end."""
+
+MAKES_PLACES = ("asset_packs", "simulators")
+"""The kinds of records of a plug-in by which a solution could work out what it is to find out."""
 
 
 @dataclass(frozen=True)
@@ -150,18 +158,24 @@ def _within(shown: Sequence[Path], hidden: Sequence[Path]) -> Iterator[Path]:
             yield path
 
 
-def hidden_paths(catalog: Catalog, folder: Path) -> tuple[Path, ...]:
+def hidden_paths(
+    catalog: Catalog, folder: Path, readable: Iterable[Path] = (), connection: Connection | None = None
+) -> tuple[Path, ...]:
     """Return the files and folders, links resolved, to hide from a solution that runs in `folder`.
 
-    Those are the folders of every ground truth, environment and list of episodes; the whole packages of distributions
-    that contain environments or ground truths, unless the solution itself is a part of one; files that environments
-    name; the folders of the user's runs, results, caches and assets, and those of recordings, which may hold the true
-    pose of the robot.
+    Those are the folders of every ground truth, environment and list of episodes; files that environments name; the
+    folders of the user's runs, results, caches and assets, and those of recordings, which may hold the true pose of
+    the robot. And, unless the solution or Python is in it or a `readable` path names it: the whole package of every
+    installed plug-in that is neither for solutions nor named by the task of the run at `connection`, and the whole
+    folder of add-ons with places.
     """
-    inside = folder.resolve()
+    named = [path.resolve() for path in (folder, Path(sys.prefix), *readable)]
+    tasks = {run.task for run in run_state.live() if run.connection == connection} & catalog.pool("tasks").keys()
+    shown = {name for task in tasks for name in catalog.get("tasks", task).data.get("readable", ())}
     found = {resources.state_dir(), resources.cache_dir(), resources.data_dir()}
     found.update(path for run in run_state.live() for path in recorded_folders(Path(run.folder)) if path.is_dir())
-    found.update(package for package in _declaring_packages(catalog) if not inside.is_relative_to(package.resolve()))
+    wholes = (path.resolve() for path in (*_packages(catalog.plugins, shown, named[0]), *_addons(catalog.plugins)))
+    found.update(path for path in wholes if not any(one.is_relative_to(path) for one in named))
     found.update(_declared_paths(catalog, [path.resolve() for path in found]))
     return tuple(sorted({path.resolve() for path in found}))
 
@@ -182,13 +196,28 @@ def _declared_paths(catalog: Catalog, hidden: Sequence[Path]) -> Iterator[Path]:
                         yield from _named_files(schema.read(file), file.parent)
 
 
-def _declaring_packages(catalog: Catalog) -> Iterator[Path]:
-    sources = [source for kind in ("ground_truths", "environments") for source in catalog.plugins.sources(kind)]
-    distributions = {source.distribution for source in sources if source.folder is None} - {"benchbot"}
-    for info in plugin_manager.installed():
-        if info.distribution in distributions:
-            spec = find_spec(info.module.partition(":")[0].partition(".")[0])
-            yield from map(Path, (spec.submodule_search_locations if spec else None) or ())
+def _packages(plugins: Plugins, shown: Set[str], folder: Path) -> Iterator[Path]:
+    """Yield the packages of installed plug-ins, used or not, but BenchBot's own, those `shown` and those for solutions.
+
+    A plug-in is for solutions when it declares tasks and nothing of places: what it has besides is theirs to import.
+    A package in the solution's `folder` is none that is installed, though Python may find it first.
+    """
+    tasks = {source.distribution for source in plugins.sources("tasks")}
+    places = {source.distribution for kind in KINDS for source in plugins.sources(kind)}
+    places.update(record.distribution for kind in MAKES_PLACES for record in plugins.pool(kind).values())
+    for point in entry_points.find(GROUP):
+        if point.distribution not in {"benchbot", *shown, *(tasks - places)}:
+            name = point.value.partition(":")[0].partition(".")[0]
+            for spec in (find_spec(name), *(PathFinder.find_spec(name, [place]) for place in sys.path)):
+                paths = map(Path, (spec.submodule_search_locations or filter(None, [spec.origin])) if spec else ())
+                yield from (path for path in paths if path.parent.resolve() != folder)
+
+
+def _addons(plugins: Plugins) -> Iterator[Path]:
+    """Yield the folders of add-ons with places, and what is named after them beside, such as archives of them."""
+    for root in {source.folder.root for kind in KINDS for source in plugins.sources(kind) if source.folder}:
+        yield root
+        yield from root.parent.glob(f"{glob.escape(root.name)}.*")
 
 
 def _named_files(value: Any, folder: Path) -> Iterator[Path]:

@@ -44,7 +44,8 @@ def test_a_wrong_key_is_named_with_its_line_and_the_nearest_one(tmp_path: Path) 
     (message,) = messages(path)
     assert message == (
         ":6: unknown key 'scene_cuont'. Did you mean 'scene_count'? Allowed: actions, description, "
-        "episodes, evaluation_method, limits, localisation, name, observations, results_format, scene_count, type"
+        "episodes, evaluation_method, limits, localisation, name, observations, readable, results_format, "
+        "scene_count, type"
     )
 
 

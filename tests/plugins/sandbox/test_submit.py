@@ -12,7 +12,9 @@ import pytest
 from tests.cli.solutions import HANGING, PASSIVE
 from tests.cli.submitted import SELECTION, read
 from tests.command_line import CommandLine, Here, wait_for
+from tests.plugin_factory import DECLARES, PluginFactory
 
+SAMPLE = Path(__file__).parents[2] / "sample_plugin" / "benchbot_sample"
 ASKS = """\
 import json
 from benchbot.api import BenchBot
@@ -134,3 +136,29 @@ def test_the_home_folder_is_not_shown_to_a_solution(cli: CommandLine) -> None:
     assert done.returncode == 2
     assert "that holds your home folder" in done.stderr
     assert cli.nothing_is_left()
+
+
+LOOKS = """\
+import os
+from benchbot.api import BenchBot
+benchbot = BenchBot()
+print("models:", os.path.exists({path!r}))
+"""
+
+
+@pytest.mark.parametrize(("readable", "seen"), [("", False), ("readable: [acme-models]", True)])
+def test_models_are_seen_when_the_task_says_so(readable: str, seen: bool, cli: CommandLine, tmp_path: Path) -> None:
+    site = PluginFactory(tmp_path / "site")
+    site.folder.mkdir()
+    models = site.make("acme-models", "", {"cup.glb": ""})
+    task = (SAMPLE / "tasks" / "passive.yaml").read_text().replace("sample:passive", "acme")
+    site.make("acme-task", DECLARES.format(kind="tasks"), {"tasks/acme.yaml": f"{task}{readable}"})
+    script = cli.script("solution.py", LOOKS.format(path=str(models / "cup.glb")))
+
+    done = cli(
+        *("submit", "--sandbox", script, "--readable", str(site.folder), *SELECTION, "--task", "acme"),
+        PYTHONPATH=f"{site.folder}:{os.environ['PYTHONPATH']}",
+        BENCHBOT_PLUGINS="benchbot-sample,acme-task",
+    )
+
+    assert f"models: {seen}" in done.stderr
