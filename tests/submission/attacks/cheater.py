@@ -127,6 +127,16 @@ def read_scene() -> str:
         return f"{len(file.read())} bytes"
 
 
+@attack("read the code and the models that places are made of")
+def read_generator() -> str:
+    names = ("benchbot_scenes/generator/generate.py", "benchbot_assets_household/catalogue.json")
+    paths = [os.path.join(folder, name) for folder in sys.path for name in names]
+    for path in filter(os.path.isfile, paths):
+        with open(path, "rb") as file:
+            return f"{len(file.read())} bytes"
+    raise ThwartedError(f"not in {len(sys.path)} folders")
+
+
 @attack("find other processes in /proc")
 def find_processes() -> str:
     for pid in processes():
