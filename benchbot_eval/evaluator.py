@@ -39,7 +39,7 @@ class Evaluator:
 
         Raises BenchbotError when nothing can be scored.
         """
-        from benchbot.cli.kit import scoring
+        from benchbot.cli.kit import console, scoring
         from benchbot.core.declarations.catalog import Catalog
         from benchbot.core.plugin_manager import load
         from benchbot.core.results import write_scores
@@ -54,5 +54,5 @@ class Evaluator:
             required_envs=validated.required_envs,
         )
         write_scores(Path(self.scores_filename), document)
-        print(scoring.table(document) if self.print_all else scoring.headline(document))
+        console.data(*(scoring.table(document) if self.print_all else [scoring.headline(document)]))
         return document

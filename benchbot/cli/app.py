@@ -16,6 +16,7 @@ from benchbot.cli.kit.options import QUICK
 from benchbot.core import entry_points
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.light_records import Command
+from benchbot.core.text import visible
 
 EVERYDAY = (
     Command("run", "benchbot.cli.run:run", "Start a robot in an environment, ready for a solution.", True),
@@ -100,6 +101,15 @@ class LazyGroup(TyperGroup):
         if command.record.takes_sources and not ctx.resilient_parsing:
             rest = _without_source_options(rest)
         return name, command.load(), rest
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the called command; the message of a wrong word is made visible, since a shell may have put it in."""
+        try:
+            return super().invoke(ctx)
+        except Exception as error:
+            if isinstance(getattr(error, "message", None), str):  # a usage error; typer has no name for all of them
+                error.message = visible(error.message)  # type: ignore[attr-defined]
+            raise
 
     def _add(self, records: Iterable[Command]) -> None:
         for record in records:

@@ -63,7 +63,7 @@ def evaluate(
         catalog.get("tasks", required_task)
     if validate_only:
         coverage = validate_files(results, catalog=catalog, required_task=required_task, required_envs=environments)
-        console.note("\n".join(scoring.coverage(coverage, "valid")))
+        console.note(*scoring.coverage(coverage, "valid"))
         if as_json:
             console.data_json(coverage)
         if coverage["missing"]:
@@ -84,7 +84,7 @@ def evaluate(
     document = evaluation.document
     explained = None if explain is None else explain_scores(evaluation)
     write_scores(output, document)
-    console.note(scoring.table(document))
+    console.note(*scoring.table(document))
     console.note(f"Scores: {output}")
     if explain is not None and explained is not None:
         write_explanation(explain, explained)

@@ -88,7 +88,7 @@ def run(
     catalog, flight = Catalog(load()), Preflight("This run")
     selection = flight.take(select, catalog, request)
     flight.prove(catalog, Intent(scenes_of(catalog, [environment]), record=recorded))
-    console.note(summary(selection))
+    console.note(*summary(selection))
     if port is None and unix_socket is None:
         port = DEFAULT_PORT
 
@@ -112,7 +112,7 @@ def run(
         raise typer.Exit(ExitCode.INTERRUPTED)
 
 
-def summary(selection: "Selection") -> str:
+def summary(selection: "Selection") -> list[str]:
     """Return a summary of the run, a line for each part."""
     from benchbot.core import overrides
 
@@ -128,7 +128,7 @@ def summary(selection: "Selection") -> str:
         *(() if selection.commitment is None else [("Commitment", selection.commitment)]),
         ("Limits", _limits(selection.limits)),
     ]
-    return "\n".join(f"{label:<13}{value}" for label, value in rows)
+    return [f"{label:<13}{value}" for label, value in rows]
 
 
 def _scene(environment: dict[str, object]) -> str:
@@ -168,4 +168,6 @@ def _announce(state: "RunState", *, no_token: bool) -> None:
         )
         if state.connection.url is not None:
             console.note(f"{'':<13}In the solution: BenchBot(agent, supervisor_address='{state.connection.url}')")
-    console.note("\nReady. In another terminal: benchbot submit --native python my_solution.py   (Ctrl-C ends the run)")
+    console.note(
+        "", "Ready. In another terminal: benchbot submit --native python my_solution.py   (Ctrl-C ends the run)"
+    )

@@ -46,7 +46,8 @@ def declaration(kind: str, name: str, as_json: bool = False) -> None:
         origin = {"name": name, "distribution": found.distribution, "path": str(found.path)}
         console.data_json({**origin, "declaration": found.data})
     else:
-        console.data(f"# {found.path} ({found.distribution})\n{found.path.read_text('utf-8').rstrip()}")
+        console.data(f"# {found.path} ({found.distribution})")
+        console.document(found.path.read_text("utf-8").rstrip())
 
 
 def record(kind: str, name: str, as_json: bool = False) -> None:
@@ -69,7 +70,7 @@ def record(kind: str, name: str, as_json: bool = False) -> None:
     if as_json:
         console.data_json(document)
     else:
-        console.data(yaml.safe_dump(document, sort_keys=False, allow_unicode=True).rstrip())
+        console.document(yaml.safe_dump(document, sort_keys=False, allow_unicode=True).rstrip())
 
 
 def listing(kind: str, *flags: str) -> Any:

@@ -193,7 +193,7 @@ def submit(
         hidden = options.secret(secret)
         target = RunRequest(*names, seed or 0, episode_number, changed, limits, evaluate_with, folders, hidden)
         selection = flight.take(select, catalog, target)
-        summary = "" if selection is None else run.summary(selection)
+        summary = [] if selection is None else run.summary(selection)
     intent = Intent(
         scenes=scenes_of(catalog, [environment] if environment is not None else ()),
         submissions=[] if spec is None else [Submission(spec, mode, resolved)],
@@ -206,14 +206,14 @@ def submit(
     if names is None:
         target, summary = _joined(joined)
     if dry_run:
-        console.note(summary)
+        console.note(*summary)
         return
     with ExitStack() as stack:
         stack.enter_context(console.interruptible("the solution and its back end have been ended."))
         spec = stack.enter_context(
             holding.held(catalog, replace(spec, limits=bounds, log_limit_bytes=log_limit_bytes), mode, resolved)
         )
-        console.note(summary)
+        console.note(*summary)
         connection, died, state = _back_end(stack, target, spec.mode)
         if names is None and evaluate_with is not None:
             there = Client(connection).session()["selection"]["environment"]
@@ -291,7 +291,7 @@ def _score(
     document = evaluate_files([result], method=method, catalog=catalog)
     path = output or result.parent / "scores.json"
     write_scores(path, document)
-    console.note(scoring.table(document))
+    console.note(*scoring.table(document))
     console.note(f"Scores: {path}")
     if as_json:
         console.data_json({**_summary(ended, result), "scores_path": str(path), "scores": document["scores"]})
@@ -322,7 +322,7 @@ def _names(task: str | None, robot: str | None, environment: str | None) -> tupl
     return None
 
 
-def _joined(name: str | None) -> tuple["RunState | Connection", str]:
+def _joined(name: str | None) -> tuple["RunState | Connection", list[str]]:
     """Return the run to join, or how to reach it where no more is known, and which that is.
 
     Raises BenchbotError when it is taken, or not clear.
@@ -333,12 +333,12 @@ def _joined(name: str | None) -> tuple["RunState | Connection", str]:
     there = joining.given() if name is None else None
     addressed = [state for state in live() if state.owner == RUN and state.connection == there]
     if there is not None and not addressed:
-        return there, f"Joins the run at {there.url or there.socket}, which the environment names."
+        return there, [f"Joins the run at {there.url or there.socket}, which the environment names."]
     state = addressed[0] if addressed else joining.chosen(name)
     lease = joining.lease_of(Path(state.folder))
     if lease is not None:
         raise joining.taken(lease)
-    return state, f"Joins {state.about}."
+    return state, [f"Joins {state.about}."]
 
 
 def _back_end(

@@ -157,11 +157,13 @@ class Solution:
             job_file.seek(0)
             python = [str(Path(sys.executable).resolve()), "-I", "-S", "-c", START.format(job_file.fileno())]
             try:
-                # A session of its own, so that Ctrl-C reaches it through us only. The terminal stays readable for it.
+                # A session of its own, so that Ctrl-C reaches it through us only. The terminal stays readable for one
+                # that nothing holds: whatever can read a terminal can write to it, too.
                 return subprocess.Popen(
                     [*self._init.wrapper, *python, str(self._init.code)],
                     env=self._init.environment,
                     pass_fds=(job_file.fileno(), control, report, *self._init.handles),
+                    stdin=None if self._init == NATIVE_INIT else subprocess.DEVNULL,
                     stdout=subprocess.PIPE,
                     stderr=subprocess.STDOUT,
                     start_new_session=True,

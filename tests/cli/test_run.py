@@ -41,7 +41,7 @@ def test_the_summary_of_a_run_names_its_episode_goal_and_limits() -> None:
     limits = Limits(steps=10, simulated_time_s=2.5, wall_time_s=60.0)
     request = RunRequest("sample:goal", "sample_robot", "arena:1", episode=1, limits=limits)
 
-    lines = dict(line.split(maxsplit=1) for line in summary(select(Catalog(load()), request)).splitlines())
+    lines = dict(line.split(maxsplit=1) for line in summary(select(Catalog(load()), request)))
 
     assert lines["Episode"] == "1 of 3, point_goal/arena_1/001: to (1.97, -0.34) m from the start"
     assert lines["Results"] == "any JSON"

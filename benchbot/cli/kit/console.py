@@ -1,4 +1,7 @@
-"""The terminal: data on stdout, everything else on stderr, errors as title, why and fix; and Ctrl-C, in order."""
+"""The terminal: data on stdout, everything else on stderr, errors as title, why and fix; and Ctrl-C, in order.
+
+Whatever is printed may hold foreign text, which cannot command the terminal, nor begin a line of its own.
+"""
 
 import errno
 import os
@@ -6,18 +9,28 @@ import signal
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from itertools import chain, repeat
 from pathlib import Path
 from typing import Any
 
 import typer
 
 from benchbot.core.errors import BenchbotError, ExitCode
+from benchbot.core.text import one_line, visible
 
 
-def data(text: str) -> None:
-    """Print data on stdout; raises BenchbotError when it cannot take it (a full disk), never for a closed pipe."""
+def data(*lines: str) -> None:
+    """Print data on stdout, each argument as one line; raises as `document` does."""
+    document("\n".join(map(one_line, lines)))
+
+
+def document(text: str) -> None:
+    """Print a whole text on stdout, as it is but for what commands a terminal.
+
+    Raises BenchbotError when stdout cannot take it (a full disk), never for a closed pipe.
+    """
     try:
-        sys.stdout.write(f"{text}\n")
+        sys.stdout.write(f"{visible(text)}\n")
         sys.stdout.flush()
     except BrokenPipeError:
         # The reader has seen enough (`benchbot list tasks | head -1`). Nothing may be flushed to it at exit.
@@ -32,28 +45,35 @@ def data(text: str) -> None:
         ) from error
 
 
-def data_json(document: Any) -> None:
+def data_json(content: Any) -> None:
     """Print a document as JSON on stdout."""
     import json
 
-    data(json.dumps(document, indent=2, ensure_ascii=False))
+    document(json.dumps(content, indent=2, ensure_ascii=False))
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     """Print left-aligned columns on stdout; the header goes to stderr and only to a terminal, since it is not data."""
-    lines = [tuple(header), *(tuple(row) for row in rows)]
+    lines = [tuple(header), *(tuple(map(one_line, row)) for row in rows)]
     widths = [max(len(line[column]) for line in lines) for column in range(len(header))]
     texts = ["  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in lines]
     if sys.stdout.isatty():
-        note(_styled("1", texts[0]))
+        _tell(_styled("1", texts[0]))
     if texts[1:]:
-        data("\n".join(texts[1:]))
+        data(*texts[1:])
 
 
-def note(text: str = "") -> None:
-    """Print a line for the person who watches, on stderr; a full disk, or nobody there, is no error."""
-    with suppress(OSError):
-        print(text, file=sys.stderr, flush=True)
+def note(*lines: str) -> None:
+    """Print lines for the person who watches, on stderr, each argument as one, or an empty one.
+
+    A full disk, or nobody there, is no error.
+    """
+    _tell("\n".join(map(one_line, lines)))
+
+
+def confirmed(question: str) -> bool:
+    """Ask on stderr, and return whether the answer is yes; raises typer.Abort at Ctrl-C."""
+    return typer.confirm(visible(question), err=True)
 
 
 def check_output(path: Path | None) -> None:
@@ -70,10 +90,12 @@ def error(problem: BenchbotError, *, verbose: bool = False) -> None:
     """Print an error as title, why and fix, on stderr; `verbose` adds its traceback."""
     if verbose:
         _traceback(problem)
-    lines = [_styled("1;31", "Error: ") + _styled("1", problem.title), ""]
-    lines += [f"  {line}" for line in problem.why.splitlines()]
-    fix, *more = problem.fix.splitlines() or [""]
-    note("\n".join([*lines, "", f"  {_styled('32', 'Fix: ')}{fix}", *(f"{'':7}{line}" for line in more)]))
+    # Lines after the first are often a program's own, which must not pass for the fix.
+    marks = chain(["  "], repeat("  | "))
+    why = [mark + one_line(line) for mark, line in zip(marks, problem.why.splitlines(), strict=False)]
+    fix, *more = map(one_line, problem.fix.splitlines() or [""])
+    title = _styled("1;31", "Error: ") + _styled("1", one_line(problem.title))
+    _tell("\n".join([title, "", *why, "", f"  {_styled('32', 'Fix: ')}{fix}", *(f"{'':7}{line}" for line in more)]))
 
 
 def internal_error(problem: Exception, *, verbose: bool = False) -> None:
@@ -126,4 +148,9 @@ def _styled(code: str, text: str) -> str:
 def _traceback(problem: Exception) -> None:
     import traceback
 
-    note("".join(traceback.format_exception(problem)).rstrip())
+    _tell(visible("".join(traceback.format_exception(problem)).rstrip()))
+
+
+def _tell(text: str) -> None:
+    with suppress(OSError):
+        print(text, file=sys.stderr, flush=True)

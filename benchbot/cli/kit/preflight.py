@@ -83,7 +83,7 @@ class Preflight:
                 if finding.level is Level.BROKEN:
                     self.errors.append(BenchbotError(finding.subject, finding.detail, finding.fix))
                 elif tell_all or finding.level is Level.WARNING:
-                    fix = f"\n{'':<13}{finding.fix}" if finding.fix else ""
-                    console.note(f"{finding.level:<13}{finding.subject}: {finding.detail}{fix}")
+                    fix = [f"{'':<13}{finding.fix}"] if finding.fix else []
+                    console.note(f"{finding.level:<13}{finding.subject}: {finding.detail}", *fix)
         if self.errors:
             raise all_of(self._what, list({(error.title, error.why): error for error in self.errors}.values()))

@@ -18,8 +18,8 @@ def headline(document: dict[str, Any]) -> str:
     return f"{name} {_numbers(document['scores'], [name])[0]}{''.join(means)}"
 
 
-def table(document: dict[str, Any]) -> str:
-    """Return a line per result and a summary, the headline score first, its interval, and what is missing."""
+def table(document: dict[str, Any]) -> list[str]:
+    """Return lines: one per result and a summary, the headline score first, its interval, and what is missing."""
     first = document["method"]["headline"]
     names = [first, *(name for name in document["scores"] if name != first)]
     lines = [["", *names]]
@@ -33,7 +33,7 @@ def table(document: dict[str, Any]) -> str:
         aligned = (cell.rjust(width) for cell, width in zip(cells, widths[1:], strict=True))
         texts.append("  ".join([label.ljust(widths[0]), *aligned]))
     means = means_in_words(document["coverage"], names)
-    return "\n".join([*texts, *means, *_interval(document), *_gaps(document["coverage"])])
+    return [*texts, *means, *_interval(document), *_gaps(document["coverage"])]
 
 
 def coverage(counts: dict[str, Any], word: str) -> list[str]:

@@ -7,9 +7,14 @@ import shutil
 import sys
 import threading
 import time
+from codecs import getincrementaldecoder
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from itertools import accumulate
 from typing import Any, Literal, Self
+
+from benchbot.cli.kit.solution_output import ERASE, MarkedOutput, cells
+from benchbot.core.text import one_line, visible
 
 Display = Literal["auto", "rich", "plain", "json", "none"]
 """The form of a status on stderr: a line that is rewritten, lines, JSON lines, or nothing; `auto` is what fits."""
@@ -21,7 +26,6 @@ PENDING_BYTES = 2**20
 """Size of the output kept for a terminal that takes nothing, as after Ctrl-S; the rest is not shown."""
 WRITE_PERIOD_S = 0.1
 PATIENCE_S = 2.0
-_ERASE = b"\r\x1b[K"
 
 
 def fitting(display: Display) -> Display:
@@ -50,7 +54,8 @@ class StatusLine:
             handle = sys.stderr.fileno()
         except (OSError, ValueError):  # it is no file, or closed
             handle = None
-        self._writer = StderrWriter(handle, keep=not sys.stderr.isatty())
+        self._writer = StderrWriter(handle, keep=not sys.stderr.isatty(), rewrites=self.display == "rich")
+        self._decoded = getincrementaldecoder("utf-8")("replace").decode
 
     def __enter__(self) -> Self:
         return self
@@ -87,6 +92,7 @@ class StatusLine:
         Urgent news is a line of its own at once, on a terminal too, and elsewhere again and again. `document` makes
         what is shown as JSON instead.
         """
+        text = one_line(text)
         with self._lock:
             changed, age_s = news != self._news, time.monotonic() - self._printed_s
             if self.display == "json":
@@ -98,8 +104,7 @@ class StatusLine:
                 if urgent and changed:
                     self._say(text)
                 self._news = news
-                width = shutil.get_terminal_size().columns - 1
-                shown = text[:width].encode()
+                shown = _cut(text, shutil.get_terminal_size().columns - 1).encode()
                 self._writer.show(b"\x1b[2m%s\x1b[0m" % shown if self._dim else shown)
             elif (urgent and (changed or age_s >= REMINDER_PERIOD_S)) or (
                 changed and self.display == "plain" and age_s >= PLAIN_PERIOD_S
@@ -108,9 +113,9 @@ class StatusLine:
                 self._say(text)
 
     def write(self, chunk: bytes) -> None:
-        """Print the output of another program, untouched, or as JSON, where that is the display."""
+        """Print the output of a solution, marked as such, or as JSON, where that is the display."""
         if self.display == "json":
-            self._writer.write(_json({"kind": "output", "text": chunk.decode("utf-8", "replace")}) + b"\n")
+            self._writer.write(_json({"kind": "output", "text": self._decoded(chunk)}) + b"\n", ours=True)
         else:
             self._writer.write(chunk)
 
@@ -119,7 +124,7 @@ class StatusLine:
         if self.display == "json":
             self._writer.say(_json({"kind": "note", "text": text} if document is None else document))
         elif self.display != "none":
-            self._writer.say(text.encode())
+            self._writer.say(one_line(text).encode())
 
     def _say(self, text: str) -> None:
         self._printed_s = time.monotonic()
@@ -131,10 +136,10 @@ class StderrWriter:
 
     Safe to use from any thread. What is printed is written in order, with the current status below it, at most ten
     times a second. With `keep`, for files and pipes, printing waits and nothing is lost. The thread is a daemon: one
-    that a terminal blocks ends with the process.
+    that a terminal blocks ends with the process. With `rewrites`, for terminals, carriage returns of a solution do so.
     """
 
-    def __init__(self, handle: int | None, *, keep: bool) -> None:
+    def __init__(self, handle: int | None, *, keep: bool, rewrites: bool) -> None:
         self._handle = handle
         self._keep = keep
         self._changed = threading.Condition()
@@ -143,20 +148,20 @@ class StderrWriter:
         self._lost_bytes = 0
         self._status = b""
         self._shown = b""
-        self._at_line_start = True
+        self._output = MarkedOutput(handle, rewrites=rewrites)
         self._closing = False
         self._reader_gone = handle is None
         self._thread: threading.Thread | None = None
 
-    def write(self, data: bytes) -> None:
-        """Print the output of another program, untouched."""
+    def write(self, data: bytes, *, ours: bool = False) -> None:
+        """Print the output of a solution, marked as such, or lines of `ours` about it."""
         with self._changed:
             while self._keep and self._is_full and not self._reader_gone:
                 self._changed.wait()
             if self._is_full:
                 self._lost_bytes += len(data)
             else:
-                self._add(data, ours=False)
+                self._add(data, ours=ours)
 
     def say(self, line: bytes) -> None:
         """Print a line of ours; never waits."""
@@ -202,7 +207,7 @@ class StderrWriter:
                     if left_s is not None and left_s <= 0:
                         break
                     self._changed.wait(left_s)
-                if self._closing and not self._printed and not self._shown:
+                if self._closing and not self._printed and not self._shown and self._output.at_line_start:
                     return
                 data, taken_bytes = self._composed()
             drew_s = time.monotonic()
@@ -216,20 +221,20 @@ class StderrWriter:
 
     def _composed(self) -> tuple[bytes, int]:
         """Return what is to be written now, and how much of it was pending."""
-        parts = [_ERASE] if self._shown else []
-        taken_bytes = 0
+        output = self._output
+        parts = [ERASE.encode()] if self._shown else []
         for data, ours in self._printed:
-            if ours and not self._at_line_start:
-                parts.append(b"\n")
-            parts.append(data)
-            taken_bytes += len(data)
-            self._at_line_start = data.endswith((b"\n", b"\r"))
+            parts.append(output.line_end().encode() + data if ours else output.shown(data).encode())
+        taken_bytes = sum(len(data) for data, _ in self._printed)
         if self._lost_bytes:
-            parts.append(b"\n[%d bytes are not shown: the terminal did not take them]\n" % self._lost_bytes)
-            self._at_line_start, self._lost_bytes = True, 0
+            lost = f"[{self._lost_bytes} bytes are not shown: the terminal did not take them]\n"
+            parts.append(f"{output.line_end()}{lost}".encode())
+            self._lost_bytes = 0
+        if self._closing:
+            parts.append(output.line_end().encode())
         self._printed = []
         # Below half a line, such as a question that a solution asks, there is no room for a status.
-        self._shown = self._status if self._at_line_start else b""
+        self._shown = self._status if output.at_line_start else b""
         return b"".join([*parts, self._shown]), taken_bytes
 
     def _put(self, data: bytes) -> bool:
@@ -241,15 +246,21 @@ class StderrWriter:
 
 
 def _json(document: Mapping[str, Any]) -> bytes:
-    return json.dumps(document, ensure_ascii=False, default=str).encode("utf-8", "replace")
+    return visible(json.dumps(document, ensure_ascii=False, default=str)).encode()
+
+
+def _cut(text: str, width: int) -> str:
+    """Return as much of the beginning of a line as a terminal shows within so many cells."""
+    ends = accumulate(map(cells, text))
+    return "".join(character for character, end in zip(text, ends, strict=True) if end <= width)
 
 
 def progress_text(progress: Mapping[str, Any], scene_count: int) -> str:
     """Return one line that says where an episode stands; `progress` is as the supervisor tells it (docs/wire.md)."""
     if progress["waiting_for"]:
-        return f"WAITING FOR YOU: {_one_line(progress['waiting_for'])} When it is done, type elsewhere: benchbot ready"
+        return f"WAITING FOR YOU: {_joined(progress['waiting_for'])} When it is done, type elsewhere: benchbot ready"
     if progress["ends_run"]:
-        return f"STOPPED FOR SAFETY, the run is over: {_one_line(progress['failure_why'])}"
+        return f"STOPPED FOR SAFETY, the run is over: {_joined(progress['failure_why'])}"
     if not progress["frames"]:
         return "PAUSED · nothing observed yet" if progress["paused"] else "nothing observed yet"
     steps, spent = f"step {progress['steps']}", progress["spent"]
@@ -276,5 +287,5 @@ def progress_text(progress: Mapping[str, Any], scene_count: int) -> str:
     return " · ".join(parts)
 
 
-def _one_line(text: str) -> str:
+def _joined(text: str) -> str:
     return " ".join(text.split())

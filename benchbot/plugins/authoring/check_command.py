@@ -51,7 +51,7 @@ def check(
             ]
         )
     elif report.problems:
-        console.data("\n".join(map(str, report.problems)))
+        console.data(*map(str, report.problems))
     if report.left_out:
         shown = ", ".join(str(path) for path in report.left_out[:MOST_SHOWN])
         more = f" and {len(report.left_out) - MOST_SHOWN} more" if len(report.left_out) > MOST_SHOWN else ""

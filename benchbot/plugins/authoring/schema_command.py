@@ -79,5 +79,5 @@ def _write(folder: Path, documents: dict[str, dict[str, Any]]) -> None:
             f"{error.filename}: {error.strerror}",
             "Name a folder that you may write to: --write DIR",
         ) from error
-    console.data("\n".join(map(str, paths)))
+    console.data(*map(str, paths))
     console.note(f"An editor uses one for a file that begins with: # yaml-language-server: $schema={paths[0]}")

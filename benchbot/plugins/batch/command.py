@@ -127,16 +127,16 @@ def run(
     folder = Folder((output or place).absolute())
     pool = replace(_worker_pool(wanted, 1 if plan is None else len(plan.episodes)), detached=detach)
     flight.prove(catalog, solution_options.intent(request, plan, folder, pool, catalog), tell_all=dry_run)
-    said = "\n".join(one.text if name is None else f"{name}: {one.text}" for name, one in sources.items())
+    said = [f"{name}: {line}" if name else line for name, one in sources.items() for line in one.lines]
     if dry_run:
-        console.note(said)
+        console.note(*said)
         _show_plan(preview(folder, plan), folder, as_json=as_json)
         return
     pool = replace(pool, archive=bool(wanted.get("zip")))
     if pool.executor == "local":
         solution_options.check_here(plan, catalog, pool.resources.gpus)
     found = prepare(folder, plan, update=update, keep=lambda: _keep(folder, plan, sources, catalog))
-    console.note(f"{first_line(folder, plan)}\n{found.text}\n{said}")
+    console.note(first_line(folder, plan), *found.lines, *said)
     ended = following.drive(folder, pool, catalog, plan, display=display, as_json=as_json)
     if ended.products is not None and prefix is not None:
         for path in write_v2(folder, plan, ended.products, prefix):
@@ -205,4 +205,4 @@ def _show_plan(found: "Preview", folder: "Folder", *, as_json: bool) -> None:
     else:
         states = [(episode.name, "done" if episode.key in done else "to do") for episode in found.plan.episodes]
         console.table(("episode", "state"), states)
-    console.note(f"Batch {found.plan.hash[:8]} in {folder.path}\n{found.text}")
+    console.note(f"Batch {found.plan.hash[:8]} in {folder.path}", *found.lines)

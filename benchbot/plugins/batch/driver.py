@@ -13,6 +13,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
+from benchbot.cli.kit import console
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass, did_you_mean
 from benchbot.plugins.batch import machine
 from benchbot.plugins.batch import plan as plans
@@ -253,8 +254,7 @@ def main() -> int:
 
 def print_error(error: Exception) -> None:
     """Print an error; where the log is on a full disk it is lost."""
-    with suppress(OSError):
-        print(error, file=sys.stderr, flush=True)
+    console.note(*str(error).splitlines())
 
 
 if __name__ == "__main__":

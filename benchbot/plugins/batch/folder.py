@@ -98,7 +98,7 @@ class Preview:
         return self.before is not None and self.before.hash != self.plan.hash
 
     @property
-    def text(self) -> str:
+    def lines(self) -> list[str]:
         """The episodes that are done and left, in words."""
         robots, environments = len(self.plan.robots), len(self.plan.environments)
         counts = f"{_count(robots, 'robot')}, {_count(environments, 'environment')}"
@@ -109,7 +109,7 @@ class Preview:
             lines.append(
                 f"{_count(len(self.dropped), 'episode')} of the plan before are in it no more; they stay where they are"
             )
-        return "\n".join(lines)
+        return lines
 
 
 def preview(folder: Folder, plan: Plan) -> Preview:

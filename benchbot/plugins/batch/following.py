@@ -47,7 +47,7 @@ def status(directory: Directory, as_json: Json = False) -> None:
     if as_json:
         console.data_json(found.as_dict())
     else:
-        console.data(status_lines.page(found))
+        console.data(*status_lines.page(found))
 
 
 def logs(
@@ -84,7 +84,7 @@ def logs(
     else:
         for name, state, path in rows:
             console.note(f"{name} ({state}): {path}")
-            console.data(path.read_text("utf-8", "replace").rstrip("\n"))
+            console.data(*path.read_text("utf-8", "replace").expandtabs().splitlines())
 
 
 def cancel(directory: Directory, as_json: Json = False) -> None:
@@ -194,7 +194,7 @@ def drive(
 
         driver.begin(folder, pool)
         status = driver.drive(folder, pool, look)
-    console.note(status_lines.verdict(status))
+    console.note(*status_lines.verdict(status))
 
     def wait(error: Exception) -> None:
         console.note(f"Waiting for room on the disk. {error}")
@@ -209,10 +209,10 @@ def drive(
         console.error(error)  # why there is nothing to score is in the failures: they say how this ends
         return Ended(status)
     for name, scores in products.scores_of.items():
-        console.note(scoring.table(scores) if name is None else f"\n{name}\n{scoring.table(scores)}")
+        console.note(*([] if name is None else ["", name]), *scoring.table(scores))
     for problem in products.problems:
         console.error(problem)
-    console.note("\n".join(map(str, products.costs)))
+    console.note(*map(str, products.costs))
     for path in products.files.values():
         console.note(f"Wrote {path}")
     if as_json:

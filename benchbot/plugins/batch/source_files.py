@@ -58,7 +58,7 @@ class SourceFiles:
     left_out: tuple[str, ...] = ()
 
     @property
-    def text(self) -> str:
+    def lines(self) -> list[str]:
         """The files that make another batch when they are edited, and what is none of them, in words."""
         names = list(self.content.files)
         if not names:
@@ -81,7 +81,7 @@ class SourceFiles:
             f"{folder} holds too many files to look into the folders below it: put the solution into one of its own"
             for folder in self.unread
         ]
-        return "\n".join(lines)
+        return lines
 
 
 def find(command: Sequence[str], folder: Path, globs: Sequence[str] = ()) -> SourceFiles:

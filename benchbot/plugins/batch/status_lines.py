@@ -33,7 +33,7 @@ def show(line_: "StatusLine", status: BatchStatus) -> None:
     line_.show(line(status), (status.finished, status.paused, len(status.running)), document=document)
 
 
-def page(status: BatchStatus) -> str:
+def page(status: BatchStatus) -> list[str]:
     """Return everything that is known, in lines."""
     rows: list[tuple[str, str]] = [
         ("Folder", status.folder),
@@ -56,16 +56,16 @@ def page(status: BatchStatus) -> str:
         rows.append((name.capitalize(), path))
     if status.conclusion is not None and "problem" in status.conclusion:
         rows.append(("Not scored", status.conclusion["problem"]))
-    return "\n".join(f"{label:<13}{value}".rstrip() for label, value in rows)
+    return [f"{label:<13}{value}".rstrip() for label, value in rows]
 
 
-def verdict(status: BatchStatus) -> str:
-    """Return how a batch ended, equal errors together."""
+def verdict(status: BatchStatus) -> list[str]:
+    """Return in lines how a batch ended, equal errors together."""
     said = ", ".join(_failures(status))
     told = f"{status.finished} of {status.episodes} episodes are finished" + (
         f"; {said}." if said else ", all of them well."
     )
-    return "\n".join([told, *lines(status.errors, status.folder)])
+    return [told, *lines(status.errors, status.folder)]
 
 
 def duration(seconds: float) -> str:

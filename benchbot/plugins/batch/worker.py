@@ -14,6 +14,7 @@ import time
 from contextlib import ExitStack
 from pathlib import Path
 
+from benchbot.cli.kit import console
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.plugin_manager import load
@@ -193,7 +194,7 @@ def main() -> int:
             worker.run(options.jobs_limit)
         worker.finalize()
     except (BenchbotError, OSError) as error:
-        print(error, file=sys.stderr)
+        console.note(*str(error).splitlines())
         return ExitCode.INTERNAL
     return ExitCode.INTERRUPTED if worker.told_to_end else ExitCode.OK
 

@@ -18,6 +18,7 @@ import benchbot
 from benchbot.core import overrides
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
+from benchbot.core.text import code, markdown, one_line
 from benchbot.evaluation.result_document import ResultDocument, parse
 from benchbot.evaluation.result_files import SIZE_LIMIT_BYTES
 from benchbot.plugins.bundles import archive
@@ -188,29 +189,29 @@ def _readme(manifest: Mapping[str, Any]) -> str:
     solution, plugins = manifest["solution"], manifest["software"]["plugins"]
     packages = [f"{name}=={used['version']}" for name, used in plugins.items() if used["version"] != "v2"]
     words = shlex.join(solution["command"])
-    ran = f"as `{words}`"
+    ran = f"as {code(words)}"
     if solution["mode"] == CONTAINER:
-        ran = "in a container of its Dockerfile" + (f", which was given `{words}`" if words else "")
-    revision = f", at git revision {solution['git_revision']}" if "git_revision" in solution else ""
+        ran = "in a container of its Dockerfile" + (f", which was given {code(words)}" if words else "")
+    revision = f", at git revision {markdown(solution['git_revision'])}" if "git_revision" in solution else ""
     changed = " with changes that were not committed" if solution.get("git_dirty") else ""
     rows = []
     for row in manifest["results"]:
         chosen = row["selection"]
         cells = [row["file"], *(chosen[name] for name in ("task", "robot", "environment", "seed"))]
-        settings = overrides.label(chosen.get("settings") or {}) or "-"
-        rows.append(f"| {' | '.join(map(str, cells))} | {settings} | {row['failure'] or 'well'} |\n")
+        cells += [overrides.label(chosen.get("settings") or {}) or "-", row["failure"] or "well"]
+        rows.append(f"| {' | '.join(markdown(str(cell)) for cell in cells)} |\n")
     scored = ""
     if manifest["scores"] is not None:
         method, headline, score = (manifest["scores"][name] for name in ("method", "headline", "score"))
         value = "none" if score is None else f"{score:.4f}"
-        scored = f"\nScored with `{method}`: {headline} {value} (`scores.json`).\n"
+        scored = f"\nScored with {code(method)}: {markdown(headline)} {value} (`scores.json`).\n"
     return f"""\
 # A solution and its results
 
 Made by BenchBot {manifest["benchbot"]}. To make the results again, elsewhere:
 
 ```
-benchbot install {" ".join(packages)}
+benchbot install {one_line(" ".join(packages))}
 benchbot reproduce BUNDLE.zip
 ```
 

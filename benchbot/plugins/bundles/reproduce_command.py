@@ -151,7 +151,7 @@ def _unpack(bundle: "Bundle", folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     bundle.extract_solution(folder)
     console.note(f"The solution is in {folder}, and runs there as:")
-    console.data(shlex.join(bundle.manifest["solution"]["command"]))
+    console.document(shlex.join(bundle.manifest["solution"]["command"]))
 
 
 def _note_versions(bundle: "Bundle", software: "Sequence[SoftwareDifference]") -> None:

@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 from benchbot.cli.kit import console
 from benchbot.cli.kit.holding import CONTAINER, NATIVE, SANDBOX, check_options, held
 from benchbot.core.errors import BenchbotError
@@ -80,7 +78,7 @@ def _ask(bundle: "Bundle") -> None:
     files = sum(name.startswith("solution/") for name in bundle.manifest["files"])
     command = shlex.join(bundle.manifest["solution"]["command"])
     console.note(f"The bundle's solution ({files} files) would run with all your rights, as: {command}")
-    if sys.stdin.isatty() and typer.confirm("Do you trust whoever wrote it?", err=True):
+    if sys.stdin.isatty() and console.confirmed("Do you trust whoever wrote it?"):
         return
     raise BenchbotError(
         "The solution in the bundle is not trusted.",

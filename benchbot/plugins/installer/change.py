@@ -39,7 +39,7 @@ class Prompt:
 
     def may_change(self, plan: Plan) -> bool:
         """Show a plan, and ask whether code that was never allowed may be installed."""
-        console.note(str(plan))
+        console.note(*map(str, plan.changes))
         names = ", ".join(change.name for change in plan.without_consent)
         question = f"The code of {names} would run with all your rights, also that of mere dependencies. Install it?"
         return not names or self.trust or _confirm(question)
@@ -49,7 +49,7 @@ def _confirm(question: str) -> bool:
     if not (sys.stdin.isatty() and sys.stderr.isatty()):
         return False
     try:
-        return typer.confirm(question, err=True)
+        return console.confirmed(question)
     except typer.Abort:  # typer's exception for Ctrl-C
         raise KeyboardInterrupt from None
 

@@ -187,7 +187,7 @@ def perform(
     if as_json:
         console.data_json(plan.as_dict(installer=target.installer.name, done=not requested.dry_run))
     elif plan.changes:
-        console.data(str(plan))
+        console.data(*map(str, plan.changes))
     if not plan.changes:
         console.note("Nothing to do: everything is there already.")
     elif not requested.dry_run:

@@ -88,9 +88,6 @@ class Plan:
             row["from"], row["to"], row["code"] = row.pop("old"), row.pop("new"), list(row["code"])
         return {"installer": installer, "done": done, "changes": rows}
 
-    def __str__(self) -> str:
-        return "\n".join(map(str, self.changes))
-
 
 def action_of(old: str | None, new: str | None) -> Action:
     """Return the action that leads from one version to another, where None is no version."""

@@ -119,7 +119,7 @@ def search(
     if as_json:
         console.data_json([{"name": name} for name in found])
     elif found:
-        console.data("\n".join(found))
+        console.data(*found)
     console.note(f"{len(found)} found.{'' if found else ' Names that do not begin with benchbot- are not looked at.'}")
 
 

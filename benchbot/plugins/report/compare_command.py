@@ -74,7 +74,7 @@ def show(document: dict[str, Any], *, as_json: bool = False) -> None:
         ("", "difference", "95 % interval", "p", "p (Holm)", "pairs", document["over"]),
         [_comparison(item) for item in document["comparisons"]],
     )
-    console.data("\n" + "\n".join(item["sentence"] for item in document["comparisons"]))
+    console.data("", *(item["sentence"] for item in document["comparisons"]))
 
 
 def _restarts(sets: "Sequence[ResultSet]") -> list[str]:

@@ -97,4 +97,4 @@ def report(
         write_text(path, texts[form])
         console.data(str(path))
     if wanted is not None and not paths:
-        console.data(render(data, wanted).rstrip("\n"))
+        console.document(render(data, wanted).rstrip("\n"))

@@ -79,7 +79,7 @@ def evaluate(paths: Sequence[Path], catalog: Catalog, method: str | None = None)
     document = evaluate_files(paths, catalog=catalog, method=method)
     target = scores_path(paths[0])
     write_scores(target, document)
-    return scoring.table(document), target
+    return "\n".join(scoring.table(document)), target
 
 
 def explain(path: Path, catalog: Catalog) -> str:
@@ -88,7 +88,7 @@ def explain(path: Path, catalog: Catalog) -> str:
     from benchbot.evaluation import score
 
     evaluation = score.score_files([path], catalog=catalog)
-    lines: list[str] = [scoring.table(evaluation.document)]
+    lines = scoring.table(evaluation.document)
     for entry in score.explain(evaluation)["results"]:
         objects = entry.get("objects")
         if objects is None:

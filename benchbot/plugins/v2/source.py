@@ -92,7 +92,7 @@ def _use(named: Sequence[Path], *, trusted: bool) -> None:
 
 
 def _ask(addon: Addon) -> bool:
-    import typer
+    from benchbot.cli.kit import console
 
     code = f"The add-ons in {addon.root} have Python code, which would run with all your rights: "
-    return typer.confirm(f"{code}{trust.files_shown(addon)}.\nLet it run, now and until it changes?", err=True)
+    return console.confirmed(f"{code}{trust.files_shown(addon)}. Let it run, now and until it changes?")

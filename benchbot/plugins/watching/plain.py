@@ -112,14 +112,15 @@ def _follow_batch(feed: BatchFeed, line: StatusLine) -> None:
         elif view.problem is not None:
             line.show(view.problem, view.problem)
         time.sleep(PERIOD_S)
-    line.note(_batch_end(view))
+    for text in _batch_end(view):
+        line.note(text)
 
 
-def _batch_end(view: BatchView) -> str:
+def _batch_end(view: BatchView) -> list[str]:
     if view.status is None:
-        return view.problem or "Nothing is known of it."
-    verdict = status_lines.verdict(view.status)
+        return [view.problem or "Nothing is known of it."]
+    *verdict, last = status_lines.verdict(view.status)
     if not view.status.is_complete:
-        return f"{verdict} Nobody works at the rest. Go on with: benchbot batch attach {view.folder}"
+        return [*verdict, f"{last} Nobody works at the rest. Go on with: benchbot batch attach {view.folder}"]
     score = view.status.score
-    return verdict if score is None else f"{verdict} {score.name} {score.value:.3f}"
+    return [*verdict, last if score is None else f"{last} {score.name} {score.value:.3f}"]

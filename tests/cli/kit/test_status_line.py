@@ -53,7 +53,7 @@ def test_a_hidden_pose_and_an_unused_trajectory_are_left_out_and_a_failure_is_to
     assert text.endswith("failure: collision")
 
 
-def test_without_a_terminal_only_news_is_printed_and_output_passes_untouched(
+def test_without_a_terminal_only_news_is_printed_and_whose_a_line_is(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     with StatusLine() as status:
@@ -62,7 +62,7 @@ def test_without_a_terminal_only_news_is_printed_and_output_passes_untouched(
         status.write(b"half a line")
         status.write(b" and the rest\n")
 
-    assert capfd.readouterr().err == "one\nhalf a line and the rest\n"
+    assert capfd.readouterr().err == "one\nsolution | half a line and the rest\n"
 
 
 def test_what_the_operator_is_asked_is_printed_at_once_and_once(capfd: pytest.CaptureFixture[str]) -> None:
@@ -74,7 +74,7 @@ def test_what_the_operator_is_asked_is_printed_at_once_and_once(capfd: pytest.Ca
         status.show_progress({**waiting, "wall_time_s": 5.0}, 1)
 
     _, half, asked = capfd.readouterr().err.splitlines()
-    assert half == "half a line"
+    assert half == "solution | half a line"
     assert asked == ("WAITING FOR YOU: Carry the robot to its start. When it is done, type elsewhere: benchbot ready")
 
 
@@ -132,12 +132,12 @@ def test_on_a_terminal_the_status_stays_below_the_output(terminal: Terminal) -> 
         status.show("busy", news=1)
         terminal.shown(until=dim("busy"))
         status.write(b"Hello\r\n")
-        assert terminal.shown(until=dim("busy")) == f"{ERASED}Hello\r\r\n{dim('busy')}"
+        assert terminal.shown(until=dim("busy")) == f"{ERASED}solution | Hello\r\n{dim('busy')}"
         status.write(b"Which way? ")
-        assert terminal.shown(until="way? ") == f"{ERASED}Which way? "
+        assert terminal.shown(until="way? ") == f"{ERASED}solution | Which way? "
         status.show("still busy", news=2)
         status.write(b"left\r\n")
-        assert terminal.shown(until=dim("still busy")) == f"left\r\r\n{dim('still busy')}"
+        assert terminal.shown(until=dim("still busy")) == f"left\r\n{dim('still busy')}"
 
 
 @pytest.mark.parametrize(("variable", "value"), [("TERM", "dumb"), ("display", "plain")])
@@ -149,7 +149,7 @@ def test_a_terminal_that_can_rewrite_nothing_gets_lines(
         status.show("busy", news=1)
         status.show("busier", news=2)
         status.write(b"Hello\n")
-    assert terminal.shown(until="Hello\r\n") == "busy\r\nHello\r\n"
+    assert terminal.shown(until="Hello\r\n") == "busy\r\nsolution | Hello\r\n"
 
 
 def test_without_colour_the_line_is_still_rewritten(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -194,7 +194,7 @@ def test_output_to_a_pipe_is_never_lost() -> None:
     words += "with StatusLine() as line:\n    for _ in range(4000): line.write(b'y' * 999 + b'\\n')\n"
     with subprocess.Popen([sys.executable, "-c", words], stderr=subprocess.PIPE) as process:
         assert process.stderr is not None
-        assert len(process.stderr.read()) == 4_000_000
+        assert process.stderr.read().count(b"y") == 4000 * 999
     assert process.returncode == 0
 
 

@@ -226,11 +226,11 @@ def test_the_files_are_told_and_those_that_are_none_of_it(
     weights = tmp_path_factory.mktemp("data") / "w.npy"
     weights.touch()
     write(folder, {"mapping/depth.py": f"open({str(weights)!r}); open('/usr/bin/env')"})
-    told = find(["python", "mapping/depth.py"], folder / "mapping").text.splitlines()
+    told = find(["python", "mapping/depth.py"], folder / "mapping").lines
     assert (
         told[0] == "No file of the solution is part of the keys: its command names none that is in a folder of its own."
     )
-    told = find(["python", "depth.py"], folder / "mapping").text.splitlines()
+    told = find(["python", "depth.py"], folder / "mapping").lines
     assert told[0] == "1 file of the solution is part of the keys: depth.py"
     assert told[1].startswith(
         "Not part of it, and not there when it runs: __init__.py, __main__.py, fusion.py, unused.py"
@@ -243,7 +243,7 @@ def test_a_folder_of_everything_is_not_searched_and_it_is_said(folder: Path, mon
     write(folder, {"s.py": "__import__(name)"})
     found = find(["python", "s.py"], folder)
     assert found.unread == (str(folder),)
-    assert "put the solution into one of its own" in found.text
+    assert "put the solution into one of its own" in "\n".join(found.lines)
 
 
 def test_a_folder_that_is_named_and_holds_too_much_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -37,7 +37,7 @@ def test_a_pause_and_idle_workers_are_said() -> None:
 
 
 def test_the_page_says_everything() -> None:
-    page = status_lines.page(STATUS)
+    page = "\n".join(status_lines.page(STATUS))
     assert "Finished     12 of 60" in page
     assert "carter_miniroom-1_seed3-0123abcd on local-1, for 42 s" in page
     assert "Pending      46" in page
@@ -45,16 +45,18 @@ def test_the_page_says_everything() -> None:
 
 
 def test_before_anything_is_finished_nothing_is_promised() -> None:
-    page = status_lines.page(replace(STATUS, finished=0, failures={}, mean_s=None, left_s=None, workers=-1))
+    page = "\n".join(status_lines.page(replace(STATUS, finished=0, failures={}, mean_s=None, left_s=None, workers=-1)))
     assert "Left         not known yet" in page
     assert "Workers      not known" in page
     assert "Failures     none" in page
 
 
 def test_what_a_detached_batch_was_made_into_is_named() -> None:
-    page = status_lines.page(replace(STATUS, conclusion={"files": {"scores": "/data/night/scores.json"}}))
+    page = "\n".join(status_lines.page(replace(STATUS, conclusion={"files": {"scores": "/data/night/scores.json"}})))
     assert "Scores       /data/night/scores.json" in page
-    assert "Not scored   Nothing" in status_lines.page(replace(STATUS, conclusion={"problem": "Nothing to score."}))
+    assert "Not scored   Nothing to score." in status_lines.page(
+        replace(STATUS, conclusion={"problem": "Nothing to score."})
+    )
 
 
 @pytest.mark.parametrize(("seconds", "text"), [(0.4, "0 s"), (99, "99 s"), (120, "2 min"), (9000, "2.5 h")])

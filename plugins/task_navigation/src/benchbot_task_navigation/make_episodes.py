@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from benchbot.cli.kit import console
 from benchbot.plugin import (
     BenchbotError,
     Catalog,
@@ -108,7 +109,7 @@ def main() -> int:
         for environment in asked.environments:
             _make(environment, asked.robot, asked.seed, asked.count, asked.output)
     except BenchbotError as error:
-        print(error, file=sys.stderr)
+        console.error(error)
         return error.exit_code
     return 0
 
@@ -134,7 +135,7 @@ def _make(environment: str, robot_name: str, seed: int, count: int, folder: Path
     try:
         objects = GroundTruths.of(catalog, None).find(declared.name, {"object_map_ground_truth"})
     except BenchbotError as error:
-        print(f"No episodes of object_goal: {error.title}", file=sys.stderr)
+        console.note(f"No episodes of object_goal: {error.title}")
         return
     sees = sight(geometry, robot, start_xyz[2])
     listed = object_goals(place, objects["ground_truth"]["objects"], sees, seed, count)
@@ -152,7 +153,7 @@ def _ground_truth(catalog: Catalog, environment: Declaration, plan: FloorPlan) -
 def _write(path: Path, document: Mapping[str, Any]) -> None:
     """Write a document, a line for each of its keys and for each episode, and print its path."""
     write_atomically(path, _lines(document).encode())
-    print(path, flush=True)
+    console.data(str(path))
 
 
 def _lines(document: Mapping[str, Any]) -> str:

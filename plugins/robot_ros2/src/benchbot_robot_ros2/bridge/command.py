@@ -72,7 +72,7 @@ def ros2(
                 console.note(
                     "tf2_msgs is not installed, so there is no /tf: a ROS 2 installation has it, PyPI does not."
                 )
-            console.note(_ready(bridged, environment, _drivers(catalog, declaration["type"])))
+            console.note(*_ready(bridged, environment, _drivers(catalog, declaration["type"])))
             the_bridge.run(node, state)
         except KeyboardInterrupt:
             console.note("The bridge has ended.")
@@ -91,10 +91,10 @@ def _drivers(catalog: "Catalog", world: str) -> list[str]:
     return [robot.name for robot in robots if robot.data["type"] == "ros2" and world in robot.data.get("runs_in", ())]
 
 
-def _ready(robot: "BridgedRobot", environment: str, driven_as: list[str]) -> str:
+def _ready(robot: "BridgedRobot", environment: str, driven_as: list[str]) -> list[str]:
     domain = os.environ.get("ROS_DOMAIN_ID") or "0"
     prefix = f"/{robot.namespace}".rstrip("/")
-    told = f"{robot.name} in {environment} is a ROS 2 robot now: domain {domain}, topics under {prefix}/."
+    told = [f"{robot.name} in {environment} is a ROS 2 robot now: domain {domain}, topics under {prefix}/."]
     if driven_as and not prefix:
-        told += f"\nbenchbot submit --robot {driven_as[0]} --env {environment} … drives it."
-    return f"{told} Ctrl-C ends it."
+        told.append(f"benchbot submit --robot {driven_as[0]} --env {environment} … drives it.")
+    return [*told, "Ctrl-C ends it."]

@@ -1,0 +1,86 @@
+"""The output of a solution as it is shown beside lines of BenchBot's own, for one of which none of it can pass."""
+
+import os
+import re
+from codecs import getincrementaldecoder
+from collections.abc import Iterator
+from contextlib import suppress
+from unicodedata import east_asian_width
+
+from benchbot.core.text import SOLUTION, visible
+
+ERASE = "\r\x1b[K"
+_TAB = 8
+_PIECES = re.compile(r"[\n\r]|[^\n\r]+")
+
+
+def cells(character: str) -> int:
+    """Return how many cells of a terminal a character takes at most."""
+    return 2 if east_asian_width(character) in "WF" else 1
+
+
+class MarkedOutput:
+    """Takes output in chunk by chunk, and returns it with `solution | ` before each line.
+
+    Where `handle` is that of a terminal, lines are broken where it would break them. A carriage return has the line
+    written anew, as progress bars do, if that terminal `rewrites`; otherwise it ends the line.
+    """
+
+    def __init__(self, handle: int | None, *, rewrites: bool) -> None:
+        self._handle = handle
+        self._rewrites = rewrites
+        self._decoded = getincrementaldecoder("utf-8")("replace").decode
+        self._column = 0
+        self._returned = False
+
+    @property
+    def at_line_start(self) -> bool:
+        """True while no line has been begun."""
+        return not self._column
+
+    def shown(self, chunk: bytes) -> str:
+        """Return the next chunk as it is shown."""
+        return "".join(part for piece in _PIECES.findall(self._decoded(chunk)) for part in self._parts(piece))
+
+    def line_end(self) -> str:
+        """End the line, where one has been begun, and return how."""
+        ended = "\n" if self._column else ""
+        self._column, self._returned = 0, False
+        return ended
+
+    def _parts(self, piece: str) -> Iterator[str]:
+        if piece == "\r":
+            self._returned = True
+        elif piece == "\n":
+            yield self.line_end() or f"{SOLUTION.rstrip()}\n"
+        else:
+            if self._returned and self._column:
+                yield ERASE if self._rewrites else "\n"
+                self._column = 0
+            self._returned = False
+            yield from self._text(visible(piece))
+
+    def _text(self, text: str) -> Iterator[str]:
+        if not self._column:
+            yield self._begun()
+        width = self._width()
+        if width <= 2 * len(SOLUTION):
+            self._column += len(text)
+            yield text
+            return
+        for character in text.expandtabs(_TAB):
+            self._column += cells(character)
+            if self._column >= width:
+                yield f"\n{self._begun()}"
+                self._column += cells(character)
+            yield character
+
+    def _width(self) -> int:
+        """Return the columns of the terminal; 0 where there is none, or where it does not know."""
+        with suppress(OSError):
+            return 0 if self._handle is None else os.get_terminal_size(self._handle).columns
+        return 0
+
+    def _begun(self) -> str:
+        self._column = len(SOLUTION)
+        return SOLUTION
