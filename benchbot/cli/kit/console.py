@@ -4,19 +4,23 @@ Whatever is printed may hold foreign text, which cannot command the terminal, no
 """
 
 import errno
+import math
 import os
+import shutil
 import signal
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from itertools import chain, repeat
 from pathlib import Path
 from typing import Any
 
 import typer
 
+from benchbot.cli.kit.solution_output import folded
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.text import one_line, visible
+
+_QUOTED = "  | "
 
 
 def data(*lines: str) -> None:
@@ -90,9 +94,10 @@ def error(problem: BenchbotError, *, verbose: bool = False) -> None:
     """Print an error as title, why and fix, on stderr; `verbose` adds its traceback."""
     if verbose:
         _traceback(problem)
-    # Lines after the first are often a program's own, which must not pass for the fix.
-    marks = chain(["  "], repeat("  | "))
-    why = [mark + one_line(line) for mark, line in zip(marks, problem.why.splitlines(), strict=False)]
+    ours, *others = map(one_line, problem.why.splitlines() or [""])
+    # Lines after the first are often a program's own, none of which may pass for the fix.
+    room = shutil.get_terminal_size().columns - len(_QUOTED) if sys.stderr.isatty() else math.inf
+    why = [f"  {ours}", *(f"{_QUOTED}{part}" for line in others for part in folded(line, room))]
     fix, *more = map(one_line, problem.fix.splitlines() or [""])
     title = _styled("1;31", "Error: ") + _styled("1", one_line(problem.title))
     _tell("\n".join([title, "", *why, "", f"  {_styled('32', 'Fix: ')}{fix}", *(f"{'':7}{line}" for line in more)]))

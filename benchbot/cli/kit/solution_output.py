@@ -19,6 +19,17 @@ def cells(character: str) -> int:
     return 2 if east_asian_width(character) in "WF" else 1
 
 
+def folded(line: str, width: float) -> Iterator[str]:
+    """Yield the parts of a line, as few as take less than so many cells each."""
+    start, taken = 0, 0
+    for place, character in enumerate(line):
+        taken += cells(character)
+        if taken >= width:
+            yield line[start:place]
+            start, taken = place, cells(character)
+    yield line[start:]
+
+
 class MarkedOutput:
     """Takes output in chunk by chunk, and returns it with `solution | ` before each line.
 

@@ -45,6 +45,7 @@ _STYLE: dict[str, Any] = {
     "pdf.fonttype": 42,
     "svg.fonttype": "path",
     "svg.hashsalt": "benchbot",
+    "text.parse_math": False,  # a dollar in a name is one
 }
 
 

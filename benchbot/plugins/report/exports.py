@@ -2,11 +2,11 @@
 
 import csv
 import io
-import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
 from benchbot.core.errors import FailureClass
+from benchbot.core.text import markdown, one_line, visible
 from benchbot.plugins.report import summary
 from benchbot.plugins.report.episodes import ReportData, ReportedEpisode
 
@@ -16,15 +16,14 @@ CSV_COLUMNS = (
 )  # fmt: skip
 
 _FAULT_OF_OTHERS = (FailureClass.PLATFORM, FailureClass.INFRASTRUCTURE)
-# What XML 1.0 cannot hold, not even escaped (section 2.2).
-_FORBIDDEN_IN_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _LATEX = {
     "\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_",
     "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "<": r"\textless{}", ">": r"\textgreater{}",
     "|": r"\textbar{}", '"': "''", "→": r"$\rightarrow$", "–": "--", "`": r"\textasciigrave{}",
     "↑": r"$\uparrow$", "↓": r"$\downarrow$",
 }  # fmt: skip
-_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]|[\ud800-\udfff]")
+_FORMULA = tuple("=+-@＝＋－＠")
+"""The characters that a formula begins with; spreadsheets for Chinese and Japanese take the wide ones, too."""
 
 
 def to_csv(data: ReportData) -> str:
@@ -50,7 +49,7 @@ def to_csv(data: ReportData) -> str:
 
 def to_markdown(data: ReportData) -> str:
     """Return the summary and a table of all scores by environment, as GitHub shows them."""
-    text, headline = _markdown, data.headline
+    text, headline = markdown, data.headline
     task, method = data.scores["task_details"]["name"], data.scores["method"]
     measured = f"in {summary.environments_in_words(data)}, task {task}, method {method['name']} {method['version']}"
     lines = [
@@ -160,17 +159,13 @@ def _latex_row(cells: Sequence[str]) -> str:
 
 
 def _cell(value: object) -> str:
-    """Return a cell without control characters, and such that no spreadsheet runs it as a formula."""
-    text = "" if value is None else _CONTROL.sub(" ", str(value))
-    return f"'{text}" if text[:1] in ("=", "+", "-", "@") and not isinstance(value, int | float) else text
+    """Return a cell as one line, and such that no spreadsheet runs it as a formula."""
+    text = "" if value is None else one_line(str(value))
+    return f"'{text}" if text.lstrip().startswith(_FORMULA) and not isinstance(value, int | float) else text
 
 
-def _escaper(escape: Callable[[str], str]) -> Callable[[object], str]:
-    return lambda value: escape(_CONTROL.sub(" ", str(value)))
-
-
-_markdown = _escaper(lambda text: re.sub(r"([\\`*_{}\[\]()<>#+!|~&$@])", r"\\\1", text))
-_latex = _escaper(lambda text: "".join(_LATEX.get(letter, letter) for letter in text))
+def _latex(text: str) -> str:
+    return "".join(_LATEX.get(letter, letter) for letter in one_line(text))
 
 
 def _test_case(episode: ReportedEpisode, data: ReportData) -> ET.Element:
@@ -196,4 +191,4 @@ def _properties(parent: ET.Element, values: dict[str, str]) -> None:
 
 
 def _xml(value: object) -> str:
-    return _FORBIDDEN_IN_XML.sub("\ufffd", str(value))
+    return visible(str(value))

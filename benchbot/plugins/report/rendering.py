@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.core.text import visible
 from benchbot.plugins.report.episodes import ReportData
 
 FORMATS = ("html", "csv", "tex", "md", "xml")
@@ -36,5 +37,5 @@ def render(data: ReportData, name: str) -> str:
         "md": exports.to_markdown,
         "xml": exports.to_junit,
     }
-    # JSON can hold half of a surrogate pair, which no text file can.
-    return formats[name](data).encode("utf-8", "replace").decode("utf-8")
+    # Also in a page nothing may be unseen, or turn a number round; and no file can hold half of a surrogate pair.
+    return visible(formats[name](data))

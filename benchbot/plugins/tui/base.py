@@ -3,11 +3,15 @@
 import os
 import sys
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from rich.cells import cell_len
+from rich.segment import Segment
 from textual.app import App
+from textual.color import Color
+from textual.filter import LineFilter
 from textual.message import Message
 from textual.screen import Screen
 
@@ -15,6 +19,7 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
 from benchbot.core.request import RunRequest
+from benchbot.core.text import visible
 from benchbot.plugins.tui import jobs, result_rows
 from benchbot.plugins.tui.dialogs import QuestionDialog
 from benchbot.plugins.tui.forms import run_words
@@ -27,6 +32,20 @@ from benchbot.wire.run_state import RunState
 THREAD_NAME = "benchbot-tui"
 START_TIMEOUT_S = 120.0
 LOOK_PERIOD_S = 0.2
+
+
+class Harmless(LineFilter):
+    """Replaces in every line what would command the terminal, and keeps the number of cells."""
+
+    def apply(self, segments: list[Segment], background: Color) -> list[Segment]:
+        """Return a line's segments as they may be shown."""
+        return [segment if segment.control else Segment(_seen(segment.text), segment.style) for segment in segments]
+
+
+def _seen(text: str) -> str:
+    if visible(text) == text:
+        return text
+    return "".join(letter if visible(letter) == letter else "?" * cell_len(letter) for letter in text)
 
 
 class BaseApp(App[None]):
@@ -46,6 +65,7 @@ class BaseApp(App[None]):
     ) -> None:
         super().__init__()
         self.alive = Alive()
+        self._harmless = Harmless()
         self.images = images
         self._first_run, self._first_batch = run, batch
         self._look, self._make_catalog = look, catalog
@@ -55,6 +75,14 @@ class BaseApp(App[None]):
         """The folders of jobs that were started here and whose end has not been notified yet."""
         self._watched: dict[Screen[Any], str] = {}
         """The screen that watches a run or batch, and the folder of that."""
+
+    def get_line_filters(self) -> Sequence[LineFilter]:
+        """Return what each line passes on its way to the terminal."""
+        return [*super().get_line_filters(), self._harmless]
+
+    def notify(self, message: str, *, markup: bool = False, **options: Any) -> None:
+        """Show a message for a while; it may name what others have named, so that nothing in it is markup."""
+        super().notify(message, markup=markup, **options)
 
     @property
     def catalog(self) -> Catalog:
@@ -77,7 +105,7 @@ class BaseApp(App[None]):
 
     def tell(self, error: BenchbotError) -> None:
         """Show an error and the way around it."""
-        self.notify(f"{error.why}\n{error.fix}", title=error.title, severity="error", timeout=12, markup=False)
+        self.notify(f"{error.why}\n{error.fix}", title=error.title, severity="error", timeout=12)
 
     def confirm(self, text: str, key: str, meaning: str, act: Callable[[], None]) -> None:
         """Ask a question that has one answer but "back", and act on that answer."""
@@ -94,7 +122,7 @@ class BaseApp(App[None]):
             except BenchbotError as error:
                 self.call_later(self.tell, error)
             except OSError as error:
-                self.call_later(self.notify, str(error), severity="error", markup=False)
+                self.call_later(self.notify, str(error), severity="error")
             else:
                 self.call_later(done, answer)
             finally:
@@ -125,7 +153,6 @@ class BaseApp(App[None]):
                     title=f"Ended: {each.job.title}",
                     severity="information" if each.state == WELL else "error",
                     timeout=10,
-                    markup=False,
                 )
         self.alive = now
         for screen in self.screen_stack:
@@ -183,7 +210,7 @@ class BaseApp(App[None]):
         """Make the report of results, notify its path, and show it in a browser where there is one."""
 
         def written(path: Path) -> None:
-            self.notify(str(path), title="The report is written.", timeout=10, markup=False)
+            self.notify(str(path), title="The report is written.", timeout=10)
             if self.is_web:
                 self.deliver_text(path, open_method="browser", mime_type="text/html")
             # Over ssh there is no browser.

@@ -227,8 +227,6 @@ def _number(path: Path) -> int:
 
 def _end(path: Path) -> str:
     try:
-        text = end_of(path, MOST_LOG_BYTES)
+        return end_of(path, MOST_LOG_BYTES)
     except OSError as error:
         return f"It cannot be read: {error.strerror}."
-    # Colours and cursor movements that a solution printed would be commands to this terminal.
-    return "".join(character for character in text if character.isprintable() or character in "\n\t")

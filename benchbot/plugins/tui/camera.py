@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from textual.content import Content
 
 from benchbot.plugins.drawing.palette import INVALID, SHADES, UNLABELLED, Color, Pixels, class_colors, ramp
 from benchbot.plugins.tui import panels
@@ -128,7 +129,7 @@ class CameraPanel(RasterPanel):
             return
         self._key = key
         seen = None if snapshot is None or channel is None else picture(snapshot, channel)
-        self.border_title = "Camera" if channel is None else f"Camera · {channel.title}"
+        self.border_title = Content("Camera" if channel is None else f"Camera · {channel.title}")
         self.border_subtitle = f"observation {snapshot.number}" if snapshot is not None and seen is not None else ""
         self._box.show(seen, _why_nothing(snapshot, channel))
         self._seen = seen

@@ -10,12 +10,14 @@ from typing import TypeVar
 
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
+from textual.content import Content
 from textual.widgets import Input, Label, Select
 from textual.widgets._select import NoSelection
 
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.request import Limits, RunRequest
+from benchbot.core.text import one_line
 
 T = TypeVar("T")
 
@@ -238,7 +240,7 @@ def _parsed(text: str, parse: Callable[[str], T], valid: Callable[[T], bool], pr
 
 def _set(select: Select[str], options: Iterable[tuple[str, str]]) -> None:
     before = select.value
-    kept = list(options)
+    kept = [(Content(one_line(label)), value) for label, value in options]
     select.set_options(kept)
     if before in [value for _, value in kept]:
         select.value = before

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from rich.segment import Segment
 from rich.style import Style
+from textual.content import Content
 from textual.geometry import Size
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
@@ -142,7 +143,7 @@ class LogView(ScrollView):
         dropped = f" · {self._dropped} older lines are gone" if self._dropped else ""
         parent = self.parent
         if parent is not None and hasattr(parent, "border_title"):
-            parent.border_title = f"Log · {self.filter}{dropped}"
+            parent.border_title = Content(f"Log · {self.filter}{dropped}")
         if self._follows:
             self.scroll_end(animate=False)
         self.refresh()

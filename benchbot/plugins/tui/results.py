@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import ClassVar
 
+from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.coordinate import Coordinate
@@ -10,6 +11,7 @@ from textual.screen import Screen
 from textual.widgets import DataTable, Footer, Input, Static
 
 from benchbot.core.errors import BenchbotError
+from benchbot.core.text import one_line
 from benchbot.plugins.tui import result_rows
 from benchbot.plugins.tui.base import BaseApp
 from benchbot.plugins.tui.dialogs import TextScreen
@@ -99,7 +101,7 @@ class ResultsScreen(Screen[None]):
         """Look elsewhere."""
         path = Path(event.value.strip() or ".").expanduser().absolute()
         if not path.exists():
-            self.notify(f"There is no {path}.", severity="error", markup=False)
+            self.notify(f"There is no {path}.", severity="error")
             return
         self.path = path
         self._ask(on=False)
@@ -176,7 +178,8 @@ class ResultsScreen(Screen[None]):
             shown = str(file.relative_to(self.path)) if file.is_relative_to(self.path) else file.name
             steps = "" if row.steps is None else str(row.steps)
             failure = "no result" if row.problem else row.failure
-            table.add_row(row.score or "-", failure or "-", row.about, row.robot, steps, row.task, shown)
+            cells = (row.score or "-", failure or "-", row.about, row.robot, steps, row.task, shown)
+            table.add_row(*(Text(one_line(cell)) for cell in cells))  # a mere string would be markup
 
     def _read_all(self, number: int) -> None:
         if number == self._reading and self.is_attached:

@@ -299,9 +299,7 @@ class RunScreen(WatchScreen):
 
     def action_confirm(self) -> None:
         """Confirm that the operator has done what the robot asked."""
-        self._command(
-            "Confirming", self.feed.confirm, lambda request: self.notify(f"Confirmed: {request}", markup=False)
-        )
+        self._command("Confirming", self.feed.confirm, lambda request: self.notify(f"Confirmed: {request}"))
 
     def action_stop(self) -> None:
         """Ask whether to end the run or only to stop watching. The same key again ends it, for quick users."""
@@ -355,7 +353,7 @@ class RunScreen(WatchScreen):
         run_map, _ = map_of_run(view, self._scenery, self._zoom, truth=self._truth)
 
         def written(paths: list[Path]) -> None:
-            self.notify("\n".join(map(str, paths)), title="Written", timeout=10, markup=False)
+            self.notify("\n".join(map(str, paths)), title="Written", timeout=10)
 
         self._command("Writing", partial(snapshot.take, view, run_map, self._snapshots), written)
 

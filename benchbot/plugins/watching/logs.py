@@ -1,13 +1,13 @@
-"""The newest lines of log files, read as they grow, without terminal control sequences."""
+"""The newest lines of log files, read as they grow, such that they command no terminal."""
 
 import os
 import re
 import time
-import unicodedata
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
+from benchbot.core.text import one_line, visible
 from benchbot.plugins.watching.views import LogLine
 
 KEPT_LINES = 1000
@@ -17,8 +17,6 @@ LONGEST_LINE = 1000
 _SUPERVISOR = re.compile(r"(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d),(\d{3}) ([A-Z]+) \S+: (.*)")
 _LEVEL = re.compile(r"\b(DEBUG|INFO|WARN|WARNING|ERROR|CRITICAL|FATAL)\b", re.IGNORECASE)
 _LEVELS = {"warn": "warning", "critical": "error", "fatal": "error"}
-# ECMA-48: control sequences, and operating system commands up to their end.
-_ESCAPES = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(?:\x07|\x1b\\)?|[@-_])")
 
 
 class Logs:
@@ -57,18 +55,18 @@ def line_of(source: str, text: str) -> LogLine:
 
 
 def harmless(text: str) -> str:
-    """Return a line without control characters, cut at `LONGEST_LINE`."""
-    text = _ESCAPES.sub("", text[: 4 * LONGEST_LINE]).expandtabs(4)
-    shown = "".join(letter for letter in text if unicodedata.category(letter) not in ("Cc", "Cf", "Cs", "Zl", "Zp"))
+    """Return a line as it may be shown, cut at `LONGEST_LINE`."""
+    shown = one_line(text[: 4 * LONGEST_LINE].expandtabs(4))
     return shown if len(shown) <= LONGEST_LINE else f"{shown[: LONGEST_LINE - 1]}…"
 
 
 def end_of(path: Path, most_bytes: int) -> str:
-    """Return the text at the end of a file; raises OSError."""
+    """Return the text at the end of a file as it may be shown, each state of a progress bar a line; raises OSError."""
     with path.open("rb") as file:
         size = file.seek(0, os.SEEK_END)
         file.seek(max(0, size - most_bytes))
-        return file.read().decode("utf-8", "replace")
+        text = file.read().decode("utf-8", "replace")
+    return visible(text.replace("\r\n", "\n").replace("\r", "\n"))
 
 
 def _level(name: str) -> str:

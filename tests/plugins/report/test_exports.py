@@ -1,12 +1,16 @@
 import csv
 import io
 import re
+from collections.abc import Iterator
+from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from markdown_it import MarkdownIt
+from markdown_it.token import Token
 
 from benchbot.core.atomic import write_text
 from benchbot.core.errors import BenchbotError
@@ -90,21 +94,84 @@ def test_junit_has_a_case_for_each_expected_episode(
         "platform",
     ]
     assert found[2] is not None
-    assert found[2].get("message") == "The episode failed: The simulator died.\ufffd"
+    assert found[2].get("message") == "The episode failed: The simulator died.\\u0000"
     absent = cases["flat:3, seed 0"].find("failure")
     assert absent is not None
     assert (absent.get("type"), absent.get("message")) == ("missing", "There is no result of this environment.")
 
 
-@given(st.text())
+FOREIGN = st.text(st.sampled_from("=+-@＝\t\r\n,;'\"\\{}$|`<>[]()!\x1b\x9b\u202e\ud800\x00") | st.characters())
+
+
+@given(st.lists(FOREIGN | st.integers() | st.floats() | st.none(), min_size=1))
+def test_a_row_is_read_back_cell_by_cell_and_no_cell_is_a_formula(values: list[object]) -> None:
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerow([*map(exports._cell, values), "end"])
+
+    rows = list(csv.reader(io.StringIO(out.getvalue())))
+
+    assert [len(row) for row in rows] == [len(values) + 1]
+    for value, cell in zip(values, rows[0], strict=False):
+        if isinstance(value, str):
+            assert not cell.lstrip().startswith(("=", "+", "-", "@", "＝"))
+            assert "\x1b" not in cell
+        elif value is not None:
+            assert cell == str(value)
+
+
+@given(FOREIGN)
 def test_no_text_breaks_a_table(text: str) -> None:
-    assert len(next(csv.reader([exports._cell(text)]), [""])) <= max(1, text.count(",") + 1)
     latex = exports._latex(text)
     assert "\n" not in latex
     bare = re.sub(r"\\[{}]", "", latex)
     assert bare.count("{") == bare.count("}")
-    assert "\n" not in exports._markdown(text)
     ET.fromstring(ET.tostring(ET.Element("a", {"b": exports._xml(text)})))
+
+
+HOSTILE = (
+    "<script>alert(1)</script> ![x](https://evil.example/x.png) [y](javascript:z) `a` | b\n# c\n"
+    "\x1b]52;c;cm0=\x07\x9b2J\u202e0.9\u202c\u2028=1+1"
+)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_hostile_result_is_inert_in_every_format(
+    report: Report, results: list[Path], make_result: Make, save: Save, name: str
+) -> None:
+    document = make_result(0.0, provenance=provenance(0, ("agent", HOSTILE)))
+    document["provenance"]["selection"]["robot"] = HOSTILE
+    document["environment_details"][0]["variant"] = HOSTILE
+
+    text = render(report([*results, save("a.json", document)], name=HOSTILE), name)
+
+    assert not {"\x1b", "\x07", "\x9b", "\u202e", "\u202c", "\u2028"} & set(text)
+    if name == "md":
+        kinds = {kind for token in MarkdownIt("gfm-like").parse(text) for kind in kinds_of(token)}
+        assert not {"link_open", "image", "html_inline", "html_block", "code_inline"} & kinds
+        assert {"table_open", "heading_open"} < kinds
+    if name == "html":
+        assert tags_of(text).isdisjoint({"script", "img:https://evil.example/x.png"})
+    if name == "csv":
+        assert {len(row) for row in csv.reader(io.StringIO(text))} == {len(exports.CSV_COLUMNS)}
+
+
+def kinds_of(token: Token) -> Iterator[str]:
+    yield token.type
+    for child in token.children or ():
+        yield from kinds_of(child)
+
+
+def tags_of(page: str) -> set[str]:
+    """Return the tags of a page, those of pictures and links with their address."""
+    found = set()
+
+    class Reader(HTMLParser):
+        def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+            found.add(tag)
+            found.update(f"{tag}:{value}" for key, value in attributes if key in ("src", "href"))
+
+    Reader().feed(page)
+    return found
 
 
 @pytest.mark.parametrize("name", FORMATS)
