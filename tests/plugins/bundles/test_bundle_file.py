@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from markdown_it import MarkdownIt
 
 from benchbot.core.errors import BenchbotError
 from benchbot.evaluation.result_document import ResultDocument
 from benchbot.plugins.bundles import archive, bundle_file, solution_source
 from benchbot.plugins.bundles.archive import Member
+from tests.command_line import Here
 from tests.plugins.bundles.conftest import SOLUTION
 
 
@@ -192,3 +194,28 @@ def test_any_manifest_that_is_none_is_refused(tmp_path: Path, content: bytes) ->
     archive.write(path, [Member("other.json", content)])
     with pytest.raises(BenchbotError, match="not a sound bundle"), bundle_file.opened(path):
         pass
+
+
+HOSTILE = "--x=`a` ``b`` | <script> ![x](https://evil.example/x.png)\n# c\x1b]52;c;cm0=\x07\x9b2J\u202e\nResult: 1.0"
+
+
+def test_a_bundle_of_a_stranger_says_what_it_says_in_its_line(
+    tmp_path: Path, driven: dict[str, Any], solution: Path, here: Here
+) -> None:
+    selection = {**driven["provenance"]["selection"], "settings": {"lighting.time": HOSTILE}}
+    document = {**driven, "provenance": {**driven["provenance"], "selection": selection}}
+    path = tmp_path / "bundle.zip"
+    made(path, [ResultDocument("r.json", document)], solution, command=["python", "solution.py", HOSTILE])
+
+    with bundle_file.opened(path) as bundle:
+        readme = bundle.archive.members["README.md"].read().decode()
+    told = [here("reproduce", str(path), *words) for words in (["--check"], ["--unpack", str(tmp_path / "new")], [])]
+
+    kinds = {child.type for token in MarkdownIt().parse(readme) for child in (token, *(token.children or ()))}
+    assert kinds.isdisjoint({"html_inline", "html_block", "image", "link_open"})
+    assert readme.count("\n# ") == 0
+    assert len({row.replace("\\|", "").count("|") for row in readme.splitlines() if row.startswith("| ")}) == 1
+    for shown in (readme, *(done.stdout + done.stderr for done in told)):
+        assert not {"\x1b", "\x07", "\x9b", "\u202e"} & set(shown)
+    assert [line for done in told for line in done.stderr.splitlines() if line.startswith("Result: 1.0")] == []
+    assert "Result: 1.0" in told[1].stdout
