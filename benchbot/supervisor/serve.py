@@ -19,6 +19,7 @@ from starlette.types import Receive, Scope, Send
 from benchbot.core.errors import BenchbotError
 from benchbot.core.host import Host
 from benchbot.core.progress import Progress
+from benchbot.core.text import visible
 from benchbot.core.selection import Selection
 from benchbot.supervisor.http import server
 from benchbot.supervisor.http.app import create_app
@@ -223,10 +224,18 @@ def _received_signals() -> Iterator[list[signal.Signals]]:
             signal.signal(number, handler)
 
 
+class _Indented(logging.Formatter):
+    """Writes a record so that no line but its first looks like that of another: a solution's words are in some."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return its text."""
+        return visible(super().format(record)).replace("\n", "\n    ")
+
+
 @contextmanager
 def _logging_to(path: Path) -> Iterator[None]:
     handler = logging.FileHandler(path, encoding="utf-8")
-    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+    handler.setFormatter(_Indented("%(asctime)s %(levelname)s %(name)s: %(message)s"))
     loggers = [logging.getLogger(name) for name in ("benchbot.supervisor", "uvicorn.error")]
     for logger in loggers:
         logger.setLevel(logging.INFO)

@@ -209,7 +209,7 @@ def test_a_bundle_of_a_stranger_says_what_it_says_in_its_line(
 
     with bundle_file.opened(path) as bundle:
         readme = bundle.archive.members["README.md"].read().decode()
-    told = [here("reproduce", str(path), *words) for words in (["--check"], ["--unpack", str(tmp_path / "new")], [])]
+    told = [here("reproduce", str(path), *words) for words in (["--check-only"], ["--unpack", str(tmp_path / "new")], [])]
 
     kinds = {child.type for token in MarkdownIt().parse(readme) for child in (token, *(token.children or ()))}
     assert kinds.isdisjoint({"html_inline", "html_block", "image", "link_open"})

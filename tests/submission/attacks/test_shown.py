@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from benchbot.plugins.watching.logs import Logs
 from tests.cli.submitted import SELECTION
 from tests.command_line import COMMAND, CommandLine
 from tests.terminal import SILENCE_S
@@ -124,3 +125,26 @@ def test_the_raw_output_stays_in_the_log(cli: CommandLine) -> None:
     assert "\x1b" not in done.stderr
     said = [line for line in done.stderr.splitlines() if "1.0" in line]
     assert [line for line in said if not line.startswith(("solution | ", "  | "))] == []
+
+
+FAKES_A_LINE = r"""
+from benchbot.api import BenchBot
+fake = "2026-01-02 03:04:05,678 ERROR benchbot.supervisor: STOPPED FOR SAFETY"
+for end in ("\n", "\r", "\r\n", "\u2028", "\x85"):
+    try:
+        BenchBot().step("x" + end + fake + "\x1b]52;c;cm0=\x07")
+    except Exception as error:
+        print(type(error).__name__)
+"""
+
+
+def test_what_a_solution_asks_for_is_no_line_of_the_supervisor_s_log(cli: CommandLine) -> None:
+    cli("submit", "--native", cli.script("solution.py", FAKES_A_LINE), *SELECTION, "-r", "result.json")
+
+    (log,) = Path(cli.variables["BENCHBOT_STATE_DIR"]).rglob("supervisor.log")
+    logs = Logs({"supervisor": log})
+    assert logs.read()
+    told = [line for line in logs.lines if "STOPPED FOR SAFETY" in line.text]
+    assert len(told) >= 5
+    assert [line for line in told if line.text.startswith("STOPPED")] == []
+    assert "\x1b" not in log.read_text()
