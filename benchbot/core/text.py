@@ -39,11 +39,5 @@ def markdown(text: str) -> str:
     return _MARKDOWN.sub(r"\\\g<0>", one_line(text))
 
 
-def code(text: str) -> str:
-    """Return a text, as one line, as a code span of Markdown, outside of tables."""
-    fence = "`" * (1 + max(map(len, re.findall("`+", text)), default=0))
-    return f"{fence} {one_line(text)} {fence}" if "`" in text else f"`{one_line(text)}`"
-
-
 def _written(found: re.Match[str]) -> str:
     return re.sub("(....)", r"\\u\1", found[0].encode("utf-16-be", "surrogatepass").hex())

@@ -19,8 +19,8 @@ from starlette.types import Receive, Scope, Send
 from benchbot.core.errors import BenchbotError
 from benchbot.core.host import Host
 from benchbot.core.progress import Progress
-from benchbot.core.text import visible
 from benchbot.core.selection import Selection
+from benchbot.core.text import visible
 from benchbot.supervisor.http import server
 from benchbot.supervisor.http.app import create_app
 from benchbot.supervisor.platform.host import ChildHost, Timeouts

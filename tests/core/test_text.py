@@ -89,10 +89,3 @@ def test_no_address_becomes_a_link(address: str) -> None:
 
     assert "<a" not in rendered
     assert "<img" not in rendered
-
-
-@given(st.text(st.sampled_from("` a|_*<\n"), min_size=1).filter(str.strip))
-def test_code_is_one_span_whatever_is_in_it(foreign: str) -> None:
-    inline = MarkdownIt().parse(f"a {text.code(foreign)} b")[1]
-
-    assert [token.type for token in inline.children or ()] == ["text", "code_inline", "text"]

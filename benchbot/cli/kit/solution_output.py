@@ -10,23 +10,22 @@ from unicodedata import east_asian_width
 from benchbot.core.text import SOLUTION, visible
 
 ERASE = "\r\x1b[K"
-_TAB = 8
 _PIECES = re.compile(r"[\n\r]|[^\n\r]+")
 
 
-def cells(character: str) -> int:
-    """Return how many cells of a terminal a character takes at most."""
-    return 2 if east_asian_width(character) in "WF" else 1
+def cells(text: str) -> int:
+    """Return how many cells of a terminal a text takes at most."""
+    return sum(2 if east_asian_width(character) in "WF" else 1 for character in text)
 
 
-def folded(line: str, width: float) -> Iterator[str]:
-    """Yield the parts of a line, as few as take less than so many cells each."""
-    start, taken = 0, 0
+def folded(line: str, width: float, taken: int = 0, indent: int = 0) -> Iterator[str]:
+    """Yield the parts of a line that each take less than `width` cells, after those `taken` and an `indent`."""
+    start = 0
     for place, character in enumerate(line):
         taken += cells(character)
         if taken >= width:
             yield line[start:place]
-            start, taken = place, cells(character)
+            start, taken = place, indent + cells(character)
     yield line[start:]
 
 
@@ -72,26 +71,12 @@ class MarkedOutput:
             yield from self._text(visible(piece))
 
     def _text(self, text: str) -> Iterator[str]:
+        parts = [text]
+        with suppress(OSError):  # it is no terminal
+            width = 0 if self._handle is None else os.get_terminal_size(self._handle).columns
+            if width > 2 * len(SOLUTION):  # else it does not know, or has no room
+                parts = list(folded(text.expandtabs(), width, self._column or len(SOLUTION), len(SOLUTION)))
         if not self._column:
-            yield self._begun()
-        width = self._width()
-        if width <= 2 * len(SOLUTION):
-            self._column += len(text)
-            yield text
-            return
-        for character in text.expandtabs(_TAB):
-            self._column += cells(character)
-            if self._column >= width:
-                yield f"\n{self._begun()}"
-                self._column += cells(character)
-            yield character
-
-    def _width(self) -> int:
-        """Return the columns of the terminal; 0 where there is none, or where it does not know."""
-        with suppress(OSError):
-            return 0 if self._handle is None else os.get_terminal_size(self._handle).columns
-        return 0
-
-    def _begun(self) -> str:
-        self._column = len(SOLUTION)
-        return SOLUTION
+            yield SOLUTION
+        yield f"\n{SOLUTION}".join(parts)
+        self._column = cells(parts[-1]) + (len(SOLUTION) if len(parts) > 1 or not self._column else self._column)

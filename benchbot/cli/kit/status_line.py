@@ -10,10 +10,9 @@ import time
 from codecs import getincrementaldecoder
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from itertools import accumulate
 from typing import Any, Literal, Self
 
-from benchbot.cli.kit.solution_output import ERASE, MarkedOutput, cells
+from benchbot.cli.kit.solution_output import ERASE, MarkedOutput, folded
 from benchbot.core.text import one_line, visible
 
 Display = Literal["auto", "rich", "plain", "json", "none"]
@@ -104,7 +103,7 @@ class StatusLine:
                 if urgent and changed:
                     self._say(text)
                 self._news = news
-                shown = _cut(text, shutil.get_terminal_size().columns - 1).encode()
+                shown = next(folded(text, shutil.get_terminal_size().columns)).encode()
                 self._writer.show(b"\x1b[2m%s\x1b[0m" % shown if self._dim else shown)
             elif (urgent and (changed or age_s >= REMINDER_PERIOD_S)) or (
                 changed and self.display == "plain" and age_s >= PLAIN_PERIOD_S
@@ -249,18 +248,12 @@ def _json(document: Mapping[str, Any]) -> bytes:
     return visible(json.dumps(document, ensure_ascii=False, default=str)).encode()
 
 
-def _cut(text: str, width: int) -> str:
-    """Return as much of the beginning of a line as a terminal shows within so many cells."""
-    ends = accumulate(map(cells, text))
-    return "".join(character for character, end in zip(text, ends, strict=True) if end <= width)
-
-
 def progress_text(progress: Mapping[str, Any], scene_count: int) -> str:
     """Return one line that says where an episode stands; `progress` is as the supervisor tells it (docs/wire.md)."""
     if progress["waiting_for"]:
-        return f"WAITING FOR YOU: {_joined(progress['waiting_for'])} When it is done, type elsewhere: benchbot ready"
+        return f"WAITING FOR YOU: {one_line(progress['waiting_for'])} When it is done, type elsewhere: benchbot ready"
     if progress["ends_run"]:
-        return f"STOPPED FOR SAFETY, the run is over: {_joined(progress['failure_why'])}"
+        return f"STOPPED FOR SAFETY, the run is over: {one_line(progress['failure_why'])}"
     if not progress["frames"]:
         return "PAUSED · nothing observed yet" if progress["paused"] else "nothing observed yet"
     steps, spent = f"step {progress['steps']}", progress["spent"]
@@ -285,7 +278,3 @@ def progress_text(progress: Mapping[str, Any], scene_count: int) -> str:
     if progress["failure"]:
         parts.append(f"failure: {progress['failure']}")
     return " · ".join(parts)
-
-
-def _joined(text: str) -> str:
-    return " ".join(text.split())

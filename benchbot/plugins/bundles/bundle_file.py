@@ -18,7 +18,7 @@ import benchbot
 from benchbot.core import overrides
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
-from benchbot.core.text import code, markdown, one_line
+from benchbot.core.text import markdown, one_line
 from benchbot.evaluation.result_document import ResultDocument, parse
 from benchbot.evaluation.result_files import SIZE_LIMIT_BYTES
 from benchbot.plugins.bundles import archive
@@ -189,9 +189,9 @@ def _readme(manifest: Mapping[str, Any]) -> str:
     solution, plugins = manifest["solution"], manifest["software"]["plugins"]
     packages = [f"{name}=={used['version']}" for name, used in plugins.items() if used["version"] != "v2"]
     words = shlex.join(solution["command"])
-    ran = f"as {code(words)}"
+    ran = f"as: {markdown(words)}"
     if solution["mode"] == CONTAINER:
-        ran = "in a container of its Dockerfile" + (f", which was given {code(words)}" if words else "")
+        ran = "in a container of its Dockerfile" + (f", which was given {markdown(words)}" if words else "")
     revision = f", at git revision {markdown(solution['git_revision'])}" if "git_revision" in solution else ""
     changed = " with changes that were not committed" if solution.get("git_dirty") else ""
     rows = []
@@ -204,7 +204,7 @@ def _readme(manifest: Mapping[str, Any]) -> str:
     if manifest["scores"] is not None:
         method, headline, score = (manifest["scores"][name] for name in ("method", "headline", "score"))
         value = "none" if score is None else f"{score:.4f}"
-        scored = f"\nScored with {code(method)}: {markdown(headline)} {value} (`scores.json`).\n"
+        scored = f"\nScored with {markdown(method)}: {markdown(headline)} {value} (`scores.json`).\n"
     return f"""\
 # A solution and its results
 

@@ -87,7 +87,8 @@ def test_a_run_is_watched_held_and_driven_and_nothing_that_happens_to_its_watche
     assert view.usage is not None
     assert view.usage.memory_bytes > 2**20
     assert len(view.path) > 1
-    assert eventually(lambda: "Hello" in [line.text for line in feed.view.log if line.source == "solution"], PATIENCE_S)
+    heard = "Hello\\u0007"
+    assert eventually(lambda: heard in [line.text for line in feed.view.log if line.source == "solution"], PATIENCE_S)
     assert {"supervisor", "solution"} <= {line.source for line in feed.view.log}
 
     # The solution goes on to its end, and so does what watches it.
