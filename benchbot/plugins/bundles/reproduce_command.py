@@ -121,7 +121,7 @@ def _run(bundle: "Bundle", chosen: "Sequence[Selection]", spec: "SolutionSpec", 
     found = []
     with StatusLine() as status:
         for number, one in enumerate(reproducing.run(bundle, chosen, spec, target, status), 1):
-            console.note(f"{number} of {len(chosen)}: {one.about}: {'differs' if one.differences else one.likeness}")
+            status.note(f"{number} of {len(chosen)}: {one.about}: {'differs' if one.differences else one.likeness}")
             found.append(one)
     return found
 

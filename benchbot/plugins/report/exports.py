@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
@@ -22,8 +23,9 @@ _LATEX = {
     "|": r"\textbar{}", '"': "''", "→": r"$\rightarrow$", "–": "--", "`": r"\textasciigrave{}",
     "↑": r"$\uparrow$", "↓": r"$\downarrow$",
 }  # fmt: skip
-_FORMULA = tuple("=+-@＝＋－＠")
-"""The characters that a formula begins with; spreadsheets for Chinese and Japanese take the wide ones, too."""
+# The beginning of a formula. Spreadsheets for Chinese and Japanese take the wide characters, too, and those for
+# languages with a decimal comma begin a cell at each semicolon.
+_FORMULA = re.compile(r"(^|;)(?=\s*[=+\-@＝＋－＠])")
 
 
 def to_csv(data: ReportData) -> str:
@@ -161,7 +163,7 @@ def _latex_row(cells: Sequence[str]) -> str:
 def _cell(value: object) -> str:
     """Return a cell as one line, and such that no spreadsheet runs it as a formula."""
     text = "" if value is None else one_line(str(value))
-    return f"'{text}" if text.lstrip().startswith(_FORMULA) and not isinstance(value, int | float) else text
+    return text if isinstance(value, int | float) else _FORMULA.sub(r"\1'", text)
 
 
 def _latex(text: str) -> str:

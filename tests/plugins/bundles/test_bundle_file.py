@@ -203,7 +203,12 @@ def test_a_bundle_of_a_stranger_says_what_it_says_in_its_line(
     selection = {**driven["provenance"]["selection"], "settings": {"lighting.time": HOSTILE}}
     document = {**driven, "provenance": {**driven["provenance"], "selection": selection}}
     path = tmp_path / "bundle.zip"
-    made(path, [ResultDocument("r.json", document)], solution, command=["python", "solution.py", HOSTILE])
+    made(
+        path,
+        [ResultDocument("r.json", json.loads(json.dumps(document)))],
+        solution,
+        command=["python", "solution.py", HOSTILE],
+    )
 
     with bundle_file.opened(path) as bundle:
         readme = bundle.archive.members["README.md"].read().decode()
