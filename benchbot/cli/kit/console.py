@@ -58,7 +58,7 @@ def data_json(content: Any) -> None:
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     """Print left-aligned columns on stdout; the header goes to stderr and only to a terminal, since it is not data."""
-    lines = [tuple(header), *(tuple(map(one_line, row)) for row in rows)]
+    lines = [tuple(map(one_line, line)) for line in (header, *rows)]
     widths = [max(len(line[column]) for line in lines) for column in range(len(header))]
     texts = ["  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in lines]
     if sys.stdout.isatty():

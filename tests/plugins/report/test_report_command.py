@@ -115,8 +115,8 @@ def test_a_folder_of_results_is_one_report(result_folder: CommandLine, here: Her
     done = here("report", "batch", *truths, "--format", "md")
 
     assert done.returncode == 0, done.stderr
-    assert "| arena\\_empty:1 | 0.000 |" in done.stdout
-    assert "| arena\\_perfect:1 | 1.000 |" in done.stdout
+    assert "| arena_empty:1 | 0.000 |" in done.stdout
+    assert "| arena_perfect:1 | 1.000 |" in done.stdout
 
 
 def test_what_is_a_sample_of_many_can_be_said(result_folder: CommandLine, here: Here) -> None:

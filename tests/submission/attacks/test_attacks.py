@@ -145,7 +145,8 @@ def submit(
     text = done.stdout + done.stderr
     assert done.returncode == 0, text
     attempts = {}
-    for line in done.stderr.splitlines():
+    for shown in done.stderr.splitlines():
+        line = shown.removeprefix("solution | ")
         if line.startswith('{"attack"'):
             attempt = json.loads(line)
             attempts[attempt["attack"]] = attempt
