@@ -73,7 +73,7 @@ def test_the_small_ones_save_a_map_without_objects(outputs: dict[str, Output], n
 
 
 def test_arguments_arrive(outputs: dict[str, Output]) -> None:
-    assert len(re.findall(r"^Hi from \(.*\) m", outputs["hello_args"].notes, re.MULTILINE)) == 3
+    assert len(re.findall(r"^solution \| Hi from \(.*\) m", outputs["hello_args"].notes, re.MULTILINE)) == 3
 
 
 def test_collected_data_can_be_read(outputs: dict[str, Output]) -> None:
