@@ -3,15 +3,17 @@
 Some engines accept every limit and ignore it: their information says which.
 """
 
+import errno
 import json
 import os
+import socket as sockets
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.containers.engine import Engine
-from benchbot.plugins.sandbox.syscalls import NEW_NAMESPACES, REFUSED
+from benchbot.plugins.sandbox.syscalls import NEW_NAMESPACES, REFUSED, SOCKETS
 from benchbot.submission.limits import OPEN_FILES, TEMPORARY_BYTES
 from benchbot.submission.modes import ProcessLimits
 
@@ -161,14 +163,25 @@ def write_seccomp_profile(engine: Engine, path: Path) -> Path | None:
 
 
 def stricter_profile(profile: dict[str, Any]) -> dict[str, Any]:
-    """Return a filter (OCI runtime specification, `seccomp`) that allows no more than a sandbox does."""
-    refused = {*REFUSED, "clone", "clone3"}
+    """Return a filter (OCI runtime specification, `seccomp`) that allows no more than a sandbox does.
+
+    It knows the machine's own table of system calls alone: a process that uses another one, of 32 bits or x32, is
+    killed.
+    """
+    refused = {*REFUSED, "clone", "clone3", "socketcall"}
     rules = []
     for rule in profile["syscalls"]:
-        allowed = rule["action"] == "SCMP_ACT_ALLOW"
-        names = [name for name in rule["names"] if not (allowed and name in refused)]
-        rules.append({**rule, "names": names})
+        # Nothing but what is below decides on sockets: a rule that looks at no argument would come before it.
+        gone = {*SOCKETS, *(refused if rule["action"] == "SCMP_ACT_ALLOW" else ())}
+        rules.append({**rule, "names": [name for name in rule["names"] if name not in gone]})
     # Of clone3 no filter sees the flags: unknown, it is replaced by clone.
     same = {"index": 0, "value": NEW_NAMESPACES, "valueTwo": 0, "op": "SCMP_CMP_MASKED_EQ"}
     rules.append({"names": ["clone"], "action": "SCMP_ACT_ALLOW", "args": [same]})
-    return {**profile, "syscalls": [rule for rule in rules if rule["names"]]}
+    for operator, decision in (
+        ("SCMP_CMP_EQ", {"action": "SCMP_ACT_ALLOW"}),
+        ("SCMP_CMP_NE", {"action": "SCMP_ACT_ERRNO", "errnoRet": errno.EACCES}),
+    ):
+        family = {"index": 0, "value": int(sockets.AF_UNIX), "valueTwo": 0, "op": operator}
+        rules.append({"names": list(SOCKETS), **decision, "args": [family]})
+    tables = [{"architecture": each["architecture"]} for each in profile.get("archMap") or ()]
+    return {**profile, "archMap": tables, "syscalls": [rule for rule in rules if rule["names"]]}

@@ -22,6 +22,9 @@ _X32 = 0x40000000
 NEW_NAMESPACES = 0x80 | 0x20000 | 0x2000000 | 0x4000000 | 0x8000000 | 0x10000000 | 0x20000000 | 0x40000000
 _TIOCSTI, _TIOCLINUX = 0x5412, 0x541C
 
+SOCKETS = ("socket", "socketpair")
+"""The calls that make sockets, of which the family comes first: unix ones are allowed."""
+
 # By name: (x86_64, aarch64 and others that use asm-generic/unistd.h)
 _LOOKED_AT: dict[str, tuple[int, int]] = {
     "socket": (41, 198),
@@ -123,8 +126,8 @@ def filter_program(machine: str | None = None) -> bytes:
     if known.has_x32:
         # The second table of numbers, which the names above do not cover.
         lines += [_step(_AT_LEAST, _X32, 0, 1), _refuse(errno.ENOSYS)]
-    for family in ("socket", "socketpair"):
-        lines += _if_number(number[family], [_argument(0), _step(_EQUAL, socket.AF_UNIX, 1, 0), _refuse(errno.EACCES)])
+    for name in SOCKETS:
+        lines += _if_number(number[name], [_argument(0), _step(_EQUAL, socket.AF_UNIX, 1, 0), _refuse(errno.EACCES)])
     lines += _if_number(number["clone"], [_argument(0), _step(_ANY_BIT, NEW_NAMESPACES, 0, 1), _refuse(errno.EPERM)])
     typing = [_argument(1)]
     for request in (_TIOCSTI, _TIOCLINUX):

@@ -63,11 +63,20 @@ def test_gpus_are_given_only_where_they_can_be_asked_for() -> None:
 
 
 def test_podman_filters_what_a_sandbox_refuses_and_keeps_the_rest(tmp_path: Path) -> None:
-    allowed = {"names": ["read", "unshare", "clone", "clone3", "mount"], "action": "SCMP_ACT_ALLOW", "args": []}
-    errors = {"names": ["userfaultfd"], "action": "SCMP_ACT_ERRNO"}
-    profile = {"defaultAction": "SCMP_ACT_ERRNO", "syscalls": [allowed, errors]}
-    read, kept, clone = settings.stricter_profile(profile)["syscalls"]
+    names = ["read", "unshare", "clone", "clone3", "mount", "socket", "socketpair", "socketcall"]
+    allowed = {"names": names, "action": "SCMP_ACT_ALLOW", "args": []}
+    errors = {"names": ["userfaultfd", "socket"], "action": "SCMP_ACT_ERRNO"}
+    native = {"architecture": "SCMP_ARCH_X86_64"}
+    tables = [{**native, "subArchitectures": ["SCMP_ARCH_X86", "SCMP_ARCH_X32"]}]
+    profile = {"defaultAction": "SCMP_ACT_ERRNO", "archMap": tables, "syscalls": [allowed, errors]}
+
+    stricter = settings.stricter_profile(profile)
+
+    assert stricter["archMap"] == [native]
+    read, kept, clone, unix, others = stricter["syscalls"]
     assert read == {**allowed, "names": ["read"]}
-    assert kept == errors
+    assert kept == {**errors, "names": ["userfaultfd"]}
     assert (clone["names"], clone["args"][0]["op"]) == (["clone"], "SCMP_CMP_MASKED_EQ")
+    assert (unix["action"], unix["args"][0]["op"]) == ("SCMP_ACT_ALLOW", "SCMP_CMP_EQ")
+    assert (others["action"], others["args"][0]["op"]) == ("SCMP_ACT_ERRNO", "SCMP_CMP_NE")
     assert settings.write_seccomp_profile(engine("docker"), tmp_path / "none") is None
