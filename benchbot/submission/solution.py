@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -15,9 +16,12 @@ from typing import IO, Any, Self
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.process import LastWords, signal_name
-from benchbot.submission.init.process import GRACE_S, KILLING_TIMEOUT_S
+from benchbot.submission.init.process import GRACE_S, descendants
 
-MARGIN_S = 5.0
+MARGIN_S = 1.0
+"""The time that the init process has, beyond what it grants, to end all that is left."""
+KILLING_S = 1.0
+"""The time in which this process ends it instead: at most 5 seconds in all, whatever a solution does."""
 CODE = Path(__file__).parents[2]
 """The folder that `benchbot` is in."""
 START = "import sys; sys.path.insert(0, sys.argv[1]); from benchbot.submission.init import process; process.main({})"
@@ -122,23 +126,33 @@ class Solution:
         return None
 
     def end(self) -> None:
-        """End the process and everything that it has started."""
+        """End the process and everything that it has started; asks first, and never waits longer than 5 seconds."""
         if self._control >= 0:
             os.close(self._control)
             self._control = -1
-        with suppress(subprocess.TimeoutExpired):
-            self._process.wait(GRACE_S + KILLING_TIMEOUT_S + MARGIN_S)
-        # The init process itself may have been stopped, or killed before the others.
+        try:
+            self._process.wait(GRACE_S + MARGIN_S)
+        except subprocess.TimeoutExpired:
+            # The init process may have been stopped. It is killed last: what it has adopted would have no parent.
+            self._kill_descendants()
+        # It may have been killed before the others.
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
-        self._reader.join(GRACE_S)
+        self._reader.join(KILLING_S)
         self._report.close()
 
     @property
     def last_words(self) -> str:
         """The last lines of its output."""
         return str(self._last_words)
+
+    def _kill_descendants(self) -> None:
+        until_s = time.monotonic() + KILLING_S
+        while (left := descendants(self._process.pid)) and time.monotonic() < until_s:
+            for process in left:
+                with suppress(ProcessLookupError, PermissionError):
+                    os.kill(process, signal.SIGKILL)
 
     def _start_init(self, control: int, report: int) -> "subprocess.Popen[bytes]":
         job = {

@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.submission.solution import InitOptions, Solution, describe_exit
+from benchbot.submission.init.process import GRACE_S
+from benchbot.submission.solution import KILLING_S, MARGIN_S, InitOptions, Solution, describe_exit
 
 MARK = "BENCHBOT_TEST_MARK"
 RUNAWAY = """\
@@ -31,6 +32,14 @@ os.wait()
 os.read(reading, 1)
 """
 """Starts a process in a session of its own whose parent has ended, and which ignores what is polite; waits for it."""
+
+STOPS_ITS_LEADER = f"""\
+{RUNAWAY}
+os.kill(os.getppid(), signal.SIGSTOP)
+print("stopped", flush=True)
+time.sleep(1000)
+"""
+"""The same, with an init process that can do nothing any more."""
 
 OWNER = """\
 import os, sys, time
@@ -102,6 +111,22 @@ def test_everything_ends_with_a_solution_that_is_ended_early(tmp_path: Path) -> 
         assert solution.wait(0.01) is None
 
     assert left(mark) == []
+
+
+def test_everything_ends_with_a_solution_that_has_stopped_its_leader(tmp_path: Path) -> None:
+    mark, output = str(tmp_path), bytearray()
+    command, environment = [sys.executable, "-c", STOPS_ITS_LEADER], {**os.environ, MARK: mark}
+
+    with Solution(command, tmp_path, environment, output.extend) as solution:
+        assert in_time(lambda: b"stopped" in output)
+        leader = Path(f"/proc/{solution.process}")
+
+    assert left(mark) == []
+    assert not leader.exists()
+
+
+def test_no_solution_delays_its_end_by_more_than_5_seconds() -> None:
+    assert GRACE_S + MARGIN_S + 2 * KILLING_S <= 5
 
 
 @pytest.mark.parametrize("code", [RUNAWAY, f"{RUNAWAY}\ntime.sleep(1000)"])

@@ -141,15 +141,16 @@ def _some_left() -> bool:
 
 
 def _signal_all(number: signal.Signals, *, alone: bool) -> None:
-    for process in [-1] if alone else _descendants(os.getpid()):
+    for process in [-1] if alone else descendants(os.getpid()):
         # Some have ended meanwhile; a set-user-ID program may not be signalled.
         with suppress(ProcessLookupError, PermissionError):
             os.kill(process, number)
 
 
-def _descendants(process: int) -> list[int]:
-    """Return the numbers of all processes below one in the process tree, as far as /proc tells."""
+def descendants(process: int) -> list[int]:
+    """Return the numbers of all living processes below one in the process tree, as far as /proc tells."""
     parents: dict[int, list[int]] = {}
+    ended = set()
     for entry in Path("/proc").glob("[0-9]*"):
         try:
             # The name of the program, in brackets, may hold anything.
@@ -157,12 +158,14 @@ def _descendants(process: int) -> list[int]:
         except OSError:
             continue
         parents.setdefault(int(fields[1]), []).append(int(entry.name))
+        if fields[0] == "Z":
+            ended.add(int(entry.name))
     found, left = [], [process]
     while left:
         children = parents.get(left.pop(), [])
         found += children
         left += children
-    return found
+    return [each for each in found if each not in ended]
 
 
 def _report(job: dict[str, Any], document: dict[str, Any]) -> None:
