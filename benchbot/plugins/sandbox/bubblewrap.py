@@ -3,8 +3,10 @@
 import os
 import shutil
 import subprocess
+import tempfile
 import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
 
@@ -43,22 +45,27 @@ def problem() -> str | None:
     return None if done.returncode == 0 else f"bubblewrap failed: {done.stderr.strip()}"
 
 
-def command(view: View, socket: Path) -> list[str]:
-    """Return the command that the init process is run by: with namespaces of its own, and a view of the files.
+@contextmanager
+def command(view: View, socket: Path) -> Iterator[tuple[list[str], int]]:
+    """Yield the command that the init process is run by, with namespaces and a view of the files, and a file it reads.
 
     The root of the file system is empty but for the view, all of it read-only; /tmp, /dev/shm and the folder of the
-    result are in memory, each with a size.
+    result are in memory, each with a size. The options are in the file, which the command inherits by its number:
+    anybody may read a command line, the solution and other users of this machine, and they name what is hidden.
     """
-    return [program() or "bwrap", *_namespaces(), *_mounts(view, socket), "--"]
+    with tempfile.TemporaryFile() as options:
+        options.write(b"".join(os.fsencode(word) + b"\0" for word in (*_namespaces(), *_mounts(view, socket))))
+        options.seek(0)
+        yield [program() or "bwrap", "--args", str(options.fileno()), "--"], options.fileno()
 
 
 def _namespaces() -> Iterator[str]:
     yield from ("--unshare-pid", "--unshare-net", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try")
     yield from ("--hostname", "sandbox", "--die-with-parent", "--new-session", "--cap-drop", "ALL")
     if os.geteuid() == 0:
-        # The init process changes its user with them, and has none from then on. A user namespace would only give
-        # root another name: what belongs to root would stay the solution's to read.
-        yield from ("--cap-add", "CAP_SETUID", "--cap-add", "CAP_SETGID")
+        # The init process changes its user with them, and has none from then on, nor can it gain any. A user namespace
+        # would only give root another name: what belongs to root would stay the solution's to read.
+        yield from ("--cap-add", "CAP_SETUID", "--cap-add", "CAP_SETGID", "--cap-add", "CAP_SETPCAP")
     else:
         yield "--unshare-user"
 

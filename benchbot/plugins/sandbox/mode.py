@@ -127,11 +127,12 @@ class Sandbox:
                 pipe = stack.enter_context(bubblewrap.ResultPipe(exchange / RESULT))
                 seen_socket, result, home = bubblewrap.SOCKET_INSIDE, bubblewrap.RESULT_INSIDE, Path("/tmp")  # noqa: S108
                 handover = {"path": str(result), "target": pipe.input, "max_bytes": RESULT_MAX_BYTES}
+                wrapper, wrapper_options = stack.enter_context(bubblewrap.command(view, socket))
                 init = InitOptions(
-                    wrapper=bubblewrap.command(view, socket),
+                    wrapper=wrapper,
                     code=bubblewrap.CODE_INSIDE,
                     environment={},
-                    handles=(pipe.input,),
+                    handles=(pipe.input, wrapper_options),
                     job={"alone": True, "handover": handover, "confinement": confinement},
                 )
             else:

@@ -2,14 +2,19 @@
 
 import base64
 import ctypes
+import errno
 import os
 import resource
+import struct
+from pathlib import Path
 from typing import Any
 
 from benchbot.submission.init import landlock
 
 PR_SET_DUMPABLE = 4
 PR_SET_SECCOMP = 22
+PR_CAPBSET_DROP = 24
+CAPABILITY_VERSION = 0x20080522
 PR_SET_NO_NEW_PRIVS = 38
 SECCOMP_MODE_FILTER = 2
 FILTER_STEP_BYTES = 8
@@ -22,7 +27,7 @@ class _Program(ctypes.Structure):
 
 
 def of_init_process(wanted: dict[str, Any] | None) -> None:
-    """Give up root for good where a `user` is named, and forbid the solution to trace this process.
+    """Give up root and its capabilities for good where a `user` is named, and forbid the solution to trace this process.
 
     Raises OSError when the kernel refuses.
     """
@@ -30,9 +35,14 @@ def of_init_process(wanted: dict[str, Any] | None) -> None:
         return
     user = wanted["user"]
     if user is not None:
+        for capability in range(int(Path("/proc/sys/kernel/cap_last_cap").read_text()) + 1):
+            _prctl(PR_CAPBSET_DROP, capability)
         os.setgroups([])
         os.setresgid(user, user, user)
         os.setresuid(user, user, user)
+        # The inheritable ones outlast that (capabilities(7)); effective, permitted, inheritable: twice 32 bits of each.
+        if ctypes.CDLL(None).capset(struct.pack("=Ii", CAPABILITY_VERSION, 0), bytes(24)) != 0:
+            raise OSError(errno.EPERM, "its capabilities cannot be given up")
     _prctl(PR_SET_DUMPABLE, 0)
 
 

@@ -8,6 +8,7 @@ import os
 import socket
 import sys
 import tempfile
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -37,9 +38,12 @@ def run(case: Mapping[str, Any], folder: Path, path: Path) -> dict[str, Any]:
     spec = SolutionSpec([sys.executable, "solution.py"], work, limits=limits, mode=sandbox)
     try:
         with sandbox.start(spec, Connection("http://127.0.0.1:1", str(path), "token"), exchange, output.extend) as held:
-            ended["status"] = held.wait(WAIT_S)
+            ended["command_line"] = Path(f"/proc/{held.process}/cmdline").read_text()
+            ended["status"] = held.wait(case.get("wait_s", WAIT_S))
+            ending_s = time.monotonic()
             explained = held.explain(ended["status"]) if ended["status"] is not None else None
             ended["explained"] = None if explained is None else f"{explained.title} {explained.why} {explained.fix}"
+        ended["ending_s"] = time.monotonic() - ending_s
     except BenchbotError as error:
         ended["explained"] = str(error)
     result = exchange / RESULT

@@ -33,6 +33,8 @@ seen = {
     "outer": tried(os.kill, OUTER, 0),
     "namespace": kernel(272, 0x10000000),
     "parent": tried(open, f"/proc/{os.getppid()}/mem", "rb"),
+    "capabilities": tried(lambda: [line.split()[1] for line in open("/proc/self/status") if line.startswith("Cap")]),
+    "command_lines": tried(lambda: [open(f"/proc/{number}/cmdline").read() for number in (1, 2, 3)]),
     "raised": tried(__import__("resource").setrlimit, __import__("resource").RLIMIT_CORE, (1, 1)),
 }
 os.system("(setsid sleep 1000 &)")
@@ -61,3 +63,16 @@ PIPES = "import os; os.mkfifo(os.environ['BENCHBOT_RESULT'])"
 TOO_MUCH = "import os; open(os.environ['BENCHBOT_RESULT'], 'wb').truncate(2**26 + 1)"
 KILLS_ALL = "import os; os.kill(-1, 9)"
 ENDS_ITS_INIT_PROCESS = "import os, time; os.kill(os.getppid(), 9); time.sleep(1000)"
+STOPS_ITS_LEADER = """\
+import contextlib, os, signal, time
+signal.signal(signal.SIGTERM, signal.SIG_IGN)
+for _ in range(3):
+    if os.fork() == 0:
+        os.setsid()
+for name in os.listdir("/proc"):
+    if name.isdigit() and int(name) != os.getpid():
+        with contextlib.suppress(PermissionError):
+            os.kill(int(name), signal.SIGSTOP)
+print("stopped", flush=True)
+time.sleep(1000)
+"""

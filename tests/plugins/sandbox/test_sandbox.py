@@ -24,6 +24,7 @@ from tests.plugins.sandbox.solutions import (
     LINKS,
     LOOKS_AROUND,
     PIPES,
+    STOPS_ITS_LEADER,
     TOO_MUCH,
     WRITES_MUCH,
 )
@@ -100,6 +101,11 @@ def test_a_solution_sees_what_it_needs_and_reaches_nothing_else(drive: Drive, fo
     assert not any(name.endswith("_DIR") for name in variables)
     assert variables["OMP_NUM_THREADS"] == "1"
     assert variables["BENCHBOT_TOKEN"] == "token"
+    assert seen["capabilities"] == str(["0" * 16] * 5)
+    assert "benchbot.submission.init" in seen["command_lines"]
+    for line in (ended["command_line"], seen["command_lines"]):
+        assert str(TRUTH) not in line
+        assert str(folder) not in line
     assert ended["groups"] == []
 
 
@@ -131,6 +137,14 @@ def test_a_result_that_is_none_is_refused_and_a_solution_that_ends_its_sandbox_h
     assert "It has 67108865 bytes" in much["explained"]
     assert [ended["result"] for ended in (link, pipe, much)] == [None] * 3
     assert all(ended["status"] != 0 for ended in killers)
+
+
+def test_a_solution_that_has_stopped_all_it_can_ends_with_its_sandbox(drive: Drive) -> None:
+    (ended,) = drive([{"code": STOPS_ITS_LEADER, "wait_s": 3}])
+
+    assert ended["status"] is None
+    assert "stopped" in ended["output"]
+    assert ended["ending_s"] < 15, "it was waited for"
 
 
 @pytest.mark.parametrize("drive", ["ordinary"], indirect=True)
