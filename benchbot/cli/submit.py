@@ -163,13 +163,15 @@ def submit(
     if contained is not None:
         mode, asked = holding.CONTAINER, {**contained, "weak_limits": weak_limits, "processors": cpus, "gpus": gpus}
     elif sandboxed or sandbox is not None:
-        mode, asked = holding.SANDBOX, {"readable": readable or ()}
-    holding.check_options(mode, readable, bounds, cpus, gpus, weak_limits)
+        mode, asked = holding.SANDBOX, {"readable": readable or (), "weak_limits": weak_limits}
+    holding.check_options(mode, readable, bounds, weak_limits, cpus, gpus)
     resolved = {} if mode == holding.NATIVE else holder_of(catalog.plugins, mode).resolved(asked)
     if contained is None:
         spec = flight.take(spec_of, catalog, native, example, more_words, timeout, sandbox)
     else:
         spec = SolutionSpec(more_words, Path.cwd(), timeout_s=timeout)
+    if spec is not None:
+        spec = replace(spec, limits=bounds, log_limit_bytes=log_limit_bytes)
     limits = Limits(max_steps, max_simulated_time, max_wall_time, max_restarts)
     names = _names(task, robot, environment)
     if names is not None and joined is not None:
@@ -210,9 +212,7 @@ def submit(
         return
     with ExitStack() as stack:
         stack.enter_context(console.interruptible("the solution and its back end have been ended."))
-        spec = stack.enter_context(
-            holding.held(catalog, replace(spec, limits=bounds, log_limit_bytes=log_limit_bytes), mode, resolved)
-        )
+        spec = stack.enter_context(holding.held(catalog, spec, mode, resolved))
         console.note(*summary)
         connection, died, state = _back_end(stack, target, spec.mode)
         if names is None and evaluate_with is not None:

@@ -105,7 +105,8 @@ def run(
 def solution_of(spec: SolutionSpec) -> dict[str, Any]:
     """Return the solution as a result names it."""
     details = solution_details(spec.command, spec.folder) if spec.details is None else dict(spec.details)
-    return {**details, **({} if spec.mode.name == NATIVE.name else {"mode": spec.mode.name})}
+    mode = {} if spec.mode.name == NATIVE.name else {"mode": spec.mode.name}
+    return {**details, **mode, **({"weak_limits": list(spec.weak_limits)} if spec.weak_limits else {})}
 
 
 def _without_changed(solution: dict[str, Any], before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 import errno
 import os
 import signal
-from collections.abc import Mapping
 from dataclasses import fields, replace
 
 from benchbot.core.errors import BenchbotError, FailureClass
@@ -23,7 +22,7 @@ def with_defaults(limits: ProcessLimits) -> ProcessLimits:
     return replace(limits, **missing)
 
 
-def of_each_process(limits: ProcessLimits, *, grouped: bool) -> Mapping[str, int]:
+def of_each_process(limits: ProcessLimits, *, grouped: bool) -> dict[str, int]:
     """Return the limits of each process, by the names of `resource`.
 
     Where a control group holds the memory of all of them together, no process has a limit on that of its own.

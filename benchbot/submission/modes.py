@@ -124,6 +124,8 @@ class SolutionSpec:
     mode: "Mode" = NATIVE
     limits: ProcessLimits = DEFAULT_LIMITS
     log_limit_bytes: int = LOG_LIMIT_BYTES
+    weak_limits: tuple[str, ...] = ()
+    """The limits that hold at most for each process by itself, on this machine in this mode."""
     details: Mapping[str, Any] | None = None
     """The solution as a result names it; None when that is found out as it starts."""
 

@@ -3,7 +3,12 @@
 import os
 import stat
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+
+from benchbot.plugins.sandbox.control_group import ENTER, control_group
+from benchbot.submission.modes import ProcessLimits
 
 SPARE_USER = 54321
 NEEDED = (Path(sys.executable).resolve().parents[1], Path(__file__).resolve().parents[2])
@@ -36,6 +41,26 @@ def ordinarily(command: list[str], folder: Path) -> list[str]:
         bare = ["unshare", "--mount", "sh", "-c", SCRIPT, "sh"]
         return [*bare, str(SPARE_USER), str(folder / "stash"), *listed, *command]
     return ["setpriv", f"--reuid={SPARE_USER}", f"--regid={SPARE_USER}", "--clear-groups", "--", *command]
+
+
+@contextmanager
+def delegated() -> Iterator[list[str]]:
+    """Yield the words before a command of that user that let it make control groups, as systemd lets services do."""
+    with control_group(ProcessLimits()) as group:
+        assert group is not None, "it takes root to give away a control group"
+        folders = list(dict.fromkeys(group.folders.values()))
+        for folder in folders:
+            controlled = folder / "cgroup.subtree_control"
+            if controlled.exists():
+                controlled.write_text("+memory +pids")
+            inner = folder / "inner"
+            inner.mkdir()
+            for path in (folder, *folder.iterdir(), *inner.iterdir()):
+                os.chown(path, SPARE_USER, SPARE_USER)
+        entered = [str(folder / "inner" / "cgroup.procs") for folder in folders]
+        yield ["/bin/sh", "-c", ENTER, "sh", *entered, "--"]
+        for folder in folders:
+            (folder / "inner").rmdir()
 
 
 def _closed(path: Path) -> Path | None:

@@ -38,7 +38,7 @@ Cpus = Annotated[
 ]
 Gpus = Annotated[int, typer.Option("--gpus", metavar="N", min=0, help="Give the container so many GPUs.")]
 WeakLimits = Annotated[
-    bool, typer.Option("--weak-limits", help="Run it even where the engine ignores limits, if you trust it.")
+    bool, typer.Option("--weak-limits", help="Run it even where limits would not hold, if you trust it.")
 ]
 
 Memory = Annotated[
@@ -164,15 +164,21 @@ def plugin_mode(name: str | None, options: list[str] | None, held: bool) -> tupl
     return name or NATIVE, key_values("--mode-option", options)
 
 
-def check_options(mode: str, readable: object, limits: "ProcessLimits", *container: object) -> None:
+def check_options(mode: str, readable: object, limits: "ProcessLimits", weak_limits: bool, *container: object) -> None:
     """Raise BenchbotError for options that the mode does not know; `container` are those of containers."""
     from benchbot.submission.modes import DEFAULT_LIMITS
 
     if mode != CONTAINER and any(container):
         raise BenchbotError(
             "There is no container.",
-            "--cpus, --gpus and --weak-limits are about one.",
+            "--cpus and --gpus are about one.",
             "Run the solution in a container: --containerised FOLDER, or --example NAME --example-containerised",
+        )
+    if weak_limits and mode not in (NATIVE, SANDBOX, CONTAINER):
+        raise BenchbotError(
+            f"--weak-limits says nothing to the mode {mode}.",
+            "It is about the limits of a sandbox or a container.",
+            "Leave it out; what the mode itself can be told: --mode-option KEY=VALUE",
         )
     if mode == CONTAINER and readable:
         raise BenchbotError(
@@ -180,11 +186,11 @@ def check_options(mode: str, readable: object, limits: "ProcessLimits", *contain
             "--readable is about what a sandbox shows of this machine.",
             "Have the Dockerfile copy what is needed: COPY my_file /solution/",
         )
-    if mode == NATIVE and (readable or limits != DEFAULT_LIMITS):
+    if mode == NATIVE and (readable or weak_limits or limits != DEFAULT_LIMITS):
         raise BenchbotError(
             "A native solution cannot be limited.",
-            "--memory, --processes, --cpu-time, --file-size and --readable are about what holds a solution, "
-            "and nothing holds a native one.",
+            "--memory, --processes, --cpu-time, --file-size, --weak-limits and --readable are about what holds a "
+            "solution, and nothing holds a native one.",
             "Run it in a sandbox: --sandbox COMMAND, --example NAME --sandboxed, or --containerised FOLDER",
         )
 
@@ -209,4 +215,7 @@ def held(catalog: "Catalog", spec: "SolutionSpec", mode: str, options: Mapping[s
 
             prepared = stack.enter_context(holder_of(catalog.plugins, mode).prepared(spec, options, tell))
         console.note(f"The solution runs {prepared.mode.describe()}.")
+        if prepared.weak_limits:
+            weak = ", ".join(prepared.weak_limits)
+            console.note(f"Its limits are weak, each process for itself at most: {weak}. The result says so.")
         yield prepared

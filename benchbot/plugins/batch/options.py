@@ -68,7 +68,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
             bool, "--example-containerised", None, "Run the example in a container instead."
         ),
         "weak_limits": _option(
-            bool, "--weak-limits", None, "Run it even where the engine ignores limits, if you trust it."
+            bool, "--weak-limits", None, "Run it even where limits would not hold, if you trust it."
         ),
         "memory": Memory,
         "processes": Processes,

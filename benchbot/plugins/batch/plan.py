@@ -63,7 +63,9 @@ class Hold:
         if self.context is not None:
             options = {"context": self.context, "dockerfile": self.dockerfile}
             return CONTAINER, {**options, "weak_limits": self.weak_limits, "gpus": gpus}
-        return (SANDBOX, {"readable": self.readable}) if self.sandboxed else (NATIVE, {})
+        if self.sandboxed:
+            return SANDBOX, {"readable": self.readable, "weak_limits": self.weak_limits}
+        return NATIVE, {}
 
     def determines(self) -> dict[str, Any]:
         """Return what of it may change a result; nothing for a native solution."""

@@ -48,16 +48,19 @@ def unpacked(catalog: "Catalog", bundle: "Bundle", folder: Path, choice: Choice)
     folder.mkdir()
     bundle.extract_solution(folder)
     mode = _mode(solution["mode"], native=choice.native)
-    check_options(mode, choice.readable, choice.limits, choice.cpus, choice.gpus, choice.weak_limits)
+    check_options(mode, choice.readable, choice.limits, choice.weak_limits, choice.cpus, choice.gpus)
     spec = SolutionSpec(solution["command"], folder, timeout_s=timeout_s, limits=choice.limits)
     asked: dict[str, Any] = {}
     if mode == CONTAINER:
-        asked = {"folder": str(folder), "weak_limits": choice.weak_limits}
-        asked |= {"processors": choice.cpus, "gpus": choice.gpus}
+        asked = {"folder": str(folder), "processors": choice.cpus, "gpus": choice.gpus}
     else:
         asked = {"readable": choice.readable or ()}
         spec = replace(spec, variables=python_first())
-    options = {} if mode == NATIVE else holder_of(catalog.plugins, mode).resolved(asked)
+    options = (
+        {}
+        if mode == NATIVE
+        else holder_of(catalog.plugins, mode).resolved({**asked, "weak_limits": choice.weak_limits})
+    )
     with held(catalog, spec, mode, options) as prepared:
         yield prepared
 

@@ -12,6 +12,8 @@ from typing import Any, Self, TypeVar
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.plugins.containers.engine import Engine, api_errors, failed
 from benchbot.plugins.containers.image import LABEL
+from benchbot.plugins.sandbox.control_group import ControlGroup, of_process
+from benchbot.plugins.sandbox.weak_limits import CPU_TIME, refused
 from benchbot.process import LastWords
 from benchbot.submission import limits
 from benchbot.submission.init.process import GRACE_S
@@ -55,6 +57,7 @@ class Container:
         self._take_result = take_result
         self._name = f"benchbot-{secrets.token_hex(8)}"
         self._client = engine.connect()
+        self._group: ControlGroup | None = None
         self._follower: threading.Thread | None = None
         self._ended = threading.Event()
         self._status = UNKNOWN
@@ -75,6 +78,7 @@ class Container:
             self._follower.start()
             undisturbed(lambda: self._client.start(self._name))
             self.process = int(self._client.inspect_container(self._name)["State"]["Pid"])
+            self._group = of_process(self.process)
         except APIError as error:
             self.end()
             raise self._cannot_start(error) from error
@@ -84,6 +88,9 @@ class Container:
         except BaseException:
             self.end()
             raise
+        if self._group is None and not self._ended.is_set() and self._limits.cpu_time_s is not None:
+            self.end()
+            raise refused([CPU_TIME], "The CPU time of its container cannot be seen on this machine.")
         return self
 
     def __exit__(self, *_error: object) -> None:
@@ -96,7 +103,13 @@ class Container:
 
     def wait(self, timeout_s: float) -> int | None:
         """Return the exit status (negative: the signal that ended it), or None when it still runs after `timeout_s`."""
-        return self._status if self._ended.wait(timeout_s) else None
+        if self._ended.wait(timeout_s):
+            return self._status
+        most_s = self._limits.cpu_time_s
+        if most_s is not None and self._group is not None and self._group.cpu_time_s() > most_s:
+            self.end()
+            return -signal.SIGXCPU
+        return None
 
     def explain(self, status: int) -> BenchbotError | None:
         """Return the limit that ended it with `status`, if it can be told; or why it, or its result, was lost.

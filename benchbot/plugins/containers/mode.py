@@ -20,6 +20,7 @@ from benchbot.plugins.containers.container import Container
 from benchbot.plugins.containers.context import Context, find
 from benchbot.plugins.containers.engine import Engine, reached
 from benchbot.plugins.containers.image import built
+from benchbot.plugins.sandbox.weak_limits import DISK
 from benchbot.submission import modes
 from benchbot.submission.limits import with_defaults
 from benchbot.submission.modes import SolutionSpec
@@ -49,7 +50,10 @@ def prepared(spec: SolutionSpec, options: Mapping[str, Any], tell: Callable[[str
         processors=options.get("processors"),
         gpus=options.get("gpus", 0),
     ) as held:
-        yield replace(spec, command=[held.image, *spec.command], folder=source.folder, mode=held)
+        # An ordinary user's outbox is a folder of this machine.
+        weak = (*held.ignored_limits(), *(() if os.geteuid() == 0 else (DISK,)))
+        command = [held.image, *spec.command]
+        yield replace(spec, command=command, folder=source.folder, mode=held, weak_limits=weak)
 
 
 def check(_catalog: Catalog, intent: Intent) -> Iterator[Finding]:
@@ -59,7 +63,9 @@ def check(_catalog: Catalog, intent: Intent) -> Iterator[Finding]:
         return
     with reached() as engine:
         for options in wanted:
-            settings.check_limits(engine, weak_limits=options.get("weak_limits", False))
+            settings.check_limits(
+                engine, allowed=options.get("weak_limits", False), processors=options.get("processors")
+            )
             yield Finding(Level.OK, "held", f"in a container ({engine.name}) of {options['context']}")
 
 
@@ -81,14 +87,16 @@ class Containerised:
     needs_socket = True
 
     def check(self) -> None:
-        """Raise BenchbotError when the engine would ignore the limits, unless that is allowed."""
-        settings.check_limits(self.engine, weak_limits=self.weak_limits)
+        """Raise BenchbotError when the engine ignores limits, unless that is allowed."""
+        self.ignored_limits()
 
     def describe(self) -> str:
         """Return the kind of container as a part of a sentence."""
-        ignored = settings.ignored_limits(self.engine)
-        weaker = f", without a limit on {' and '.join(ignored)}" if ignored else ""
-        return f"in a container ({self.engine.name}){weaker}"
+        return f"in a container ({self.engine.name})"
+
+    def ignored_limits(self) -> list[str]:
+        """Return the limits that the engine ignores; raises BenchbotError unless that is allowed."""
+        return settings.check_limits(self.engine, allowed=self.weak_limits, processors=self.processors)
 
     @contextmanager
     def start(
@@ -97,7 +105,7 @@ class Containerised:
         """Yield the solution as a container. Its image says what runs; the words after its name are in `args`."""
         limits = with_defaults(spec.limits)
         user = settings.user()
-        ignored = settings.check_limits(self.engine, weak_limits=self.weak_limits)
+        ignored = self.ignored_limits()
         variables = {
             "BENCHBOT_SOCKET": settings.SOCKET,
             "BENCHBOT_TOKEN": connection.token,
@@ -146,5 +154,5 @@ def container_mode(
     Raises BenchbotError when there is no engine, it would ignore the limits, or the image cannot be built.
     """
     with reached() as engine:
-        settings.check_limits(engine, weak_limits=weak_limits)
+        settings.check_limits(engine, allowed=weak_limits, processors=processors)
         yield Containerised(engine, built(engine, context, tell), weak_limits, processors, gpus)

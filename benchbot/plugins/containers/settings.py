@@ -14,7 +14,8 @@ from typing import Any
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.containers.engine import Engine
 from benchbot.plugins.sandbox.syscalls import NEW_NAMESPACES, REFUSED, SOCKETS
-from benchbot.submission.limits import OPEN_FILES, TEMPORARY_BYTES
+from benchbot.plugins.sandbox.weak_limits import MEMORY, refused
+from benchbot.submission.limits import TEMPORARY_BYTES, of_each_process
 from benchbot.submission.modes import ProcessLimits
 
 SOCKET = "/benchbot/supervisor.sock"
@@ -26,7 +27,8 @@ NOBODY = 65534
 
 USER_PROCESSES = 16384
 
-LIMIT_KEYS = {"MemoryLimit": "memory", "PidsLimit": "processes", "CpuCfsQuota": "processors"}
+PROCESSES, PROCESSORS = "processes", "processors"
+LIMIT_KEYS = {"MemoryLimit": MEMORY, "PidsLimit": PROCESSES, "CpuCfsQuota": PROCESSORS}
 """Keys of an engine's information, and the resources that it can limit if they are true."""
 
 SECCOMP_PROFILES = (Path("/etc/containers/seccomp.json"), Path("/usr/share/containers/seccomp.json"))
@@ -45,17 +47,13 @@ def ignored_limits(engine: Engine) -> list[str]:
     return [what for key, what in LIMIT_KEYS.items() if powerless or not engine.information.get(key)]
 
 
-def check_limits(engine: Engine, *, weak_limits: bool) -> list[str]:
-    """Return the limits that would be ignored, where that was allowed; raises BenchbotError where it was not."""
-    ignored = ignored_limits(engine)
-    if ignored and not weak_limits:
+def check_limits(engine: Engine, *, allowed: bool, processors: float | None = None) -> list[str]:
+    """Return the limits that would be ignored, where that is `allowed`; raises BenchbotError where it is not."""
+    ignored = [what for what in ignored_limits(engine) if what != PROCESSORS or processors is not None]
+    if ignored and not allowed:
         whose = "without root " if engine.rootless else ""
-        raise BenchbotError(
-            "The container could take all that this machine has.",
-            f"{engine.name} {whose}on control groups of version {engine.information.get('CgroupVersion')} "
-            f"ignores limits on {' and '.join(ignored)}.",
-            "Run it as root, or on a machine with control groups of version 2; or trust the solution: --weak-limits",
-        )
+        version = engine.information.get("CgroupVersion")
+        raise refused(ignored, f"{engine.name} {whose}on control groups of version {version} ignores them.")
     return ignored
 
 
@@ -79,11 +77,11 @@ def host_config(
     from docker.types import DeviceRequest, HostConfig, LogConfig, Mount
 
     options: dict[str, Any] = {}
-    if "memory" not in ignored:
+    if MEMORY not in ignored:
         options |= {"mem_limit": limits.memory_bytes, "memswap_limit": limits.memory_bytes}
-    if "processes" not in ignored:
+    if PROCESSES not in ignored:
         options |= {"pids_limit": limits.processes}
-    if processors is not None and "processors" not in ignored:
+    if processors is not None and PROCESSORS not in ignored:
         options |= {"nano_cpus": int(processors * 1e9)}
     if gpus:
         if engine.name != "docker":
@@ -108,7 +106,7 @@ def host_config(
             "security_opt": security,
             "init": True,
             "tmpfs": {"/tmp": f"size={TEMPORARY_BYTES},mode=1777"},  # noqa: S108
-            "ulimits": _ulimits(limits),
+            "ulimits": _ulimits(limits, ignored),
             # What it prints goes to us, chunk by chunk; a log of the engine's would fill the disk.
             "log_config": LogConfig(type="none"),
             "mounts": [
@@ -123,29 +121,24 @@ def host_config(
     return dict(config)
 
 
-def _ulimits(limits: ProcessLimits) -> list[Any]:
+def _ulimits(limits: ProcessLimits, ignored: Sequence[str]) -> list[Any]:
     """Return the limits of each process. All are named: podman forgets its own defaults as soon as one is."""
     import resource
 
     from docker.types import Ulimit
 
-    def at_most(number: int, kind: int) -> int:
-        allowed = resource.getrlimit(kind)[1]  # no engine of this user can give more
-        return number if allowed == resource.RLIM_INFINITY else min(number, allowed)
-
-    hard = {
-        "nofile": at_most(OPEN_FILES, resource.RLIMIT_NOFILE),
+    wanted = of_each_process(limits, grouped=MEMORY not in ignored)
+    if PROCESSES not in ignored:
         # Counted per user of the machine, not per container: the limit of the container is the other one.
-        "nproc": at_most(USER_PROCESSES, resource.RLIMIT_NPROC),
-        "fsize": at_most(limits.file_size_bytes or 0, resource.RLIMIT_FSIZE),
-        "core": 0,
-    }
-    soft = dict(hard)
-    if limits.cpu_time_s is not None:
+        wanted["RLIMIT_NPROC"] = USER_PROCESSES
+    found = []
+    for name, number in wanted.items():
+        allowed = resource.getrlimit(getattr(resource, name))[1]  # no engine of this user can give more
+        most = number if allowed == resource.RLIM_INFINITY else min(number, allowed)
         # SIGXCPU names the cause; where it is ignored, SIGKILL follows a second later.
-        soft["cpu"] = at_most(max(1, round(limits.cpu_time_s)), resource.RLIMIT_CPU)
-        hard["cpu"] = at_most(soft["cpu"] + 1, resource.RLIMIT_CPU)
-    return [Ulimit(name=name, soft=soft[name], hard=number) for name, number in hard.items()]
+        hard = most + 1 if name == "RLIMIT_CPU" and allowed != most else most
+        found.append(Ulimit(name=name.removeprefix("RLIMIT_").lower(), soft=most, hard=hard))
+    return found
 
 
 def write_seccomp_profile(engine: Engine, path: Path) -> Path | None:

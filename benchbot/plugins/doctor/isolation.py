@@ -140,10 +140,9 @@ def _control_groups() -> Finding:
     with control_group(ProcessLimits(memory_bytes=2**30, processes=100)) as made:
         if made is not None:
             return Finding(Level.OK, "control groups", f"version {version}; this user can set limits")
-    detail = f"version {version}; this user cannot make one, so limits are those of each process alone"
-    return Finding(
-        Level.OK, "control groups", f"{detail}. As root, or below a service with Delegate=yes, they hold for all"
-    )
+    detail = f"version {version}; this user can have none, so --memory and --cpu-time are refused in a sandbox"
+    fix = "They hold as root, and where systemd runs for the user (systemctl --user status) on version 2"
+    return Finding(Level.OK, "control groups", f"{detail}. {fix}")
 
 
 def _read_number(path: Path) -> int | None:

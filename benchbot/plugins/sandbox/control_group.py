@@ -1,32 +1,37 @@
-"""A control group for one solution: limits on all of its processes together (cgroups(7), versions 1 and 2)."""
+"""A control group for one solution: limits on all of its processes together (cgroups(7), versions 1 and 2).
+
+It is made here where this user may, and else by the user's systemd.
+"""
 
 import os
 import secrets
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchbot.plugins.sandbox.user_scope import user_scope
 from benchbot.submission.modes import ProcessLimits
 
 MOUNTED = Path("/sys/fs/cgroup")
 OWN = Path("/proc/self/cgroup")
 PREFIX = "benchbot-"
+CONTROLLERS = ("memory", "pids", "cpu")
+CPU_FILES = ("cpuacct.usage", "cpu.stat")
 REMOVING_TIMEOUT_S = 5.0
 ENTER = 'until [ "$1" = -- ]; do echo 0 > "$1" || exit 125; shift; done; shift; exec "$@"'
 
 
 @dataclass(frozen=True)
 class ControlGroup:
-    """The folders of the group: one in version 2, one per controller in version 1."""
+    """The folders of the group: one in version 2, one per controller in version 1.
+
+    `entering` are the words before a command that joins the group and stays inside, with its whole process tree.
+    """
 
     folders: Mapping[str, Path]
-
-    def entering(self, command: list[str]) -> list[str]:
-        """Return a command that joins the group and then executes `command`: its process tree stays inside."""
-        joined = [str(folder / "cgroup.procs") for folder in dict.fromkeys(self.folders.values())]
-        return ["/bin/sh", "-c", ENTER, "sh", *joined, "--", *command]
+    entering: Sequence[str] = ()
 
     def killed_for_memory(self) -> bool:
         """Return whether the kernel has killed one of its processes because the group used too much memory."""
@@ -40,52 +45,77 @@ class ControlGroup:
     def cpu_time_s(self) -> float:
         """Return the CPU time that all of its processes have used, those that have ended, too."""
         with suppress(OSError):
-            return int((self.folders["cpu"] / "cpuacct.usage").read_text()) / 1e9
-        return _count(self.folders["cpu"] / "cpu.stat", "usage_usec") / 1e6
+            return int((self.folders["cpu"] / CPU_FILES[0]).read_text()) / 1e9
+        return _count(self.folders["cpu"] / CPU_FILES[1], "usage_usec") / 1e6
 
 
 @contextmanager
 def control_group(limits: ProcessLimits, mounted: Path = MOUNTED, own: Path = OWN) -> Iterator[ControlGroup | None]:
-    """Make a group with limits on memory and processes; yields None where this user may not make one.
+    """Make a group with limits on memory and processes; yields None where this user can have none.
 
     It is removed in the end, when all of its processes have ended.
     """
     name = f"{PREFIX}{os.getpid()}-{secrets.token_hex(4)}"
     made: list[Path] = []
     try:
-        yield _make(name, limits, mounted, own, made)
+        group = _make(name, limits, mounted, own, made)
+        if group is not None:
+            yield group
+            return
+        with user_scope(name, limits, mounted, own) as scope:
+            yield None if scope is None else ControlGroup(dict.fromkeys(CONTROLLERS, scope[1]), scope[0])
     finally:
         for folder in made:
             _remove(folder)
 
 
-def _make(name: str, limits: ProcessLimits, mounted: Path, own: Path, made: list[Path]) -> ControlGroup | None:
+def of_process(process: int, mounted: Path = MOUNTED) -> ControlGroup | None:
+    """Return the group that a process is in, to look at; None where its CPU time cannot be seen."""
+    groups = _groups_of(Path(f"/proc/{process}/cgroup"))
+    for folder in (
+        mounted / "cpuacct" / groups.get("cpuacct", "/").strip("/"),
+        mounted / groups.get("", "/").strip("/"),
+    ):
+        if folder not in (mounted, mounted / "cpuacct") and any((folder / name).exists() for name in CPU_FILES):
+            return ControlGroup({"cpu": folder})
+    return None
+
+
+def _groups_of(file: Path) -> dict[str, str]:
+    """Return the paths of the groups of a process by controller; that of version 2 by an empty name."""
     try:
-        groups = dict(line.split(":", 2)[1:] for line in own.read_text().splitlines())
+        lines = [line.split(":", 2) for line in file.read_text().splitlines()]
     except OSError:
+        return {}
+    return {name: path for _, names, path in lines for name in names.split(",")}
+
+
+def _make(name: str, limits: ProcessLimits, mounted: Path, own: Path, made: list[Path]) -> ControlGroup | None:
+    groups = _groups_of(own)
+    if not groups:
         return None
     if (mounted / "cgroup.controllers").exists():
         folder = _folder(mounted, groups.get("", "/"), name, ("memory.max", "pids.max"), made)
-        folders = {} if folder is None else dict.fromkeys(("memory", "pids", "cpu"), folder)
+        folders = {} if folder is None else dict.fromkeys(CONTROLLERS, folder)
     else:
         folders = {}
         for key, controller, file in (
             ("memory", "memory", "memory.limit_in_bytes"),
             ("pids", "pids", "pids.max"),
-            ("cpu", "cpuacct", "cpuacct.usage"),
+            ("cpu", "cpuacct", CPU_FILES[0]),
         ):
-            path = next((path for names, path in groups.items() if controller in names.split(",")), "/")
-            made_here = _folder(mounted / controller, path, name, (file,), made)
+            made_here = _folder(mounted / controller, groups.get(controller, "/"), name, (file,), made)
             if made_here is not None:
                 folders[key] = made_here
-    if len(folders) < 3:
+    if len(folders) < len(CONTROLLERS):
         return None
     try:
         for knob, value in _values(folders, limits):
             knob.write_text(value)
     except OSError:
         return None
-    return ControlGroup(folders)
+    joined = [str(folder / "cgroup.procs") for folder in dict.fromkeys(folders.values())]
+    return ControlGroup(folders, ["/bin/sh", "-c", ENTER, "sh", *joined, "--"])
 
 
 def _folder(mounted: Path, path: str, name: str, files: tuple[str, ...], made: list[Path]) -> Path | None:

@@ -1,6 +1,7 @@
 """The submission mode `sandbox` (`benchbot.submission.modes.Holder`): bubblewrap, or Landlock where there is none.
 
-Its option is `readable`, the paths of this machine that a solution may read besides what it needs.
+Its options: `readable`, the paths of this machine that a solution may read besides what it needs; `weak_limits`,
+whether limits that were asked for may hold for each of its processes by itself.
 """
 
 import base64
@@ -24,6 +25,7 @@ from benchbot.plugins.sandbox import bubblewrap, landlock
 from benchbot.plugins.sandbox.control_group import ControlGroup, control_group
 from benchbot.plugins.sandbox.syscalls import filter_program
 from benchbot.plugins.sandbox.view import View, hidden_paths, view_of
+from benchbot.plugins.sandbox.weak_limits import CPU_TIME, DISK, MEMORY, NO_GROUP, refused, weak_limits
 from benchbot.submission import limits
 from benchbot.submission.modes import (
     RESULT,
@@ -51,23 +53,31 @@ def resolved(options: Mapping[str, Any]) -> dict[str, Any]:
     for path in paths:
         if not path.exists():
             raise BenchbotError(f"There is no {path}.", "--readable names it.", "Name a file or folder that is there.")
-    return {"readable": [str(path) for path in paths]}
+    return {"readable": [str(path) for path in paths], "weak_limits": bool(options.get("weak_limits"))}
 
 
 @contextmanager
 def prepared(spec: SolutionSpec, options: Mapping[str, Any], tell: Callable[[str], object]) -> Iterator[SolutionSpec]:
-    """Yield the specification in a sandbox; raises BenchbotError when there can be none on this machine."""
-    sandbox = Sandbox(tuple(map(Path, options["readable"])))
-    sandbox.check()
-    yield replace(spec, mode=sandbox)
+    """Yield the specification in a sandbox; raises BenchbotError when there can be none on this machine.
+
+    So it does for limits that were asked for and cannot hold here, unless weak ones are allowed.
+    """
+    yield _sandboxed(spec, options)
 
 
 def check(_catalog: Catalog, intent: Intent) -> Iterator[Finding]:
-    """Yield how solutions that are to be sandboxed are held; raises BenchbotError when there can be no sandbox here."""
-    for options in [each.options for each in intent.submissions if each.mode == SANDBOX][:1]:
-        sandbox = Sandbox(tuple(map(Path, options["readable"])))
-        sandbox.check()
-        yield Finding(Level.OK, "held", sandbox.describe())
+    """Yield how solutions that are to be sandboxed are held; raises BenchbotError when they cannot be, here."""
+    for each in [each for each in intent.submissions if each.mode == SANDBOX]:
+        held = _sandboxed(each.spec, each.options)
+        yield Finding(Level.OK, "held", held.mode.describe())
+
+
+def _sandboxed(spec: SolutionSpec, options: Mapping[str, Any]) -> SolutionSpec:
+    sandbox = Sandbox(tuple(map(Path, options["readable"])))
+    sandbox.check()
+    weak = weak_limits(spec.limits, allowed=options.get("weak_limits", False))
+    # Without bubblewrap it writes into a folder of this machine.
+    return replace(spec, mode=sandbox, weak_limits=weak if bubblewrap_problem() is None else (*weak, DISK))
 
 
 @dataclass(frozen=True)
@@ -116,6 +126,8 @@ class Sandbox:
         owner = None if user is None else (user, user)
         with ExitStack() as stack:
             group = stack.enter_context(control_group(bounds))
+            if group is None and MEMORY not in spec.weak_limits:
+                raise refused([MEMORY, CPU_TIME], NO_GROUP)
             stack.enter_context(owned_by(owner, socket))
             confinement = {
                 "user": user,
@@ -142,7 +154,7 @@ class Sandbox:
                 rules = {"files": landlock.rules(view, exchange)}
                 init = InitOptions(environment={}, job={"alone": False, "confinement": {**confinement, **rules}})
             if group is not None:
-                init = replace(init, wrapper=group.entering(list(init.wrapper)))
+                init = replace(init, wrapper=[*group.entering, *init.wrapper])
             variables = {
                 **_environment(),
                 "PATH": path,
@@ -179,13 +191,14 @@ class _SandboxedSolution(Solution):
 
     def wait(self, timeout_s: float) -> int | None:
         status = super().wait(timeout_s)
-        most_s = self._bounds.cpu_time_s
-        if status is None and most_s is not None and self._group is not None and self._group.cpu_time_s() > most_s:
+        if status is None and self._has_used_its_cpu_time():
             self.end()
             return -signal.SIGXCPU
         return status
 
     def explain(self, status: int) -> BenchbotError | None:
+        if self._has_used_its_cpu_time():
+            return limits.explain(self._bounds, -signal.SIGXCPU, self.last_words)
         if status == 0:
             return None if self.refused is None else refused_result(self.refused)
         if self._group is not None and self._group.killed_for_memory():
@@ -194,6 +207,10 @@ class _SandboxedSolution(Solution):
         if explained is None and self._group is not None and self._group.refused_processes():
             return limits.out_of_processes(self._bounds, self.last_words)
         return explained
+
+    def _has_used_its_cpu_time(self) -> bool:
+        most_s = self._bounds.cpu_time_s
+        return most_s is not None and self._group is not None and self._group.cpu_time_s() > most_s
 
 
 @cache

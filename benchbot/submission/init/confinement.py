@@ -27,7 +27,7 @@ class _Program(ctypes.Structure):
 
 
 def of_init_process(wanted: dict[str, Any] | None) -> None:
-    """Give up root and its capabilities for good where a `user` is named, and forbid the solution to trace this process.
+    """Give up root and all capabilities where a `user` is named, and forbid the solution to trace this process.
 
     Raises OSError when the kernel refuses.
     """

@@ -23,20 +23,25 @@ def engine(name: str = "docker", *, rootless: bool = False, **information: Any) 
     [
         (engine(), []),
         (engine("podman", rootless=True), []),
-        (engine("podman", rootless=True, CgroupVersion="1"), ["memory", "processes", "processors"]),
+        (engine("podman", rootless=True, CgroupVersion="1"), ["memory", "processes"]),
+        (engine(CpuCfsQuota=False), []),
         (engine("podman", CgroupVersion="1"), []),
         (engine(PidsLimit=False), ["processes"]),
     ],
 )
 def test_limits_that_would_be_ignored_are_refused_unless_allowed(asked: Engine, ignored: list[str]) -> None:
-    assert settings.check_limits(asked, weak_limits=True) == ignored
+    assert settings.check_limits(asked, allowed=True) == ignored
     if not ignored:
-        assert settings.check_limits(asked, weak_limits=False) == []
+        assert settings.check_limits(asked, allowed=False) == []
         return
-    with pytest.raises(BenchbotError, match="all that this machine has") as raised:
-        settings.check_limits(asked, weak_limits=False)
-    assert " and ".join(ignored) in raised.value.why
+    with pytest.raises(BenchbotError, match=f"limits would not hold: {', '.join(ignored)}") as raised:
+        settings.check_limits(asked, allowed=False)
     assert "--weak-limits" in raised.value.fix
+
+
+def test_a_limit_on_processors_is_refused_only_if_there_is_to_be_one() -> None:
+    with pytest.raises(BenchbotError, match="limits would not hold: processors"):
+        settings.check_limits(engine(CpuCfsQuota=False), allowed=False, processors=2.0)
 
 
 def configured(asked: Engine, limits: ProcessLimits | None = None, **options: Any) -> dict[str, Any]:
@@ -50,8 +55,11 @@ def test_what_a_container_is_asked_to_be_limited_to() -> None:
     limits = {limit["Name"]: (limit["Soft"], limit["Hard"]) for limit in asked["Ulimits"]}
     assert limits["cpu"] == (9, 10)
     assert limits["core"] == (0, 0)
+    assert "as" not in limits
     weak = configured(engine(), ignored=["memory", "processes", "processors"], processors=1.5)
     assert not {"Memory", "PidsLimit", "NanoCpus"} & set(weak)
+    of_each = {limit["Name"]: limit["Hard"] for limit in weak["Ulimits"]}
+    assert (of_each["data"], of_each["nproc"]) == (8 * 2**30, 512)
 
 
 def test_gpus_are_given_only_where_they_can_be_asked_for() -> None:

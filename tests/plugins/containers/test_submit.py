@@ -17,8 +17,10 @@ from tests.command_line import CommandLine, Here
         (["--containerised", "made", "--readable", "made"], "COPY my_file /solution/"),
         (["--example-containerised"], "Name one: --example NAME --example-containerised"),
         (["--example", "hello_passive", "--example-containerised"], "The example 'hello_passive' has no container."),
-        (["--native", "true", "--gpus", "1"], "--cpus, --gpus and --weak-limits are about one."),
-        (["--native", "true", "--weak-limits"], "There is no container."),
+        (["--native", "true", "--gpus", "1"], "--cpus and --gpus are about one."),
+        (["--sandbox", "true", "--cpus", "1"], "There is no container."),
+        (["--native", "true", "--weak-limits"], "A native solution cannot be limited."),
+        (["--mode", "other", "--native", "true", "--weak-limits"], "--weak-limits says nothing to the mode other."),
         (["--containerised", "made", "--memory", "much"], "--memory much is no size."),
     ],
 )

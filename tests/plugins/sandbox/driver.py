@@ -1,6 +1,7 @@
 """Runs solutions in sandboxes, as a process of its own: whoever tests may run it as another user.
 
-Reads a JSON list of `{"code", "limits", "bubblewrap"}` from stdin and writes one of how each has ended to stdout.
+Reads a JSON list of `{"code", "limits", "weak_limits", "readable", "bubblewrap", "wait_s"}` from stdin and
+writes one of how each has ended to stdout.
 """
 
 import json
@@ -15,7 +16,6 @@ from typing import Any
 
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.sandbox import mode
-from benchbot.plugins.sandbox.mode import Sandbox
 from benchbot.submission.modes import RESULT, ProcessLimits, SolutionSpec, private_socket
 from benchbot.wire.run_state import Connection
 
@@ -34,10 +34,14 @@ def run(case: Mapping[str, Any], folder: Path, path: Path) -> dict[str, Any]:
     output = bytearray()
     limits = ProcessLimits(**case.get("limits", {}))
     ended: dict[str, Any] = {"status": None, "explained": None}
-    sandbox = Sandbox(tuple(Path(name) for name in case.get("readable", ())))
-    spec = SolutionSpec([sys.executable, "solution.py"], work, limits=limits, mode=sandbox)
+    options = mode.resolved({"readable": case.get("readable", ()), "weak_limits": case.get("weak_limits", False)})
+    connection = Connection("http://127.0.0.1:1", str(path), "token")
     try:
-        with sandbox.start(spec, Connection("http://127.0.0.1:1", str(path), "token"), exchange, output.extend) as held:
+        with (
+            mode.prepared(SolutionSpec([sys.executable, "solution.py"], work, limits=limits), options, len) as spec,
+            spec.mode.start(spec, connection, exchange, output.extend) as held,
+        ):
+            ended |= {"mode": spec.mode.name, "weak_limits": spec.weak_limits}
             ended["command_line"] = Path(f"/proc/{held.process}/cmdline").read_text()
             ended["status"] = held.wait(case.get("wait_s", WAIT_S))
             ending_s = time.monotonic()
@@ -49,7 +53,6 @@ def run(case: Mapping[str, Any], folder: Path, path: Path) -> dict[str, Any]:
     result = exchange / RESULT
     return {
         **ended,
-        "mode": sandbox.name,
         "output": output.decode("utf-8", "replace"),
         "result": result.read_text()[:100_000] if result.exists() else None,
         "groups": [str(path) for path in Path("/sys/fs/cgroup").glob(f"**/benchbot-{os.getpid()}-*")],

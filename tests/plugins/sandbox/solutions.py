@@ -44,6 +44,15 @@ with open(os.environ["BENCHBOT_RESULT"], "w") as file:
 """Says what it sees and may; leaves a process behind. TRUTH, READABLE and OUTER are put in."""
 
 EATS_MEMORY = "x = [bytearray(b'x' * 2**20) for _ in range(2000)]"
+EATS_MEMORY_TOGETHER = """\
+import subprocess, sys
+eater = "x = bytearray(b'x' * 100 * 2**20); input()"
+children = [subprocess.Popen([sys.executable, "-c", eater], stdin=subprocess.PIPE) for _ in range(8)]
+for child in children:
+    child.communicate(b"\\n")
+raise SystemExit(any(child.returncode for child in children))
+"""
+"""Eight processes with 100 MiB each, all at the same time."""
 FORKS = """\
 import os, time
 children = []
@@ -57,6 +66,13 @@ except OSError as error:
     raise SystemExit(f"{len(children)} children: {error}")
 """
 BURNS = "while True: pass"
+BURNS_TOGETHER = """\
+import subprocess, sys
+burner = "while True: pass"
+children = [subprocess.Popen([sys.executable, "-c", burner]) for _ in range(4)]
+for child in children:
+    child.wait()
+"""
 WRITES_MUCH = "open('/tmp/x', 'wb').write(bytes(3 * 2**20))"
 LINKS = "import os; os.symlink('/etc/hostname', os.environ['BENCHBOT_RESULT'])"
 PIPES = "import os; os.mkfifo(os.environ['BENCHBOT_RESULT'])"

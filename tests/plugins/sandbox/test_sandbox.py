@@ -7,6 +7,8 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,9 @@ from benchbot.plugins.sandbox.mode import Sandbox, bubblewrap_problem
 from benchbot.submission.init import landlock
 from tests.plugins.sandbox.solutions import (
     BURNS,
+    BURNS_TOGETHER,
     EATS_MEMORY,
+    EATS_MEMORY_TOGETHER,
     ENDS_ITS_INIT_PROCESS,
     FORKS,
     KILLS_ALL,
@@ -28,7 +32,7 @@ from tests.plugins.sandbox.solutions import (
     TOO_MUCH,
     WRITES_MUCH,
 )
-from tests.submission.ordinary import ordinarily
+from tests.submission.ordinary import delegated, ordinarily
 
 ROOT = Path(__file__).parents[3]
 TRUTH = ROOT / "plugins" / "envs_bear" / "src" / "benchbot_envs_bear"
@@ -43,31 +47,33 @@ def folder() -> Iterator[Path]:
         yield Path(name)
 
 
-@pytest.fixture(params=["ordinary", "root"] if os.geteuid() == 0 else ["ordinary"])
-def drive(request: pytest.FixtureRequest, folder: Path) -> Drive:
-    """Runs solutions in sandboxes, as an ordinary user and, where the tests have it, as root."""
+@pytest.fixture(params=["ordinary", "delegated", "root"] if os.geteuid() == 0 else ["ordinary"])
+def drive(request: pytest.FixtureRequest, folder: Path) -> Iterator[Drive]:
+    """Runs solutions in sandboxes: as an ordinary user, as one who may make control groups, and as root."""
+    with ExitStack() as stack:
+        entering = stack.enter_context(delegated()) if request.param == "delegated" else []
+        yield partial(driven, entering, folder, ordinary=request.param != "root")
 
-    def run(cases: Cases) -> Cases:
-        command = [sys.executable, "-m", "tests.plugins.sandbox.driver"]
-        command = ordinarily(command, folder) if request.param == "ordinary" else command
-        folders = {f"BENCHBOT_{kind}_DIR": str(folder / kind) for kind in ("STATE", "CACHE", "DATA")}
-        home = {"HOME": str(folder), "TMPDIR": str(folder)}
-        done = subprocess.run(
-            command,
-            input=json.dumps(cases),
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=300,
-            cwd=ROOT,
-            env={**os.environ, **home, **folders, "SECRET": "of the user", "OMP_NUM_THREADS": "1"},
-        )
-        assert done.returncode == 0, done.stderr
-        found = json.loads(done.stdout)
-        assert isinstance(found, list)
-        return found
 
-    return run
+def driven(entering: list[str], folder: Path, cases: Cases, *, ordinary: bool) -> Cases:
+    command = [sys.executable, "-m", "tests.plugins.sandbox.driver"]
+    command = [*entering, *(ordinarily(command, folder) if ordinary else command)]
+    folders = {f"BENCHBOT_{kind}_DIR": str(folder / kind) for kind in ("STATE", "CACHE", "DATA")}
+    home = {"HOME": str(folder), "TMPDIR": str(folder)}
+    done = subprocess.run(
+        command,
+        input=json.dumps(cases),
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+        cwd=ROOT,
+        env={**os.environ, **home, **folders, "SECRET": "of the user", "OMP_NUM_THREADS": "1"},
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert isinstance(found, list)
+    return found
 
 
 def looking_around(folder: Path) -> dict[str, Any]:
@@ -112,9 +118,9 @@ def test_a_solution_sees_what_it_needs_and_reaches_nothing_else(drive: Drive, fo
 def test_what_goes_beyond_a_limit_is_ended_and_told(drive: Drive) -> None:
     memory, many, time, size = drive(
         [
-            {"code": EATS_MEMORY, "limits": {"memory_bytes": 200 * 2**20}},
+            {"code": EATS_MEMORY, "limits": {"memory_bytes": 200 * 2**20}, "weak_limits": True},
             {"code": FORKS, "limits": {"processes": 30}},
-            {"code": BURNS, "limits": {"cpu_time_s": 1}},
+            {"code": BURNS, "limits": {"cpu_time_s": 1}, "weak_limits": True},
             {"code": WRITES_MUCH, "limits": {"file_size_bytes": 2**20}},
         ]
     )
@@ -125,6 +131,37 @@ def test_what_goes_beyond_a_limit_is_ended_and_told(drive: Drive) -> None:
     assert "used up its CPU time. It had 1 seconds" in time["explained"]
     assert "a file larger than it may: 1 MiB" in size["explained"]
     assert {ended["status"] == 0 for ended in (memory, many, time, size)} == {False}
+
+
+@pytest.mark.parametrize("drive", ["delegated", "root"], indirect=True)
+def test_limits_hold_for_all_processes_together(drive: Drive) -> None:
+    memory, time = drive(
+        [
+            {"code": EATS_MEMORY_TOGETHER, "limits": {"memory_bytes": 400 * 2**20}},
+            {"code": BURNS_TOGETHER, "limits": {"cpu_time_s": 1}},
+        ]
+    )
+
+    assert memory["status"] != 0
+    assert "more memory than it may: 400 MiB" in memory["explained"]
+    assert "used up its CPU time. It had 1 seconds" in time["explained"]
+    assert (memory["weak_limits"], memory["groups"]) == ([], [])
+
+
+@pytest.mark.parametrize("drive", ["ordinary"], indirect=True)
+def test_where_they_would_not_what_was_asked_for_is_refused_and_a_default_is_weak(drive: Drive) -> None:
+    asked = {"code": EATS_MEMORY_TOGETHER, "limits": {"memory_bytes": 400 * 2**20}}
+
+    refused, timed, trusted, unasked = drive(
+        [asked, {"code": BURNS, "limits": {"cpu_time_s": 1}}, {**asked, "weak_limits": True}, {"code": "print(7)"}]
+    )
+
+    assert "The solution's limits would not hold: memory." in refused["explained"]
+    assert "--weak-limits" in refused["explained"]
+    assert "would not hold: CPU time." in timed["explained"]
+    assert (refused["output"], timed["output"]) == ("", "")
+    assert (trusted["status"], trusted["weak_limits"]) == (0, ["memory"])
+    assert (unasked["status"], unasked["weak_limits"]) == (0, ["memory"])
 
 
 def test_a_result_that_is_none_is_refused_and_a_solution_that_ends_its_sandbox_has_failed(drive: Drive) -> None:
