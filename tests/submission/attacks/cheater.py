@@ -1,11 +1,9 @@
-# ruff: noqa: PTH123, PTH118, PTH208, PTH116, PTH112, PTH109, PTH108, SIM112
+# ruff: noqa: PTH123, PTH118, PTH208, PTH116, PTH112, PTH109, PTH108
 """A solution that cheats: it tries all that it can think of, and prints what it got as one line of JSON per attempt.
 
-It needs nothing but Python's standard library. What it is after comes as JSON in base 64, in its first argument or in
-the variable `args`. With `harmless` it takes nothing and breaks nothing: it only looks whether it could.
+It needs nothing but Python's standard library, and the modules beside it.
 """
 
-import base64
 import ctypes
 import errno
 import http.client
@@ -16,34 +14,14 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
-TARGETS = json.loads(base64.b64decode(sys.argv[1] if len(sys.argv) > 1 else os.environ["args"]))
-HARMLESS = TARGETS["harmless"]
+from tests.submission.attacks import overreach  # noqa: F401  it registers attacks
+from tests.submission.attacks.attempts import ATTACKS, HARMLESS, TARGETS, ThwartedError, any_of, attack, writable
+
 SECRET = re.compile(rb"SECRET-[0-9a-f]{16}")
 PRUNED = {"/proc", "/sys", "/dev", "/usr/share", "/usr/lib", "/usr/include", "/lib", "/lib64"}
-ATTACKS: dict[str, Callable[[], str]] = {}
-Attack = Callable[[], str]
-
-
-class ThwartedError(Exception):
-    """The attack got nothing, and this is why."""
-
-
-def attack(name: str, *, harms: bool = False) -> Callable[[Attack], Attack]:
-    """Register an attack, which returns what it got, or raises OSError or ThwartedError.
-
-    One that `harms` is not tried where nothing is to be harmed.
-    """
-
-    def register(function: Attack) -> Attack:
-        if not (harms and HARMLESS):
-            ATTACKS[name] = function
-        return function
-
-    return register
 
 
 def connected() -> http.client.HTTPConnection:
@@ -88,19 +66,6 @@ def told_by(path: str) -> str:
     if not found:
         raise ThwartedError("nothing in it")
     return found[0].decode()
-
-
-def any_of(attempts: Iterator[Callable[[], str]]) -> str:
-    """Return what the first attempt that succeeds got; raises ThwartedError with the kinds of refusals."""
-    refusals = set()
-    for attempt in attempts:
-        try:
-            return attempt()
-        except ThwartedError as error:
-            refusals.add(str(error))
-        except OSError as error:
-            refusals.add(errno.errorcode.get(error.errno or 0, type(error).__name__))
-    raise ThwartedError(", ".join(sorted(refusals)) or "nothing to try")
 
 
 @attack("read the ground truth where it is")
@@ -283,30 +248,6 @@ def trace() -> str:
     return f"process {pid}"
 
 
-@attack("become root, mount, unshare, chroot, make devices", harms=True)
-def escape() -> str:
-    libc = ctypes.CDLL(None, use_errno=True)
-
-    def call(name: str, *arguments: Any) -> Callable[[], str]:
-        def attempt() -> str:
-            if getattr(libc, name)(*arguments) != 0:
-                raise OSError(ctypes.get_errno(), "")
-            return name
-
-        return attempt
-
-    calls = (
-        call("setuid", 0),
-        call("mount", b"none", b"/tmp", b"tmpfs", 0, None),
-        call("unshare", 0x10000000),
-        call("unshare", 0x00020000),
-        call("chroot", b"/tmp"),
-        call("mknod", b"/tmp/disk", 0o60666, os.makedev(254, 0)),
-        call("setns", os.open("/proc/self/ns/mnt", os.O_RDONLY), 0),
-    )
-    return any_of(iter(calls))
-
-
 @attack("write to the kernel's settings and devices")
 def write_kernel() -> str:
     paths = ("/proc/sys/kernel/core_pattern", "/proc/sysrq-trigger", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
@@ -323,12 +264,6 @@ def change_code() -> str:
 @attack("write another run's result")
 def write_other() -> str:
     return writable(TARGETS["other_result"])
-
-
-def writable(path: str) -> str:
-    """Return the path if it can be opened for writing; nothing is written."""
-    os.close(os.open(path, os.O_WRONLY | os.O_APPEND))
-    return path
 
 
 @attack("leave files on this machine's disk")
@@ -357,45 +292,6 @@ def leave_files() -> str:
 def seen(path: str) -> bool:
     """Say whether a place can be looked at."""
     return os.access(path, os.F_OK)
-
-
-@attack("fill the disk with a result", harms=True)
-def fill_disk() -> str:
-    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    try:
-        with open(os.environ["BENCHBOT_RESULT"], "wb") as file:
-            file.writelines(bytes(TARGETS["file_size_bytes"] // 4) for _ in range(8))
-        return "twice the limit"
-    finally:
-        os.truncate(os.environ["BENCHBOT_RESULT"], 0)
-
-
-@attack("use more memory than allowed", harms=True)
-def balloon() -> str:
-    code = f"blocks = [b'x' * 2**24 for _ in range({2 * TARGETS['memory_bytes'] // 2**24})]; print(len(blocks))"
-    # It is the one to die, should one have to.
-    offers_itself = "open('/proc/self/oom_score_adj', 'w').write('1000')"
-    done = subprocess.run([sys.executable, "-c", f"{offers_itself}; {code}"], capture_output=True, check=False)
-    if done.returncode == 0:
-        return "twice the limit"
-    raise ThwartedError("killed" if done.returncode == -signal.SIGKILL else done.stderr.decode().split()[-1])
-
-
-@attack("fork without end", harms=True)
-def fork_bomb() -> str:
-    children: list[int] = []
-    try:
-        while len(children) < 4 * TARGETS["processes"]:
-            child = os.fork()
-            if child == 0:
-                time.sleep(600)
-                os._exit(0)
-            children.append(child)
-        return f"{len(children)} processes"
-    finally:
-        for child in children:
-            os.kill(child, signal.SIGKILL)
-            os.waitpid(child, 0)
 
 
 @attack("leave a process behind: double fork, a session of its own")

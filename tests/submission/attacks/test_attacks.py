@@ -9,8 +9,9 @@ import socket
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -25,14 +26,16 @@ from benchbot.submission.modes import NATIVE, SolutionSpec
 from tests.plugin_factory import DECLARES, PluginFactory
 from tests.plugins.containers import solutions
 from tests.submission.attacks import table
-from tests.submission.ordinary import ordinarily
+from tests.submission.ordinary import delegated, ordinarily
 from tests.submission.submitting import back_end
 from tests.submission.submitting import submit as run
 from tests.supervisor.harness import eventually
 
 pytestmark = pytest.mark.xdist_group("containers")
 
-CHEATER = Path(__file__).with_name("cheater.py")
+ATTACKS = Path(__file__).parent
+CHEATER = ATTACKS / "cheater.py"
+DOCKERFILE = solutions.DOCKERFILE.replace("COPY solution.py", "COPY tests /solution/tests\nCOPY solution.py")
 LIMITS = {"memory_bytes": 256 * 2**20, "processes": 64, "file_size_bytes": 2**20}
 OPTIONS = ["--memory", "256MiB", "--processes", "64", "--file-size", "1MiB"]
 SELECTION = ["--task", "sample:passive", "--robot", "sample_robot", "--env", "arena:1"]
@@ -124,7 +127,7 @@ def submit(
 ) -> Submitted:
     """Have the cheater submitted, from a folder of its own."""
     work = prey.folder / secrets.token_hex(4)
-    work.mkdir()
+    copy_modules(work)
     shutil.copy(CHEATER, work)
     environment = {
         **{name: value for name, value in os.environ.items() if not name.startswith("BENCHBOT_")},
@@ -139,9 +142,11 @@ def submit(
     }
     (prey.folder / "home").mkdir(exist_ok=True)
     command = [*SUBMIT, *how, "--args", prey.targets(harmless=harmless), "--timeout", "120", "--json"]
-    if ordinary:
-        command = ordinarily(command, prey.folder)
-    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=work, env=environment, timeout=600)
+    with ExitStack() as stack:
+        if ordinary:
+            command = [*stack.enter_context(delegated()), *ordinarily(command, prey.folder)]
+        run = subprocess.run
+        done = run(command, capture_output=True, text=True, check=False, cwd=work, env=environment, timeout=600)
     text = done.stdout + done.stderr
     assert done.returncode == 0, text
     attempts = {}
@@ -152,6 +157,14 @@ def submit(
             attempts[attempt["attack"]] = attempt
     result = json.loads(Path(json.loads(done.stdout)["result_path"]).read_text("utf-8"))
     return Submitted(attempts, result, text)
+
+
+def copy_modules(folder: Path) -> None:
+    """Copy what the cheater imports, as it imports it."""
+    package = folder / "tests" / "submission" / "attacks"
+    package.mkdir(parents=True)
+    for name in ("attempts.py", "overreach.py"):
+        shutil.copy(ATTACKS / name, package)
 
 
 def host_is_unharmed(prey: Prey, submitted: Submitted) -> None:
@@ -198,12 +211,54 @@ def test_a_sandboxed_solution_gets_nothing(prey: Prey, ordinary: bool) -> None:
 
 
 def test_a_containerised_solution_gets_nothing(prey: Prey, podman: dict[str, str], tmp_path: Path) -> None:
-    folder = solutions.write(tmp_path / "cheater", CHEATER.read_text())
+    folder = solutions.write(tmp_path / "cheater", CHEATER.read_text(), DOCKERFILE)
+    copy_modules(folder)
     submitted = submit(prey, ["--containerised", str(folder), *OPTIONS], harmless=False, variables=podman)
     host_is_unharmed(prey, submitted)
     table.check("container", submitted.attempts)
     assert submitted.got == {}
     assert submitted.result["provenance"]["solution"]["mode"] == "container"
+
+
+STAYS = """
+import os, signal, sys, time
+for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+    signal.signal(number, signal.SIG_IGN)
+for _ in range(3):
+    if os.fork() == 0:
+        os.setsid()
+wanted = [os.getppid()] if NATIVE else [int(name) for name in os.listdir("/proc") if name.isdigit()]
+for process in wanted:
+    try:
+        if process != os.getpid():
+            os.kill(process, signal.SIGSTOP)
+    except OSError:
+        pass
+time.sleep(600)
+"""
+"""Ignores what is polite, has children in sessions of their own, and stops its leader and whatever else it may."""
+LONGEST_S = 15.0
+"""A deadline, not a measurement: a busy machine is slower than the 5 seconds after a time-out that are promised."""
+
+
+def test_a_solution_that_stops_what_is_to_end_it_ends_all_the_same(
+    engine_variables: dict[str, str], tmp_path: Path
+) -> None:
+    telling = solutions.write(tmp_path / "telling")
+    (telling / "stays.py").write_text(f"NATIVE = False\n{STAYS}")
+    (telling / "stays_natively.py").write_text(f"NATIVE = True\n{STAYS}")
+    with back_end() as backend, containers.container_mode(context.find(telling), print) as container:
+        for mode, command, variables in (
+            (NATIVE, [sys.executable, "stays_natively.py"], {}),
+            (Sandbox(), [sys.executable, "stays.py"], {}),
+            (container, [container.image], {"args": f"NATIVE = False\n{STAYS}"}),
+        ):
+            began_s = time.monotonic()
+            ended, spectator = run(SolutionSpec(command, telling, variables, 2, mode), backend)
+            assert time.monotonic() - began_s < LONGEST_S, mode.name
+            assert ended.document["provenance"]["failure"]["class"] == "timeout", spectator.text
+            assert not Path(f"/proc/{spectator.process}").exists()
+            assert not processes_with("stays")
 
 
 NAMES = """
