@@ -11,7 +11,7 @@ from typing import Any, Self, TypeVar
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.plugins.containers.engine import Engine, api_errors, failed
-from benchbot.plugins.containers.image import LABEL
+from benchbot.plugins.containers.image import LABEL, LIBPOD
 from benchbot.plugins.sandbox.control_group import ControlGroup, of_process
 from benchbot.plugins.sandbox.weak_limits import CPU_TIME, refused
 from benchbot.process import LastWords
@@ -76,6 +76,7 @@ class Container:
             stream = follower.attach(self._name, stdout=True, stderr=True, stream=True)
             self._follower = threading.Thread(target=self._follow, args=(follower, stream), daemon=True)
             self._follower.start()
+            self._limit_each_process()
             undisturbed(lambda: self._client.start(self._name))
             self.process = int(self._client.inspect_container(self._name)["State"]["Pid"])
             self._group = of_process(self.process)
@@ -146,6 +147,18 @@ class Container:
                     self._ended.wait(GRACE_S)
         with closing(self._engine.connect()) as client, suppress(APIError):
             client.remove_container(self._name, force=True, v=True)
+
+    def _limit_each_process(self) -> None:
+        """Set its limits of each process before it starts, where podman leaves them out: without root."""
+        import resource
+
+        if self._engine.name != "podman" or not self._engine.rootless:
+            return
+        self._client.post(f"{self._client.base_url}{LIBPOD}/{self._name}/init").raise_for_status()
+        first = int(self._client.inspect_container(self._name)["State"]["Pid"])
+        for limit in self._config["HostConfig"]["Ulimits"]:
+            number = getattr(resource, f"RLIMIT_{limit['Name'].upper()}")
+            resource.prlimit(first, number, (limit["Soft"], limit["Hard"]))
 
     def _follow(self, client: Any, stream: Any) -> None:
         """Pass on its output until it ends, and keep its exit status."""

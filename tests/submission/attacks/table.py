@@ -4,17 +4,28 @@ With BENCHBOT_WRITE_TABLES=1 in the environment the tests write what they find; 
 """
 
 import os
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
 PAGE = Path(__file__).parents[3] / "docs" / "attacks.md"
-MODES = ("native", "sandbox", "sandbox, by an ordinary user", "container")
-GOT, NOTHING, NOT_TRIED = "**gets it**", "nothing", "not tried"
+MODES = (
+    "native",
+    "sandbox",
+    "sandbox, by an ordinary user",
+    "container",
+    "container, by an ordinary user",
+)
+GOT, NOTHING, NOT_TRIED, REFUSED = "**gets it**", "nothing", "not tried", "refused beforehand"
 
 
-def check(mode: str, attempts: dict[str, dict[str, Any]]) -> None:
-    """Compare a column of the table with what was tried in a mode, and what it came to; or write it."""
+def check(mode: str, attempts: dict[str, dict[str, Any]], refused: Collection[str] = ()) -> None:
+    """Compare a column of the table with what was tried in a mode, and what it came to; or write it.
+
+    `refused` are attempts at limits that are refused there, unless weak ones are allowed.
+    """
     found = {name: NOTHING if attempt["got"] is None else GOT for name, attempt in attempts.items()}
+    found |= dict.fromkeys(refused, REFUSED)
     rows = read()
     if os.environ.get("BENCHBOT_WRITE_TABLES"):
         for name, outcome in found.items():

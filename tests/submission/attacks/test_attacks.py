@@ -27,6 +27,7 @@ from tests.plugin_factory import DECLARES, PluginFactory
 from tests.plugins.containers import solutions
 from tests.submission.attacks import table
 from tests.submission.ordinary import delegated, ordinarily
+from tests.submission.rootless import Rootless, rootless
 from tests.submission.submitting import back_end
 from tests.submission.submitting import submit as run
 from tests.supervisor.harness import eventually
@@ -124,8 +125,12 @@ def submit(
     harmless: bool,
     ordinary: bool = False,
     variables: Mapping[str, str] | None = None,
+    podman: Rootless | None = None,
 ) -> Submitted:
-    """Have the cheater submitted, from a folder of its own."""
+    """Have the cheater submitted, from a folder of its own; natively by root, or else by who may make control groups.
+
+    With a `podman` it is that one's user who submits it.
+    """
     work = prey.folder / secrets.token_hex(4)
     copy_modules(work)
     shutil.copy(CHEATER, work)
@@ -143,7 +148,9 @@ def submit(
     (prey.folder / "home").mkdir(exist_ok=True)
     command = [*SUBMIT, *how, "--args", prey.targets(harmless=harmless), "--timeout", "120", "--json"]
     with ExitStack() as stack:
-        if ordinary:
+        if podman is not None:
+            command, environment = podman.running(command, prey.folder), {**environment, **podman.variables}
+        elif ordinary:
             command = [*stack.enter_context(delegated()), *ordinarily(command, prey.folder)]
         run = subprocess.run
         done = run(command, capture_output=True, text=True, check=False, cwd=work, env=environment, timeout=600)
@@ -218,6 +225,30 @@ def test_a_containerised_solution_gets_nothing(prey: Prey, podman: dict[str, str
     table.check("container", submitted.attempts)
     assert submitted.got == {}
     assert submitted.result["provenance"]["solution"]["mode"] == "container"
+
+
+WEAKLY_HELD = (
+    "use more memory than allowed, in eight processes",
+    "use more memory than allowed, in files that nobody has mapped",
+)
+
+
+def test_an_ordinary_users_container_gets_nothing_and_is_refused_what_would_not_be_limited(prey: Prey) -> None:
+    folder = solutions.write(prey.folder / "contained", CHEATER.read_text(), DOCKERFILE)
+    copy_modules(folder)
+    how = ["--containerised", str(folder), *OPTIONS]
+    with rootless(prey.folder / "podman") as podman:
+        command = podman.running([*SUBMIT, *how], prey.folder)
+        environment = {**os.environ, **podman.variables, "HOME": str(prey.folder), "TMPDIR": str(prey.folder)}
+        refused = subprocess.run(command, capture_output=True, text=True, check=False, env=environment, timeout=300)
+        submitted = submit(prey, [*how, "--weak-limits"], harmless=False, podman=podman)
+    assert refused.returncode == 2
+    assert "The solution's limits would not hold: memory, processes." in refused.stderr
+    host_is_unharmed(prey, submitted)
+    # What it leaves is in the folder of its result, which goes with the run: host_is_unharmed has looked.
+    assert set(submitted.got) <= {*WEAKLY_HELD, "leave files on this machine's disk"}
+    table.check("container, by an ordinary user", submitted.attempts, WEAKLY_HELD)
+    assert submitted.result["provenance"]["solution"]["weak_limits"] == ["memory", "processes", "disk"]
 
 
 STAYS = """
