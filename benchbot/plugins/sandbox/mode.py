@@ -69,7 +69,8 @@ def check(_catalog: Catalog, intent: Intent) -> Iterator[Finding]:
     """Yield how solutions that are to be sandboxed are held; raises BenchbotError when they cannot be, here."""
     for each in [each for each in intent.submissions if each.mode == SANDBOX]:
         held = _sandboxed(each.spec, each.options)
-        yield Finding(Level.OK, "held", held.mode.describe())
+        weak = f"; weak limits: {', '.join(held.weak_limits)}" if held.weak_limits else ""
+        yield Finding(Level.OK, "held", f"{held.mode.describe()}{weak}")
 
 
 def _sandboxed(spec: SolutionSpec, options: Mapping[str, Any]) -> SolutionSpec:

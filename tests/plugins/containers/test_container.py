@@ -62,6 +62,17 @@ signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
 with open("/tmp/large", "wb") as file:
     file.write(bytes(2**21))
 """
+BURNS_TOGETHER = """
+import os, time
+for _ in range(8):
+    if os.fork() == 0:
+        while time.process_time() < 1.5:
+            pass
+        os._exit(0)
+for _ in range(8):
+    os.wait()
+"""
+"""Eight processes, none of which uses as much as all of them may together."""
 FORKS = """
 import os, time
 children = 0
@@ -137,6 +148,7 @@ def is_bounded(told: Containerised, backend: Backend) -> None:
     for code, why, failure in (
         ("x = bytearray(2**29)", "more memory than it may: 128 MiB", FailureClass.AGENT),
         ("while True: pass", "It had 2 seconds", FailureClass.TIMEOUT),
+        (BURNS_TOGETHER, "It had 2 seconds", FailureClass.TIMEOUT),
         (WRITES_MUCH, "a file larger than it may: 1 MiB", FailureClass.AGENT),
         ("import sys; print('no idea'); sys.exit(7)", "exit status 7.\nno idea", FailureClass.AGENT),
     ):

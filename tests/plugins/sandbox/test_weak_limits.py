@@ -50,12 +50,14 @@ def test_submit_refuses_what_was_asked_for_and_tells_that_a_default_is_weak(
 
     refused = elsewhere(*words, "--memory", "1GiB")
     timed = elsewhere(*words, "--cpu-time", "60", "--dry-run")
+    dry = elsewhere(*words, "--dry-run")
     nothing_ran = not (cli.folder / "result.json").exists()
     unasked = elsewhere(*words)
     default = weak_limits_of(cli.folder / "result.json")
     trusted = elsewhere(*words, "--memory", "1GiB", "--cpu-time", "60", "--weak-limits")
 
     assert (refused.returncode, timed.returncode, nothing_ran) == (2, 2, True)
+    assert "held: in a sandbox (bubblewrap); weak limits: memory" in dry.stderr
     assert REFUSED in refused.stderr
     assert "--weak-limits" in refused.stderr
     assert "would not hold: CPU time." in timed.stderr
