@@ -189,6 +189,7 @@ def test_without_bubblewrap_landlock_holds_it(drive: Drive, folder: Path) -> Non
     (ended,) = drive([{**looking_around(folder), "bubblewrap": False}])
 
     assert (ended["status"], ended["mode"]) == (0, "sandbox-landlock"), ended
+    assert ended["weak_limits"] == ["memory", "disk"]
     seen = json.loads(ended["result"])
     assert seen["processes"] == seen["shadow"] == "PermissionError"
     assert seen["sockets"] == ["PermissionError"] * 3

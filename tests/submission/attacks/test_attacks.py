@@ -233,6 +233,7 @@ WEAKLY_HELD = (
 )
 
 
+@pytest.mark.slow
 def test_an_ordinary_users_container_gets_nothing_and_is_refused_what_would_not_be_limited(prey: Prey) -> None:
     folder = solutions.write(prey.folder / "contained", CHEATER.read_text(), DOCKERFILE)
     copy_modules(folder)
@@ -272,6 +273,7 @@ LONGEST_S = 15.0
 """A deadline, not a measurement: a busy machine is slower than the 5 seconds after a time-out that are promised."""
 
 
+@pytest.mark.slow
 def test_a_solution_that_stops_what_is_to_end_it_ends_all_the_same(
     engine_variables: dict[str, str], tmp_path: Path
 ) -> None:
