@@ -1,15 +1,18 @@
 """Sensors number, cut off and place what they see as documented."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from benchbot.core.errors import BenchbotError
 from benchbot_scenes.scene import Instance
 from benchbot_sim_taichi.declared import mount
 from benchbot_sim_taichi.renderer import Frame
-from benchbot_sim_taichi.sensors import Camera, Labels
+from benchbot_sim_taichi.sensors import Camera, Labels, Sightings
 
 CAMERA = Camera("camera_left", 2, 2, 1.0, 1.0, 0.5, 0.5, (0.1, 5.0))
 
@@ -19,25 +22,59 @@ def frame(instance: list[list[int]], depth_m: float = 1.0) -> Frame:
     return Frame(np.zeros((*ids.shape, 3), np.uint8), np.full(ids.shape, depth_m, np.float32), ids)
 
 
+OBJECTS = [
+    Instance(1, "a", "chair"),
+    Instance(2, "wall", None),
+    Instance(3, "b", "cup"),
+    Instance(4, "c", "chair"),
+    Instance(5, "d", "piano"),
+    Instance(6, "e", "chair"),
+]
+
+
+def segmented(sightings: Sightings, instance: list[list[int]]) -> list[list[int]]:
+    numbers: list[list[int]] = sightings.segment(frame(instance))["instance_segment_img"].tolist()
+    return numbers
+
+
 def test_objects_are_numbered_within_their_class() -> None:
-    instances = [
-        Instance(1, "a", "chair"),
-        Instance(2, "wall", None),
-        Instance(3, "b", "cup"),
-        Instance(4, "c", "chair"),
-        Instance(5, "d", "piano"),
-    ]
-    labels = Labels.of(instances, ["bottle", "cup", "chair"])
-    seen = labels.segment(frame([[0, 1, 2], [3, 4, 5]]))
+    seen = Sightings(Labels.of(OBJECTS, ["bottle", "cup", "chair"])).segment(frame([[0, 1, 2], [3, 4, 5]]))
     assert seen["instance_segment_img"].tolist() == [[0, 3001, 0], [2001, 3002, 0]]
     assert seen["class_segment_img"].tolist() == [[0, 3, 0], [2, 3, 0]]
     assert seen["instance_segment_img"].dtype == np.uint16
     assert seen["class_segment_img"].dtype == np.uint8
-    assert seen["class_ids"] == {"cup": 2, "chair": 3}
+
+
+def test_numbers_do_not_tell_of_objects_that_have_not_been_seen() -> None:
+    sightings = Sightings(Labels.of(OBJECTS, ["cup", "chair"]))
+    assert segmented(sightings, [[6, 6]]) == [[2001, 2001]], "it is the third chair of the scene"
+    assert segmented(sightings, [[4, 6], [1, 4]]) == [[2002, 2001], [2003, 2002]], "an object keeps its number"
+
+
+def test_nor_do_the_numbers_of_classes() -> None:
+    """Which classes there are in a place is to be found out; the labels are told anyway."""
+    one = Sightings(Labels.of(OBJECTS, ["bottle", "cup", "chair"])).segment(frame([[0]]))
+    none = Sightings(Labels.of([], ["bottle", "cup", "chair"])).segment(frame([[0]]))
+    assert one["class_ids"] == none["class_ids"] == {"bottle": 1, "cup": 2, "chair": 3}
+
+
+@given(
+    st.lists(st.lists(st.integers(0, 6), min_size=4, max_size=4), min_size=1),
+    st.permutations([1, 3, 4, 6]),
+)
+def test_the_order_of_objects_in_a_scene_cannot_be_told_from_their_numbers(
+    pictures: list[list[int]], shuffled: list[int]
+) -> None:
+    """The same things seen, in scenes that list their objects in different orders, look the same."""
+    swapped = {0: 0, 2: 2, 5: 5, **dict(zip([1, 3, 4, 6], shuffled, strict=True))}
+    listed = [replace(one, index=swapped[one.index]) for one in OBJECTS]
+    here, there = (Sightings(Labels.of(objects, ["cup", "chair"])) for objects in (OBJECTS, listed))
+    for picture in pictures:
+        assert segmented(here, [picture]) == segmented(there, [[swapped[index] for index in picture]])
 
 
 def test_a_scene_without_labels_is_all_zero() -> None:
-    seen = Labels.of([], []).segment(frame([[0, 0]]))
+    seen = Sightings(Labels.of([], [])).segment(frame([[0, 0]]))
     assert seen["instance_segment_img"].tolist() == [[0, 0]]
     assert seen["class_ids"] == {}
 

@@ -192,7 +192,7 @@ def test_every_channel_has_its_documented_form(seeing: RayTracedSimulator) -> No
         (np.float64, (16,)),
         (np.float64, (1800,)),
     ]
-    assert seen["image_segment"]["class_ids"] == {"chair": 2, "table": 3}
+    assert seen["image_segment"]["class_ids"] == {"bottle": 1, "chair": 2, "table": 3}
     assert (seen["laser"]["range_min"], seen["laser"]["range_max"]) == (0.1, 20.0)
     assert seen["laser"]["scans"][0, 1] == -math.pi
     assert seen["laser"]["scans"][-1, 1] < math.pi

@@ -119,41 +119,58 @@ class Camera:
 
 @dataclass(frozen=True)
 class Labels:
-    """The segmentation labels of the scene's objects: tables by `Instance.index`, 0 is nothing."""
+    """The classes of a scene's objects: numbers by `Instance.index`, 0 is unlabelled, and the number of each label."""
 
     classes: npt.NDArray[np.uint8]
-    instances: npt.NDArray[np.uint16]
     class_ids: dict[str, int]
 
     @classmethod
     def of(cls, instances: Sequence[Instance], object_labels: Sequence[str]) -> Self:
-        """Number the objects: class = place in `object_labels` + 1, instance = class * 1000 + number within the class.
+        """Number the classes: place in `object_labels` + 1, whether or not the scene has objects of it.
 
-        An object whose class is not among the labels stays 0. Raises BenchbotError when the numbers do not fit.
+        An object whose class is not among the labels stays 0. Raises BenchbotError when the numbers of objects (see
+        `Sightings`) would not fit.
         """
         ids = {name: number for number, name in enumerate(object_labels, 1)}
-        size = max((instance.index for instance in instances), default=0) + 1
-        classes, numbers = np.zeros(size, np.uint8), np.zeros(size, np.uint16)
-        counts: Counter[str] = Counter()
-        for instance in sorted(instances, key=lambda instance: instance.index):
-            name = instance.class_name
-            if name is None or name not in ids:
-                continue
-            counts[name] += 1
-            number = ids[name] * INSTANCES_PER_CLASS + counts[name]
-            if counts[name] >= INSTANCES_PER_CLASS or number > np.iinfo(np.uint16).max:
+        classes = np.zeros(max((instance.index for instance in instances), default=0) + 1, np.uint8)
+        counts = Counter(instance.class_name for instance in instances if instance.class_name in ids)
+        for name, count in counts.items():
+            number = ids[str(name)] * INSTANCES_PER_CLASS + count
+            if count >= INSTANCES_PER_CLASS or number > np.iinfo(np.uint16).max:
                 raise BenchbotError(
                     f"There are too many objects or classes to number '{name}' ({number}).",
                     "An instance is numbered class * 1000 + number in 16 bits: 64 classes of 999 objects each.",
                     "Shorten the environment's object_labels, or split it into several environments.",
                 )
-            classes[instance.index], numbers[instance.index] = ids[name], number
-        return cls(classes, numbers, {name: ids[name] for name in object_labels if counts[name]})
+        for instance in instances:
+            classes[instance.index] = ids.get(instance.class_name or "", 0)
+        return cls(classes, ids)
+
+
+class Sightings:
+    """The numbers of the objects that a robot has seen since its scene was loaded: class * 1000 + number in the class.
+
+    Objects are numbered in the order in which they are first seen, in one picture row by row: a number tells nothing
+    of objects that have not been seen, such as how many there are.
+    """
+
+    def __init__(self, labels: Labels) -> None:
+        self._labels = labels
+        self._numbers = np.zeros(len(labels.classes), np.uint16)
+        self._counts: Counter[int] = Counter()
 
     def segment(self, frame: Frame) -> Segmentation:
         """Return the segmentation of one picture."""
+        classes, numbers = self._labels.classes[frame.instance], self._numbers[frame.instance]
+        new = (numbers == 0) & (classes > 0)
+        if new.any():
+            for index in dict.fromkeys(frame.instance[new].tolist()):
+                label = int(self._labels.classes[index])
+                self._counts[label] += 1
+                self._numbers[index] = label * INSTANCES_PER_CLASS + self._counts[label]
+            numbers = self._numbers[frame.instance]
         return {
-            "class_segment_img": self.classes[frame.instance],
-            "instance_segment_img": self.instances[frame.instance],
-            "class_ids": dict(self.class_ids),
+            "class_segment_img": classes,
+            "instance_segment_img": numbers,
+            "class_ids": dict(self._labels.class_ids),
         }

@@ -29,7 +29,7 @@ from benchbot_sim_taichi.odometry import Odometry
 from benchbot_sim_taichi.renderer import Frame, Renderer
 from benchbot_sim_taichi.robot import Footprint, Robot
 from benchbot_sim_taichi.scanners import Laser, Lidar
-from benchbot_sim_taichi.sensors import Labels
+from benchbot_sim_taichi.sensors import Labels, Sightings
 
 CONTROL_PERIOD_S = 0.05
 PICTURES = ("image_rgb", "image_depth", "image_segment")
@@ -41,7 +41,7 @@ class RayTracedSimulator:
 
     Options of the environment, or of who starts the simulator (these win): `arch` chooses where rays are traced, cpu
     (default), cuda, …; `quality` and `samples` how pictures are lit (see `quality`). The same pose in the same scene
-    gives the same picture, whatever the seed; the seed is that of odometry and of the sensors' noise.
+    gives the same colours and depth, whatever the seed; the seed is that of odometry and of the sensors' noise.
     """
 
     def __init__(self, spec: PlatformSpec) -> None:
@@ -63,6 +63,7 @@ class RayTracedSimulator:
         if key not in self._worlds:
             self._worlds[key] = _World(scene, self._spec, self._robot.footprint)
         self._world = self._worlds[key]
+        self._sightings = Sightings(self._world.labels)
         self._start_pose = scene.start_pose
         x, y, self._base_z_m = self._start_pose.translation_xyz
         self._state = State(x, y, self._start_pose.yaw_rad)
@@ -219,7 +220,7 @@ class RayTracedSimulator:
                 case "image_depth" if frame:
                     seen["image_depth"] = camera.depth(frame, partial(self._random, "image_depth"))
                 case "image_segment" if frame:
-                    seen["image_segment"] = self._world.labels.segment(frame)
+                    seen["image_segment"] = self._sightings.segment(frame)
                 case "image_rgb_info" | "image_depth_info" | "image_segment_info":
                     seen[name] = camera.info()
                 case "laser" | "lidar":
