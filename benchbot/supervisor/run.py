@@ -173,8 +173,8 @@ class Run:
     ) -> dict[str, Any]:
         """Check and complete a result, or record a failed episode when there is no document; write it; return it.
 
-        The answer, unlike what is written, discloses neither seed nor secret; and the track, and what all attempts have
-        spent, only where the task tells true poses anyway. Waits for an action that is still under way.
+        The answer, unlike what is written, discloses neither seed nor secret; and the track, simulated time, and what
+        all attempts have spent, only where the task tells true poses anyway. Waits for an action that is still under way.
         """
         with self._exclusively(ACTION_WAIT_S):
             if failure is not None:
@@ -189,7 +189,10 @@ class Run:
             self.recordings.result(finished)
             # What is kept with the result alone: a solution that could read it might still be driving.
             told = description.result_document(finished, with_pose=self._shows_pose)
-            return {"document": told, "path": str(self.result_path), "timings": timings(self.session)}
+            spent_time = timings(self.session)
+            if not self._shows_pose:
+                del spent_time["real_time_factor"]
+            return {"document": told, "path": str(self.result_path), "timings": spent_time}
 
     def results_function(self, name: str, args: list[Any], kwargs: dict[str, Any]) -> Any:
         """Call a function of the task's results format."""
@@ -376,11 +379,11 @@ class Run:
         self.due.append(partial(self._announce, kind))
 
     def _announce(self, kind: str) -> None:
-        """Log and publish an event with the progress, without a pose that the task hides."""
-        progress = self.public_progress()
+        """Log the progress, and publish an event with it, without what the task hides."""
+        told = description.progress_document(self.progress, with_pose=True)
         shown = ("scene_number", "steps", "last_action", "state", "simulated_time_s", "failure", "waiting_for")
-        log.info("%s: %s", kind, ", ".join(f"{key} {progress[key]}" for key in shown))
-        self.events.publish(kind, progress)
+        log.info("%s: %s", kind, ", ".join(f"{key} {told[key]}" for key in shown))
+        self.events.publish(kind, self.public_progress())
 
     def _step_document(self, step: Step) -> dict[str, Any]:
         state = description.state_document(self.session)

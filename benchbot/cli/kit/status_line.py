@@ -261,7 +261,8 @@ def progress_text(progress: Mapping[str, Any], scene_count: int) -> str:
         steps += f" ({spent['steps']} in {spent['restarts'] + 1} attempts)"
     if progress["trajectory_index"]:
         steps += f" · pose {progress['trajectory_index']}/{progress['trajectory_length']}"
-    pose = progress["pose_xyyaw"]  # a task with noisy localisation hides it
+    # A task with noisy localisation hides the true pose, and the time that tells how far the robot has driven.
+    pose, simulated_s = progress["pose_xyyaw"], progress["simulated_time_s"]
     where = [] if pose is None else [f"at ({pose[0]:.2f}, {pose[1]:.2f}) m {math.degrees(pose[2]):.0f}°"]
     wall_s = progress["wall_time_s"]
     frames_per_s = progress["frames"] / wall_s if wall_s > 0 else 0.0
@@ -271,7 +272,7 @@ def progress_text(progress: Mapping[str, Any], scene_count: int) -> str:
         f"scene {progress['scene_number'] + 1}/{scene_count}",
         steps,
         *where,
-        f"{progress['simulated_time_s']:.1f} s simulated",
+        *([] if simulated_s is None else [f"{simulated_s:.1f} s simulated"]),
         f"{wall_s:.1f} s",
         f"{frames_per_s:.1f} frames/s",
     ]
