@@ -5,7 +5,9 @@ every other one is left to `http.client`, which knows all of HTTP.
 """
 
 import re
+import select
 import socket
+import struct
 from collections.abc import Mapping
 from urllib.parse import urlsplit
 
@@ -69,12 +71,13 @@ class Transport:
         return "\r\n".join(lines).encode("utf-8") + body
 
     def _connected(self) -> socket.socket:
+        if self._socket is not None and _is_over(self._socket):
+            # It was closed while nothing was under way, as by a supervisor that has too many: nothing has been sent.
+            self.close()
         if self._socket is None:
             if self._address is None:
-                connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-                connection.settimeout(CONNECT_TIMEOUT_S)
-                self._socket = connection
-                connection.connect(self._where)
+                self._socket = connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+                _connect_when_there_is_room(connection, self._where)
             else:
                 self._socket = connection = socket.create_connection(self._address, CONNECT_TIMEOUT_S)
                 connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -123,6 +126,21 @@ def _any_answer(connection: socket.socket, method: str) -> tuple[int, Mapping[st
         raise ConnectionError(f"{error or type(error).__name__}") from error
     told = {name.lower(): value for name, value in response.getheaders()}
     return response.status, {**told, **({"connection": "close"} if response.will_close else {})}, content
+
+
+def _is_over(connection: socket.socket) -> bool:
+    """Say whether a connection on which nothing is awaited has been closed by the other end, or brings what is not."""
+    poll = select.poll()
+    poll.register(connection, select.POLLIN)
+    return bool(poll.poll(0))
+
+
+def _connect_when_there_is_room(connection: socket.socket, path: str) -> None:
+    """Connect to a unix socket; wait while others want to, too, as a socket with a time-out of Python's would not."""
+    seconds = struct.pack("ll", int(CONNECT_TIMEOUT_S), 0)
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, seconds)
+    connection.connect(path)
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, bytes(len(seconds)))
 
 
 def _fill(connection: socket.socket, view: memoryview) -> None:

@@ -62,12 +62,13 @@ def run(
     """Run a solution to its end; `died` tells why the back end is gone, if it knows.
 
     The watcher looks four times a second at first, and in time as rarely as `longest_period_s` says. `state` is that of
-    the back end, if it is known: it tells the seed where no supervisor is left to say it.
+    the back end, if it is known: its token is the operator's, and it tells the seed where no supervisor is left to.
 
     Whatever happens there is a result document, and no process is left. Raises BenchbotError when the solution cannot
     even be started.
     """
-    client = Client(connection)
+    # What a solution does with its own token, such as asking without end, keeps nobody from seeing how it ends.
+    client = Client(connection if state is None else replace(connection, token=state.operator_token))
     session = client.session()
     marks = file_marks(spec.command, spec.folder)
     solution = solution_of(spec)

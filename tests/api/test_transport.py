@@ -1,7 +1,9 @@
 import socket
 import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
+from pathlib import Path
 
 import pytest
 
@@ -9,6 +11,7 @@ from benchbot.api.client import Client
 from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.wire import encoding
 from benchbot.wire.run_state import Connection
+from tests.supervisor.harness import eventually
 
 Answering = Callable[[bytes], Client]
 
@@ -106,6 +109,58 @@ def test_a_connection_that_the_supervisor_ends_is_opened_anew() -> None:
         client = Client(Connection(f"http://127.0.0.1:{listener.getsockname()[1]}", None, "token"))
         assert [client.session(), client.session()] == [{"steps": 3}, {"steps": 3}]
         thread.join()
+
+
+def test_a_connection_that_was_closed_while_nothing_was_asked_is_opened_anew() -> None:
+    """As a supervisor closes idle ones when it has too many: a solution must not fail by that, nor who submits it."""
+    body = encoding.encode({"steps": 3})
+    with socket.create_server(("127.0.0.1", 0)) as listener, ExitStack() as stack:
+        asked: list[bytes] = []
+
+        def serve() -> None:
+            for _ in range(2):
+                with listener.accept()[0] as connection:
+                    asked.append(connection.recv(65536)[:20])
+                    connection.sendall(HEAD + b"Content-Length: %d\r\n\r\n" % len(body) + body)
+                closed.release()
+
+        closed = threading.Semaphore(0)
+        thread = threading.Thread(target=serve)
+        thread.start()
+        stack.callback(thread.join)
+        client = Client(Connection(f"http://127.0.0.1:{listener.getsockname()[1]}", None, "token"))
+        assert client.session() == {"steps": 3}
+        closed.acquire()
+        assert client.step(None) == {"steps": 3}
+        assert asked == [b"GET /api/v1/session ", b"POST /api/v1/step HT"]
+
+
+def test_a_client_waits_while_a_unix_socket_takes_no_more(tmp_path: Path) -> None:
+    body = encoding.encode({"steps": 3})
+    with socket.socket(socket.AF_UNIX) as listener, ExitStack() as stack:
+        listener.bind(str(tmp_path / "s"))
+        listener.listen(0)
+        crowd = stack.enter_context(socket.socket(socket.AF_UNIX))
+        crowd.connect(str(tmp_path / "s"))
+        with ThreadPoolExecutor(1) as executor:
+            answer = executor.submit(Client(Connection(None, str(tmp_path / "s"), "token")).session)
+            # Nobody else comes in, either.
+            assert eventually(lambda: not answer.done() and is_full(tmp_path / "s"))
+            listener.accept()[0].close()
+            with listener.accept()[0] as connection:
+                connection.recv(65536)
+                connection.sendall(HEAD + b"Content-Length: %d\r\n\r\n" % len(body) + body)
+                assert answer.result() == {"steps": 3}
+
+
+def is_full(path: Path) -> bool:
+    with socket.socket(socket.AF_UNIX) as client:
+        client.setblocking(False)
+        try:
+            client.connect(str(path))
+        except BlockingIOError:
+            return True
+        return False
 
 
 def test_an_answer_that_comes_byte_by_byte_is_put_together() -> None:

@@ -24,6 +24,7 @@ from benchbot.supervisor.http import bodies
 from benchbot.supervisor.http.access import Access
 from benchbot.supervisor.http.server import while_connected
 from benchbot.supervisor.run import Run
+from benchbot.wire.encoding import MAX_BODY_BYTES
 
 HELLO = "Hello, I am the BenchBot supervisor"
 HELLO_ROBOT = "Hello, I am the BenchBot robot controller"
@@ -74,7 +75,7 @@ def routes(run: Run, access: Access) -> list[Route]:
         return _json(functions)
 
     async def function(request: Request) -> Response:
-        body = await bodies.read(request, Call)
+        body = await bodies.read(request, Call, MAX_BODY_BYTES)
         name = request.path_params["name"]
         if name not in functions:
             raise _unknown("results function", name, functions)

@@ -17,6 +17,10 @@ from benchbot.wire.joining import Lease, lease_of, taken
 
 Endpoint = Callable[[Request], Awaitable[Response]]
 
+MOST_REQUESTS = 128
+"""The number of requests that may be under way at once, event streams included; the operator's are not counted."""
+OPERATOR = "operator"
+"""What a request with the operator's token has in its state: the server does not close its connection for others."""
 SOLUTION = "solution"
 """What a request that may act has in its state: the token of its solution."""
 NOT_THE_OPERATOR = (
@@ -51,6 +55,14 @@ class Access:
     def acting(self, endpoint: Endpoint) -> Endpoint:
         """Let requests in as `solution`, but while a solution has leased the robot (409) those of that one only."""
         return _checked(endpoint, self.check_acting)
+
+    def watched(self, endpoint: Endpoint) -> Endpoint:
+        """Let requests in as `solution`, and the operator's, who has submitted one."""
+        return self._or_operators(endpoint, self.check_solution)
+
+    def ending(self, endpoint: Endpoint) -> Endpoint:
+        """Let requests in as `acting`, and the operator's, who hands in what a solution has left."""
+        return self._or_operators(endpoint, self.check_acting)
 
     def tokenless(self, endpoint: Endpoint) -> Endpoint:
         """Let requests in as `solution`, or where the run allows it all that are addressed to this machine."""
@@ -92,6 +104,9 @@ class Access:
         # Of the token itself: the header may have it in many forms.
         setattr(request.state, SOLUTION, self.token if lease is None else lease.token)
 
+    def _or_operators(self, endpoint: Endpoint, check: Callable[[Request], object]) -> Endpoint:
+        return _checked(endpoint, lambda request: None if self.is_operator(request) else check(request))
+
     def _check_operator(self, request: Request, refused: tuple[str, str, str]) -> None:
         if not self.is_operator(request):
             self.check_solution(request)
@@ -132,6 +147,17 @@ def check_head(headers: Mapping[str, str]) -> None:
             "The supervisor does not answer to that name.",
             f"'{name}' is no address, and not what this machine calls itself.",
             "Use the machine's IP address, with the run's port.",
+        )
+
+
+def check_share(under_way: int) -> None:
+    """Raise RefusedError (429) for a request that comes while as many are under way as may be."""
+    if under_way >= MOST_REQUESTS:
+        raise RefusedError(
+            429,
+            "There are too many requests at once.",
+            f"{MOST_REQUESTS} are under way, event streams included.",
+            "Wait for their answers, and close streams of events that you do not read.",
         )
 
 

@@ -11,7 +11,6 @@ from typing import Any, TypeVar
 
 import msgspec
 from starlette.applications import Starlette
-from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
 from starlette.requests import ClientDisconnect, Request
@@ -25,7 +24,7 @@ from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.supervisor import RefusedError
 from benchbot.supervisor.events import stream
 from benchbot.supervisor.http import bodies
-from benchbot.supervisor.http.access import Access, Endpoint, check_head
+from benchbot.supervisor.http.access import OPERATOR, Access, Endpoint, check_head, check_share
 from benchbot.supervisor.http.server import in_thread, while_connected
 from benchbot.supervisor.platform import borrowed
 from benchbot.supervisor.recording.host import Recordings
@@ -123,7 +122,7 @@ def create_app(
         return run.next_scene(caller, encode)
 
     async def result(request: Request) -> Response:
-        body = await bodies.read(request, ResultRequest)
+        body = await bodies.read(request, ResultRequest, encoding.MAX_BODY_BYTES)
         if body.result is None and body.failure is None:
             raise RefusedError(
                 400,
@@ -143,7 +142,7 @@ def create_app(
         return bodies.respond(request, finished)
 
     async def results_function(request: Request) -> Response:
-        body = await bodies.read(request, FunctionRequest)
+        body = await bodies.read(request, FunctionRequest, encoding.MAX_BODY_BYTES)
         name = request.path_params["name"]
         value = await in_thread(run.results_function, name, body.args, body.kwargs)
         return bodies.respond(request, {"value": value})
@@ -177,16 +176,16 @@ def create_app(
         await in_thread(_record, run.recordings, body)
         return await recordings(request)
 
-    return Starlette(
+    app = Starlette(
         routes=[
             # First, since routes are matched in order and this one is in a solution's loop.
             Route("/api/v1/step", observing(StepRequest, step), methods=["POST"]),
             Route("/api/v1/health", health),
-            Route("/api/v1/session", access.solution(session)),
+            Route("/api/v1/session", access.watched(session)),
             Route("/api/v1/events", access.solution(events)),
             Route("/api/v1/reset", observing(EmptyRequest, reset), methods=["POST"]),
             Route("/api/v1/next_scene", observing(EmptyRequest, next_scene), methods=["POST"]),
-            Route("/api/v1/result", access.acting(result), methods=["POST"]),
+            Route("/api/v1/result", access.ending(result), methods=["POST"]),
             Route("/api/v1/results_functions/{name}", access.solution(results_function), methods=["POST"]),
             Route("/api/v1/stop", stop, methods=["POST"]),
             Route("/api/v1/operator", access.operator(operator), methods=["POST"]),
@@ -194,7 +193,11 @@ def create_app(
             Route("/api/v1/watch/record", access.host(record), methods=["POST"]),
             *_routes_of_plugins(run, access),
         ],
-        middleware=[Middleware(_unambiguous), Middleware(_following_up, run=run), Middleware(_merging_slashes)],
+        middleware=[
+            Middleware(_admitting, access=access),
+            Middleware(_following_up, run=run),
+            Middleware(_merging_slashes),
+        ],
         exception_handlers={
             BenchbotError: _benchbot_error,
             HTTPException: _http_error,
@@ -202,6 +205,8 @@ def create_app(
             Exception: _internal_error,
         },
     )
+    app.state.large_bodies = asyncio.Semaphore(1)
+    return app
 
 
 def _routes_of_plugins(run: Run, access: Access) -> Iterator[BaseRoute]:
@@ -209,18 +214,31 @@ def _routes_of_plugins(run: Run, access: Access) -> Iterator[BaseRoute]:
         yield from pkgutil.resolve_name(provided.value.target)(run, access)
 
 
-def _unambiguous(app: ASGIApp) -> ASGIApp:
-    """Return an application that refuses what a proxy, or a browser, may have been made to take for something else."""
+def _admitting(app: ASGIApp, access: Access) -> ASGIApp:
+    """Return an application that refuses what a proxy, or a browser, may have been made to take for something else.
+
+    It keeps a share of all connections for the operator: whoever has the solution's token can fill the rest only.
+    """
+    under_way = 0
 
     async def answer(scope: Scope, receive: Receive, send: Send) -> None:
+        nonlocal under_way
+        by_operator = access.is_operator(request := Request(scope))
+        setattr(request.state, OPERATOR, by_operator)
         try:
-            check_head(Headers(scope=scope))
+            check_head(request.headers)
+            if not by_operator:
+                check_share(under_way)
         except RefusedError as error:
             response = bodies.respond_error(error)
             response.headers["Connection"] = "close"
             await response(scope, receive, send)
-        else:
+            return
+        under_way += not by_operator
+        try:
             await app(scope, receive, send)
+        finally:
+            under_way -= not by_operator
 
     return answer
 

@@ -17,19 +17,30 @@ MSGPACK = "application/msgpack"
 JSON = "application/json"
 
 BODY_DEADLINE_S = 60.0
+SMALL_BYTES = 2**18
+"""The cap on bodies that hold no result. A larger one may take seconds to decode, and many would fill the memory."""
 
 T = TypeVar("T")
 
 
-async def read(request: Request, kind: type[T], max_bytes: int = encoding.MAX_BODY_BYTES) -> T:
+async def read(request: Request, kind: type[T], max_bytes: int = SMALL_BYTES) -> T:
     """Return a request's body as `kind`, an empty body as an empty mapping.
 
     Raises RefusedError 408 for a body that does not come to its end, 413 for one over the cap, 415 for another content
     type, 400 for one that does not fit.
     """
+    if max_bytes <= SMALL_BYTES:
+        return _converted(request, _decoded(request, await _in_time(request, max_bytes)), kind)
+    # One at a time, and not in the thread that answers everybody: an operator can always end a run.
+    async with request.app.state.large_bodies:
+        body = await _in_time(request, max_bytes)
+        return await asyncio.to_thread(lambda: _converted(request, _decoded(request, body), kind))
+
+
+async def _in_time(request: Request, max_bytes: int) -> bytearray:
     try:
         async with asyncio.timeout(BODY_DEADLINE_S):
-            body = await _limited(request, max_bytes)
+            return await _limited(request, max_bytes)
     except TimeoutError as error:
         raise RefusedError(
             408,
@@ -37,24 +48,30 @@ async def read(request: Request, kind: type[T], max_bytes: int = encoding.MAX_BO
             f"{BODY_DEADLINE_S:g} s after its head, it was not there.",
             "Send it at once, or with the right Content-Length.",
         ) from error
+
+
+def _decoded(request: Request, body: bytearray) -> Any:
     if not body:
-        value: Any = {}
-    elif (media_type := content_type(request)) == MSGPACK:
-        value = encoding.decode(body)
-    elif media_type == JSON:
+        return {}
+    media_type = content_type(request)
+    if media_type == MSGPACK:
+        return encoding.decode(body)
+    if media_type == JSON:
         try:
-            value = json.loads(body, object_pairs_hook=_unique, parse_constant=_not_finite)
+            return json.loads(body, object_pairs_hook=_unique, parse_constant=_not_finite)
         except (ValueError, RecursionError) as error:
             raise RefusedError(
                 400, "The request's body is not JSON.", f"{error}.", "Mend it, or send another Content-Type."
             ) from error
-    else:
-        raise RefusedError(
-            415,
-            f"Bodies of type '{media_type or 'unknown'}' are not understood.",
-            f"The supervisor reads {MSGPACK} and {JSON}.",
-            f"Send one of these, with its Content-Type header, for example: Content-Type: {JSON}",
-        )
+    raise RefusedError(
+        415,
+        f"Bodies of type '{media_type or 'unknown'}' are not understood.",
+        f"The supervisor reads {MSGPACK} and {JSON}.",
+        f"Send one of these, with its Content-Type header, for example: Content-Type: {JSON}",
+    )
+
+
+def _converted(request: Request, value: Any, kind: type[T]) -> T:
     try:
         return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
@@ -149,7 +166,7 @@ async def _limited(request: Request, max_bytes: int) -> bytearray:
         413,
         "The request's body is too large.",
         f"The supervisor reads at most {max_bytes} bytes here.",
-        "Send less: a result of this size is most likely not what the task asks for.",
+        "Send less: only results, and arguments of their functions, may be large.",
     )
     declared = request.headers.get("content-length", "0")
     if declared.isdigit() and int(declared) > max_bytes:

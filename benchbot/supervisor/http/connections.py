@@ -1,4 +1,4 @@
-"""Connections of the server: a deadline for the head of a request, and a bound on how many there are."""
+"""Connections of the server: deadlines for what a client has begun, and a bound on how many there are."""
 
 import asyncio
 import time
@@ -7,16 +7,23 @@ from typing import Any
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from benchbot.supervisor.http.access import OPERATOR
+
 HEAD_DEADLINE_S = 10.0
 """A head takes milliseconds; what takes longer is a client that keeps a connection from others (slowloris)."""
+ANSWER_DEADLINE_S = 60.0
+"""The time to take an answer that does not fit into the buffers between here and the client."""
 MOST_CONNECTIONS = 256
+BACKLOG = 128
+"""The number of connections that are accepted at once, before any of them can be closed for another."""
 
 
 class BoundedProtocol(H11Protocol):
-    """HTTP/1.1, where a client that has connected, or begun a request, is disconnected when its head does not come.
+    """HTTP/1.1, where a client is disconnected that does not go on with what it has begun: a request, or reading.
 
     After an answer it may be silent for as long as it likes: a solution thinks. Where there are too many connections,
-    the one that has been silent for the longest is closed, so that an operator can always end a run.
+    one without a request is closed, that which has been silent for the longest and is not the operator's, so that an
+    operator can always end a run.
     """
 
     def connection_made(self, transport: Any) -> None:
@@ -24,32 +31,64 @@ class BoundedProtocol(H11Protocol):
         super().connection_made(transport)
         self._heard_s = time.monotonic()
         self._deadline: asyncio.TimerHandle | None = None
-        self._await_head()
-        idle = [one for one in self.connections if isinstance(one, BoundedProtocol) and one.is_idle]
-        if len(self.connections) > MOST_CONNECTIONS and idle:
-            min(idle, key=lambda one: one._heard_s).transport.abort()
+        self._aborted = False
+        self._await(HEAD_DEADLINE_S)
+        # One that is closed stays in the list until the event loop comes to it.
+        there = [one for one in self.connections if isinstance(one, BoundedProtocol) and not one._aborted]
+        idle = [one for one in there if one.is_idle and not one._is_operators]
+        if len(there) > MOST_CONNECTIONS and idle:
+            min(idle, key=lambda one: one._heard_s)._abort()
 
     def data_received(self, data: bytes) -> None:
-        """Read on, and wait for the rest of a head of which this was not all."""
+        """Read on, and wait for the rest of what this has begun."""
         self._heard_s = time.monotonic()
         super().data_received(data)
-        if not self.is_idle or not self.conn.trailing_data[0]:
-            self._await_nothing()
-        elif self._deadline is None:
-            self._await_head()
+        self._await_rest()
+
+    def on_response_complete(self) -> None:
+        """Go on to the next request; of one that was answered before its end, wait for the rest."""
+        super().on_response_complete()
+        self._await_rest()
+
+    def pause_writing(self) -> None:
+        """Wait for the client to read."""
+        super().pause_writing()
+        self._await(ANSWER_DEADLINE_S)
+
+    def resume_writing(self) -> None:
+        """Write on."""
+        super().resume_writing()
+        self._await_rest()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Wait for nothing any more."""
-        self._await_nothing()
         super().connection_lost(exc)
+        self._await_nothing()
 
     @property
     def is_idle(self) -> bool:
-        """Whether there is no request, but maybe the beginning of one."""
-        return self.conn.their_state is h11.IDLE
+        """Whether no request is worked on, but maybe one has begun, or the rest of an answered one is on its way."""
+        return self.cycle is None or self.cycle.response_complete
 
-    def _await_head(self) -> None:
-        self._deadline = asyncio.get_running_loop().call_later(HEAD_DEADLINE_S, self.transport.abort)
+    @property
+    def _is_operators(self) -> bool:
+        return self.scope is not None and bool(self.scope["state"].get(OPERATOR))
+
+    def _await_rest(self) -> None:
+        begun = self.is_idle and (self.conn.trailing_data[0] or self.conn.their_state is h11.SEND_BODY)
+        if begun or self.flow.write_paused:
+            self._await(HEAD_DEADLINE_S)
+        else:
+            self._await_nothing()
+
+    def _await(self, patience_s: float) -> None:
+        """Disconnect after a while; what comes bit by bit meanwhile puts that off no further."""
+        if self._deadline is None:
+            self._deadline = asyncio.get_running_loop().call_later(patience_s, self._abort)
+
+    def _abort(self) -> None:
+        self._aborted = True
+        self.transport.abort()
 
     def _await_nothing(self) -> None:
         if self._deadline is not None:

@@ -19,7 +19,7 @@ from starlette.types import ASGIApp
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.supervisor.http.access import SOLUTION
-from benchbot.supervisor.http.connections import BoundedProtocol
+from benchbot.supervisor.http.connections import BACKLOG, BoundedProtocol
 from benchbot.supervisor.run import Caller, Run
 from benchbot.wire.run_state import is_listening, live
 
@@ -109,6 +109,7 @@ class Server:
                 access_log=False,
                 server_header=False,
                 proxy_headers=False,
+                backlog=BACKLOG,
                 timeout_keep_alive=KEEP_ALIVE_S,
                 timeout_graceful_shutdown=SHUTDOWN_S,
             ),

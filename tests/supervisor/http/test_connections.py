@@ -3,15 +3,19 @@
 import http.client
 import json
 import socket
+import threading
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
+from starlette.requests import Request
 
-from benchbot.supervisor.http import bodies, connections
-from tests.supervisor.harness import TOKEN, Served
+from benchbot.supervisor.http import access, bodies, connections
+from tests.supervisor.harness import OPERATOR_TOKEN, TOKEN, Served, eventually
 
 Serve = Callable[..., Served]
 
@@ -88,6 +92,99 @@ def test_requests_that_never_end_keep_nobody_out(serve: Serve) -> None:
             assert answered(connection)[0] == 401
         # Those that have been silent for the longest had to make room.
         assert is_closed(held[0])
+
+
+def test_as_many_are_closed_as_are_too_many_also_when_they_come_at_once(
+    serve: Serve, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(connections, "MOST_CONNECTIONS", 8)
+    served = serve()
+    before = open_sockets()
+    with ExitStack() as stack:
+        held = [stack.enter_context(connected(served, HEAD)) for _ in range(60)]
+        # Both ends are in this process.
+        assert eventually(lambda: open_sockets() - before == len(held) + 8)
+
+
+def test_who_was_refused_and_does_not_send_the_rest_of_the_body_is_disconnected(
+    serve: Serve, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(connections, "HEAD_DEADLINE_S", 0.2)
+    with connected(serve(), HEAD + b"Content-Length: 100\r\n\r\n{") as connection:
+        status, _, closes = answered(connection)
+        assert (status, closes) == (401, False)
+        assert is_closed(connection)
+
+
+def test_who_does_not_read_its_answers_is_disconnected(serve: Serve, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connections, "ANSWER_DEADLINE_S", 0.2)
+    asking = b"GET /api/v1/session HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer %s\r\n\r\n" % TOKEN.encode()
+    with connected(serve()) as connection, pytest.raises(ConnectionError):  # noqa: PT012 - it is the last that fails
+        for _ in range(10_000):  # until neither side's buffers take any more
+            connection.sendall(asking * 100)
+
+
+def test_a_solution_that_asks_too_much_at_once_keeps_no_operator_out(
+    serve: Serve, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(access, "MOST_REQUESTS", 4)
+    served = serve()
+    listening = b"GET /api/v1/events HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer %s\r\n\r\n" % TOKEN.encode()
+    with ExitStack() as stack:
+        for _ in range(4):
+            assert stack.enter_context(connected(served, listening)).recv(1000).startswith(b"HTTP/1.1 200 ")
+        status, error, closes = answered(stack.enter_context(connected(served, listening)))
+        assert (status, error["title"], closes) == (429, "There are too many requests at once.", True)
+        with served.http(OPERATOR_TOKEN) as operator:
+            assert operator.get("/api/v1/watch/record").status_code == 200
+    with served.http() as solution:
+        assert eventually(lambda: solution.get("/api/v1/session").status_code == 200), "they are over"
+
+
+@pytest.mark.parametrize("route", ["reset", "step", "next_scene", "stop"])
+def test_what_holds_no_result_is_small(serve: Serve, route: str) -> None:
+    body = b'{"action": "%s"}' % (b"x" * bodies.SMALL_BYTES)
+    with serve().http() as client:
+        response = client.post(f"/api/v1/{route}", content=body, headers={"Content-Type": "application/json"})
+    assert response.status_code == 413
+
+
+def test_a_large_body_holds_up_nobody_but_the_next_one(serve: Serve, monkeypatch: pytest.MonkeyPatch) -> None:
+    decode, decoding, go_on = bodies._decoded, threading.Semaphore(0), threading.Event()
+
+    def slowly(request: Request, body: bytearray) -> Any:
+        if len(body) > bodies.SMALL_BYTES:
+            decoding.release()
+            go_on.wait(60)
+        return decode(request, body)
+
+    monkeypatch.setattr(bodies, "_decoded", slowly)
+    served = serve()
+    document = {"result": {"results": "x" * 2 * bodies.SMALL_BYTES}}
+    with served.http() as client, ThreadPoolExecutor(2) as executor:
+        try:
+            sent = [executor.submit(served_post, served, document) for _ in range(2)]
+            assert decoding.acquire(timeout=60)
+            assert client.get("/api/v1/session").status_code == 200
+            assert client.post("/api/v1/reset").status_code == 200
+            assert not decoding.acquire(blocking=False), "one at a time"
+        finally:
+            go_on.set()
+        assert [one.result() for one in sent] == [400, 400]
+
+
+def served_post(served: Served, document: dict[str, Any]) -> int:
+    with served.http() as client:
+        return client.post("/api/v1/result", json=document).status_code
+
+
+def open_sockets() -> int:
+    """Return how many sockets this process has open."""
+    found = 0
+    for path in Path("/proc/self/fd").iterdir():
+        with suppress(OSError):
+            found += str(path.readlink()).startswith("socket:")
+    return found
 
 
 def test_a_connection_in_use_is_not_closed_for_others(serve: Serve, monkeypatch: pytest.MonkeyPatch) -> None:
