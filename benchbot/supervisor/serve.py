@@ -236,9 +236,11 @@ class _Indented(logging.Formatter):
 def _logging_to(path: Path) -> Iterator[None]:
     handler = logging.FileHandler(path, encoding="utf-8")
     handler.setFormatter(_Indented("%(asctime)s %(levelname)s %(name)s: %(message)s"))
-    loggers = [logging.getLogger(name) for name in ("benchbot.supervisor", "uvicorn.error")]
+    # The server's warnings are of requests that anybody may send, without a token and without end.
+    levels = {"benchbot.supervisor": logging.INFO, "uvicorn.error": logging.ERROR}
+    loggers = [logging.getLogger(name) for name in levels]
     for logger in loggers:
-        logger.setLevel(logging.INFO)
+        logger.setLevel(levels[logger.name])
         logger.propagate = False
         logger.addHandler(handler)
     try:

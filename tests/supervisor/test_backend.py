@@ -1,6 +1,7 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -141,6 +142,21 @@ def test_a_back_end_is_there_while_it_is_needed() -> None:
         assert run_state.live() == [backend.state]
     assert not alive(backend.state.pid)
     assert files_of(resources.state_dir()) == []
+
+
+@pytest.mark.parametrize(
+    "sent", [b"no HTTP at all\r\n\r\n", b"GET / HTTP/1.1\r\nHost: a\r\nConnection: Upgrade\r\nUpgrade: x\r\n\r\n"]
+)
+def test_what_strangers_send_does_not_fill_the_log(sent: bytes) -> None:
+    with Backend.start(RunRequest("sample:passive", "sample_robot", "arena:1"), port=0) as backend:
+        log = Path(backend.state.supervisor_log)
+        before = log.stat().st_size
+        host, _, port = str(backend.state.connection.url).removeprefix("http://").partition(":")
+        for _ in range(20):
+            with socket.create_connection((host, int(port)), 60) as client:
+                client.sendall(sent)
+                assert client.recv(100).startswith(b"HTTP/1.1 ")
+        assert log.stat().st_size == before
 
 
 def test_a_warm_back_end_begins_one_run_after_another() -> None:
