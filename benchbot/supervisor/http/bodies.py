@@ -3,6 +3,7 @@
 import asyncio
 import json
 from collections.abc import Sequence
+from contextlib import AsyncExitStack
 from typing import Any, NoReturn, TypeVar
 
 import msgspec
@@ -18,7 +19,7 @@ JSON = "application/json"
 
 BODY_DEADLINE_S = 60.0
 SMALL_BYTES = 2**18
-"""The cap on bodies that hold no result. A larger one may take seconds to decode, and many would fill the memory."""
+"""The cap on bodies that hold no result. A larger one may take seconds to decode, and several would fill the memory."""
 
 T = TypeVar("T")
 
@@ -29,18 +30,18 @@ async def read(request: Request, kind: type[T], max_bytes: int = SMALL_BYTES) ->
     Raises RefusedError 408 for a body that does not come to its end, 413 for one over the cap, 415 for another content
     type, 400 for one that does not fit.
     """
-    if max_bytes <= SMALL_BYTES:
-        return _converted(request, _decoded(request, await _in_time(request, max_bytes)), kind)
-    # One at a time, and not in the thread that answers everybody: an operator can always end a run.
-    async with request.app.state.large_bodies:
-        body = await _in_time(request, max_bytes)
+    async with AsyncExitStack() as alone:
+        body = await _in_time(request, max_bytes, alone)
+        if len(body) <= SMALL_BYTES:
+            return _converted(request, _decoded(request, body), kind)
+        # Not in the thread that answers everybody: an operator can always end a run.
         return await asyncio.to_thread(lambda: _converted(request, _decoded(request, body), kind))
 
 
-async def _in_time(request: Request, max_bytes: int) -> bytearray:
+async def _in_time(request: Request, max_bytes: int, alone: AsyncExitStack) -> bytearray:
     try:
         async with asyncio.timeout(BODY_DEADLINE_S):
-            return await _limited(request, max_bytes)
+            return await _limited(request, max_bytes, alone)
     except TimeoutError as error:
         raise RefusedError(
             408,
@@ -161,7 +162,8 @@ def _accepts_msgpack(request: Request) -> bool:
     return not named.isdisjoint({MSGPACK, "application/*", "*/*"})
 
 
-async def _limited(request: Request, max_bytes: int) -> bytearray:
+async def _limited(request: Request, max_bytes: int, alone: AsyncExitStack) -> bytearray:
+    """Return the body; from a size on that is not small, `alone` is entered: no other such body is read meanwhile."""
     too_large = RefusedError(
         413,
         "The request's body is too large.",
@@ -173,7 +175,10 @@ async def _limited(request: Request, max_bytes: int) -> bytearray:
         raise too_large
     body = bytearray()
     async for chunk in request.stream():
+        was_small = len(body) <= SMALL_BYTES
         body += chunk
         if len(body) > max_bytes:
             raise too_large
+        if was_small and len(body) > SMALL_BYTES:
+            await alone.enter_async_context(request.app.state.large_bodies)
     return body

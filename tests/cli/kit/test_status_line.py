@@ -44,12 +44,14 @@ def test_the_attempts_before_count() -> None:
 
 
 def test_a_hidden_pose_and_an_unused_trajectory_are_left_out_and_a_failure_is_told() -> None:
-    progress = {**PROGRESS, "pose_xyyaw": None, "trajectory_index": 0, "failure": "collision"}
+    hidden = {"pose_xyyaw": None, "simulated_time_s": None}
+    progress = {**PROGRESS, **hidden, "trajectory_index": 0, "failure": "collision"}
 
     text = progress_text(progress, 1)
 
     assert " m " not in text
     assert "pose" not in text
+    assert "simulated" not in text
     assert text.endswith("failure: collision")
 
 
