@@ -173,8 +173,8 @@ class Run:
     ) -> dict[str, Any]:
         """Check and complete a result, or record a failed episode when there is no document; write it; return it.
 
-        The answer, unlike what is written, discloses neither seed nor secret; and the track, simulated time, and what
-        all attempts have spent, only where the task tells true poses anyway. Waits for an action that is still under way.
+        The answer, unlike what is written, has neither seed nor secret, and track, simulated time and what was spent
+        only where the task tells true poses anyway. Waits for an action that is still under way.
         """
         with self._exclusively(ACTION_WAIT_S):
             if failure is not None:
@@ -189,10 +189,9 @@ class Run:
             self.recordings.result(finished)
             # What is kept with the result alone: a solution that could read it might still be driving.
             told = description.result_document(finished, with_pose=self._shows_pose)
-            spent_time = timings(self.session)
-            if not self._shows_pose:
-                del spent_time["real_time_factor"]
-            return {"document": told, "path": str(self.result_path), "timings": spent_time}
+            measured, hidden = timings(self.session), () if self._shows_pose else ("real_time_factor",)
+            told_s = {name: value for name, value in measured.items() if name not in hidden}
+            return {"document": told, "path": str(self.result_path), "timings": told_s}
 
     def results_function(self, name: str, args: list[Any], kwargs: dict[str, Any]) -> Any:
         """Call a function of the task's results format."""
