@@ -43,7 +43,7 @@ def test_the_summary_of_a_run_names_its_episode_goal_and_limits() -> None:
 
     lines = dict(line.split(maxsplit=1) for line in summary(select(Catalog(load()), request)))
 
-    assert lines["Episode"] == "1 of 3, point_goal/arena_1/001: to (1.97, -0.34) m from the start"
+    assert lines["Episode"] == "1 of 0 to 2, point_goal/arena_1/001: to (1.97, -0.34) m from the start"
     assert lines["Results"] == "any JSON"
     assert lines["Limits"] == "10 steps, 2.5 s of simulated time, 60 s of wall time"
 

@@ -135,11 +135,11 @@ def recordings(wanted: list[str] | None, result: Path | None = None) -> dict[str
     for text in wanted or ():
         name, equals, folder = text.partition("=")
         named = {name: Path(folder)} if equals else {one: _beside(result) / one for one in text.split(",")}
-        if not all(named) or (equals and (not folder or "," in name)) or found.keys() & named.keys():
+        if not all(named) or (equals and (not folder or "," in text)) or found.keys() & named.keys():
             raise BenchbotError(
                 f"--record {text} cannot be understood.",
                 "It names recorders, each once, or one recorder and the folder that it writes into.",
-                "Write it like this: --record mcap,video, or --record mcap=FOLDER. There are: benchbot list recorders",
+                "Write it like this: --record mcap,video --record frames=FOLDER. There are: benchbot list recorders",
             )
         found |= named
     return found

@@ -33,12 +33,22 @@ def test_recordings_without_a_result_have_a_folder_for_the_hour(
 
 
 @pytest.mark.parametrize(
-    "wanted", [[""], ["mcap,"], ["=folder"], ["mcap="], ["mcap,video=folder"], ["mcap", "mcap"], ["mcap", "mcap=there"]]
+    "wanted",
+    [
+        [""],
+        ["mcap,"],
+        ["=folder"],
+        ["mcap="],
+        ["mcap,video=folder"],
+        ["mcap", "mcap"],
+        ["mcap", "mcap=there"],
+        ["frames=pictures,video"],
+    ],
 )
 def test_recordings_that_are_not_clear_are_refused_with_an_example(wanted: list[str]) -> None:
     with pytest.raises(BenchbotError, match="cannot be understood") as caught:
         options.recordings(wanted)
-    assert "--record mcap=FOLDER" in caught.value.fix
+    assert "--record frames=FOLDER" in caught.value.fix
 
 
 def test_options_of_a_mode_are_names_and_values() -> None:
