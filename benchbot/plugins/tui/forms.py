@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
+from rich.text import Text
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
-from textual.content import Content
 from textual.widgets import Input, Label, Select
 from textual.widgets._select import NoSelection
 
@@ -240,7 +240,7 @@ def _parsed(text: str, parse: Callable[[str], T], valid: Callable[[T], bool], pr
 
 def _set(select: Select[str], options: Iterable[tuple[str, str]]) -> None:
     before = select.value
-    kept = [(Content(one_line(label)), value) for label, value in options]
+    kept = [(Text(one_line(label)), value) for label, value in options]
     select.set_options(kept)
     if before in [value for _, value in kept]:
         select.value = before
