@@ -172,6 +172,8 @@ def submit(
         spec = SolutionSpec(more_words, Path.cwd(), timeout_s=timeout)
     if spec is not None:
         spec = replace(spec, limits=bounds, log_limit_bytes=log_limit_bytes)
+        if mode != holding.NATIVE:
+            holding.check_secret(secret, Path(asked.get("folder", spec.folder)))
     limits = Limits(max_steps, max_simulated_time, max_wall_time, max_restarts)
     names = _names(task, robot, environment)
     if names is not None and joined is not None:

@@ -164,6 +164,16 @@ def plugin_mode(name: str | None, options: list[str] | None, held: bool) -> tupl
     return name or NATIVE, key_values("--mode-option", options)
 
 
+def check_secret(secret: str | None, seen: Path) -> None:
+    """Raise BenchbotError for a file of a secret that lies in the folder which a held solution sees."""
+    if secret not in (None, "random") and Path(str(secret)).resolve().is_relative_to(seen.resolve()):
+        raise BenchbotError(
+            "The solution could read the secret of its run.",
+            f"{secret} is in the folder that it sees, {seen}.",
+            "Move it out of that folder, as all results with the same secret.",
+        )
+
+
 def check_options(mode: str, readable: object, limits: "ProcessLimits", weak_limits: bool, *container: object) -> None:
     """Raise BenchbotError for options that the mode does not know; `container` are those of containers."""
     from benchbot.submission.modes import DEFAULT_LIMITS

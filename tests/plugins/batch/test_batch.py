@@ -50,9 +50,10 @@ def truth(variant: int) -> str:
 
 
 def test_a_warm_back_end_gives_the_bytes_of_a_cold_one_also_to_a_solution_in_a_sandbox(batches: Batches) -> None:
-    (batches.cli.folder / "secret.txt").write_text(16 * "0f")
+    secret = batches.cli.folder.with_suffix(".secret")  # beside the folder that the solution sees
+    secret.write_text(16 * "0f")
     words = ["--task", "sample:passive", "--env", "arena:1", "--sandbox", batches.solution, "--memory", "1GiB"]
-    words += ["--secret", "secret.txt"]
+    words += ["--secret", str(secret)]
     done = batches.cli("batch", *words, "--robots", "sample_robot", "--seeds", "0..2", "--jobs", "1", "-o", "b")
     assert done.returncode == 0, done.stderr
     assert done.stdout == f"{batches.path('b')}\n"

@@ -162,3 +162,13 @@ def test_models_are_seen_when_the_task_says_so(readable: str, seen: bool, cli: C
     )
 
     assert f"models: {seen}" in done.stderr
+
+
+def test_a_secret_that_the_solution_would_see_is_refused(cli: CommandLine, tmp_path: Path) -> None:
+    inside, outside = cli.folder / "runs.secret", tmp_path / "runs.secret"
+    script = cli.script("solution.py", PASSIVE)
+    for path, code in ((inside, 2), (outside, 0)):
+        path.write_text(16 * "0f")
+        done = cli("submit", "--sandbox", script, *SELECTION, "--secret", str(path), "--dry-run")
+        assert done.returncode == code, done.stderr
+        assert ("The solution could read the secret of its run." in done.stderr) == (code == 2)
