@@ -17,8 +17,8 @@ runtime = "runc"
 cgroup_manager = "cgroupfs"
 events_logger = "file"
 lock_type = "file"
-tmp_dir = "{folder}/tmp"
 """
+"""The settings of an engine in the machines that tests run on; its last table is `engine`."""
 STORAGE_CONF = """\
 [storage]
 driver = "overlay"
@@ -34,7 +34,7 @@ def podman(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]
     """The variables of a podman with a storage of its own, where an image with BenchBot's client is."""
     folder = tmp_path_factory.mktemp("podman")
     (folder / "tmp").mkdir()
-    (folder / "containers.conf").write_text(CONTAINERS_CONF.format(folder=folder))
+    (folder / "containers.conf").write_text(f'{CONTAINERS_CONF}tmp_dir = "{folder}/tmp"\n')
     (folder / "storage.conf").write_text(STORAGE_CONF.format(folder=folder))
     variables = {
         "CONTAINERS_CONF": str(folder / "containers.conf"),

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from tests.engines import CONTAINERS_CONF
 from tests.plugins.containers import base_image
 from tests.submission.ordinary import SPARE_USER, ordinarily
 
@@ -25,16 +26,6 @@ for name in passwd group subuid subgid; do mount --bind "$folder/$name" "/etc/$n
 exec "$@"
 """
 BUILD = 'podman build --quiet --tag "$1" "$2" >/dev/null; shift 2; exec "$@"'
-CONTAINERS_CONF = """\
-[containers]
-default_ulimits = ["nofile=4096:4096", "nproc=512:512"]
-netns = "none"
-[engine]
-runtime = "runc"
-cgroup_manager = "cgroupfs"
-events_logger = "file"
-lock_type = "file"
-"""
 STORAGE_CONF = """\
 [storage]
 driver = "overlay"
