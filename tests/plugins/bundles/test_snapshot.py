@@ -140,13 +140,13 @@ def test_a_copy_is_worked_in_and_only_what_was_written_is_left(origin: Path, mon
 def test_words_of_a_command_name_the_files_where_they_are_run(origin: Path) -> None:
     (origin / "ignored.bin").touch()
     snapshot = Snapshot.opened(stored(origin))
-    root = Path("/root")
+    root = Path("/there")
     moved = {
         "python": "python",
         "s.py": "s.py",
         "./go": "./go",
-        str(origin / "s.py"): "/root/s.py",
-        f"--weights={origin}/w": "--weights=/root/w",
+        str(origin / "s.py"): "/there/s.py",
+        f"--weights={origin}/w": "--weights=/there/w",
         "--weights=w/big.bin": "--weights=w/big.bin",
         "ignored.bin": f"{origin}/ignored.bin",
         "/usr/bin/env": "/usr/bin/env",
