@@ -246,8 +246,7 @@ class Ros2Driver:
         settings = self._robot.settings
         if isinstance(settings.localisation, LocalisedByOdometry):
             return
-        off = self._start_pose.inverse() @ self.pose()
-        away_m, turned_deg = math.hypot(*off.translation_xyz[:2]), math.degrees(abs(wrap_angle_rad(off.yaw_rad)))
+        away_m, turned_deg = _apart(self._start_pose, self.pose())
         allowed = settings.start_tolerances
         if away_m > allowed.position_m or turned_deg > allowed.angle_deg:
             raise failed(
@@ -307,9 +306,8 @@ class Ros2Driver:
         if step is None:
             return
         expected, said = step
-        off = expected.inverse() @ said
-        bounds, away_m = self._robot.settings.localisation_bounds, math.hypot(*off.translation_xyz[:2])
-        turned_deg = math.degrees(abs(wrap_angle_rad(off.yaw_rad)))
+        bounds = self._robot.settings.localisation_bounds
+        away_m, turned_deg = _apart(expected, said)
         if away_m <= bounds.jump_m and turned_deg <= bounds.jump_deg:
             return
         why = (
@@ -330,6 +328,12 @@ class Ros2Driver:
         robot = self._here()
         robot.guard.stop(why)
         return safety_stop(robot.guard.tripped or why, fix)
+
+
+def _apart(one: Pose, other: Pose) -> tuple[float, float]:
+    """Return the distance on the floor in metres, and the turn in degrees, between two poses."""
+    off = one.inverse() @ other
+    return math.hypot(*off.translation_xyz[:2]), math.degrees(abs(wrap_angle_rad(off.yaw_rad)))
 
 
 def _place(pose: Pose) -> str:

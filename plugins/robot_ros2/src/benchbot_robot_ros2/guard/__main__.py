@@ -20,14 +20,14 @@ from typing import TYPE_CHECKING
 from benchbot.plugin import BenchbotError
 from benchbot_robot_ros2.guard import messages, standby
 from benchbot_robot_ros2.guard.state import FIND_OUT, GuardState, Trip
-from benchbot_robot_ros2.guard.velocity import Change, GuardedVelocity
+from benchbot_robot_ros2.guard.velocity import STOPPED_PERIOD_S, Change, GuardedVelocity, stopping
 from benchbot_robot_ros2.ramp import Velocity
 from benchbot_robot_ros2.ros import running_node
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-ARMED_PERIOD_S, STOPPED_PERIOD_S = 0.02, 0.05
+ARMED_PERIOD_S = 0.02
 # A guard hangs when it gives no sign of life for this share of the time that a command holds: 0.1 of 0.15 s.
 SILENCE_SHARE = 2 / 3
 
@@ -76,7 +76,7 @@ def _armed(
     )
     deadline_s = time.monotonic() + begin.wait_s
     if begin.stopped is not None:
-        velocity.update(partial(_stop, trip=begin.stopped))
+        velocity.update(stopping(begin.stopped))
     while (problem := _lacking(velocity, begin)) is not None:
         if begin.stopped is not None:
             # There is a robot to stop, whether or not the driver lives on.
@@ -112,13 +112,13 @@ def _guard(velocity: GuardedVelocity, connection: socket.socket, peer: socket.so
             if peer in ready:
                 # It says nothing: this is its end. It outlives this process where all is well.
                 watched = [connection]
-                velocity.update(partial(_stop, trip=STANDBY_DIED))
+                velocity.update(stopping(STANDBY_DIED))
             # Said before it is done, so that a death in between is that of a guard that moves the robot.
             commanded = any(isinstance(message, messages.Command) and message.moves for message in arrived)
             messages.tell(peer, messages.Beat(velocity.moving or commanded))
             velocity.update(*(_change(message) for message in arrived if message is not None))
             if end is not None and velocity.moving:
-                velocity.update(partial(_stop, trip=end))
+                velocity.update(stopping(end))
             if velocity.trip is not None and not told:
                 told = True
                 messages.tell(connection, messages.Tripped(velocity.trip))
@@ -131,17 +131,13 @@ def _change(message: messages.ToGuard) -> Change:
         case messages.Command(linear_mps, angular_radps):
             return partial(_command, wanted=Velocity(linear_mps, angular_radps))
         case messages.Stop(trip):
-            return partial(_stop, trip=trip)
+            return stopping(trip)
         case messages.Begin():
             raise ValueError("a guard begins once")
 
 
 def _command(state: GuardState, now_s: float, *, wanted: Velocity) -> None:
     state.command(wanted, now_s)
-
-
-def _stop(state: GuardState, _now_s: float, *, trip: Trip) -> None:
-    state.stop(trip.why, trip.fix)
 
 
 def _arrived(connection: socket.socket) -> Iterator[messages.ToGuard | None]:

@@ -10,12 +10,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from benchbot_robot_ros2.guard import messages
-from benchbot_robot_ros2.guard.state import FIND_OUT, GuardState, Trip
-from benchbot_robot_ros2.guard.velocity import GuardedVelocity
+from benchbot_robot_ros2.guard.state import FIND_OUT, Trip
+from benchbot_robot_ros2.guard.velocity import STOPPED_PERIOD_S, GuardedVelocity, stopping
 
 GUARD_DIED = Trip("The guard process died.", FIND_OUT)
 GUARD_HUNG = Trip("The guard process hung.", FIND_OUT)
-STOPPED_PERIOD_S = 0.05
 
 
 @dataclass(frozen=True)
@@ -56,11 +55,7 @@ def watch(velocity: GuardedVelocity, connection: socket.socket, other: Other, en
 
 def _stop(velocity: GuardedVelocity, connection: socket.socket, trip: Trip) -> None:
     """Publish zeros until the driver's end, and the last ones after it."""
-
-    def change(state: GuardState, _now_s: float) -> None:
-        state.stop(trip.why, trip.fix)
-
-    velocity.update(change)
+    velocity.update(stopping(trip))
     messages.tell(connection, messages.Tripped(trip))
     while _is_there(connection):
         select.select([connection], [], [], STOPPED_PERIOD_S)

@@ -22,7 +22,15 @@ LAST_ZEROS_STOPPED, LAST_ZEROS_AT_REST, LAST_ZEROS_PERIOD_S = 20, 4, 0.05
 # A network that was gone keeps packets for about so long, and delivers them when it is back (Linux: 3 ARP requests).
 STALE_COMMANDS_S = 3.0
 
+# How long a guard that has stopped the robot waits before it publishes zero again.
+STOPPED_PERIOD_S = 0.05
+
 Change = Callable[[GuardState, float], None]
+
+
+def stopping(trip: Trip) -> Change:
+    """Return the change that stops the robot, for good."""
+    return lambda state, _now_s: state.stop(trip.why, trip.fix)
 
 
 class GuardedVelocity:
