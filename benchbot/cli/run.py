@@ -56,6 +56,7 @@ def run(
     max_wall_time: options.MaxWallTime = None,
     max_restarts: options.MaxRestarts = None,
     record: options.Record = None,
+    despite: options.Despite = None,
     display: options.Display = "auto",
     force_updateless: Annotated[
         bool, typer.Option("--force-updateless", "-f", hidden=True, help="BenchBot v2's; nothing is updated here.")
@@ -84,7 +85,8 @@ def run(
     limits = Limits(max_steps, max_simulated_time, max_wall_time, max_restarts)
     recorded = options.recordings(record)
     changed = overrides.parse(settings or ())
-    request = RunRequest(task, robot, environment, seed, episode, changed, limits, secret=options.secret(secret))
+    hidden, overridden = options.secret(secret), tuple(despite or ())
+    request = RunRequest(task, robot, environment, seed, episode, changed, limits, secret=hidden, despite=overridden)
     catalog, flight = Catalog(load()), Preflight("This run")
     selection = flight.take(select, catalog, request)
     flight.prove(catalog, Intent(scenes_of(catalog, [environment]), record=recorded))
@@ -115,7 +117,9 @@ def run(
 def summary(selection: "Selection") -> list[str]:
     """Return a summary of the run, a line for each part."""
     from benchbot.core import overrides
+    from benchbot.core.provenance import source_of_pose
 
+    real = source_of_pose(selection) == "robot"
     rows = [
         ("Task", selection.task.name),
         ("Robot", f"{selection.robot.name} ({selection.robot.data['type']})"),
@@ -127,6 +131,7 @@ def summary(selection: "Selection") -> list[str]:
         ("Seed", str(selection.seed)),
         *(() if selection.commitment is None else [("Commitment", selection.commitment)]),
         ("Limits", _limits(selection.limits)),
+        *([("Diagnosis", "of the robot, before anything moves it")] if real else ()),
     ]
     return [f"{label:<13}{value}" for label, value in rows]
 
@@ -158,6 +163,7 @@ def _limits(limits: "Limits") -> str:
 
 
 def _announce(state: "RunState", *, no_token: bool) -> None:
+    console.findings(state.findings)
     where = " and ".join(filter(None, (state.connection.url, state.connection.socket)))
     console.note(f"{'Listening':<13}{where}")
     console.note(f"{'Logs':<13}{state.folder}")

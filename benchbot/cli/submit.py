@@ -104,6 +104,7 @@ def submit(
     max_wall_time: options.MaxWallTime = None,
     max_restarts: options.MaxRestarts = None,
     record: options.Record = None,
+    despite: options.Despite = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Prove that it is possible, say what would be run, and end.")
     ] = False,
@@ -184,18 +185,19 @@ def submit(
         )
     recorded = options.recordings(record, results_location)
     changed = overrides.parse(settings or ())
-    own = (seed is not None, secret, episode_number is not None, recorded, changed, limits != Limits())
+    own = (seed is not None, secret, episode_number is not None, recorded, changed, limits != Limits(), despite)
     if names is None and any(own):
         raise BenchbotError(
-            "The run that is joined has its own episode, settings, seed, secret, limits and recordings.",
-            "--episode, --set, --seed, --secret, --max-… and --record are for a back end that submit starts itself.",
+            "The run that is joined has its own episode, settings, seed, secret, limits, recordings and diagnosis.",
+            "--episode, --set, --seed, --secret, --max-…, --record and --despite are for a back end of submit's own.",
             "Give them to benchbot run, or give --task, --robot and --env as well.",
         )
     target: RunRequest | RunState | Connection
     if names is not None:
         folders = {name: str(folder.absolute()) for name, folder in recorded.items()}
         hidden = options.secret(secret)
-        target = RunRequest(*names, seed or 0, episode_number, changed, limits, evaluate_with, folders, hidden)
+        what = (*names, seed or 0, episode_number, changed, limits, evaluate_with, folders, hidden)
+        target = RunRequest(*what, tuple(despite or ()))
         selection = flight.take(select, catalog, target)
         summary = [] if selection is None else run.summary(selection)
     intent = Intent(
@@ -217,6 +219,7 @@ def submit(
         spec = stack.enter_context(holding.held(catalog, spec, mode, resolved))
         console.note(*summary)
         connection, died, state = _back_end(stack, target, spec.mode)
+        console.findings(() if state is None else state.findings)
         if names is None and evaluate_with is not None:
             there = Client(connection).session()["selection"]["environment"]
             flight.prove(catalog, Intent(scenes_of(catalog, [there]), method=evaluate_with))

@@ -15,12 +15,16 @@ class Level(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """The result of one check; `fix` is empty when there is nothing to mend."""
+    """The result of one check; `subject` is its name, `fix` is empty when there is nothing to mend."""
 
     level: Level
     subject: str
     detail: str
     fix: str = ""
+
+    def as_dict(self) -> dict[str, str]:
+        """Return it as results hold it."""
+        return {"level": self.level.value, "name": self.subject, "text": self.detail}
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,12 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, cast
+from typing import Any, Protocol, cast
 
 from benchbot.core.channels import Observations
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, Outcome, execute
-from benchbot.core.platform import Platform, Scene
+from benchbot.core.platform import Platform, Scene, Traceable
 from benchbot.core.track import DrivenPath, TrackedPlatform
 
 
@@ -15,17 +15,22 @@ from benchbot.core.track import DrivenPath, TrackedPlatform
 class Status:
     """The robot's state: true pose in the map frame, and seconds since the scene was loaded.
 
-    `path` is what it has driven since the last status; None where no path is tracked.
+    `path` is what it has driven since the last status; None where no path is tracked. `robot` is what the result
+    says of a real robot (`provenance.robot`); None of a simulated one.
     """
 
     pose: Pose
     clock_s: float
     collided: bool
     path: DrivenPath | None = None
+    robot: dict[str, Any] | None = None
 
 
 class Host(Protocol):
     """Loads scenes, executes whole actions and observes; every method may raise BenchbotError(failure="platform")."""
+
+    def prepare(self) -> None:
+        """Have a real robot diagnosed before anything moves it; raises BenchbotError when it is broken."""
 
     def load(self, scene_index: int, seed: int) -> Status:
         """Put the robot into the clean start state of a scene of the selection."""
@@ -44,13 +49,23 @@ class Host(Protocol):
 
 
 class InProcessHost:
-    """A host in the caller's own process: no isolation, no overhead."""
+    """A host in the caller's own process: no isolation, no overhead. `diagnosis` is that of a real robot."""
 
-    def __init__(self, platform: Platform, scenes: Sequence[Scene], motion: MotionConfig) -> None:
+    def __init__(
+        self,
+        platform: Platform,
+        scenes: Sequence[Scene],
+        motion: MotionConfig,
+        diagnosis: Mapping[str, Any] | None = None,
+    ) -> None:
         self._platform = platform
         self._scenes = scenes
         self._motion = motion
+        self._diagnosis = diagnosis
         self._tracked = TrackedPlatform(platform)
+
+    def prepare(self) -> None:
+        """Do nothing: whoever made the platform has looked at it."""
 
     def change_scenes(self, scenes: Sequence[Scene]) -> None:
         """Use other scenes from the next `load` on."""
@@ -73,7 +88,11 @@ class InProcessHost:
 
     def status(self) -> Status:
         """Return the robot's state."""
-        return Status(self._platform.pose(), self._platform.clock(), self._platform.collided, self._tracked.take())
+        platform = self._platform
+        robot = None if self._diagnosis is None else dict(self._diagnosis)
+        if robot is not None and isinstance(platform, Traceable):
+            robot["driver"] = dict(platform.provenance())
+        return Status(platform.pose(), platform.clock(), platform.collided, self._tracked.take(), robot)
 
     def halt(self, why: str) -> None:
         """Stop a real robot in the middle of an action, for good."""

@@ -125,6 +125,14 @@ class Simulation(Platform, Protocol):
 
 
 @runtime_checkable
+class Traceable(Protocol):
+    """A driver of a real robot that knows what a result on it depends on, beside declarations and software."""
+
+    def provenance(self) -> Mapping[str, Any]:
+        """Return it as plain data for `provenance.robot.driver` of results: middleware, network, clocks, …; never waits."""
+
+
+@runtime_checkable
 class ManyCameras(Protocol):
     """A simulator of which many robots of one process can share the scenes and be observed at once."""
 

@@ -48,6 +48,7 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
         "frames": progress.frames,
         "simulated_time_s": round(progress.simulated_time_s, 9),
         "failure": failure,
+        **({"robot": dict(session.robot)} if session.robot is not None else {}),
         "observation_digest": session.digest.hexdigest(),
         "machine": {
             "python": python_platform.python_version(),

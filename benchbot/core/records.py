@@ -39,7 +39,8 @@ class Simulator:
 class RobotDriver:
     """Real robots of `type: <name>`; `create` as for a simulator.
 
-    `diagnose`, if given, looks at a robot that is switched on and yields what works and what does not.
+    `diagnose`, if given, looks at a robot that is switched on and yields what works and what does not; it moves
+    nothing. It is asked before the first motion of a run, in the process that drives: what is broken refuses the run.
     """
 
     name: str

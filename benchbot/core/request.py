@@ -38,7 +38,8 @@ class RunRequest:
     `episode` is the number of one, in a task that has a list; None is the first. `settings` (dotted key to value)
     override what the environments declare: see `benchbot.core.overrides`. `method` is the evaluation method, when
     scoring is asked for, and `record` names recorders and the folders that they write into: neither changes a result.
-    `secret` (benchbot.core.randomness) is empty for none.
+    `secret` (benchbot.core.randomness) is empty for none. `despite` names findings of a real robot's diagnosis that do
+    not refuse the run: it goes on with whatever robot there is, and the result says so.
     """
 
     task: str
@@ -51,11 +52,12 @@ class RunRequest:
     method: str | None = None
     record: Mapping[str, str] = field(default_factory=dict, hash=False)
     secret: str = field(default="", repr=False)
+    despite: tuple[str, ...] = ()
 
     def determining(self) -> dict[str, Any]:
         """Return what of it determines a result, as plain data; a secret is there only when there is one."""
         document = {**asdict(self), "limits": self.limits.determining()}
-        for name in ("method", "record", *(() if self.secret else ("secret",))):
+        for name in ("method", "record", "despite", *(() if self.secret else ("secret",))):
             del document[name]
         return document
 

@@ -52,6 +52,7 @@ class Selection:
     episode: episodes.Episode | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
     secret: str = field(default="", repr=False)
+    despite: tuple[str, ...] = ()
 
     @property
     def environment(self) -> str:
@@ -64,7 +65,9 @@ class Selection:
         """The request that this comes of, with the limits that the task sets; it names neither method nor recorders."""
         number = None if self.episode is None else self.episode.number
         names = (self.task.name, self.robot.name, self.environment)
-        return RunRequest(*names, self.seed, number, self.settings, self.limits, secret=self.secret)
+        return RunRequest(
+            *names, self.seed, number, self.settings, self.limits, secret=self.secret, despite=self.despite
+        )
 
     @property
     def commitment(self) -> str | None:
@@ -116,6 +119,7 @@ def select(catalog: Catalog, request: RunRequest) -> Selection:
         errors += [error for scene in scenes for error in misfits(robot_found.data, scene)]
     if robot_found:
         errors += _runs(catalog, robot_found)
+        errors += _undiagnosed(catalog, robot_found, request)
     if task_found and scenes:
         errors += _scenes(task_found, scenes)
     errors += _assets(catalog, scenes)
@@ -135,7 +139,7 @@ def select(catalog: Catalog, request: RunRequest) -> Selection:
         raise all_of("This run", errors)
     limits = _limits(task_found, request.limits)
     what = (task_found, robot_found, tuple(scenes), results_format)
-    return Selection(*what, request.seed, limits, chosen, settings, request.secret)
+    return Selection(*what, request.seed, limits, chosen, settings, request.secret, request.despite)
 
 
 def _capabilities(task: Declaration, robot: Declaration) -> Iterator[BenchbotError]:
@@ -180,6 +184,15 @@ def _runs(catalog: Catalog, robot: Declaration) -> Iterator[BenchbotError]:
         fix = "Choose a robot that runs here (benchbot list robots), and an environment for it: see docs/v2.md"
     known = ", ".join(sorted(platforms)) or "none"
     yield BenchbotError(title, f"Installed simulators and drivers: {known}.{catalog.plugins.broken_hint()}", fix)
+
+
+def _undiagnosed(catalog: Catalog, robot: Declaration, request: RunRequest) -> Iterator[BenchbotError]:
+    if request.despite and robot.data["type"] not in catalog.plugins.pool("robot_drivers"):
+        yield BenchbotError(
+            f"The robot '{robot.name}' is simulated: it has no diagnosis.",
+            "--despite overrides a finding of a real robot's diagnosis.",
+            "Leave --despite out.",
+        )
 
 
 def _unenforceable(catalog: Catalog, robot: Declaration, limits: Limits) -> Iterator[BenchbotError]:

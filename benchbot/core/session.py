@@ -51,6 +51,8 @@ class Session:
         """The solution's actions since the last reset."""
         self.driven_by_hand = 0
         """Number of steps taken by a person at the host, since a result was last handed in."""
+        self.robot: Mapping[str, Any] | None = None
+        """What the driver of a real robot has said of it last, for the provenance; None of a simulated one."""
         self.handed_in = False
         self.one_episode = False
         """Whether all attempts are of one episode, also those after a result was handed in."""
@@ -80,8 +82,8 @@ class Session:
         return ActionResult.FINISHED if self.progress.state is State.FINISHED else ActionResult.SUCCESS
 
     def prepare(self) -> None:
-        """Start the host before the first `reset` needs it, so that a solution does not wait for it."""
-        self._guarded(self._running_host)
+        """Start the host before the first `reset` needs it, so that no solution waits, and look at a real robot."""
+        self._guarded(lambda: self._running_host().prepare())
 
     def begin_episode(self) -> None:
         """Begin an episode with the next reset: what was spent before was another solution's, or the host's."""
@@ -143,9 +145,7 @@ class Session:
             return self._observe(host, None)
         self._check_action(action, arguments)
         self._check_limits(*LIMITED)
-        goal = None
-        if action == "move_next":
-            goal = self._trajectory[self.progress.trajectory_index]
+        goal = self._trajectory[self.progress.trajectory_index] if action == "move_next" else None
         self.driven_by_hand += by_hand
         outcome, status = self._moved(action, lambda: host.act(action, arguments, goal))
         if action == "move_next":
@@ -361,6 +361,7 @@ class Session:
     def _note(self, status: Status) -> None:
         x, y, _ = status.pose.translation_xyz
         self.progress.pose_xyyaw = (x, y, status.pose.yaw_rad)
+        self.robot = status.robot
         self.progress.simulated_time_s = self._simulated_before_s + status.clock_s
         self.tracks[-1].follow(waypoint(status.pose, status.clock_s), status.path, collided=status.collided)
         self.progress.collisions = sum(track.collided for track in self.tracks)

@@ -20,6 +20,8 @@ from benchbot.supervisor.recording.host import CLOSE_TIMEOUT_S
 from benchbot.wire import run_state
 from benchbot.wire.run_state import RunState
 
+START_TIMEOUT_S = 180.0
+"""A real robot is diagnosed meanwhile."""
 STOP_TIMEOUT_S = 15.0
 BEGIN_TIMEOUT_S = 120.0
 PROGRAM = "a program"
@@ -73,7 +75,7 @@ class Backend:
         unix_socket: Path | None = None,
         options: Mapping[str, Any] | None = None,
         timeouts: Timeouts | None = None,
-        start_timeout_s: float = 60.0,
+        start_timeout_s: float = START_TIMEOUT_S,
     ) -> Iterator[Self]:
         """Start a back end in a child process, yield it when it answers, and end it on leaving.
 

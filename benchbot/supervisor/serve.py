@@ -17,6 +17,7 @@ from starlette.applications import Starlette
 from starlette.types import Receive, Scope, Send
 
 from benchbot.core.errors import BenchbotError
+from benchbot.core.findings import Finding
 from benchbot.core.host import Host
 from benchbot.core.progress import Progress
 from benchbot.core.selection import Selection
@@ -57,7 +58,13 @@ class ConsecutiveRuns:
         self.supervisor_log = self._base.path / "supervisor.log"
         self._run: Run | None = None
         self._warm: Host | None = None
+        self._host: ChildHost | None = None
         self._platform_failed = False
+
+    @property
+    def findings(self) -> list[Finding]:
+        """Those of the diagnosis of a real robot."""
+        return [] if self._host is None else self._host.findings
 
     def begin(self, plan: RunPlan) -> Run:
         """End the run that there is, but not its platform, and return the next one."""
@@ -92,7 +99,7 @@ class ConsecutiveRuns:
                 warm.renew(run.selection, run.operator)
                 return warm
             warm.close()
-        return ChildHost(
+        self._host = ChildHost(
             run.selection,
             self.platform_log,
             options=self._options,
@@ -100,6 +107,7 @@ class ConsecutiveRuns:
             operator=run.operator,
             zero_copy=True,
         )
+        return self._host
 
     def _note_failure(self) -> None:
         self._platform_failed |= self._run is not None and self._run.platform_failed
@@ -171,6 +179,7 @@ def serve(
         while True:
             run.session.one_episode = following is not None
             run.prepare()
+            state = replace(state, findings=runs.findings)
             runs.folder.publish(state)
             if on_ready is not None:
                 on_ready(state)

@@ -9,12 +9,13 @@ import socket
 import time
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
 from benchbot.core import resources
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.findings import Finding, Level
 
 DEFAULT_PORT = 10000
 KEPT_FOLDERS = 20
@@ -44,7 +45,7 @@ class RunState:
     """The content of a run's state file. Paths are absolute; `started_s` is seconds since the epoch.
 
     `operator_token` is for the person beside the robot: a solution is not given it. `owner` is what has started the
-    back end, such as `benchbot run` or `benchbot batch FOLDER`.
+    back end, such as `benchbot run` or `benchbot batch FOLDER`. `findings` are those of a real robot's diagnosis.
     """
 
     connection: Connection
@@ -61,6 +62,7 @@ class RunState:
     started_s: float
     owner: str = RUN
     secret: str = ""
+    findings: list[Finding] = field(default_factory=list)
 
     @property
     def name(self) -> str:
@@ -80,8 +82,9 @@ class RunState:
 
     @classmethod
     def from_dict(cls, document: dict[str, Any]) -> Self:
-        """Return the state that a JSON document holds; raises TypeError or KeyError when it is not one."""
-        return cls(**{**document, "connection": Connection(**document["connection"])})
+        """Return the state that a JSON document holds; raises TypeError, KeyError or ValueError for any other."""
+        findings = [Finding(**{**one, "level": Level(one["level"])}) for one in document.get("findings", ())]
+        return cls(**{**document, "connection": Connection(**document["connection"]), "findings": findings})
 
 
 class RunFolder:

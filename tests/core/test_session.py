@@ -31,6 +31,9 @@ class RailHost:
     loads: list[tuple[int, int]] = field(default_factory=list)
     closed: bool = False
 
+    def prepare(self) -> None:
+        pass
+
     def load(self, scene_index: int, seed: int) -> Status:
         self.loads.append((scene_index, seed))
         self.x = self.clock_s = 0.0

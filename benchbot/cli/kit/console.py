@@ -12,13 +12,16 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from benchbot.cli.kit.solution_output import folded
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.text import one_line, visible
+
+if TYPE_CHECKING:
+    from benchbot.core.findings import Finding
 
 _QUOTED = "  | "
 
@@ -73,6 +76,14 @@ def note(*lines: str) -> None:
     A full disk, or nobody there, is no error.
     """
     _tell("\n".join(map(one_line, lines)))
+
+
+def findings(found: "Iterable[Finding]", *, tell_all: bool = False) -> None:
+    """Print what a check or a diagnosis has found, but for what is well, each with its fix."""
+    for finding in found:
+        if tell_all or finding.level != "ok":
+            note(f"{finding.level:<13}{finding.subject}: {finding.detail}")
+            note(*([f"{'':<13}{finding.fix}"] if finding.fix else []))
 
 
 def confirmed(question: str) -> bool:

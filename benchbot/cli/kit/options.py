@@ -106,6 +106,15 @@ Display = Annotated[
     ),
 ]
 
+Despite = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--despite",
+        metavar="NAME",
+        help="Drive a real robot though this finding of its diagnosis is broken; the result says so; repeatable.",
+    ),
+]
+
 Settings = Annotated[
     list[str] | None,
     typer.Option(

@@ -82,8 +82,7 @@ class Preflight:
             for finding in self.take(lambda find: list(find(catalog, intent)), check.value.find) or ():
                 if finding.level is Level.BROKEN:
                     self.errors.append(BenchbotError(finding.subject, finding.detail, finding.fix))
-                elif tell_all or finding.level is Level.WARNING:
-                    fix = [f"{'':<13}{finding.fix}"] if finding.fix else []
-                    console.note(f"{finding.level:<13}{finding.subject}: {finding.detail}", *fix)
+                else:
+                    console.findings([finding], tell_all=tell_all)
         if self.errors:
             raise all_of(self._what, list({(error.title, error.why): error for error in self.errors}.values()))

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from benchbot.core import hookspecs, plugin_manager, records, resources
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import KINDS, Catalog
+from benchbot.core.diagnosis import diagnose
 from benchbot.core.errors import BenchbotError
 from benchbot.core.findings import Finding, Level
 from benchbot.core.platform import PlatformSpec
@@ -90,14 +91,7 @@ def diagnose_robot(catalog: Catalog, name: str) -> Iterator[Finding]:
             f"Its driver '{driver.name}' ({distribution}) offers no diagnosis.",
             f"Try it in a run, whose log says what goes wrong: benchbot run --robot {name} …",
         )
-    try:
-        yield from driver.diagnose(PlatformSpec(robot.data, "ground_truth", resources.cache_dir()))
-    except BenchbotError as error:
-        yield Finding(Level.BROKEN, f"robot {name}", f"{error.title} {error.why}", error.fix)
-    # A third party's code, its middleware and the robot may fail in any way at all, which this check finds out.
-    except Exception as error:  # noqa: BLE001
-        fix = f"Report it to the author of {distribution}."
-        yield Finding(Level.BROKEN, f"robot {name}", f"its diagnosis failed: {type(error).__name__}: {error}", fix)
+    yield from diagnose(driver, distribution, PlatformSpec(robot.data, "ground_truth", resources.cache_dir()))
 
 
 def _driver(catalog: Catalog, name: str, kind: str) -> tuple[str, records.RobotDriver]:

@@ -17,6 +17,7 @@ import msgspec
 from benchbot.core import plugin_manager, resources
 from benchbot.core.channels import Observations
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.findings import Finding
 from benchbot.core.geometry import Pose
 from benchbot.core.host import Status
 from benchbot.core.motion import Outcome
@@ -31,6 +32,7 @@ T = TypeVar("T")
 
 _NOTHING = messages.decoder(NoneType)
 _STATUS = messages.decoder(Status)
+_FINDINGS = messages.decoder(list[Finding])
 _OUTCOME = messages.decoder(tuple[Outcome, Status])
 
 
@@ -127,7 +129,10 @@ class ChildHost:
             cache_dir=str(resources.cache_dir()),
             options=dict(options or {}),
             can_ask=operator is not None,
+            despite=selection.despite,
         )
+        self.findings: list[Finding] = []
+        """Those of the diagnosis of a real robot, once it was made."""
         self._looked = False
 
     @property
@@ -150,12 +155,14 @@ class ChildHost:
             # Also when they are the same: only an answer tells that the child is not just dying.
             self._call(messages.Scenes(scenes), _NOTHING, self._timeouts.call_s)
 
+    def prepare(self) -> None:
+        """Have a real robot diagnosed before anything moves it; raises BenchbotError when it is broken."""
+        if self._real:
+            self._create()
+
     def load(self, scene_index: int, seed: int) -> Status:
         """Put the robot into the clean start state of a scene of the selection."""
-        # Not in the constructor: `close` can interrupt it only when there is a host to close.
-        if self._start is not None:
-            self._call(self._start, _NOTHING, self._timeouts.load_s)
-            self._start = None
+        self._create()
         self._looked = False
         return self._call(messages.Load(scene_index, str(seed)), _STATUS, self._timeouts.load_s)
 
@@ -195,6 +202,12 @@ class ChildHost:
                 os.close(self._lifeline)
                 os.close(self._arena_handle)
                 self._arena_handle = -1
+
+    def _create(self) -> None:
+        # Not in the constructor: `close` can interrupt it only when there is a host to close.
+        if self._start is not None:
+            self.findings = self._call(self._start, _FINDINGS, self._timeouts.load_s)
+            self._start = None
 
     def _call(self, request: messages.Request, decoder: messages.Decoder[T], timeout_s: float) -> T:
         with self._busy:

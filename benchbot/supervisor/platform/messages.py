@@ -33,7 +33,10 @@ class SceneMessage(msgspec.Struct, frozen=True):
 
 
 class Start(msgspec.Struct, tag="start", frozen=True):
-    """The first request: create the platform. Everything that the child needs to know of the selection."""
+    """The first request: create the platform. Everything that the child needs to know of the selection.
+
+    The reply has the findings of the diagnosis of a real robot; none of a simulated one.
+    """
 
     robot: dict[str, Any]
     scenes: list[SceneMessage]
@@ -41,6 +44,7 @@ class Start(msgspec.Struct, tag="start", frozen=True):
     cache_dir: str
     options: dict[str, Any]
     can_ask: bool
+    despite: tuple[str, ...] = ()
 
 
 class Load(msgspec.Struct, tag="load", frozen=True):

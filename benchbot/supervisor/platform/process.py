@@ -21,8 +21,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from benchbot.core import plugin_manager
+from benchbot.core import diagnosis, plugin_manager
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.findings import Finding
 from benchbot.core.host import Host, InProcessHost
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import PlatformSpec, Scene
@@ -143,15 +144,15 @@ def _serve(
     arena: ArenaWriter,
 ) -> None:
     host: InProcessHost | None = None
+    reply: Any
     real = False
     while (request := requests.get()) is not None:
         signal.signal(signal.SIGIO, signal.SIG_DFL)
         try:
             if isinstance(request, messages.Start):
                 real = request.robot["type"] in plugin_manager.load().pool("robot_drivers")
-                host = _create(request, control.ask if request.can_ask else None)
+                host, reply = _create(request, control.ask if request.can_ask else None)
                 control.attach(host)
-                reply: Any = None
             else:
                 reply = _answer(host, request)
             data = messages.encode_value(reply, arena)
@@ -169,15 +170,21 @@ def _serve(
         host.close()
 
 
-def _create(request: messages.Start, ask: Callable[[str], None] | None) -> InProcessHost:
+def _create(request: messages.Start, ask: Callable[[str], None] | None) -> tuple[InProcessHost, list[Finding]]:
+    """Return the host of a new platform, and the findings of a real robot; raises BenchbotError when it is broken."""
     loaded = plugin_manager.load()
     kind = request.robot["type"]
-    records = "simulators" if kind in loaded.pool("simulators") else "robot_drivers"
+    simulated = kind in loaded.pool("simulators")
+    record = loaded.record("simulators" if simulated else "robot_drivers", kind)
     spec = PlatformSpec(request.robot, request.localisation, Path(request.cache_dir), request.options, ask)
-    platform = loaded.record(records, kind).create(spec)
-    return InProcessHost(
-        platform, _scenes(request.scenes), MotionConfig.from_robot(request.robot, request.localisation)
-    )
+    platform = record.create(spec)
+    motion = MotionConfig.from_robot(request.robot, request.localisation)
+    if simulated:
+        return InProcessHost(platform, _scenes(request.scenes), motion), []
+    findings = list(diagnosis.diagnose(record, loaded.pool("robot_drivers")[kind].distribution, spec))
+    diagnosis.admit(str(request.robot["name"]), findings, request.despite)
+    told = {"findings": [finding.as_dict() for finding in findings], "despite": list(request.despite)}
+    return InProcessHost(platform, _scenes(request.scenes), motion, told), findings
 
 
 def _scenes(told: list[messages.SceneMessage]) -> list[Scene]:

@@ -75,6 +75,9 @@ class FakeHost:
         self._base = Pose()
         self._random = np.random.default_rng(0)
 
+    def prepare(self) -> None:
+        """Do nothing: there is nothing to diagnose."""
+
     def load(self, scene_index: int, seed: int) -> Status:
         """Put the robot at the start of a scene."""
         self._base, self._clock_s, self._collided = Pose(), 0.0, False

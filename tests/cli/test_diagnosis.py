@@ -1,0 +1,162 @@
+"""A real robot is diagnosed before it moves, whatever driver it has, and one that is broken is not moved."""
+
+from collections.abc import Callable
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+from tests.cli.submitted import SELECTION, read
+from tests.command_line import CommandLine, wait_for
+
+DRIVER = """\
+from importlib.resources import files
+from pathlib import Path
+from benchbot.plugin import Finding, Level, RobotDriver, hookimpl
+
+JOURNAL = Path(r"{journal}")
+
+def note(what):
+    with JOURNAL.open("a") as file:
+        file.write(what + "\\n")
+
+def diagnose(spec):
+    note("diagnosed")
+    yield Finding(Level.OK, "graph", "3 other nodes")
+    yield Finding(Level.WARNING, "e-stop", "none is declared", "Declare one.")
+    if {broken}:
+        yield Finding(Level.BROKEN, "depth /depth", "half of it is beyond 1800 m", "Correct the encoding.")
+
+def create(spec):
+    from benchbot_sample.simulator import SampleSimulator
+
+    class Driver(SampleSimulator):
+        def load(self, scene, seed):
+            note("moved")
+            super().load(scene, seed)
+
+        def provenance(self):
+            return {{"middleware": "rmw_sample"}}
+
+    return Driver(spec)
+
+@hookimpl
+def benchbot_robot_drivers():
+    yield RobotDriver("seen", create, diagnose)
+
+@hookimpl
+def benchbot_robots():
+    yield files(__name__) / "robots"
+"""
+SOLUTION = """
+import json, os
+from benchbot.api import BenchBot
+benchbot = BenchBot()
+benchbot.reset()
+benchbot.step("move_next")
+with open(os.environ["BENCHBOT_RESULT"], "w") as file:
+    json.dump(benchbot.empty_results(), file)
+"""
+SEEN = ["--task", "sample:passive", "--robot", "seen_robot", "--env", "arena:1"]
+Robot = Callable[..., Callable[[], list[str]]]
+
+
+@pytest.fixture
+def robot(cli: CommandLine, make_plugin: Callable[..., Path]) -> Robot:
+    """Makes a robot and its driver; what that was asked to do is returned by a function."""
+
+    def make(*, broken: bool) -> Callable[[], list[str]]:
+        journal = cli.folder / "journal"
+        declared = (files("benchbot_sample") / "robots" / "sample_real_robot.yaml").read_text()
+        declared = declared.replace("sample_real_robot", "seen_robot").replace("real_sample", "seen")
+        make_plugin("seen", DRIVER.format(journal=journal, broken=broken), {"robots/seen.yaml": declared})
+        return lambda: journal.read_text().splitlines() if journal.exists() else []
+
+    return make
+
+
+def test_a_broken_robot_is_refused_before_it_moves(cli: CommandLine, robot: Robot) -> None:
+    done_by_driver = robot(broken=True)
+
+    done = cli("submit", "--native", cli.script("s.py", SOLUTION), *SEEN, "-r", "result.json")
+
+    assert done.returncode == 2
+    assert "The robot 'seen_robot' is not fit to be driven." in done.stderr
+    assert "depth /depth: half of it is beyond 1800 m" in done.stderr
+    assert "Correct the encoding." in done.stderr
+    assert "--despite 'depth /depth'" in done.stderr
+    assert done_by_driver() == ["diagnosed"]
+    assert not (cli.folder / "result.json").exists()
+    assert cli.nothing_is_left()
+
+
+def test_a_finding_that_is_overridden_is_in_the_result(cli: CommandLine, robot: Robot) -> None:
+    done_by_driver = robot(broken=True)
+
+    done = cli(
+        "submit", "--native", cli.script("s.py", SOLUTION), *SEEN, "-r", "result.json", "--despite", "depth /depth"
+    )
+
+    assert done.returncode == 0, done.stderr
+    assert "broken       depth /depth: half of it is beyond 1800 m" in done.stderr
+    assert "warning      e-stop: none is declared" in done.stderr
+    assert "3 other nodes" not in done.stderr
+    assert read(cli.folder / "result.json")["provenance"]["robot"] == {
+        "despite": ["depth /depth"],
+        "findings": [
+            {"level": "ok", "name": "graph", "text": "3 other nodes"},
+            {"level": "warning", "name": "e-stop", "text": "none is declared"},
+            {"level": "broken", "name": "depth /depth", "text": "half of it is beyond 1800 m"},
+        ],
+        "driver": {"middleware": "rmw_sample"},
+    }
+    assert done_by_driver() == ["diagnosed", "moved"]
+
+
+def test_a_run_is_diagnosed_once_and_tells_whoever_joins_it(cli: CommandLine, robot: Robot) -> None:
+    done_by_driver = robot(broken=False)
+    back_end = cli.start("run", *SEEN, "--port", "0")
+    wait_for(back_end, "e-stop: none is declared")
+    wait_for(back_end, "Ready.")
+
+    runs = [cli("submit", "--native", cli.script("s.py", SOLUTION), "-r", f"{name}.json") for name in ("one", "two")]
+
+    for finished in runs:
+        assert finished.returncode == 0, finished.stderr
+        assert "warning      e-stop: none is declared" in finished.stderr
+    assert read(cli.folder / "two.json")["provenance"]["robot"]["despite"] == []
+    assert done_by_driver().count("diagnosed") == 1
+    assert cli("stop").returncode == 0
+
+
+def test_run_refuses_a_broken_robot_too(cli: CommandLine, robot: Robot) -> None:
+    done_by_driver = robot(broken=True)
+
+    done = cli("run", *SEEN, "--port", "0")
+
+    assert done.returncode == 2
+    assert "The robot 'seen_robot' is not fit to be driven." in done.stderr
+    assert done_by_driver() == ["diagnosed"]
+
+
+def test_an_unknown_finding_is_refused(cli: CommandLine, robot: Robot) -> None:
+    done_by_driver = robot(broken=False)
+
+    done = cli("submit", "--native", cli.script("s.py", SOLUTION), *SEEN, "--despite", "e-stap")
+
+    assert done.returncode == 2
+    assert "has no finding 'e-stap'" in done.stderr
+    assert "Did you mean 'e-stop'?" in done.stderr
+    assert done_by_driver() == ["diagnosed"]
+
+
+def test_a_simulated_robot_has_no_diagnosis(cli: CommandLine) -> None:
+    solution = cli.script("s.py", SOLUTION)
+    refused = cli("submit", "--native", solution, *SELECTION, "--despite", "e-stop")
+    done = cli("submit", "--native", solution, *SELECTION, "-r", "result.json")
+
+    assert refused.returncode == 2
+    assert "The robot 'sample_robot' is simulated: it has no diagnosis." in refused.stderr
+    assert done.returncode == 0, done.stderr
+    assert "Diagnosis" not in done.stderr
+    assert "robot" not in read(cli.folder / "result.json")["provenance"]
