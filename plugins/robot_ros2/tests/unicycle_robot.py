@@ -19,7 +19,7 @@ import rclpy
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, Twist
 from nav_msgs.msg import Odometry
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, LaserScan
@@ -50,6 +50,9 @@ DEFAULTS: dict[str, Any] = {
     "amcl": False,  # publishes where it is on /amcl_pose, ten times a second
     "transforms": False,  # publishes on /tf where "odom" is in "map", and "base_link" in "odom"
     "untold": [],  # frames whose transform does not come any more
+    "scanner_yaw_deg": 0.0,  # how the scanner is really mounted
+    "depth": None,  # publishes 32FC1 pictures on /depth, and how many units a metre has in them
+    "mounts": {},  # what /tf_static says: [parent, x, y, z, yaw_deg] by frame
     "place_off_m": 0.0,  # how far localisation is wrong
     "strike": None,  # what the robot does `beyond_m` of its way: {"kill": [signal, pid, …]}, {"run": […]}, {"set": {…}}
 }
@@ -66,9 +69,14 @@ TOPICS = {
     "/dead_man": Bool,
     "/clock": Clock,
     "/tf": TFMessage,
+    "/tf_static": TFMessage,
+    "/depth": Image,
+    "/depth_info": CameraInfo,
     "/amcl_pose": PoseWithCovarianceStamped,
 }
 FRAMES = {"/odom": "odom", "/truth": "map", "/scan": "lidar", "/image": "camera", "/camera_info": "camera"}
+FRAMES |= {"/depth": "camera", "/depth_info": "camera"}
+DEPTH_WIDTH, DEPTH_HEIGHT, DEPTH_FOCAL, CAMERA_X_M = 64, 48, 32.0, 0.1
 
 
 class Robot:
@@ -88,20 +96,24 @@ class Robot:
         self.late: list[tuple[float, Odometry]] = []
         self.random = np.random.default_rng(0)
         self.publishers = {topic: self._publisher(topic, kind) for topic, kind in TOPICS.items()}
+        self.send("/tf_static", self.mounts())
         self.node.create_subscription(Twist, "/cmd_vel", self._on_command, 1)
         self.node.create_service(Trigger, "/reset", self._on_reset)
 
     def _publisher(self, topic: str, kind: Any) -> Any:
         unpublished = {"/clock": not self.options["simulated"], "/tf": not self.options["transforms"]}
         unpublished["/amcl_pose"] = not self.options["amcl"]
+        unpublished["/tf_static"] = not self.options["mounts"]
+        unpublished["/depth"] = unpublished["/depth_info"] = self.options["depth"] is None
         if topic in self.options["absent"] or unpublished.get(topic):
             return None
         if topic == "/image" and self.options["compressed"]:
             kind = CompressedImage
         reliability = self.options["reliability"].get(topic, "reliable")
-        return self.node.create_publisher(
-            kind, topic, QoSProfile(depth=5, reliability=ReliabilityPolicy[reliability.upper()])
-        )
+        profile = QoSProfile(depth=5, reliability=ReliabilityPolicy[reliability.upper()])
+        if topic == "/tf_static":
+            profile.durability = DurabilityPolicy.TRANSIENT_LOCAL
+        return self.node.create_publisher(kind, topic, profile)
 
     def _on_command(self, message: Twist) -> None:
         self.command, self.commanded_s = (message.linear.x, message.angular.z), self.time_s
@@ -170,6 +182,10 @@ class Robot:
             info = CameraInfo(width=8, height=6, k=[4.0, 0, 3.5, 0, 4.0, 2.5, 0, 0, 1.0])
             info.p = [4.0, 0, 3.5, 0, 0, 4.0, 2.5, 0, 0, 0, 1.0, 0]
             self.send("/camera_info", self.headed(info, "/camera_info"))
+            self.send("/depth", self.depth())
+            k = [DEPTH_FOCAL, 0, (DEPTH_WIDTH - 1) / 2, 0, DEPTH_FOCAL, (DEPTH_HEIGHT - 1) / 2, 0, 0, 1.0]
+            info = CameraInfo(width=DEPTH_WIDTH, height=DEPTH_HEIGHT, k=k, p=[*k[:3], 0, *k[3:6], 0, *k[6:], 0])
+            self.send("/depth_info", self.headed(info, "/depth_info"))
             self.send("/collision", Bool(data=self.collided))
 
     def send(self, topic: str, message: Any) -> None:
@@ -214,10 +230,33 @@ class Robot:
         told = [one for one in (place, base) if one.child_frame_id not in self.options["untold"]]
         return TFMessage(transforms=told)
 
+    def mounts(self) -> TFMessage:
+        told = []
+        for frame, (parent, x, y, z, yaw_deg) in self.options["mounts"].items():
+            one = TransformStamped(child_frame_id=frame)
+            one.header.frame_id = parent
+            one.transform.translation.x, one.transform.translation.y, one.transform.translation.z = x, y, z
+            yaw = math.radians(yaw_deg)
+            one.transform.rotation.z, one.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+            told.append(one)
+        return TFMessage(transforms=told)
+
+    def depth(self) -> Any:
+        """Return the wall, as a camera sees it that looks ahead."""
+        slopes = (np.arange(DEPTH_WIDTH) - (DEPTH_WIDTH - 1) / 2) / DEPTH_FOCAL
+        away = math.cos(self.yaw) + slopes * math.sin(self.yaw)
+        camera_x = self.x + CAMERA_X_M * math.cos(self.yaw)
+        with np.errstate(divide="ignore"):
+            row = np.where(away > 1e-6, (self.options["wall_x_m"] - camera_x) / away, np.inf)
+        pixels = np.tile((row * (self.options["depth"] or 1.0)).astype("<f4"), (DEPTH_HEIGHT, 1))
+        picture = Image(height=DEPTH_HEIGHT, width=DEPTH_WIDTH, encoding="32FC1", step=4 * DEPTH_WIDTH)
+        picture.data = pixels.tobytes()
+        return self.headed(picture, "/depth")
+
     def scan(self) -> LaserScan:
         angles = -math.pi + np.arange(BEAMS) * 2 * math.pi / BEAMS
         laser_x = self.x + LASER_X_M * math.cos(self.yaw)
-        towards = np.cos(angles + self.yaw)
+        towards = np.cos(angles + self.yaw + math.radians(self.options["scanner_yaw_deg"]))
         with np.errstate(divide="ignore"):
             ranges = np.where(towards > 1e-6, (self.options["wall_x_m"] - laser_x) / towards, np.inf)
         message = LaserScan(angle_min=-math.pi, angle_increment=2 * math.pi / BEAMS, range_min=0.05, range_max=30.0)

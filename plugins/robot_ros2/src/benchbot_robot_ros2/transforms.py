@@ -18,6 +18,10 @@ HISTORY_NS = 10_000_000_000
 _UNIT_TOLERANCE = 0.01
 
 
+class TwoTreesError(LookupError):
+    """Two frames are known, and nothing connects them."""
+
+
 class Link(NamedTuple):
     """A transform that is not static: its frames, and when its newest stamp arrived, in seconds of the run."""
 
@@ -145,7 +149,7 @@ class TransformTree:
         above_source = self._upwards(source_frame)
         common = next((frame for frame in above_target if frame in above_source), None)
         if common is None:
-            raise LookupError(
+            raise TwoTreesError(
                 f"Nothing says where '{source_frame}' is in '{target_frame}': they are in two trees, under "
                 f"'{above_source[-1]}' and '{above_target[-1]}'."
             )

@@ -74,6 +74,26 @@ def test_a_frame_that_nobody_knows_is_broken_only_where_it_is_not_declared() -> 
     assert found["frame camera_optical"].level is Level.BROKEN
 
 
+def test_a_frame_in_another_tree_is_broken_though_it_is_declared() -> None:
+    tree = TransformTree()
+    tree.set_transform("base_link", "camera_optical", Pose(), None)
+    tree.set_transform("mast", "lidar", Pose(), None)
+    found = findings(cart(), tree)["frame lidar"]
+    assert found.level is Level.BROKEN
+    assert "they are in two trees" in found.detail
+
+
+@pytest.mark.parametrize(("stamp_ns", "level"), [(None, Level.BROKEN), (1, Level.WARNING)])
+def test_a_fixed_sensor_that_is_declared_to_look_elsewhere_is_broken_one_that_moves_is_not(
+    stamp_ns: int | None, level: Level
+) -> None:
+    tree = TransformTree()
+    tree.set_transform("base_link", "lidar", Pose.from_xyz_rpy_deg((0, 0, 0.3), (0, 0, 180)), stamp_ns)
+    found = findings(cart(), tree)["frame lidar"]
+    assert found.level is level
+    assert "180.0 degrees" in found.detail
+
+
 def test_localisation_by_tf_needs_the_way_from_the_map_to_the_base() -> None:
     tree = TransformTree()
     tree.set_transform("odom", "base_link", Pose(), 1)

@@ -5,15 +5,17 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchbot.plugin import BenchbotError, Finding, Level, MotionConfig, PlatformSpec, RobotDeclaration
+from benchbot.plugin import BenchbotError, Finding, Level, MotionConfig, PlatformSpec
 from benchbot_robot_ros2 import callbacks, obstacles, ros, transforms
 from benchbot_robot_ros2.declaration import Ros2Robot, Topic
-from benchbot_robot_ros2.doctor import graph_checks, live_watch, message_checks, transform_checks
+from benchbot_robot_ros2.doctor import graph_checks, live_watch, message_checks, sensor_agreement, transform_checks
 from benchbot_robot_ros2.doctor.live_watch import Stream
 from benchbot_robot_ros2.guard.topic import VelocityPublisher
 
 if TYPE_CHECKING:
     from rclpy.node import Node
+
+    from benchbot_robot_ros2.transforms import TransformTree
 
 LOOK_S = 5.0
 # Above, a domain's ports lie among those that Linux gives to clients, and may be taken.
@@ -48,7 +50,7 @@ def diagnose(spec: PlatformSpec) -> Iterator[Finding]:
         clock = list(_clock(node, simulated=simulated, began_ns=began_ns))
         yield from clock
         yield from _topics(node, robot, streams, seconds, timed=all(f.level is not Level.BROKEN for f in clock))
-        yield from _observations(robot, spec.robot, streams)
+        yield from _observations(robot, tree, streams)
         published = node.count_publishers("/tf") + node.count_publishers("/tf_static") > 0
         yield from transform_checks.check(robot, tree, published=published)
         yield from graph_checks.velocity(node, robot, publisher, seconds)
@@ -128,7 +130,7 @@ def _topics(node: "Node", robot: Ros2Robot, streams: list[Stream], seconds: floa
             yield rival
 
 
-def _observations(robot: Ros2Robot, declaration: RobotDeclaration, streams: list[Stream]) -> Iterator[Finding]:
+def _observations(robot: Ros2Robot, tree: "TransformTree | None", streams: list[Stream]) -> Iterator[Finding]:
     """Turn the last messages into observations, as the driver would, and look at these."""
     last = {stream.use.role: stream.last for stream in streams}
     decoded: dict[str, Any] = {}
@@ -156,8 +158,12 @@ def _observations(robot: Ros2Robot, declaration: RobotDeclaration, streams: list
     if "image_depth" in decoded:
         yield from message_checks.depth(_topic(robot, "image_depth"), decoded["image_depth"])
     if "laser" in decoded:
-        mount = robot.mounts.get(declaration.get("laser", {}).get("frame", ""))
+        mount = transform_checks.mounted(robot, tree, robot.laser_frame)
         yield from message_checks.laser(_topic(robot, "laser"), decoded["laser"], mount)
+        camera = transform_checks.mounted(robot, tree, robot.camera_frame)
+        if mount is not None and camera is not None and {"image_depth", "image_depth_info"} <= decoded.keys():
+            intrinsics = decoded["image_depth_info"]["matrix_intrinsics"]
+            yield from sensor_agreement.check(decoded["laser"], mount, decoded["image_depth"], camera, intrinsics)
 
 
 def _unreadable(channel: str, parts: Mapping[str, Topic], callback: callbacks.Callback) -> Iterator[Finding]:

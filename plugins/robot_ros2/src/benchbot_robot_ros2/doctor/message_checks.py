@@ -18,6 +18,8 @@ AHEAD_SIMULATED_S = 0.2
 INVALID_DEPTH = 0.6
 PLAUSIBLE_DEPTH_M = (0.05, 50.0)
 FINITE_RANGES = 0.1
+# A fixed sensor so far from its declared mount looks elsewhere: either the declaration or the URDF is wrong.
+ELSEWHERE_M, ELSEWHERE_DEG = 0.25, 20.0
 FRONT_RAD = math.radians(45)
 RECTIFY = (
     "Run a rectifying node (ros2 run image_proc rectify_node) and declare its topic, such as …/image_rect, "
@@ -121,7 +123,8 @@ def depth(topic: str, depth_m: Any) -> Iterator[Finding]:
         return
     median_m = float(np.median(valid))
     if not PLAUSIBLE_DEPTH_M[0] < median_m < PLAUSIBLE_DEPTH_M[1]:
-        detail = f"half of it is beyond {median_m:g} m: that looks like another unit"
+        side = "beyond" if median_m > 1 else "nearer than"
+        detail = f"half of it is {side} {median_m:g} m: that looks like another unit"
         fix = "REP-118 says metres for 32FC1 and millimetres for 16UC1: correct the driver's encoding."
         yield Finding(Level.BROKEN, subject, detail, fix)
     elif share > INVALID_DEPTH:
@@ -159,8 +162,8 @@ def laser(topic: str, scan: LaserScan, mount: Pose | None) -> Iterator[Finding]:
         yield Finding(Level.OK, subject, detail)
 
 
-def mount(frame_id: str, declared: Pose | None, measured: Pose) -> Finding:
-    """Compare a frame's declared mount with the one that the transforms tell."""
+def mount(frame_id: str, declared: Pose | None, measured: Pose, *, fixed: bool = False) -> Finding:
+    """Compare a frame's declared mount with the one that the transforms tell; a `fixed` one cannot have moved."""
     x, y, z = measured.translation_xyz
     roll, pitch, yaw = (math.degrees(angle) for angle in measured.rpy_rad)
     written = f"{frame_id}: {{xyz: [{x:.4f}, {y:.4f}, {z:.4f}], rpy_deg: [{roll:.2f}, {pitch:.2f}, {yaw:.2f}]}}"
@@ -172,7 +175,9 @@ def mount(frame_id: str, declared: Pose | None, measured: Pose) -> Finding:
     angle_deg = math.degrees(2 * math.acos(min(1.0, abs(apart.rotation_xyzw[3]))))
     if distance_m > 0.01 or angle_deg > 1:
         detail = f"declared {distance_m * 100:.1f} cm and {angle_deg:.1f} degrees from where the transforms put it"
-        return Finding(Level.WARNING, subject, detail, f"If the transforms are right, write under frames: {written}")
+        elsewhere = fixed and (distance_m > ELSEWHERE_M or angle_deg > ELSEWHERE_DEG)
+        level = Level.BROKEN if elsewhere else Level.WARNING
+        return Finding(level, subject, detail, f"If the transforms are right, write under frames: {written}")
     return Finding(Level.OK, subject, "mounted where it is declared")
 
 

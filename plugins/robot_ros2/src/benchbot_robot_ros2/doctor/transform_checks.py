@@ -1,11 +1,12 @@
 """Checks of a robot's transforms against its declared mounts and its localisation."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 
-from benchbot.plugin import Finding, Level
+from benchbot.plugin import Finding, Level, Pose
 from benchbot_robot_ros2.declaration import LocalisedByTransforms, Ros2Robot
 from benchbot_robot_ros2.doctor import message_checks
-from benchbot_robot_ros2.transforms import TransformTree
+from benchbot_robot_ros2.transforms import TransformTree, TwoTreesError
 
 
 def check(robot: Ros2Robot, tree: TransformTree | None, *, published: bool) -> Iterator[Finding]:
@@ -36,6 +37,14 @@ def check(robot: Ros2Robot, tree: TransformTree | None, *, published: bool) -> I
         yield _mount(robot, tree, name)
 
 
+def mounted(robot: Ros2Robot, tree: TransformTree | None, name: str | None) -> Pose | None:
+    """Return where the driver takes a frame to be in the base frame; None when it is not known."""
+    if tree is not None and name is not None:
+        with suppress(LookupError):
+            return tree.lookup(robot.base_frame, name)
+    return robot.mounts.get(name or "")
+
+
 def _frames(robot: Ros2Robot) -> list[str]:
     """Return the frames whose place on the robot must be known."""
     camera = [robot.camera_frame] if robot.camera_frame is not None else []
@@ -56,11 +65,15 @@ def _mount(robot: Ros2Robot, tree: TransformTree, name: str) -> Finding:
     declared = robot.mounts.get(name)
     try:
         measured = tree.lookup(robot.base_frame, name)
+        fixed = tree.newest_ns(robot.base_frame, name) is None
+    except TwoTreesError as error:
+        fix = "Publish the transform between the two (robot_state_publisher, with the robot's whole URDF)."
+        return Finding(Level.BROKEN, f"frame {name}", _sentence(error), fix)
     except LookupError as error:
         level = Level.BROKEN if declared is None else Level.WARNING
         fix = "Correct the frame's name in the declaration, or add the frame to the robot's URDF."
         return Finding(level, f"frame {name}", _sentence(error), fix)
-    return message_checks.mount(name, declared, measured)
+    return message_checks.mount(name, declared, measured, fixed=fixed)
 
 
 def _sentence(error: LookupError) -> str:

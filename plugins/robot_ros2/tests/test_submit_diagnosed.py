@@ -1,0 +1,154 @@
+"""`benchbot submit` on the test robot: it is diagnosed before it moves, and its results say what they rest on."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchbot.core.declarations import schema
+from plugins.robot_ros2.tests.unicycle import BY_TRUTH, declaration, unicycle
+from tests.plugin_factory import PluginFactory
+
+Document = dict[str, Any]
+
+PLUGIN = """\
+from importlib.resources import files
+from benchbot.plugin import hookimpl
+
+@hookimpl
+def benchbot_robots():
+    yield files(__name__) / "robots"
+
+@hookimpl
+def benchbot_environments():
+    yield files(__name__) / "environments"
+
+@hookimpl
+def benchbot_tasks():
+    yield files(__name__) / "tasks"
+"""
+TASK = "name: 'hall:walk'\nactions: [move_distance]\nobservations: [laser, poses]\nlocalisation: ground_truth\n"
+HALL = {"name": "hall", "variant": 1, "type": "real", "start_pose": [1, 0, 0, 0, 0, 0, 0], "object_labels": []}
+SOLUTION = """
+import json, os
+from benchbot.api import BenchBot
+benchbot = BenchBot()
+benchbot.reset()
+benchbot.step("move_distance", distance=0.1)
+with open(os.environ["BENCHBOT_RESULT"], "w") as file:
+    json.dump(benchbot.empty_results(), file)
+"""
+STATIC = {"camera": ["base_link", 0.1, 0, 0.5, 0], "lidar": ["base_link", 0.05, 0, 0.3, 0]}
+
+
+class Submission:
+    """Submits a short walk on the test robot, as declared, in the hall."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.result = folder / "result.json"
+        (folder / "solution.py").write_text(SOLUTION)
+
+    def __call__(self, *words: str) -> "subprocess.CompletedProcess[str]":
+        command = [sys.executable, "-m", "benchbot", "submit", "--native", f"{sys.executable} solution.py"]
+        command += ["--task", "hall:walk", "--robot", "unicycle", "--env", "hall:1", "-r", "result.json", *words]
+        return subprocess.run(command, capture_output=True, text=True, check=False, cwd=self.folder)
+
+    @property
+    def provenance(self) -> Document:
+        """The provenance of the result, which is valid."""
+        document = json.loads(self.result.read_text())
+        schema.check(document, "result", self.result)
+        provenance: Document = document["provenance"]
+        return provenance
+
+
+def declared(**driver: Any) -> Document:
+    """Return the test robot with a depth camera, localised by the truth."""
+    robot = declaration(localisation=BY_TRUTH, **driver)
+    robot["runs_in"] = ["real"]
+    for channel, topic, kind in (("image_depth", "/depth", "Image"), ("image_depth_info", "/depth_info", "CameraInfo")):
+        robot["connections"][channel] = {
+            "connection": "ros_to_api",
+            "ros_topic": topic,
+            "ros_type": f"sensor_msgs/msg/{kind}",
+        }
+    return robot
+
+
+@pytest.fixture
+def submit(domain: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Submission:
+    files = {
+        "robots/unicycle.yaml": json.dumps(declared()),
+        "environments/hall_1.yaml": json.dumps(HALL),
+        "tasks/walk.yaml": TASK,
+    }
+    PluginFactory(tmp_path).make("hall", PLUGIN, files)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
+    monkeypatch.setenv("BENCHBOT_STATE_DIR", str(tmp_path / "state"))
+    return Submission(tmp_path)
+
+
+BROKEN: list[tuple[str, Document, str, str]] = [
+    ("depth in millimetres", {"depth": 1000.0, "wall_x_m": 2.0}, "depth /depth", "that looks like another unit"),
+    ("depth in kilometres", {"depth": 0.001, "wall_x_m": 2.0}, "depth /depth", "that looks like another unit"),
+    ("the scanner turned round", {"scanner_yaw_deg": 180.0}, "laser and depth", "Turned by 180 degrees"),
+    (
+        "the scanner declared otherwise than its URDF says",
+        {"mounts": STATIC | {"lidar": ["base_link", 0.05, 0, 0.3, 180]}},
+        "frame lidar",
+        "180.0 degrees from where the transforms put it",
+    ),
+    (
+        "transforms in two pieces",
+        {"mounts": STATIC | {"lidar": ["mast", 0, 0, 0.3, 0], "camera": ["base_link", 0.1, 0, 0.5, 0]}},
+        "frame lidar",
+        "they are in two trees",
+    ),
+]
+
+
+@pytest.mark.parametrize(
+    ("options", "finding", "says"), [case[1:] for case in BROKEN], ids=[case[0] for case in BROKEN]
+)
+def test_a_broken_robot_is_refused_before_it_moves(
+    submit: Submission, options: Document, finding: str, says: str
+) -> None:
+    with unicycle(**{"depth": 1.0, "wall_x_m": 3.0, "off_start_m": 0.01, **options}) as robot:
+        done = submit()
+        state = robot.state
+
+    assert done.returncode == 2, done.stderr
+    assert "The robot 'unicycle' is not fit to be driven." in done.stderr
+    assert says in done.stderr
+    assert f"--despite '{finding}'" in done.stderr
+    # A return to the start would have moved it there.
+    assert (state["x"], state["moved_s"]) == (0.0, None)
+    assert not submit.result.exists()
+
+
+def test_it_is_driven_all_the_same_when_told_so_and_the_result_says_it(submit: Submission) -> None:
+    with unicycle(depth=1.0, wall_x_m=3.0, scanner_yaw_deg=180.0) as robot:
+        done = submit("--despite", "laser and depth")
+        assert robot.state["moved_s"] is not None
+
+    assert done.returncode == 0, done.stderr
+    told = submit.provenance["robot"]
+    assert told["despite"] == ["laser and depth"]
+    assert [one["level"] for one in told["findings"] if one["name"] == "laser and depth"] == ["broken"]
+
+
+def test_a_robot_that_is_well_is_driven_and_what_is_worth_a_look_is_printed(submit: Submission) -> None:
+    with unicycle(depth=1.0, wall_x_m=3.0):
+        done = submit()
+
+    assert done.returncode == 0, done.stderr
+    assert "warning      e-stop: none is declared" in done.stderr
+    assert "ok  " not in done.stderr
+    levels = {one["name"]: one["level"] for one in submit.provenance["robot"]["findings"]}
+    assert levels["laser and depth"] == "ok"
+    assert "broken" not in levels.values()
