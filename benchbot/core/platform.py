@@ -129,7 +129,7 @@ class Traceable(Protocol):
     """A driver of a real robot that knows what a result on it depends on, beside declarations and software."""
 
     def provenance(self) -> Mapping[str, Any]:
-        """Return it as plain data for `provenance.robot.driver` of results: middleware, network, clocks, …; never waits."""
+        """Return it as plain data for `provenance.robot.driver` of results: middleware, clocks, …; never waits."""
 
 
 @runtime_checkable

@@ -50,8 +50,9 @@ class Step:
 class Progress:
     """The part of a session's state that can be watched while it runs.
 
-    `ends_run` says that the failure is a safety stop: there is no way back. `waiting_for` is what the operator of a
-    real robot is asked to do before it can go on. `before` is what the episode had spent when the robot was put back.
+    `failure_fix` is the remedy of a platform's failure. `ends_run` says that it is a safety stop: there is no way back.
+    `waiting_for` is what the operator of a real robot is asked to do before it can go on. `before` is what the episode
+    had spent when the robot was put back.
     """
 
     state: State = State.CLEAN
@@ -69,6 +70,7 @@ class Progress:
     before: Spent = Spent()  # noqa: RUF009 - it is frozen
     failure: FailureClass | None = None
     failure_why: str | None = None
+    failure_fix: str | None = None
     ends_run: bool = False
     waiting_for: str | None = None
     started_s: float = field(default_factory=time.monotonic)

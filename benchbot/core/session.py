@@ -367,18 +367,18 @@ class Session:
         self.progress.collisions = sum(track.collided for track in self.tracks)
         self.progress.path_length_m = sum(track.length_m for track in self.tracks)
 
-    def _end(self, state: State, failure: FailureClass, why: str) -> None:
+    def _end(self, state: State, failure: FailureClass, why: str, fix: str | None = None) -> None:
         self.progress.state = state
         if self.progress.failure is None:
             self.progress.failure = failure
-            self.progress.failure_why = why
+            self.progress.failure_why, self.progress.failure_fix = why, fix
 
     def _guarded(self, call: Callable[[], T]) -> T:
         try:
             return call()
         except BenchbotError as error:
             if error.failure is FailureClass.PLATFORM:
-                self._end(State.FAILED, FailureClass.PLATFORM, f"{error.title} {error.why}")
+                self._end(State.FAILED, FailureClass.PLATFORM, f"{error.title} {error.why}", error.fix)
                 self._close_host()
             if error.ends_run:
                 self._safety_stop = error

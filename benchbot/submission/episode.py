@@ -99,7 +99,7 @@ def run(
     if stopped is not None:
         problem = stopped
     elif failure is FailureClass.PLATFORM:
-        problem.fix = f"Run it again; if it fails again, report it with its log: {path.with_name('platform.log')}"
+        problem.fix = _with_log(problem.fix, path)
     return EndedEpisode(answer["document"], path, problem)
 
 
@@ -197,7 +197,7 @@ def _with_cause(
         return BenchbotError(
             "The simulator or robot failed, so the episode could not be finished.",
             progress["failure_why"],
-            "Run it again.",
+            progress.get("failure_fix") or "Run it again; if it fails again, report it.",
             failure=FailureClass.PLATFORM,
         )
     if progress["failure"] == FailureClass.TIMEOUT and problem.failure is FailureClass.AGENT:
@@ -216,12 +216,20 @@ def _safety_stop(client: Client, result: Path) -> BenchbotError | None:
     return BenchbotError(
         "The robot was stopped for safety, and the run is over.",
         progress["failure_why"],
-        "See that the robot and the space around it are safe, and mend the cause, before you start another run. "
-        f"The log: {result.with_name('platform.log')}",
+        _with_log(
+            f"{progress.get('failure_fix') or 'Mend the cause.'}\n"
+            "See that the robot and the space around it are safe before you start another run.",
+            result,
+        ),
         exit_code=ExitCode.INTERNAL,
         failure=FailureClass.PLATFORM,
         ends_run=True,
     )
+
+
+def _with_log(fix: str, result: Path) -> str:
+    log = str(result.with_name("platform.log"))
+    return fix if log in fix else f"{fix} Its log: {log}"
 
 
 def _failed_without_supervisor(

@@ -57,6 +57,7 @@ def progress_document(progress: Progress, *, with_pose: bool) -> dict[str, Any]:
         "spent": spent,
         "failure": None if progress.failure is None else progress.failure.value,
         "failure_why": progress.failure_why,
+        "failure_fix": progress.failure_fix,
         "ends_run": progress.ends_run,
         "waiting_for": progress.waiting_for,
         "paused": progress.paused,

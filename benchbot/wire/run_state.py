@@ -83,8 +83,9 @@ class RunState:
     @classmethod
     def from_dict(cls, document: dict[str, Any]) -> Self:
         """Return the state that a JSON document holds; raises TypeError, KeyError or ValueError for any other."""
-        findings = [Finding(**{**one, "level": Level(one["level"])}) for one in document.get("findings", ())]
-        return cls(**{**document, "connection": Connection(**document["connection"]), "findings": findings})
+        told = {"findings": (), **document}
+        findings = [Finding(**{**one, "level": Level(one["level"])}) for one in told["findings"]]
+        return cls(**{**told, "connection": Connection(**told["connection"]), "findings": findings})
 
 
 class RunFolder:

@@ -124,12 +124,18 @@ def test_without_a_back_end_the_way_to_one_is_told(here: Here) -> None:
         (["--native", "true", "-e", "omg"], "'omg' is not an installed evaluator."),
         (["--native", "true", "--require", "OMQ>=0.4"], "There will be no score."),
         (["--native", "true", "-e", "omq", "--require", "OMQ"], "'OMQ' is not a requirement."),
-        (["--native", "true", "--seed", "0"], "has its own episode, settings, seed, secret, limits and recordings"),
+        (
+            ["--native", "true", "--seed", "0"],
+            "has its own episode, settings, seed, secret, limits, recordings and diagnosis",
+        ),
         (
             ["--native", "true", "--set", "assets=own"],
-            "has its own episode, settings, seed, secret, limits and recordings",
+            "has its own episode, settings, seed, secret, limits, recordings and diagnosis",
         ),
-        (["--native", "true", "--episode", "1"], "has its own episode, settings, seed, secret, limits and recordings"),
+        (
+            ["--native", "true", "--episode", "1"],
+            "has its own episode, settings, seed, secret, limits, recordings and diagnosis",
+        ),
         (["--native", "true", *SELECTION, "--episode", "1"], "The task 'sample:passive' has no episodes."),
         (["--native", "true", "-r", "/dev/null"], "/dev/null is not a file."),
         (["--native", "true", *SELECTION[:-1], "arena:1:2"], "The task 'sample:passive' needs 1 scene, not 2."),

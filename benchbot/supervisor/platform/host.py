@@ -274,7 +274,9 @@ class ChildHost:
         with self._log.open("rb") as log:
             said = last_words(log, self._log_start)
         who = "The robot's driver" if self._real else "The simulator"
-        again = "The next run starts it anew, when the robot is safe." if self._real else "reset() starts it anew."
+        again = "Run it again (reset() starts it anew); if it fails again, report it."
+        if self._real:
+            again = "The next run starts it anew, when the robot is safe."
         return BenchbotError(
             f"{who} {what}.",
             f"{why} {said}",

@@ -4,13 +4,14 @@ import json
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from benchbot.core.declarations import schema
-from plugins.robot_ros2.tests.unicycle import BY_TRUTH, declaration, unicycle
+from plugins.robot_ros2.tests.unicycle import BY_TRUTH, declaration, unicycle, until
 from tests.plugin_factory import PluginFactory
 
 Document = dict[str, Any]
@@ -51,9 +52,9 @@ class Submission:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.result = folder / "result.json"
-        (folder / "solution.py").write_text(SOLUTION)
 
-    def __call__(self, *words: str) -> "subprocess.CompletedProcess[str]":
+    def __call__(self, *words: str, solution: str = SOLUTION) -> "subprocess.CompletedProcess[str]":
+        (self.folder / "solution.py").write_text(solution)
         command = [sys.executable, "-m", "benchbot", "submit", "--native", f"{sys.executable} solution.py"]
         command += ["--task", "hall:walk", "--robot", "unicycle", "--env", "hall:1", "-r", "result.json", *words]
         return subprocess.run(command, capture_output=True, text=True, check=False, cwd=self.folder)
@@ -152,3 +153,26 @@ def test_a_robot_that_is_well_is_driven_and_what_is_worth_a_look_is_printed(subm
     levels = {one["name"]: one["level"] for one in submit.provenance["robot"]["findings"]}
     assert levels["laser and depth"] == "ok"
     assert "broken" not in levels.values()
+
+
+# The frame changes behind the diagnosis, when the robot is at its start.
+CHANGES_FRAME = SOLUTION.replace(
+    'benchbot.step("move', 'open("go", "w").close()\nwhile os.path.exists("go"): pass\nbenchbot.step("move'
+)
+
+
+def test_a_message_in_another_frame_keeps_its_own_remedy(submit: Submission) -> None:
+    with unicycle(depth=1.0, wall_x_m=3.0) as robot, ThreadPoolExecutor() as elsewhere:
+        submitted = elsewhere.submit(submit, solution=CHANGES_FRAME)
+        until((submit.folder / "go").exists, 60.0)
+        robot.set(frames={"/scan": "lidar_2"})
+        (submit.folder / "go").unlink()
+        done = submitted.result()
+
+    assert done.returncode == 3, done.stderr
+    assert "The messages on /scan have the frame_id 'lidar_2'" in done.stderr
+    assert (
+        "Correct the frame in the declaration (with its place under 'frames'), or in what publishes /scan."
+        in (done.stderr.rpartition("Fix: ")[2])
+    )
+    assert "Run it again" not in done.stderr
