@@ -144,12 +144,24 @@ def test_it_is_driven_all_the_same_when_told_so_and_the_result_says_it(submit: S
 
 
 def test_a_robot_that_is_well_is_driven_and_what_is_worth_a_look_is_printed(submit: Submission) -> None:
-    with unicycle(depth=1.0, wall_x_m=3.0):
+    odd = {"reliability": {"/scan": "best_effort"}, "stamp_offset_s": {"/odom": 0.5, "/truth": 0.5}}
+    with unicycle(depth=1.0, wall_x_m=3.0, **odd):
         done = submit()
 
     assert done.returncode == 0, done.stderr
     assert "warning      e-stop: none is declared" in done.stderr
     assert "ok  " not in done.stderr
+    driver = submit.provenance["robot"]["driver"]
+    assert (driver["distribution"], driver["middleware"]) == ("jazzy", "rmw_fastrtps_cpp")
+    assert (driver["domain"], driver["discovery_range"]) == (int(os.environ["ROS_DOMAIN_ID"]), "LOCALHOST")
+    assert driver["packages"].keys() >= {"rclpy", "rmw_fastrtps_cpp", "sensor_msgs"}
+    assert len(driver["declaration_sha256"]) == 64
+    assert driver["subscriptions"]["/scan"] == {"reliability": "best_effort", "durability": "volatile", "depth": 5}
+    assert driver["subscriptions"]["/odom"]["reliability"] == "reliable"
+    assert driver["clocks"]["/odom"]["messages"] > 10
+    assert 0.4 < -driver["clocks"]["/odom"]["median_s"] < 0.6
+    assert driver["clocks"]["/scan"]["median_s"] > -0.1
+    assert "/collision" not in driver["clocks"]
     levels = {one["name"]: one["level"] for one in submit.provenance["robot"]["findings"]}
     assert levels["laser and depth"] == "ok"
     assert "broken" not in levels.values()

@@ -132,6 +132,12 @@ class ConnectedRobot:
             "Add its place to 'frames' in the robot's declaration, or let the robot publish it on /tf_static.",
         )
 
+    @property
+    def streams(self) -> list[Stream]:
+        """All that is, or was, subscribed."""
+        channels = [stream for channel in self.channels.values() for stream in channel.streams.values()]
+        return [stream for stream in (self.odometry, self.place, self._collision, *channels) if stream is not None]
+
     def check_feedback(self) -> None:
         """Raise BenchbotError when odometry or localisation are in other frames than declared, or of another time."""
         for stream in (self.odometry, self.place):

@@ -3,7 +3,7 @@
 import math
 import threading
 from collections.abc import Iterable
-from typing import cast
+from typing import Any, cast
 
 from benchbot.plugin import (
     OBSERVATIONS,
@@ -27,6 +27,7 @@ from benchbot_robot_ros2.failures import failed, safety_stop
 from benchbot_robot_ros2.guard.state import FIND_OUT
 from benchbot_robot_ros2.observing import STILL_FACTOR, Channel, Moment, callback_of, gather, missing
 from benchbot_robot_ros2.prediction import Prediction
+from benchbot_robot_ros2.provenance import provenance
 from benchbot_robot_ros2.ramp import REST, Velocity
 from benchbot_robot_ros2.standstill import rested, still, twist
 
@@ -176,6 +177,10 @@ class Ros2Driver:
     def clock(self) -> float:
         """Return the seconds since `load`, in the robot's time."""
         return self._here().clock.now_s() - self._loaded_s
+
+    def provenance(self) -> dict[str, Any]:
+        """Return what a result depends on beside the declaration: middleware, network, subscriptions, clocks."""
+        return provenance(self._spec.robot, self._here().streams)
 
     def halt(self, why: str) -> None:
         """Stop the robot at once; the action under way, and every later one, raises."""

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 # Long enough to find the odometry of a picture that took its time.
 HISTORY_NS = 1_000_000_000
+# Of so many messages the offset of the clocks is known: enough for its median, few enough for every step.
+OFFSETS = 400
 # Published once, or now and then, and true until the next one (AMCL tells where the robot is when it has moved).
 HOLDING = frozenset({"sensor_msgs/msg/CameraInfo", "geometry_msgs/msg/PoseWithCovarianceStamped"})
 
@@ -62,6 +64,7 @@ class Stream:
         self._type = message_type(topic.ros_type)
         self._samples: deque[Sample] = deque()
         self._repeated = 0
+        self._offsets_s: deque[float] = deque(maxlen=OFFSETS)
         self._subscribing = threading.RLock()
         self._subscription: Any = None
         self._profile: Any = None
@@ -102,6 +105,24 @@ class Stream:
     def reliability(self) -> str:
         """The reliability of the subscription: `reliable` or `best_effort`."""
         return str(self._profile.reliability.name.lower())
+
+    def quality(self) -> dict[str, Any]:
+        """Return the quality of service that the newest subscription took."""
+        profile = self._profile
+        policies = {name: getattr(profile, name).name.lower() for name in ("reliability", "durability")}
+        return {**policies, "depth": profile.depth}
+
+    def clock_offset(self) -> dict[str, float] | None:
+        """Return median and spread (the middle 90 %) of receive time minus stamp, in seconds, of the newest messages.
+
+        None without stamps. It is the offset of the clocks and the latency, together.
+        """
+        with self._changed:
+            offsets = sorted(self._offsets_s)
+        if not offsets:
+            return None
+        low, median, high = (offsets[round(share * (len(offsets) - 1))] for share in (0.05, 0.5, 0.95))
+        return {"median_s": round(median, 6), "spread_s": round(high - low, 6), "messages": len(offsets)}
 
     def forget(self) -> None:
         """Drop the messages that are kept, except those that hold until the next one."""
@@ -160,6 +181,8 @@ class Stream:
         stamp = stamp_ns(message)
         sample = Sample(arrived_ns if stamp is None else stamp, arrived_ns, arrived_s, message)
         with self._changed:
+            if stamp is not None:
+                self._offsets_s.append(sample.skew_s)
             if not self.holds and self._samples and sample.stamp_ns <= self._samples[-1].stamp_ns:
                 self._repeated += 1
                 return

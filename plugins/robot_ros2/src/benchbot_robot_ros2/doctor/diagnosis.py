@@ -11,6 +11,7 @@ from benchbot_robot_ros2.declaration import Ros2Robot, Topic
 from benchbot_robot_ros2.doctor import graph_checks, live_watch, message_checks, sensor_agreement, transform_checks
 from benchbot_robot_ros2.doctor.live_watch import Stream
 from benchbot_robot_ros2.guard.topic import VelocityPublisher
+from benchbot_robot_ros2.provenance import discovery_range
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -62,7 +63,7 @@ def diagnose(spec: PlatformSpec) -> Iterator[Finding]:
 def environment() -> Iterator[Finding]:
     """Say which domain, discovery range and middleware ROS 2 uses in this process."""
     domain = os.environ.get("ROS_DOMAIN_ID") or "0"
-    reach = (os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE") or "SUBNET").upper()
+    reach = discovery_range()
     middleware = os.environ["RMW_IMPLEMENTATION"]
     if not domain.isdecimal() or int(domain) > 232:
         fix = f"Set it to a number from 0 to {HIGHEST_DOMAIN}, the same as on the robot."
@@ -78,7 +79,7 @@ def environment() -> Iterator[Finding]:
     elif reach == "OFF":
         fix = "Set it to SUBNET for a robot on the network, to LOCALHOST for one on this machine."
         yield Finding(Level.BROKEN, "ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF: no robot can be found", fix)
-    elif reach == "LOCALHOST" or os.environ.get("ROS_LOCALHOST_ONLY") == "1":
+    elif reach == "LOCALHOST":
         yield Finding(Level.OK, "discovery", "only this machine; for a robot on the network: SUBNET")
     else:
         yield Finding(Level.OK, "discovery", reach)
