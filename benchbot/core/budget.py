@@ -14,7 +14,8 @@ LIMITED = {"steps": "steps", "simulated_time_s": "seconds of simulated time", "w
 class Spent:
     """The use of an episode's budgets. An attempt lasts until the robot is put back after it has moved, a `restart`.
 
-    `looks` are observations without an action. Lengths in metres, times in seconds.
+    `looks` are observations without an action. Lengths in metres, times in seconds; `simulated_time_s` is by the
+    robot's clock, of a real robot too.
     """
 
     steps: int = 0
@@ -36,9 +37,11 @@ class Spent:
                 return f"The limit of {limit:g} {LIMITED[name]} is used up."
         return None
 
-    def repeatable(self) -> dict[str, float]:
-        """Return what of it is the same in each run with one seed, as plain data."""
-        return {name: round(value, 9) for name, value in asdict(self).items() if name != "wall_time_s"}
+    def repeatable(self, time_key: str = "simulated_time_s") -> dict[str, float]:
+        """Return what of it is the same in each run with one seed, as plain data; the robot's time by its key."""
+        kept = {name: round(value, 9) for name, value in asdict(self).items() if name != "wall_time_s"}
+        time_s = kept.pop("simulated_time_s")
+        return {**kept, time_key: time_s}
 
     @classmethod
     def of(cls, result: Mapping[str, Any]) -> Self:
@@ -50,7 +53,9 @@ class Spent:
         last = {name: provenance[name] for name in ("steps", "restarts", "simulated_time_s") if name in provenance}
         last |= {name: sum(track[name] for track in tracks) for name in ("collisions", "path_length_m")}
         rows = [row for scene in result.get("actions") or () for row in scene["rows"][1:]]
-        return cls(**{"looks": sum(len(row) == 1 for row in rows), **last, **provenance.get("spent", {})})
+        told = {"looks": sum(len(row) == 1 for row in rows), **last, **provenance.get("spent", {})}
+        time_s = told.pop("robot_time_s", provenance.get("robot_time_s"))
+        return cls(**({} if time_s is None else {"simulated_time_s": time_s}) | told)
 
 
 def overrun(result: Mapping[str, Any]) -> str | None:

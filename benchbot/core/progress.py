@@ -63,6 +63,7 @@ class Progress:
     last_action: str | None = None
     pose_xyyaw: tuple[float, float, float] = (0.0, 0.0, 0.0)
     simulated_time_s: float = 0.0
+    """By the robot's clock, since the reset: real seconds when `time_is_simulated` is false."""
     frames: int = 0
     looks: int = 0
     collisions: int = 0
@@ -73,6 +74,7 @@ class Progress:
     failure_fix: str | None = None
     ends_run: bool = False
     waiting_for: str | None = None
+    time_is_simulated: bool = True
     started_s: float = field(default_factory=time.monotonic)
     paused_since_s: float | None = None
     paused_s: float = 0.0
@@ -85,6 +87,11 @@ class Progress:
             return self.before
         counts = self.steps, self.looks, 0, self.collisions, self.path_length_m
         return self.before + Spent(*counts, self.simulated_time_s, self.wall_time_s)
+
+    @property
+    def time_key(self) -> str:
+        """The key of the robot's time in documents: of a real robot it is not called simulated."""
+        return "simulated_time_s" if self.time_is_simulated else "robot_time_s"
 
     @property
     def wall_time_s(self) -> float:

@@ -53,6 +53,7 @@ class Selection:
     settings: Mapping[str, Any] = field(default_factory=dict)
     secret: str = field(default="", repr=False)
     despite: tuple[str, ...] = ()
+    time_is_simulated: bool = True
 
     @property
     def environment(self) -> str:
@@ -139,7 +140,10 @@ def select(catalog: Catalog, request: RunRequest) -> Selection:
         raise all_of("This run", errors)
     limits = _limits(task_found, request.limits)
     what = (task_found, robot_found, tuple(scenes), results_format)
-    return Selection(*what, request.seed, limits, chosen, settings, request.secret, request.despite)
+    # A robot behind a driver may be simulated, too, and tell its time on /clock.
+    real = robot_found.data["type"] in catalog.plugins.pool("robot_drivers")
+    real = real and not robot_found.data.get("driver", {}).get("use_sim_time", False)
+    return Selection(*what, request.seed, limits, chosen, settings, request.secret, request.despite, not real)
 
 
 def _capabilities(task: Declaration, robot: Declaration) -> Iterator[BenchbotError]:

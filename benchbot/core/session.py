@@ -44,7 +44,7 @@ class Session:
     ) -> None:
         self.selection = selection
         self.recordings = tuple(recordings)
-        self.progress = Progress()
+        self.progress = Progress(time_is_simulated=selection.time_is_simulated)
         self.tracks: list[Track] = []
         """The true tracks, scene by scene; solutions do not see them before they have handed in a result."""
         self.log = ActionLog()
@@ -103,7 +103,7 @@ class Session:
         self.digest.wait()
         self.driven_by_hand = 0 if is_new else self.driven_by_hand
         self.handed_in = False
-        self.progress = Progress(before=before)
+        self.progress = Progress(before=before, time_is_simulated=self.selection.time_is_simulated)
         self.tracks = []
         self.log = ActionLog()
         self.digest = self._new_digest()

@@ -37,12 +37,12 @@ def selection_document(selection: Selection) -> dict[str, Any]:
 def progress_document(progress: Progress, *, with_pose: bool) -> dict[str, Any]:
     """Return where a run stands; the pose is the true one.
 
-    Without it there is no simulated time either: who knows for how long a robot has held a speed knows how far it went.
+    Without it there is no robot's time either: who knows for how long a robot has held a speed knows how far it went.
     """
     spent = asdict(progress.spent)
     del spent["path_length_m"]  # the true one, as is the pose
-    if not with_pose:
-        spent["simulated_time_s"] = None
+    time_s = spent.pop("simulated_time_s")
+    spent[progress.time_key] = time_s if with_pose else None
     return {
         "state": progress.state.value,
         "scene_number": progress.scene_number,
@@ -51,7 +51,7 @@ def progress_document(progress: Progress, *, with_pose: bool) -> dict[str, Any]:
         "trajectory_length": progress.trajectory_length,
         "last_action": progress.last_action,
         "pose_xyyaw": list(progress.pose_xyyaw) if with_pose else None,
-        "simulated_time_s": progress.simulated_time_s if with_pose else None,
+        progress.time_key: progress.simulated_time_s if with_pose else None,
         "wall_time_s": progress.wall_time_s,
         "frames": progress.frames,
         "spent": spent,
@@ -68,7 +68,7 @@ def result_document(finished: dict[str, Any], *, with_pose: bool) -> dict[str, A
     """Return a result as a solution may see it: without seed and secret, and without what tells the true way."""
     provenance = finished["provenance"]
     selection = {key: value for key, value in provenance["selection"].items() if key not in ("seed", "secret")}
-    hidden = () if with_pose else ("spent", "track", "simulated_time_s")
+    hidden = () if with_pose else ("spent", "track", "simulated_time_s", "robot_time_s")
     told = {key: value for key, value in provenance.items() if key not in hidden}
     return {
         **{key: value for key, value in finished.items() if key not in hidden},
@@ -86,7 +86,7 @@ def state_document(session: Session) -> dict[str, Any]:
         "state": progress.state,
         "scene_number": progress.scene_number,
         "steps": progress.steps,
-        "simulated_time_s": progress.simulated_time_s if tells_pose else None,
+        progress.time_key: progress.simulated_time_s if tells_pose else None,
     }
 
 

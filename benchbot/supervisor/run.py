@@ -380,7 +380,7 @@ class Run:
     def _announce(self, kind: str) -> None:
         """Log the progress, and publish an event with it, without what the task hides."""
         told = description.progress_document(self.progress, with_pose=True)
-        shown = ("scene_number", "steps", "last_action", "state", "simulated_time_s", "failure", "waiting_for")
+        shown = ("scene_number", "steps", "last_action", "state", self.progress.time_key, "failure", "waiting_for")
         log.info("%s: %s", kind, ", ".join(f"{key} {told[key]}" for key in shown))
         self.events.publish(kind, self.public_progress())
 

@@ -94,14 +94,20 @@ def test_a_finding_that_is_overridden_is_in_the_result(cli: CommandLine, robot: 
     done_by_driver = robot(broken=True)
 
     done = cli(
-        "submit", "--native", cli.script("s.py", SOLUTION), *SEEN, "-r", "result.json", "--despite", "depth /depth"
+        "submit",
+        *("--native", cli.script("s.py", SOLUTION), *SEEN, "-r", "result.json", "--display", "plain"),
+        *("--despite", "depth /depth", "--record", "steps"),
     )
 
     assert done.returncode == 0, done.stderr
     assert "broken       depth /depth: half of it is beyond 1800 m" in done.stderr
     assert "warning      e-stop: none is declared" in done.stderr
     assert "3 other nodes" not in done.stderr
-    assert read(cli.folder / "result.json")["provenance"]["robot"] == {
+    provenance = read(cli.folder / "result.json")["provenance"]
+    assert provenance["robot_time_s"] > 0
+    assert "simulated_time_s" not in provenance
+    assert "simulated" not in done.stderr
+    assert provenance["robot"] == {
         "despite": ["depth /depth"],
         "findings": [
             {"level": "ok", "name": "graph", "text": "3 other nodes"},
@@ -111,6 +117,9 @@ def test_a_finding_that_is_overridden_is_in_the_result(cli: CommandLine, robot: 
         "driver": {"middleware": "rmw_sample"},
     }
     assert done_by_driver() == ["diagnosed", "moved"]
+    (recorded,) = (cli.folder / "result-recordings" / "steps").glob("*.jsonl")
+    assert '"robot_time_s"' in recorded.read_text()
+    assert "simulated" not in recorded.read_text()
 
 
 def test_a_run_is_diagnosed_once_and_tells_whoever_joins_it(cli: CommandLine, robot: Robot) -> None:

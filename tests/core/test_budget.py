@@ -169,3 +169,12 @@ def test_a_result_beyond_its_limits_is_found(spent: dict[str, int], why: str | N
     assert overrun({"provenance": {"steps": 40, "spent": spent, "selection": selection}}) == why
     assert overrun({"provenance": {"steps": 40, "spent": spent, "selection": {}}}) is None
     assert overrun({}) is None
+
+
+def test_the_time_of_a_real_robot_is_read_by_its_own_key() -> None:
+    result = {"provenance": {"steps": 2, "restarts": 0, "robot_time_s": 7.0}}
+    again = {"provenance": {"robot_time_s": 2.0, "spent": {"steps": 4, "restarts": 1, "robot_time_s": 9.0}}}
+    assert (Spent.of(result).simulated_time_s, Spent.of(again).simulated_time_s) == (7.0, 9.0)
+    spent = Spent(simulated_time_s=9.0).repeatable("robot_time_s")
+    assert spent["robot_time_s"] == 9.0
+    assert "simulated_time_s" not in spent

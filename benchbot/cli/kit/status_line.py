@@ -262,7 +262,7 @@ def progress_text(progress: Mapping[str, Any], scene_count: int) -> str:
     if progress["trajectory_index"]:
         steps += f" · pose {progress['trajectory_index']}/{progress['trajectory_length']}"
     # A task with noisy localisation hides the true pose, and the time that tells how far the robot has driven.
-    pose, simulated_s = progress["pose_xyyaw"], progress["simulated_time_s"]
+    pose, simulated_s, robot_s = (progress.get(key) for key in ("pose_xyyaw", "simulated_time_s", "robot_time_s"))
     where = [] if pose is None else [f"at ({pose[0]:.2f}, {pose[1]:.2f}) m {math.degrees(pose[2]):.0f}°"]
     wall_s = progress["wall_time_s"]
     frames_per_s = progress["frames"] / wall_s if wall_s > 0 else 0.0
@@ -273,6 +273,7 @@ def progress_text(progress: Mapping[str, Any], scene_count: int) -> str:
         steps,
         *where,
         *([] if simulated_s is None else [f"{simulated_s:.1f} s simulated"]),
+        *([] if robot_s is None else [f"{robot_s:.1f} s by the robot's clock"]),
         f"{wall_s:.1f} s",
         f"{frames_per_s:.1f} frames/s",
     ]

@@ -43,7 +43,7 @@ class StepsRecording:
             "result": step.result,
             "state": step.state,
             "steps": progress.steps,
-            "simulated_time_s": progress.simulated_time_s,
+            progress.time_key: progress.simulated_time_s,
             "wall_time_s": round(progress.wall_time_s, 6),
             "pose": _pose(step.observations),
             "failure": progress.failure,

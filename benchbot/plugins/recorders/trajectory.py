@@ -1,6 +1,6 @@
 """The recorder `trajectory`: observed and true poses of the robot, as files of the TUM RGB-D benchmark.
 
-A pose a line, `time x y z qx qy qz qw`, seconds of simulated time, metres, in the map frame.
+A pose a line, `time x y z qx qy qz qw`, seconds by the robot's clock, metres, in the map frame.
 Format: https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats
 """
 

@@ -53,7 +53,7 @@ def compare(
     document = comparison.compare(
         named, evaluator, score, over=intervals.Over(over), ignore_seeds=ignore_seeds, ignore_settings=ignore_settings
     )
-    document["notes"] += _restarts(named)
+    document["notes"] += [*_restarts(named), *_robots(named)]
     show(document, as_json=as_json)
 
 
@@ -84,6 +84,27 @@ def _restarts(sets: "Sequence[ResultSet]") -> list[str]:
         return []
     said = [f"{name} {sum(each)} in {sum(map(bool, each))} of {len(each)} results" for name, each in counts.items()]
     return [f"The robot was put back after it had moved (restarts): {'; '.join(said)}."]
+
+
+def _robots(sets: "Sequence[ResultSet]") -> list[str]:
+    """Return in sentences what differs between the real robots of the sets, and which findings were overridden."""
+    told: dict[str, dict[str, dict[str, None]]] = {}
+    notes = []
+    for one in sets:
+        robots = [(row["provenance"] or {}).get("robot") or {} for row in one.document["rows"]]
+        despite = [", ".join(robot["despite"]) for robot in robots if robot.get("despite")]
+        if despite:
+            names = "; ".join(dict.fromkeys(despite))
+            notes.append(f"{one.name}: {len(despite)} of {len(robots)} results despite a broken robot ({names}).")
+        for robot in robots:
+            for key, value in robot.get("driver", {}).items():
+                if isinstance(value, str | int):
+                    told.setdefault(key, {}).setdefault(str(value), {})[one.name] = None
+    for key, values in told.items():
+        if len(values) > 1:
+            found = "; ".join(f"{value} ({', '.join(names)})" for value, names in values.items())
+            notes.append(f"The robot's {key.replace('_', ' ')} differs: {found}.")
+    return notes
 
 
 def _set(item: dict[str, Any]) -> tuple[str, ...]:

@@ -175,8 +175,8 @@ def _test_case(episode: ReportedEpisode, data: ReportData) -> ET.Element:
     name = episode.label if episode.source is None or episode.document else f"{episode.label} ({episode.source})"
     case = ET.Element("testcase", {"classname": place, "name": _xml(name)})
     found = {name: repr(float(value)) for name, value in (episode.scores or {}).items()}
-    time_s = episode.provenance.get("simulated_time_s")
-    _properties(case, found | ({} if time_s is None else {"simulated_time_s": str(time_s)}))
+    times = {key: str(episode.provenance[key]) for key in summary.TIME_KEYS if episode.provenance.get(key) is not None}
+    _properties(case, found | times)
     if episode.failure is not None or episode.scores is None:
         kind = "error" if episode.failure in _FAULT_OF_OTHERS else "failure"
         reason = _xml(episode.reason or "There is no result.")

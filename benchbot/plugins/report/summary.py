@@ -1,8 +1,9 @@
 """The facts of a report: what was measured, how well it went and what went wrong, in words, tallies and bars."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
+from typing import Any
 
 from benchbot.core.errors import FailureClass
 from benchbot.evaluation import coverage
@@ -11,6 +12,8 @@ from benchbot.plugins.report.bars import Axis, Bar, bar_of
 from benchbot.plugins.report.episodes import UNKNOWN, ReportData, ReportedEpisode, grouped
 
 NO_CLASS = "none given"
+TIME_KEYS = ("simulated_time_s", "robot_time_s")
+"""The keys of the time by the robot's clock: of a simulated robot, of a real one."""
 MEANINGS = {
     FailureClass.AGENT: "The solution crashed, or handed in nothing that could be used.",
     FailureClass.COLLISION: "The robot hit something.",
@@ -65,7 +68,7 @@ class Drive:
 
     episode: ReportedEpisode
     steps: int | None
-    simulated_time_s: float | None
+    robot_time_s: float | None
     path_length_m: float | None
     collisions: int | None
     restarts: int = 0
@@ -200,10 +203,10 @@ def drives(data: ReportData) -> list[Drive]:
     for episode in data.episodes:
         spent = episode.provenance.get("spent")
         if spent is not None:
-            names = ("steps", "simulated_time_s", "path_length_m", "collisions", "restarts")
-            found.append(Drive(episode, **{name: spent[name] for name in names}))
+            names = ("steps", "path_length_m", "collisions", "restarts")
+            found.append(Drive(episode, robot_time_s=_time_s(spent), **{name: spent[name] for name in names}))
             continue
-        steps, time_s = (episode.provenance.get(key) for key in ("steps", "simulated_time_s"))
+        steps, time_s = episode.provenance.get("steps"), _time_s(episode.provenance)
         recorded = [path for path in episode.paths if path.recorded]
         lengths = [path.path_length_m for path in recorded if path.path_length_m is not None]
         collisions = [path.collisions for path in recorded if path.collisions is not None]
@@ -211,6 +214,25 @@ def drives(data: ReportData) -> list[Drive]:
             total_m = sum(lengths) if lengths else None
             found.append(Drive(episode, steps, time_s, total_m, sum(collisions) if collisions else None))
     return found
+
+
+def _time_s(told: Mapping[str, Any]) -> float | None:
+    """Return the time by the robot's clock in provenance, or in what was spent: simulated, or a real robot's."""
+    return next((told[key] for key in TIME_KEYS if key in told), None)
+
+
+def robot_facts(episode: ReportedEpisode) -> list[tuple[str, str]]:
+    """Return what the result of a real robot rests on: what its diagnosis found, and its driver's plain facts."""
+    robot = episode.provenance.get("robot") or {}
+    found = [
+        f"{one['level']}: {one['name']}: {one['text']}" for one in robot.get("findings", ()) if one["level"] != "ok"
+    ]
+    driver = {key: value for key, value in robot.get("driver", {}).items() if isinstance(value, str | int)}
+    return [
+        ("overridden (--despite)", ", ".join(robot.get("despite", ()))),
+        ("diagnosis of the robot", "; ".join(found)),
+        ("driver of the robot", ", ".join(f"{key} {value}" for key, value in driver.items())),
+    ]
 
 
 def distributions(data: ReportData) -> list[tuple[str, str, str]]:

@@ -90,7 +90,7 @@ def time_and_use(view: RunView) -> list[Row]:
     rows: list[Row] = []
     if progress:
         rows += [
-            ("Simulated", duration(progress["simulated_time_s"])),
+            (_robot_time(view), duration(progress.get("simulated_time_s", progress.get("robot_time_s")))),
             ("Wall", duration(progress["wall_time_s"])),
             ("Ratio", f"{view.real_time_factor:.2f}×"),
             ("Frames", f"{progress['frames']}, {view.frames_per_s:.1f}/s"),
@@ -103,6 +103,10 @@ def time_and_use(view: RunView) -> list[Row]:
             held = "" if usage.gpu_memory_bytes is None else memory(usage.gpu_memory_bytes)
             rows.append(("GPU", ", ".join(filter(None, [share, held]))))
     return rows or [("Time", "not known yet")]
+
+
+def _robot_time(view: RunView) -> str:
+    return "Simulated" if "simulated_time_s" in view.progress else "Robot"
 
 
 def gauges(view: RunView) -> list[Gauge]:
@@ -132,7 +136,9 @@ def compact(view: RunView) -> list[str]:
     last = newest["Action"] + (f" → {came}" if came else "")
     used = dict(time_and_use(view))
     machine = " · ".join(f"{name} {used[name]}" for name in ("CPU", "Memory", "GPU") if name in used)
-    times = f"{used['Simulated']} in {used['Wall']} ({view.real_time_factor:.2f}×) · {view.frames_per_s:.1f} frames/s"
+    times = (
+        f"{used[_robot_time(view)]} in {used['Wall']} ({view.real_time_factor:.2f}×) · {view.frames_per_s:.1f} frames/s"
+    )
     return [" · ".join(parts), f"Last: {last}", " · ".join(filter(None, [times, machine]))]
 
 

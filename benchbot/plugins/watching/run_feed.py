@@ -189,9 +189,8 @@ class RunFeed:
             snapshot = _snapshot(answer["look"])
             self._fetched = snapshot.number, channels, width
         progress = answer["progress"]
-        frames_per_s, real_time_factor = self._frame_rates.note(
-            began_s, progress["frames"], progress["simulated_time_s"]
-        )
+        time_s = progress.get("simulated_time_s", progress.get("robot_time_s"))
+        frames_per_s, real_time_factor = self._frame_rates.note(began_s, progress["frames"], time_s)
         return RunView(
             state=self.state,
             alive=True,

@@ -38,6 +38,13 @@ def test_progress_is_one_line() -> None:
     )
 
 
+def test_the_time_of_a_real_robot_is_not_called_simulated() -> None:
+    progress = {key: value for key, value in PROGRESS.items() if key != "simulated_time_s"}
+    text = progress_text({**progress, "robot_time_s": 33.25}, 2)
+    assert "33.2 s by the robot's clock · 4.0 s" in text
+    assert "simulated" not in text
+
+
 def test_the_attempts_before_count() -> None:
     spent = {"steps": 24, "restarts": 5}
     assert "step 12 (24 in 6 attempts)" in progress_text({**PROGRESS, "spent": spent}, 1)

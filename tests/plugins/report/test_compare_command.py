@@ -68,6 +68,20 @@ def test_the_document_keeps_to_its_schema(here: Here) -> None:
     assert document["comparisons"][0]["minimum_detectable"] == pytest.approx(detectable, abs=1e-6)
 
 
+def test_other_middleware_and_broken_robots_are_told(sets: CommandLine, here: Here) -> None:
+    for name, middleware, despite in (("good", "rmw_fastrtps_cpp", ["e-stop"]), ("bad", "rmw_zenoh_cpp", [])):
+        document = json.loads((sets.folder / f"{name}.json").read_text())
+        driver = {"middleware": middleware, "domain": 3, "clocks": {"/odom": {"median_s": 0.1}}}
+        document["rows"][0]["provenance"] = {"robot": {"findings": [], "despite": despite, "driver": driver}}
+        (sets.folder / f"{name}.json").write_text(json.dumps(document))
+
+    told = here("compare", "good.json", "bad.json").stderr.splitlines()
+
+    assert "The robot's middleware differs: rmw_fastrtps_cpp (good); rmw_zenoh_cpp (bad)." in told
+    assert "good: 1 of 8 results despite a broken robot (e-stop)." in told
+    assert not any("domain" in line or "clocks" in line for line in told)
+
+
 def test_results_are_scored_and_few_places_are_said_to_be_few(result_folder: CommandLine, here: Here) -> None:
     with zipfile.ZipFile(result_folder.folder / "old.zip", "w") as archive:
         archive.write(result_folder.folder / "empty.json", "1.json")

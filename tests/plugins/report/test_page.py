@@ -274,6 +274,25 @@ def test_ten_environments_stay_small_enough_to_mail(
     assert len(html.encode()) < 500_000
 
 
+def test_the_diagnosis_of_a_real_robot_is_shown(report: Report, results: list[Path], save: Save) -> None:
+    document = json.loads(results[0].read_text("utf-8"))
+    findings = [
+        {"level": "ok", "name": "graph", "text": "3 other nodes"},
+        {"level": "broken", "name": "depth /depth", "text": "half of it is beyond 1800 m"},
+    ]
+    driver = {"middleware": "rmw_zenoh_cpp", "clocks": {"/odom": {"median_s": 0.1}}}
+    del document["provenance"]["simulated_time_s"]
+    robot = {"findings": findings, "despite": ["depth /depth"], "driver": driver}
+    document["provenance"] |= {"robot_time_s": 71.5, "robot": robot}
+
+    page = render(report([save("real.json", document)]), "html")
+
+    assert "<code>broken: depth /depth: half of it is beyond 1800 m</code>" in page
+    assert "<dt>overridden (--despite)</dt><dd><code>depth /depth</code>" in page
+    assert "<code>middleware rmw_zenoh_cpp</code>" in page
+    assert '<td class="number">71.5 s</td>' in page
+
+
 def test_what_all_attempts_took_and_what_a_score_is_a_mean_of_is_said(
     report: Report, results: list[Path], save: Save
 ) -> None:

@@ -15,9 +15,10 @@ EPISODE_START_NS = 1_000_000_000
 class McapRecording:
     """Writes one MCAP file and, at the end, the `metadata.yaml` that makes the folder a rosbag2 directory.
 
-    Stamps are `EPISODE_START_NS` plus the episode's simulated time, which goes on from scene to scene. An observation
-    taken at the same instant as the one before is stamped a nanosecond later, so that tf2 never has two transforms for
-    one stamp. Raises BenchbotError when the folder holds a recording already, and when something cannot be written.
+    Stamps are `EPISODE_START_NS` plus the episode's time by the robot's clock, which goes on from scene to scene. An
+    observation taken at the same instant as the one before is stamped a nanosecond later, so that tf2 never has two
+    transforms for one stamp. Raises BenchbotError when the folder holds a recording already, and when something cannot
+    be written.
     """
 
     def __init__(self, folder: Path) -> None:

@@ -88,7 +88,7 @@ def _progress(progress: Progress) -> dict[str, Any]:
         "trajectory_index": progress.trajectory_index,
         "trajectory_length": progress.trajectory_length,
         "last_action": progress.last_action,
-        "simulated_time_s": progress.simulated_time_s,
+        progress.time_key: progress.simulated_time_s,
         "frames": progress.frames,
         "failure": progress.failure,
         "failure_why": progress.failure_why,

@@ -36,8 +36,8 @@ def room_for(value: Any) -> int:
 class RerunRecording:
     """Writes `run.rrd`, which can be opened after every step, whatever happens to this process.
 
-    The timelines are `simulated_time` and `observation`. Raises BenchbotError when the file cannot be written; it then
-    ends with the step before.
+    The timelines are `simulated_time` (of a real robot `robot_time`) and `observation`. Raises BenchbotError when the
+    file cannot be written; it then ends with the step before.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -59,7 +59,7 @@ class RerunRecording:
             raise self._cannot_be_written("The recording has ended")
         self._require_room(room_for(step.observations))
         self._steps += 1
-        stream.set_time("simulated_time", duration=progress.simulated_time_s)
+        stream.set_time(progress.time_key.removesuffix("_s"), duration=progress.simulated_time_s)
         stream.set_time("observation", sequence=progress.frames)
         for path, entity in entities_of(action, arguments, step, self._way):
             stream.log(path, entity)
