@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from benchbot.core.declarations.catalog import Declaration
+from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
+from benchbot.plugins.formats import occupancy_map
 
 Document = Mapping[str, Any]
 Point = tuple[float, float]
@@ -24,7 +25,6 @@ FARTHEST_M = 1e5
 NEAR_M = 5.0
 """Estimates that lie farther than this from all that is certain are not shown."""
 FOLLOW = "move_next"
-MOST_PIXELS = 1 << 24
 MATCH, FALSE_POSITIVE, FALSE_NEGATIVE, IGNORED = "match", "false_positive", "false_negative", "ignored"
 
 
@@ -223,39 +223,31 @@ class Occupancy:
 
 
 def occupancy_of(environment: Declaration | None) -> Occupancy | None:
-    """Return the occupancy map of an environment, in the format of ROS's map_server; None when none can be read.
-
-    The map is what `occupancy_map` names, or `maps/NAME_VARIANT.yaml` beside the folder of the declaration.
-    Format: https://docs.nav2.org/tutorials/docs/navigation2_with_slam.html and https://wiki.ros.org/map_server#Map_format
-    """
-    from PIL import Image
-
+    """Return the occupancy map of an environment, as far as something stands there; None when none can be read."""
     if environment is None:
         return None
-    beside = f"../maps/{environment.name.replace(':', '_')}.yaml"
-    path = environment.path.parent / str(environment.data.get("occupancy_map", beside))
     try:
-        about: dict[str, Any] = yaml.safe_load(path.read_text("utf-8"))
-        with Image.open(path.parent / str(about["image"])) as image:
-            if image.width * image.height > MOST_PIXELS:
-                return None
-            grey = np.asarray(image.convert("L"), float) / 255.0
-        return _occupancy(about, grey)
-    except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError, Image.DecompressionBombError):
+        return _cropped(occupancy_map.read(occupancy_map.map_file(environment)))
+    except BenchbotError:
         return None
 
 
-def _occupancy(about: dict[str, Any], grey: NDArray[np.float64]) -> Occupancy | None:
-    """Return the part of a map where something stands; None without any, and of a map that is turned."""
-    resolution_m = float(about["resolution"])
-    x, y, yaw_rad = (float(value) for value in about["origin"])
-    occupied = (grey if about.get("negate") else 1.0 - grey) > float(about["occupied_thresh"])
-    rows, columns = (np.flatnonzero(occupied.any(axis)) for axis in (1, 0))
-    if not len(rows) or yaw_rad or not (math.isfinite(x + y) and 0 < resolution_m < 1e3):
+def _cropped(found: occupancy_map.OccupancyMap) -> Occupancy | None:
+    occupied, (x, y, yaw_rad), side_m = found.occupied, found.origin_xyyaw, found.resolution_m
+    if yaw_rad:
+        # Drawn upright: each cell shows what the turned map has in its middle.
+        (x, y), (right, top) = found.corners().min(0).tolist(), found.corners().max(0).tolist()
+        columns, rows = math.ceil((right - x) / side_m), math.ceil((top - y) / side_m)
+        middles = np.mgrid[rows - 1 : -1 : -1, 0:columns] + 0.5
+        points = np.stack([x + middles[1].ravel() * side_m, y + middles[0].ravel() * side_m], 1)
+        occupied = found.at(found.occupied, points).reshape(rows, columns)
+    kept_rows, kept_columns = (np.flatnonzero(occupied.any(axis)) for axis in (1, 0))
+    if not len(kept_rows):
         return None
-    (top, bottom), (left, right) = (int(rows[0]), int(rows[-1]) + 1), (int(columns[0]), int(columns[-1]) + 1)
-    low = x + left * resolution_m, y + (len(grey) - bottom) * resolution_m
-    return Occupancy(occupied[top:bottom, left:right], resolution_m, low)
+    upper, lower = int(kept_rows[0]), int(kept_rows[-1]) + 1
+    left, last = int(kept_columns[0]), int(kept_columns[-1]) + 1
+    low = x + left * side_m, y + (len(occupied) - lower) * side_m
+    return Occupancy(occupied[upper:lower, left:last], side_m, low)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,8 @@
 """Walls behind a map: an occupancy map of ROS's map_server, as it is found beside an environment."""
 
 import io
+import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -67,13 +69,31 @@ def test_it_lies_behind_the_map_at_its_scale(tmp_path: Path) -> None:
         {"image": "flat_1.yaml"},
         {"resolution": "fine"},
         {"resolution": 0},
-        {"origin": [0.0, 0.0, 1.0]},
         {"origin": [float("nan"), 0.0, 0.0]},
         {"occupied_thresh": 1.0},
     ],
 )
 def test_a_map_that_cannot_be_shown_is_left_out(tmp_path: Path, changes: dict[str, Any]) -> None:
     assert occupancy_of(flat(tmp_path, **changes)) is None
+
+
+def test_a_turned_map_is_drawn_upright(tmp_path: Path) -> None:
+    floor = occupancy_of(flat(tmp_path, origin=[0.0, 0.0, math.pi / 2]))
+
+    assert floor is not None
+    # The lowest row of the picture is the first column to the left of its corner, from below.
+    assert floor.low == pytest.approx((-1.0, 0.0))
+    assert floor.high == pytest.approx((0.0, 1.5))
+    assert floor.occupied.tolist() == [[True, False], [False, False], [False, True]]
+
+
+def test_of_a_real_environment_the_map_is_what_map_path_names(tmp_path: Path) -> None:
+    declared = flat(tmp_path)
+    (tmp_path / "maps" / "flat_1.yaml").rename(tmp_path / "maps" / "scan.yaml")
+    real = {**declared.data, "type": "real", "map_path": "../maps/scan.yaml"}
+
+    assert occupancy_of(replace(declared, data=real)) is not None
+    assert occupancy_of(replace(declared, data={**real, "type": "sim_taichi"})) is None
 
 
 def test_without_a_map_there_is_none(tmp_path: Path) -> None:

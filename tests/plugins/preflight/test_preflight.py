@@ -142,3 +142,83 @@ def test_a_running_back_end_without_ground_truth_is_found_before_the_solution_ru
     assert "There is no ground truth of the environment 'arena:1'." in done.stderr
     assert not (cli.folder / "ran").exists()
     cli("stop")
+
+
+REAL_ROBOT = """\
+name: walker
+type: real_sample
+runs_in: [real]
+global_frame: map
+robot_frame: base_link
+poses: [base_link]
+connections: {laser: {connection: ros_to_api}, poses: {connection: ros_to_api}, move_next: {connection: api_to_ros}}
+"""
+DECLARES_ALL = DECLARES + (
+    "\n@hookimpl\ndef benchbot_robots():\n    yield files(__name__) / 'robots'\n"
+    "\n@hookimpl\ndef benchbot_tasks():\n    yield files(__name__) / 'tasks'\n"
+)
+WALK = "name: walk\nactions: [move_next]\nobservations: [laser, poses]\nlocalisation: ground_truth\n"
+MAP = "image: hall.pgm\nresolution: 1.0\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+# Three metres in a row, as plain PGM: free, occupied and unknown.
+PICTURE = "P2\n3 1\n255\n254 0 205\n"
+
+
+def hall(make_plugin: Callable[..., Path], *way_x_m: float, about: str = MAP) -> list[str]:
+    """Make a real hall with a map, a way through it, and a robot; return the words of a run there."""
+    poses = [[1, 0, 0, 0, x_m, 0.5, 0] for x_m in way_x_m]
+    declared = {"name": "hall", "variant": 1, "type": "real", "object_labels": [], "map_path": "../maps/hall.yaml"}
+    declared |= {"start_pose": poses[0], "trajectory_poses": poses}
+    files = {
+        "environments/hall_1.yaml": yaml.safe_dump(declared),
+        "robots/walker.yaml": REAL_ROBOT,
+        "tasks/walk.yaml": WALK,
+        "maps/hall.yaml": about,
+        "maps/hall.pgm": PICTURE,
+    }
+    make_plugin("halls", DECLARES_ALL, files)
+    return ["submit", "--native", "true", "--task", "walk", "--robot", "walker", "--env", "hall:1", "--dry-run"]
+
+
+def test_a_start_in_the_free_space_of_a_real_rooms_map_is_proven(
+    make_plugin: Callable[..., Path], cli: CommandLine
+) -> None:
+    done = cli(*hall(make_plugin, 0.5, 0.9))
+
+    assert done.returncode == 0, done.stderr
+    assert "ok           start: hall:1: free in hall.yaml" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("x_m", "why"),
+    [
+        (1.5, "is occupied in"),
+        (2.5, "is unknown in"),
+        (-0.5, "is outside in"),
+    ],
+)
+def test_a_start_where_the_robot_cannot_be_is_refused(
+    make_plugin: Callable[..., Path], cli: CommandLine, x_m: float, why: str
+) -> None:
+    done = cli(*hall(make_plugin, x_m))
+
+    assert done.returncode == 2
+    assert "The environment 'hall:1' puts the robot where it cannot be." in done.stderr
+    assert f"Its start_pose is at ({x_m:.2f}, 0.50) m, which {why}" in " ".join(done.stderr.split())
+
+
+def test_a_way_through_a_wall_is_a_warning(make_plugin: Callable[..., Path], cli: CommandLine) -> None:
+    done = cli(*hall(make_plugin, 0.5, 1.5))
+
+    assert done.returncode == 0, done.stderr
+    assert "warning      The environment 'hall:1' puts the robot" in done.stderr
+    assert "trajectory_poses[1]" in done.stderr
+
+
+def test_a_map_that_cannot_be_used_is_refused_with_what_is_wrong(
+    make_plugin: Callable[..., Path], cli: CommandLine
+) -> None:
+    done = cli(*hall(make_plugin, 0.5, about=MAP + "mode: raw\n"))
+
+    assert done.returncode == 2
+    assert "Its mode is 'raw'" in done.stderr
+    assert "map_saver_cli --mode trinary" in done.stderr
