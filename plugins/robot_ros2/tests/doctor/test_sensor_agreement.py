@@ -67,7 +67,7 @@ def test_the_fix_says_when_turning_it_round_would_do(yaw_deg: float, hint: str) 
 
 
 def test_depth_of_another_scale_is_broken_though_it_is_plausible() -> None:
-    (finding,) = compared(scan(4.0), depth(4.0) / 2)
+    (finding,) = compared(scan(4.0), depth(2.05))
     assert finding.level is Level.BROKEN
     assert "by depth" in finding.detail
 
