@@ -76,7 +76,7 @@ TOPICS = {
 }
 FRAMES = {"/odom": "odom", "/truth": "map", "/scan": "lidar", "/image": "camera", "/camera_info": "camera"}
 FRAMES |= {"/depth": "camera", "/depth_info": "camera"}
-DEPTH_WIDTH, DEPTH_HEIGHT, DEPTH_FOCAL, CAMERA_X_M = 64, 48, 32.0, 0.1
+DEPTH_WIDTH, DEPTH_HEIGHT, DEPTH_FOCAL, CAMERA_X_M = 64, 96, 64.0, 0.1
 
 
 class Robot:

@@ -16,7 +16,8 @@ from benchbot_robot_ros2.doctor import sensor_agreement
 
 LASER = Pose.from_xyz_rpy_deg((0.05, 0, 0.3))
 CAMERA = Pose.from_xyz_rpy_deg((0.1, 0, 0.5), (-90, 0, -90))
-INTRINSICS = np.array([[32.0, 0, 31.5], [0, 32.0, 23.5], [0, 0, 1]])
+FOCAL, WIDTH, HEIGHT = 64.0, 80, 96
+INTRINSICS = np.array([[FOCAL, 0, (WIDTH - 1) / 2], [0, FOCAL, (HEIGHT - 1) / 2], [0, 0, 1]])
 BEAMS = 360
 
 
@@ -32,7 +33,7 @@ def scan(wall_x_m: float, laser: Pose = LASER, *, nothing: float = 0.0) -> Laser
 
 
 def depth(wall_x_m: float) -> NDArray[np.float32]:
-    return np.full((48, 64), wall_x_m - 0.1, np.float32)
+    return np.full((HEIGHT, WIDTH), wall_x_m - 0.1, np.float32)
 
 
 def compared(seen: LaserScan, picture: NDArray[np.float32], laser: Pose = LASER) -> list[Finding]:
@@ -77,10 +78,26 @@ def test_some_beams_through_glass_are_no_finding_and_half_of_them_are_worth_a_lo
     assert compared(scan(2.0, nothing=0.5), depth(2.0))[0].level is Level.WARNING
 
 
+def level_picture(height_m: float) -> NDArray[np.float32]:
+    """Return what the camera sees of a level plane below it: a floor, or a table top."""
+    rows = np.arange(HEIGHT)[:, None] - (HEIGHT - 1) / 2
+    with np.errstate(divide="ignore"):
+        picture = np.where(rows > 0, FOCAL * (0.5 - height_m) / rows, np.inf)
+    return np.tile(picture, (1, WIDTH)).astype(np.float32)
+
+
+@pytest.mark.parametrize(("height_m", "laser_m"), [(0.0, 0.0), (0.0, 0.1), (0.3, 0.3), (0.27, 0.3), (0.33, 0.3)])
+def test_a_floor_and_a_table_top_near_the_lasers_plane_are_none_of_its_business(
+    height_m: float, laser_m: float
+) -> None:
+    laser = Pose.from_xyz_rpy_deg((0.05, 0, laser_m))
+    assert compared(scan(4.0, laser), level_picture(height_m), laser) == []
+
+
 @pytest.mark.parametrize(
     ("seen", "picture", "laser"),
     [
-        (scan(2.0), np.full((48, 64), np.nan, np.float32), LASER),
+        (scan(2.0), np.full((HEIGHT, WIDTH), np.nan, np.float32), LASER),
         ({**scan(2.0), "scans": np.empty((0, 2))}, depth(2.0), LASER),
         (scan(2.0), depth(2.0), LASER @ Pose.from_xyz_rpy_deg((0, 0, 0), (0, 20, 0))),
         (scan(30.0), depth(30.0), LASER),

@@ -10,12 +10,16 @@ from numpy.typing import NDArray
 from benchbot.plugin import Finding, LaserScan, Level, Pose
 from benchbot_robot_ros2.clearance import obstacle_points
 
+Points = NDArray[np.float64]
 SUBJECT = "laser and depth"
-# What the camera sees this near to the plane of the laser, the laser sees, too; stereo is worth little far away.
-BAND_M, FARTHEST_M = 0.05, 5.0
+# What stands upright through the plane of the laser, so far above and below it, the laser sees, too: a floor or a table
+# top near that plane does not count. Stereo is worth little far away.
+GAP_M, BAND_M, FARTHEST_M = 0.03, 0.12, 5.0
+LOWEST_M = 0.05
+DIRECTION_RAD = math.radians(1.0)
 TOLERANCE, TOLERANCE_M = 0.1, 0.15
 WIDEST_BEAM_RAD = math.radians(3.0)
-FEWEST_POINTS = 30
+FEWEST_DIRECTIONS = 15
 # Glass and edges are seen differently, and somebody may walk by.
 FEW, MOST = 0.25, 0.6
 LEVEL_COSINE = 0.999
@@ -26,15 +30,18 @@ def check(
 ) -> Iterator[Finding]:
     """Compare the observations `laser` and `image_depth` where both look; `laser` and `camera` are mounts in the base.
 
-    Yields nothing where they have too little in common to tell, and for a laser that is not level.
+    Yields nothing where they have too little in common to tell, and for a laser that is not level, or near the floor.
     """
-    if abs(laser.matrix()[2, 2]) < LEVEL_COSINE:
-        return
     height_m = laser.translation_xyz[2]
-    points = obstacle_points(depth_m, camera, (height_m - BAND_M, height_m + BAND_M), intrinsics)
-    seen = _Scan(scan, laser)
-    by_depth_m, by_laser_m = seen.where(points)
-    if by_depth_m.size < FEWEST_POINTS:
+    if abs(laser.matrix()[2, 2]) < LEVEL_COSINE or height_m - BAND_M < LOWEST_M:
+        return
+    above, below = (
+        obstacle_points(depth_m, camera, band, intrinsics)
+        for band in ((height_m + GAP_M, height_m + BAND_M), (height_m - BAND_M, height_m - GAP_M))
+    )
+    points = _upright(above, below, np.array(laser.translation_xyz[:2]))
+    by_depth_m, by_laser_m = _Scan(scan, laser).where(points)
+    if by_depth_m.size < FEWEST_DIRECTIONS:
         return
     share = _alike(by_depth_m, by_laser_m)
     if share >= MOST:
@@ -51,6 +58,24 @@ def check(
     yield Finding(Level.BROKEN if share < FEW else Level.WARNING, SUBJECT, detail, fix)
 
 
+def _upright(above: Points, below: Points, origin: Points) -> Points:
+    """Return the nearest point (N, 2) of each direction from the origin that has another one above or below it."""
+    nearest: list[dict[int, tuple[float, int]]] = [{}, {}]
+    for found, points in zip(nearest, (above, below), strict=True):
+        away = points - origin
+        directions = np.floor(np.arctan2(away[:, 1], away[:, 0]) / DIRECTION_RAD).astype(int)
+        for place, (direction, distance_m) in enumerate(
+            zip(directions.tolist(), np.hypot(*away.T).tolist(), strict=True)
+        ):
+            found[direction] = min(found.get(direction, (math.inf, 0)), (distance_m, place))
+    kept = [
+        place
+        for direction, (distance_m, place) in nearest[0].items()
+        if abs(nearest[1].get(direction, (math.inf, 0))[0] - distance_m) < max(TOLERANCE_M, TOLERANCE * distance_m)
+    ]
+    return above[kept]
+
+
 class _Scan:
     """A scan seen from the base: bearings of its beams about the laser, sorted, and their ranges."""
 
@@ -65,7 +90,7 @@ class _Scan:
         self._origin = matrix[:2, 3]
         self._within_m = float(scan["range_min"]), min(float(scan["range_max"]), FARTHEST_M)
 
-    def where(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def where(self, points: Points) -> tuple[Points, Points]:
         """Return the distances of points (N, 2) in the base frame, and of the beams towards them, where there is one.
 
         A beam that came back from nowhere is infinitely long.
@@ -83,7 +108,7 @@ class _Scan:
         return distances_m[shown], self._ranges_m[nearest][shown]
 
 
-def _alike(one_m: NDArray[np.float64], other_m: NDArray[np.float64]) -> float:
+def _alike(one_m: Points, other_m: Points) -> float:
     if not one_m.size:
         return 0.0
     return float((np.abs(one_m - other_m) < np.maximum(TOLERANCE_M, TOLERANCE * one_m)).mean())
