@@ -55,6 +55,23 @@ def test_slow_late_and_skewed_topics_are_named(what: dict[str, float], level: Le
     assert says in finding.detail
 
 
+@pytest.mark.parametrize(
+    ("age_s", "wanted_hz", "simulated", "level"),
+    [
+        (3.0, None, True, Level.WARNING),
+        (3.0, None, False, Level.BROKEN),
+        (3.0, 5.0, True, Level.BROKEN),
+        (11.0, None, True, Level.BROKEN),
+        (-3.0, None, True, Level.BROKEN),
+    ],
+)
+def test_only_what_the_driver_would_not_take_is_broken(
+    age_s: float, wanted_hz: float | None, simulated: bool, level: Level
+) -> None:
+    seen = stream(age_s=age_s, wanted_hz=wanted_hz)
+    assert only(message_checks.freshness(seen, Timing(), simulated=simulated)).level is level
+
+
 def test_clocks_that_differ_are_mended_with_chrony() -> None:
     assert "chrony" in only(message_checks.freshness(stream(age_s=30), Timing(), simulated=False)).fix
 

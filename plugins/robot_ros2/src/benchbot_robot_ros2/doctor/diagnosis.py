@@ -27,7 +27,8 @@ RANGES = ("SUBNET", "LOCALHOST", "OFF", "SYSTEM_DEFAULT")
 def diagnose(spec: PlatformSpec) -> Iterator[Finding]:
     """Look at the declared robot for `spec.options["seconds"]` (default 5) and yield what works and what does not.
 
-    Nothing is commanded: the robot does not move. Raises BenchbotError when the declaration itself is wrong.
+    Without that option a slow topic has as long for its first message as in a run, `driver.timing.wait_s`. Nothing is
+    commanded: the robot does not move. Raises BenchbotError when the declaration itself is wrong.
     """
     robot = Ros2Robot.from_declaration(spec.robot)
     seconds = float(spec.options.get("seconds", LOOK_S))
@@ -47,10 +48,11 @@ def diagnose(spec: PlatformSpec) -> Iterator[Finding]:
         tree = transforms.listen(node)
         publisher = VelocityPublisher(node, robot.command, robot.base_frame)
         began_ns = node.get_clock().now().nanoseconds
-        streams = live_watch.watch(node, list(live_watch.uses(robot)), seconds)
+        patience_s = seconds if "seconds" in spec.options else max(seconds, robot.settings.timing.wait_s)
+        streams = live_watch.watch(node, list(live_watch.uses(robot)), seconds, patience_s)
         clock = list(_clock(node, simulated=simulated, began_ns=began_ns))
         yield from clock
-        yield from _topics(node, robot, streams, seconds, timed=all(f.level is not Level.BROKEN for f in clock))
+        yield from _topics(node, robot, streams, patience_s, timed=all(f.level is not Level.BROKEN for f in clock))
         yield from _observations(robot, tree, streams)
         published = node.count_publishers("/tf") + node.count_publishers("/tf_static") > 0
         yield from transform_checks.check(robot, tree, published=published)

@@ -32,7 +32,7 @@ class Use:
     optional: bool = False
 
 
-@dataclass
+@dataclass(eq=False)
 class Stream:
     """The messages received on a topic: arrival times and stamps (None without one), and the last message."""
 
@@ -87,15 +87,23 @@ def others(node: "Node", seconds: float) -> list[str]:
     return found
 
 
-def watch(node: "Node", wanted: list[Use], seconds: float) -> list[Stream]:
-    """Subscribe to each topic as soon as it has a publisher, and return what came in after so many seconds."""
+def watch(node: "Node", wanted: list[Use], seconds: float, patience_s: float) -> list[Stream]:
+    """Subscribe to each topic as soon as it has a publisher, and return what came in after so many seconds.
+
+    For a first message on a topic that is published, as that of a slow camera, `patience_s` are waited.
+    """
     streams = [Stream(use) for use in wanted]
     waiting = list(streams)
-    deadline = time.monotonic() + seconds
-    while time.monotonic() < deadline:
+    began_s = time.monotonic()
+    while (passed_s := time.monotonic() - began_s) < seconds or (passed_s < patience_s and _slow(streams, waiting)):
         waiting = [stream for stream in waiting if not _subscribed(node, stream)]
         time.sleep(POLL_S)
     return streams
+
+
+def _slow(streams: list[Stream], waiting: list[Stream]) -> bool:
+    heard_of = (stream for stream in streams if stream not in waiting and stream.error is None)
+    return any(stream.last is None and not stream.use.optional for stream in heard_of)
 
 
 def _names(node: "Node") -> list[str]:

@@ -9,6 +9,7 @@ import numpy as np
 from benchbot.plugin import Finding, LaserScan, Level, Pose, wrap_angle_rad
 from benchbot_robot_ros2.declaration import Timing
 from benchbot_robot_ros2.doctor.live_watch import Stream
+from benchbot_robot_ros2.observing import longest_delay_s
 
 # What a moving robot is stopped by must be fresh; pictures are taken at rest, and rendering one takes its time.
 OLD_FEEDBACK_S, OLD_S = 0.25, 1.0
@@ -43,7 +44,9 @@ def freshness(stream: Stream, timing: Timing, *, simulated: bool) -> Iterator[Fi
         yield Finding(Level.WARNING, subject, f"{rate} is too slow for {use.role}", fix)
     if age_s is not None:
         ahead_s = AHEAD_SIMULATED_S if simulated else AHEAD_S
-        if abs(age_s) > timing.skew_s:
+        # What the driver itself accepts: a simulated robot's camera may be slow, its feedback may not.
+        oldest_s = timing.skew_s if use.rate_hz is not None else longest_delay_s(timing, simulated=simulated)
+        if not -timing.skew_s <= age_s <= oldest_s:
             clean = False
             direction = "old" if age_s > 0 else "in the future"
             yield Finding(Level.BROKEN, subject, f"its stamps are {abs(age_s):.2f} s {direction}", CLOCKS)
