@@ -7,6 +7,7 @@ import signal
 import socket
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -175,10 +176,17 @@ def serve(
             await app(scope, receive, send)
 
         running = stack.enter_context(server.Server(app_of_current_run, listeners))
+        preparer = ThreadPoolExecutor(1, "benchbot-prepare")
+        stack.callback(preparer.shutdown)
         stack.callback(runs.close_run)
         while True:
             run.session.one_episode = following is not None
-            run.prepare()
+            preparing = preparer.submit(run.prepare)
+            while not received and wait([preparing], SIGNAL_PERIOD_S).not_done:
+                pass  # the diagnosis of a real robot takes its time, and is cut off by a signal
+            if received:
+                break
+            preparing.result()
             state = replace(state, findings=runs.findings)
             runs.folder.publish(state)
             if on_ready is not None:

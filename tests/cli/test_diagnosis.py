@@ -1,5 +1,7 @@
 """A real robot is diagnosed before it moves, whatever driver it has, and one that is broken is not moved."""
 
+import signal
+import time
 from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
@@ -7,9 +9,10 @@ from pathlib import Path
 import pytest
 
 from tests.cli.submitted import SELECTION, read
-from tests.command_line import CommandLine, wait_for
+from tests.command_line import CommandLine, ended, wait_for
 
 DRIVER = """\
+import time
 from importlib.resources import files
 from pathlib import Path
 from benchbot.plugin import Finding, Level, RobotDriver, hookimpl
@@ -22,6 +25,7 @@ def note(what):
 
 def diagnose(spec):
     note("diagnosed")
+    time.sleep({takes_s})
     yield Finding(Level.OK, "graph", "3 other nodes")
     yield Finding(Level.WARNING, "e-stop", "none is declared", "Declare one.")
     if {broken}:
@@ -65,11 +69,13 @@ Robot = Callable[..., Callable[[], list[str]]]
 def robot(cli: CommandLine, make_plugin: Callable[..., Path]) -> Robot:
     """Makes a robot and its driver; what that was asked to do is returned by a function."""
 
-    def make(*, broken: bool) -> Callable[[], list[str]]:
+    def make(*, broken: bool, takes_s: float = 0.0) -> Callable[[], list[str]]:
         journal = cli.folder / "journal"
         declared = (files("benchbot_sample") / "robots" / "sample_real_robot.yaml").read_text()
         declared = declared.replace("sample_real_robot", "seen_robot").replace("real_sample", "seen")
-        make_plugin("seen", DRIVER.format(journal=journal, broken=broken), {"robots/seen.yaml": declared})
+        make_plugin(
+            "seen", DRIVER.format(journal=journal, broken=broken, takes_s=takes_s), {"robots/seen.yaml": declared}
+        )
         return lambda: journal.read_text().splitlines() if journal.exists() else []
 
     return make
@@ -146,6 +152,20 @@ def test_run_refuses_a_broken_robot_too(cli: CommandLine, robot: Robot) -> None:
     assert done.returncode == 2
     assert "The robot 'seen_robot' is not fit to be driven." in done.stderr
     assert done_by_driver() == ["diagnosed"]
+
+
+@pytest.mark.parametrize("command", ["run", "submit"])
+def test_a_diagnosis_is_cut_off_by_ctrl_c(cli: CommandLine, robot: Robot, command: str) -> None:
+    done_by_driver = robot(broken=False, takes_s=100.0)
+    words = ["--port", "0"] if command == "run" else ["--native", cli.script("s.py", SOLUTION)]
+    process = cli.start(command, *SEEN, *words)
+    while not done_by_driver():
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+
+    assert ended(process) == 130
+    assert done_by_driver() == ["diagnosed"]
+    assert cli.nothing_is_left()
 
 
 def test_an_unknown_finding_is_refused(cli: CommandLine, robot: Robot) -> None:
