@@ -61,6 +61,7 @@ def test_a_real_robot_can_be_asked_to_map_it(catalog: Catalog, robot: str) -> No
     selection = lab(catalog, robot)
     assert selection.environment == "lab:1"
     assert selection.environments[0].data["type"] == "real"
+    assert not selection.time_is_simulated
 
 
 def test_its_ground_truth_is_found_by_evaluation(catalog: Catalog, truth: Document) -> None:

@@ -9,6 +9,8 @@ import pytest
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.motion import MotionConfig
 from benchbot.core.plugin_manager import load
+from benchbot.core.request import RunRequest
+from benchbot.core.selection import select
 from benchbot_robot_ros2 import messages
 from benchbot_robot_ros2.declaration import Ros2Robot
 
@@ -74,3 +76,9 @@ def test_declared_cameras_look_ahead(name: str) -> None:
     if robot.camera_frame in robot.mounts:
         optical_axis = robot.mounts[robot.camera_frame].matrix()[:3, 2]
         assert optical_axis == pytest.approx([1, 0, 0], abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["carter", "carter_ros2"])
+def test_the_time_of_a_simulated_robot_is_simulated_behind_ros_2_too(name: str) -> None:
+    task = "semantic_slam:passive:ground_truth"
+    assert select(CATALOG, RunRequest(task, name, "miniroom:1")).time_is_simulated
