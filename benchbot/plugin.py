@@ -81,6 +81,7 @@ if TYPE_CHECKING:
     from benchbot.core.progress import Progress as Progress
     from benchbot.core.progress import State as State
     from benchbot.core.progress import Step as Step
+    from benchbot.core.recording import KnowsRun as KnowsRun
     from benchbot.core.recording import Recording as Recording
     from benchbot.core.recording import ShowsResults as ShowsResults
     from benchbot.core.records import API_VERSION as API_VERSION
@@ -148,7 +149,7 @@ _HOMES = {
     "core.platform": "ManyCameras Platform PlatformSpec Scene Simulation",
     "core.plugin_manager": "installed=installed_plugins load=load_plugins PluginInfo Plugins",
     "core.progress": "ActionResult Progress State Step",
-    "core.recording": "Recording ShowsResults",
+    "core.recording": "KnowsRun Recording ShowsResults",
     "core.light_records": (
         "AssetPack Check Command DeclarationFolder DeclarationSource Executor Recorder Routes SubmissionMode target "
     ),

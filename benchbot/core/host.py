@@ -1,13 +1,13 @@
 """Host: the seam behind which a platform runs in this process, or in a child process that may crash."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol, cast
 
 from benchbot.core.channels import Observations
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, Outcome, execute
-from benchbot.core.platform import Platform, Scene
+from benchbot.core.platform import Platform, Scene, WholeActions
 from benchbot.core.track import DrivenPath, TrackedPlatform
 
 
@@ -15,13 +15,15 @@ from benchbot.core.track import DrivenPath, TrackedPlatform
 class Status:
     """The robot's state: true pose in the map frame, and seconds since the scene was loaded.
 
-    `path` is what it has driven since the last status; None where no path is tracked.
+    `path` is what it has driven since the last status; None where no path is tracked. `at_end` says whether its way is
+    over; None where the trajectory says so.
     """
 
     pose: Pose
     clock_s: float
     collided: bool
     path: DrivenPath | None = None
+    at_end: bool | None = None
 
 
 class Host(Protocol):
@@ -64,6 +66,8 @@ class InProcessHost:
 
     def act(self, action: str, arguments: Mapping[str, float], goal: Pose | None) -> tuple[Outcome, Status]:
         """Execute one action to its end."""
+        if isinstance(self._platform, WholeActions):
+            return Outcome(self._platform.act(action)), self.status()
         outcome = execute(cast(Platform, self._tracked), action, arguments, goal, self._motion)
         return outcome, self.status()
 
@@ -73,7 +77,12 @@ class InProcessHost:
 
     def status(self) -> Status:
         """Return the robot's state."""
-        return Status(self._platform.pose(), self._platform.clock(), self._platform.collided, self._tracked.take())
+        platform = self._platform
+        status = Status(platform.pose(), platform.clock(), platform.collided, self._tracked.take())
+        if not isinstance(platform, WholeActions):
+            return status
+        path = None if platform.driven_m is None else DrivenPath(platform.driven_m)
+        return replace(status, path=path, at_end=platform.at_end)
 
     def halt(self, why: str) -> None:
         """Stop a real robot in the middle of an action, for good."""

@@ -121,6 +121,14 @@ class DeclarationFolder(Protocol):
     def name(self) -> str:
         """Its name in the provenance of results."""
 
+    @property
+    def version(self) -> str:
+        """Its version there."""
+
+    @property
+    def stands_in(self) -> bool:
+        """True when a name that something else declares, too, is not taken from it."""
+
     def sources(self, kind: str) -> "Iterable[Path]":
         """Return the files and folders that declare a kind (`tasks`, `formats`, …)."""
 

@@ -78,12 +78,14 @@ def failed(session: Session, *, solution: dict[str, Any] | None = None) -> dict[
 
 def _complete(document: dict[str, Any], session: Session, solution: dict[str, Any] | None) -> dict[str, Any]:
     source = source_of_pose(session.selection)
+    believed = source == "recording" and session.selection.localisation == "noisy"
     completed = {
         **document,
         "version": VERSION,
         **_details(session.selection),
         "provenance": provenance(session, solution),
-        "track": [track.as_dict(source) for track in session.tracks],
+        # What a robot believed of its place is no truth to judge anything by, and a recording has no other.
+        "track": [] if believed else [track.as_dict(source) for track in session.tracks],
         "actions": session.log.as_list(session.digest.marks()),
     }
     session.handed_in = True
