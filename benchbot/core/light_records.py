@@ -51,11 +51,15 @@ class Command(NamedTuple):
 
 
 class Recorder(NamedTuple):
-    """Told of every reset and step of a session; writes what it likes into the folder that `create` is given."""
+    """Told of every reset and step of a session; writes what it likes into the folder that `create` is given.
+
+    `read`, if given, yields the observations in such a folder, step by step: none of what is not there.
+    """
 
     name: str
     create: Callable[["Path"], "Recording"]
     description: str = ""
+    read: Callable[["Path"], "Iterable[Mapping[str, Any]]"] | None = None
 
 
 class Executor(NamedTuple):
