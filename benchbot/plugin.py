@@ -95,6 +95,7 @@ if TYPE_CHECKING:
     from benchbot.core.records import WorkOrder as WorkOrder
     from benchbot.core.resources import cache_dir as cache_dir
     from benchbot.core.resources import data_dir as data_dir
+    from benchbot.core.results import public_environment as public_environment
     from benchbot.core.results import read as _read_result
     from benchbot.core.results import write_json as write_json
     from benchbot.core.selection import misfits as misfits
@@ -155,7 +156,7 @@ _HOMES = {
     ),
     "core.records": ("API_VERSION Document Evaluator Resources RobotDriver Score Simulator WorkOrder Workers "),
     "core.resources": "cache_dir data_dir",
-    "core.results": "read=read_result write_json",
+    "core.results": "public_environment read=read_result write_json",
     "core.selection": "misfits",
     "evaluation.ground_truths": "GroundTruths",
     "submission.modes": "NATIVE Holder Mode ProcessLimits Running SolutionSpec",

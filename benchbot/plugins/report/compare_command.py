@@ -167,11 +167,11 @@ def show_scenes(document: dict[str, Any], *, as_json: bool = False) -> None:
 def _rank_lines(ranks: dict[str, Any] | None) -> list[str]:
     if ranks is None:
         return []
-    said = []
-    for name, words in (("kendall_tau", "Kendall's tau"), ("spearman_rho", "Spearman's rho")):
-        found = ranks[name]
-        said.append(f"{words} {'-' if found is None else '{value:.3f} (p = {p:.3g})'.format(**found)}")
-    return [f"Order of {ranks['solutions']} solutions over {len(ranks['scenes'])} scenes: {', '.join(said)}"]
+    order = f"Order of {ranks['solutions']} solutions over {len(ranks['scenes'])} scenes"
+    if ranks["kendall_tau"] is None:
+        return [f"{order}: none, one of the sets has the same score for all of them."]
+    tau, p, rho = (ranks[name] for name in ("kendall_tau", "kendall_p", "spearman_rho"))
+    return [f"{order}: Kendall's tau {tau:.3f} (p = {p:.3g}), Spearman's rho {rho:.3f}"]
 
 
 def _restarts(sets: "Sequence[ResultSet]") -> list[str]:

@@ -107,11 +107,17 @@ def _ranks(rows: Sequence[Document]) -> Document | None:
     }
     a, b = zip(*means.values(), strict=True)
     found: Document = {"solutions": len(solutions), "scenes": sorted(scenes), "means": means}
-    for name, correlate in (("kendall_tau", stats.kendalltau), ("spearman_rho", stats.spearmanr)):
-        constant = len(set(a)) == 1 or len(set(b)) == 1
-        result = None if constant else correlate(a, b)
-        found[name] = None if result is None else {"value": float(result.statistic), "p": float(result.pvalue)}
-    return found
+    if len(set(a)) == 1 or len(set(b)) == 1:
+        return {**found, "kendall_tau": None, "kendall_p": None, "spearman_rho": None}
+    tau = stats.kendalltau(a, b)
+    # Without its p-value, which SciPy takes from a distribution for many: of three that agree it says 0.
+    rho = stats.spearmanr(a, b).statistic
+    return {
+        **found,
+        "kendall_tau": float(tau.statistic),
+        "kendall_p": float(tau.pvalue),
+        "spearman_rho": float(rho),
+    }
 
 
 def _named(solution: str, scene: str) -> str:

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -59,6 +60,10 @@ def benchbot_environments():
 @hookimpl
 def benchbot_tasks():
     yield files(__name__) / "tasks"
+
+@hookimpl
+def benchbot_robots():
+    yield files(__name__) / "robots"
 """
 
 
@@ -70,6 +75,7 @@ class Lab:
     solution: str
     make_plugin: Callable[..., Path]
     made: list[str] = field(default_factory=list)
+    robots: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     def __call__(self, *words: str, **changes: str) -> Finished:
         return self.cli(*words, **changes)
@@ -107,6 +113,15 @@ class Lab:
         self._install(f"test-{len(self.made)}", "tasks", {**document, "name": name, **changes})
         return name
 
+    def make_robot(self, document: dict[str, Any]) -> None:
+        """Install a robot."""
+        self.robots[document["name"]] = document
+        self._install(f"test-{len(self.made)}", "robots", document)
+
+    def robot(self, name: str) -> dict[str, Any]:
+        """Return a copy of a robot's declaration that was installed."""
+        return deepcopy(self.robots[name])
+
     def forget(self) -> None:
         """Uninstall what was made."""
         kept = [name for name in self.cli.variables["BENCHBOT_PLUGINS"].split(",") if name not in self.made]
@@ -115,7 +130,9 @@ class Lab:
     def _install(self, distribution: str, kind: str, document: dict[str, Any]) -> None:
         self.made.append(distribution)
         files = {f"{kind}/one.yaml": json.dumps(document)}
-        self.make_plugin(distribution, PLUGIN, {"environments/none.txt": "", "tasks/none.txt": "", **files})
+        self.make_plugin(
+            distribution, PLUGIN, {f"{folder}/none.txt": "" for folder in ("environments", "robots", "tasks")} | files
+        )
 
 
 @dataclass

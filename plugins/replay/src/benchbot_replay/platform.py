@@ -1,24 +1,13 @@
 """The robot `replay`: it has been where its recording says, and sees what was seen there."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from contextlib import ExitStack
 from typing import Any, cast
 
-import numpy as np
-
 from benchbot.plugin import BenchbotError, ExitCode, FailureClass, Observations, PlatformSpec, Pose, Scene
-from benchbot_record_mcap import exact
-from benchbot_record_mcap.topics import COLOUR, DEPTH, EXACT, SEGMENTATION
+from benchbot_record_mcap.reading import observations
 from benchbot_replay import source
-from benchbot_replay.recordings import Moment, base_pose, decoded, file_sha256, opened, refused
-
-_PICTURES = {
-    f"{COLOUR}/image_raw": ("image_rgb", None),
-    f"{DEPTH}/image_raw": ("image_depth", None),
-    f"{SEGMENTATION}/class": ("image_segment", "class_segment_img"),
-    f"{SEGMENTATION}/instance": ("image_segment", "instance_segment_img"),
-}
-_CLASS_IDS = f"{SEGMENTATION}/class_ids"
+from benchbot_replay.recordings import Moment, base_pose, file_sha256, opened, refused
 
 
 class ReplayedRobot:
@@ -69,7 +58,8 @@ class ReplayedRobot:
         if self._looked and following < len(self._moments) and self._moments[following].action is None:
             self._here = following
         self._looked = True
-        seen = self._seen(self._moments[self._here].stamp_ns)
+        stamp_ns = self._moments[self._here].stamp_ns
+        seen = observations(self._reader.iter_messages(start_time=stamp_ns, end_time=stamp_ns + 1))
         return cast(Observations, {channel: seen[channel] for channel in channels})
 
     @property
@@ -138,21 +128,3 @@ class ReplayedRobot:
     def _next(self) -> int | None:
         after = range(self._here + 1, len(self._moments))
         return next((number for number in after if self._moments[number].action is not None), None)
-
-    def _seen(self, stamp_ns: int) -> Mapping[str, Any]:
-        pictures: dict[str, Any] = {}
-        values: dict[str, Any] = {}
-        for schema, channel, message in self._reader.iter_messages(start_time=stamp_ns, end_time=stamp_ns + 1):
-            topic = channel.topic
-            if topic == EXACT:
-                values = exact.decode(decoded(schema, message))[1]
-            elif topic == _CLASS_IDS:
-                pictures.setdefault("image_segment", {})["class_ids"] = exact.identifiers(decoded(schema, message))
-            elif topic in _PICTURES:
-                name, part = _PICTURES[topic]
-                pixels = np.array(exact.pixels(decoded(schema, message)))
-                if part is None:
-                    pictures[name] = pixels
-                else:
-                    pictures.setdefault(name, {})[part] = pixels
-        return {**values, **pictures}

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 
 from benchbot.plugin import BenchbotError, Pose, cache_dir, write_text
 from benchbot_record_mcap import exact
-from benchbot_record_mcap.bag import NOTES, TYPES
+from benchbot_record_mcap.bag import NOTES
+from benchbot_record_mcap.reading import decoded
 from benchbot_record_mcap.topics import ACTION, EXACT, PROGRESS
 
 INDEX_VERSION = 1
@@ -83,6 +84,12 @@ class Recorded:
     def origin(self) -> str:
         """The source of what is recorded: a `run`, or a `bag` of ROS 2."""
         return "bag" if "bag" in self.run else str(self._replayed.get("from", "run"))
+
+    @property
+    def bag_sha256(self) -> str | None:
+        """The SHA-256 of the bag that it was made of; None for a run."""
+        found: str | None = self.run.get("bag", {}).get("sha256", self._replayed.get("bag_sha256"))
+        return found
 
     @property
     def lossy(self) -> tuple[str, ...]:
@@ -188,11 +195,6 @@ def _require_index(file: Path, reader: Any) -> None:
 def refused(file: Path, why: str, fix: str = NEW_ONE) -> BenchbotError:
     """Return the error of a recording that cannot be replayed."""
     return BenchbotError(f"{file} cannot be replayed.", why, fix)
-
-
-def decoded(schema: Any, message: Any) -> Any:
-    """Return a message of ROS 2."""
-    return TYPES.deserialize_cdr(message.data, schema.name)
 
 
 def _index(file: Path) -> dict[str, Any]:

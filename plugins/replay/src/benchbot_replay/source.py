@@ -152,6 +152,7 @@ def robot_of(recordings: "Sequence[Recorded]") -> dict[str, Any]:
                 "sha256": one.sha256,
                 "steps": scene.steps,
                 "from": one.origin,
+                **({} if one.bag_sha256 is None else {"bag_sha256": one.bag_sha256}),
                 **({"lossy": list(one.lossy)} if one.lossy else {}),
             }
     common = set.intersection(*(set(one.channels) for one in recordings)) - set(CHANNELS_OF_EPISODES)
