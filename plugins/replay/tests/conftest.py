@@ -1,6 +1,8 @@
 """Runs take place in the sample plug-in's arena, which needs no renderer."""
 
 import json
+import subprocess
+import sys
 from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass, field
@@ -11,7 +13,7 @@ import pytest
 import yaml
 
 from tests import conftest
-from tests.command_line import SAMPLE, CommandLine, Finished
+from tests.command_line import BOTTLE, SAMPLE, CommandLine, Finished
 
 assert conftest.SAMPLE_PLUGIN
 
@@ -121,6 +123,34 @@ class Lab:
     def robot(self, name: str) -> dict[str, Any]:
         """Return a copy of a robot's declaration that was installed."""
         return deepcopy(self.robots[name])
+
+    def script(self, name: str, code: str) -> Path:
+        """Write a program."""
+        path = self.cli.folder / name
+        path.write_text(code)
+        return path
+
+    def run(self, script: Path) -> str:
+        """Run a program of its own, and return what it prints."""
+        command = [sys.executable, str(script)]
+        done = subprocess.run(
+            command, capture_output=True, text=True, check=False, cwd=self.cli.folder, env=self.cli.variables
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout.strip()
+
+    def truth(self, environment: str) -> Path:
+        """Write a ground truth of an environment, a bottle, and return its file."""
+        name, variant = environment.split(":")
+        objects = [{"class": "bottle", "ID_name": "b", "isgroup": False, **BOTTLE}]
+        document = {
+            "environment": {"name": name, "variant": int(variant)},
+            "format": {"name": "object_map_ground_truth"},
+            "ground_truth": {"objects": objects, "class_list": ["bottle", "background"], "synonyms": {}},
+        }
+        path = self.cli.folder / "truth.json"
+        path.write_text(json.dumps(document))
+        return path
 
     def forget(self) -> None:
         """Uninstall what was made."""
