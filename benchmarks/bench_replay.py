@@ -51,8 +51,11 @@ class Measure:
         result, scores = self._folder / f"{name}.json", self._folder / f"{name}.scores"
         ways = ["--example", "segmentation_mapper", "-r", str(result), "-e", "omq", "-o", str(scores)]
         began_s = time.monotonic()
-        subprocess.run([*BENCHBOT, *words, *ways, "--display", "none"], check=True, capture_output=True)
+        command = [*BENCHBOT, *words, *ways, "--display", "none"]
+        done = subprocess.run(command, check=False, capture_output=True, text=True)
         took_s = time.monotonic() - began_s
+        if done.returncode != 0:
+            raise RuntimeError(done.stderr[-2000:])
         provenance: dict[str, Any] = json.loads(result.read_text())["provenance"]
         omq = json.loads(scores.read_text())["scores"]["OMQ"]
         seen = provenance["observation_digest"][:8]

@@ -28,6 +28,7 @@ from benchbot.wire import encoding
 from benchbot.wire.arena import Layout, aligned
 
 STEP, RESET, RESULT, RUN = range(4)
+DOCUMENTS = {RESULT: "result", RUN: "run"}
 HEADER_BYTES = 64
 HURRY_AT = 0
 DROPPED = struct.Struct("<8xQ")

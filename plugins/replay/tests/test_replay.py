@@ -130,6 +130,9 @@ def test_where_the_task_hides_the_true_pose_so_does_the_recording(lab: Lab) -> N
     assert not any(str(x) in told for x, *_ in true[1:])
     # A recording does not know where the robot was: nobody may judge an estimate by where it believed to be.
     assert replayed.result["track"] == []
+    done = lab("verify", str(replayed.path), "--recording", str(driven.recording))
+    assert "verified" in done.stdout, done.stderr
+    assert done.returncode == 0
 
 
 def run_of(file: Path) -> dict[str, Any]:
