@@ -81,6 +81,7 @@ if TYPE_CHECKING:
     from benchbot.core.progress import Progress as Progress
     from benchbot.core.progress import State as State
     from benchbot.core.progress import Step as Step
+    from benchbot.core.recording import KnowsRun as KnowsRun
     from benchbot.core.recording import Recording as Recording
     from benchbot.core.recording import ShowsResults as ShowsResults
     from benchbot.core.records import API_VERSION as API_VERSION
@@ -94,6 +95,7 @@ if TYPE_CHECKING:
     from benchbot.core.records import WorkOrder as WorkOrder
     from benchbot.core.resources import cache_dir as cache_dir
     from benchbot.core.resources import data_dir as data_dir
+    from benchbot.core.results import public_environment as public_environment
     from benchbot.core.results import read as _read_result
     from benchbot.core.results import write_json as write_json
     from benchbot.core.selection import misfits as misfits
@@ -148,13 +150,13 @@ _HOMES = {
     "core.platform": "ManyCameras Platform PlatformSpec Scene Simulation",
     "core.plugin_manager": "installed=installed_plugins load=load_plugins PluginInfo Plugins",
     "core.progress": "ActionResult Progress State Step",
-    "core.recording": "Recording ShowsResults",
+    "core.recording": "KnowsRun Recording ShowsResults",
     "core.light_records": (
         "AssetPack Check Command DeclarationFolder DeclarationSource Executor Recorder Routes SubmissionMode target "
     ),
     "core.records": ("API_VERSION Document Evaluator Resources RobotDriver Score Simulator WorkOrder Workers "),
     "core.resources": "cache_dir data_dir",
-    "core.results": "read=read_result write_json",
+    "core.results": "public_environment read=read_result write_json",
     "core.selection": "misfits",
     "evaluation.ground_truths": "GroundTruths",
     "submission.modes": "NATIVE Holder Mode ProcessLimits Running SolutionSpec",

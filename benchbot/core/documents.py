@@ -30,6 +30,7 @@ class RobotDeclaration(TypedDict):
     frames: NotRequired[Mapping[str, Settings]]
     driver: NotRequired[Settings]
     address: NotRequired[str]
+    replay: NotRequired[Mapping[str, Settings]]
 
 
 class EnvironmentDeclaration(TypedDict):

@@ -1,13 +1,13 @@
 """Host: the seam behind which a platform runs in this process, or in a child process that may crash."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol, cast
 
 from benchbot.core.channels import Observations
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, Outcome, execute
-from benchbot.core.platform import Platform, Scene, Traceable
+from benchbot.core.platform import Platform, Scene, Traceable, WholeActions
 from benchbot.core.track import DrivenPath, TrackedPlatform
 
 
@@ -16,7 +16,8 @@ class Status:
     """The robot's state: true pose in the map frame, and seconds since the scene was loaded.
 
     `path` is what it has driven since the last status; None where no path is tracked. `robot` is what the result
-    says of a real robot (`provenance.robot`); None of a simulated one.
+    says of a real robot (`provenance.robot`); None of a simulated one. `at_end` says whether its way is over; None
+    where the trajectory says so.
     """
 
     pose: Pose
@@ -24,6 +25,7 @@ class Status:
     collided: bool
     path: DrivenPath | None = None
     robot: dict[str, Any] | None = None
+    at_end: bool | None = None
 
 
 class Host(Protocol):
@@ -79,6 +81,8 @@ class InProcessHost:
 
     def act(self, action: str, arguments: Mapping[str, float], goal: Pose | None) -> tuple[Outcome, Status]:
         """Execute one action to its end."""
+        if isinstance(self._platform, WholeActions):
+            return Outcome(self._platform.act(action)), self.status()
         outcome = execute(cast(Platform, self._tracked), action, arguments, goal, self._motion)
         return outcome, self.status()
 
@@ -92,7 +96,11 @@ class InProcessHost:
         robot = None if self._diagnosis is None else dict(self._diagnosis)
         if robot is not None and isinstance(platform, Traceable):
             robot["driver"] = dict(platform.provenance())
-        return Status(platform.pose(), platform.clock(), platform.collided, self._tracked.take(), robot)
+        status = Status(platform.pose(), platform.clock(), platform.collided, self._tracked.take(), robot)
+        if not isinstance(platform, WholeActions):
+            return status
+        path = None if platform.driven_m is None else DrivenPath(platform.driven_m)
+        return replace(status, path=path, at_end=platform.at_end)
 
     def halt(self, why: str) -> None:
         """Stop a real robot in the middle of an action, for good."""

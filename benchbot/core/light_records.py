@@ -51,11 +51,15 @@ class Command(NamedTuple):
 
 
 class Recorder(NamedTuple):
-    """Told of every reset and step of a session; writes what it likes into the folder that `create` is given."""
+    """Told of every reset and step of a session; writes what it likes into the folder that `create` is given.
+
+    `read`, if given, yields the observations in such a folder, step by step: none of what is not there.
+    """
 
     name: str
     create: Callable[["Path"], "Recording"]
     description: str = ""
+    read: Callable[["Path"], "Iterable[Mapping[str, Any]]"] | None = None
 
 
 class Executor(NamedTuple):
@@ -120,6 +124,14 @@ class DeclarationFolder(Protocol):
     @property
     def name(self) -> str:
         """Its name in the provenance of results."""
+
+    @property
+    def version(self) -> str:
+        """Its version there."""
+
+    @property
+    def stands_in(self) -> bool:
+        """True when a name that something else declares, too, is not taken from it."""
 
     def sources(self, kind: str) -> "Iterable[Path]":
         """Return the files and folders that declare a kind (`tasks`, `formats`, …)."""

@@ -133,6 +133,25 @@ class Traceable(Protocol):
 
 
 @runtime_checkable
+class WholeActions(Protocol):
+    """A platform that takes an action as a whole, since nothing is left of the ticks in it: what a robot has recorded.
+
+    Its way ends where the recording does, whatever the trajectory of the environment says.
+    """
+
+    @property
+    def at_end(self) -> bool:
+        """True when no action can follow."""
+
+    @property
+    def driven_m(self) -> float | None:
+        """The length of the path of the last action, None where it is not known."""
+
+    def act(self, action: str) -> str:
+        """Take one action to its end, and return its outcome (`benchbot.core.motion.Outcome`)."""
+
+
+@runtime_checkable
 class ManyCameras(Protocol):
     """A simulator of which many robots of one process can share the scenes and be observed at once."""
 

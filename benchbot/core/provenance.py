@@ -40,6 +40,7 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
             **({"settings": dict(sorted(selection.settings.items()))} if selection.settings else {}),
             **({"limits": limits} if limits else {}),
         },
+        **({"replay": _replayed(selection)} if "replay" in selection.robot.data else {}),
         "solution": solution,
         "restarts": spent.restarts,
         **({"spent": spent.repeatable(progress.time_key)} if spent.restarts else {}),
@@ -56,6 +57,10 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
             "architecture": python_platform.machine(),
         },
     }
+
+
+def _replayed(selection: Selection) -> dict[str, Any]:
+    return {scene.name: selection.robot.data["replay"][scene.name] for scene in selection.environments}
 
 
 def disclosed(selection: Selection) -> dict[str, Any]:
@@ -78,14 +83,20 @@ def software(selection: Selection) -> dict[str, Any]:
                 name: {"version": version(name), "sha256": distribution_hash(name)}
                 for name in sorted(distributions_used(selection))
             },
-            **{one.name: {"version": "v2", "sha256": one.content_hash()} for one in dict.fromkeys(folders) if one},
+            **{
+                one.name: {"version": one.version, "sha256": one.content_hash()}
+                for one in dict.fromkeys(folders)
+                if one
+            },
         },
         **({"assets": packs} if packs else {}),
     }
 
 
 def source_of_pose(selection: Selection) -> str:
-    """Return the source of the track's poses: a `simulation`, or a real `robot`."""
+    """Return the source of the track's poses: a `simulation`, a real `robot`, or a `recording` of one of them."""
+    if "replay" in selection.robot.data:
+        return "recording"
     return "robot" if selection.robot.data["type"] in plugin_manager.load().pool("robot_drivers") else "simulation"
 
 

@@ -48,6 +48,16 @@ class ShowsResults(Protocol):
         """Take note of a result document, without `track` and `actions`; there may be more steps, and other results."""
 
 
+class KnowsRun(Protocol):
+    """A recording that is also told of the run that it is of."""
+
+    def run(self, document: Mapping[str, Any]) -> None:
+        """Take note of the run, before its first step: what solutions are told of it (GET /api/v1/session).
+
+        Its seed is there, too, unless there is a secret: then nobody may know either before the result.
+        """
+
+
 class RecordingState(StrEnum):
     """The state of a recording: being written, finished, or given up because something failed."""
 
@@ -145,9 +155,9 @@ class Noted:
             self.note = replace(self.note, recorded=self.note.recorded + 1)
         return error
 
-    def result(self, document: Mapping[str, Any]) -> BenchbotError | None:
-        """Take note of a result, if the recorder does; return why it has ended, if it has just now."""
-        tell = getattr(self._recording, "result", None)
+    def told(self, what: str, document: Mapping[str, Any]) -> BenchbotError | None:
+        """Take note of the `run` or a `result`, if the recorder does; return why it has ended, if it has just now."""
+        tell = getattr(self._recording, what, None)
         return None if tell is None or self.ended else self._guarded(lambda: tell(document))
 
     def close(self, dropped: int) -> BenchbotError | None:

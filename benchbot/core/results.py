@@ -9,7 +9,7 @@ from typing import Any, cast
 from benchbot.core import atomic
 from benchbot.core.declarations import formats, schema
 from benchbot.core.declarations.catalog import Declaration
-from benchbot.core.documents import Result
+from benchbot.core.documents import Result, TrackedScene
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.provenance import provenance, source_of_pose
 from benchbot.core.selection import Selection
@@ -77,17 +77,24 @@ def failed(session: Session, *, solution: dict[str, Any] | None = None) -> dict[
 
 
 def _complete(document: dict[str, Any], session: Session, solution: dict[str, Any] | None) -> dict[str, Any]:
-    source = source_of_pose(session.selection)
     completed = {
         **document,
         "version": VERSION,
         **_details(session.selection),
         "provenance": provenance(session, solution),
-        "track": [track.as_dict(source) for track in session.tracks],
+        "track": tracks(session),
         "actions": session.log.as_list(session.digest.marks()),
     }
     session.handed_in = True
     return completed
+
+
+def tracks(session: Session) -> list[TrackedScene]:
+    """Return the true tracks of a session's scenes; none of a recording that does not know where the robot was."""
+    source = source_of_pose(session.selection)
+    if source == "recording" and session.selection.localisation == "noisy":
+        return []
+    return [track.as_dict(source) for track in session.tracks]
 
 
 def write_json(path: Path, document: Mapping[str, Any]) -> None:

@@ -124,7 +124,8 @@ def select(catalog: Catalog, request: RunRequest) -> Selection:
     if task_found and scenes:
         errors += _scenes(task_found, scenes)
     errors += _assets(catalog, scenes)
-    errors += _hidden(scenes, request)
+    if robot_found is None or "replay" not in robot_found.data:
+        errors += _hidden(scenes, request)
     if request.method is not None:
         errors += _scoring(catalog, request.method, task_found)
     chosen = None
@@ -168,7 +169,14 @@ def misfits(robot: Mapping[str, Any], scene: Declaration) -> Iterator[BenchbotEr
             f"The robot runs in environments of type {' or '.join(worlds)}, this one is of type {scene.data['type']}.",
             "Choose a robot and an environment that fit; benchbot list robots shows the types.",
         )
-    if scene.data.get("robots") and robot["name"] not in scene.data["robots"]:
+    recorded = robot.get("replay", {scene.name: {"robot": robot["name"]}})
+    if scene.name not in recorded:
+        yield BenchbotError(
+            f"The robot '{robot['name']}' cannot be in '{scene.name}': it was not recorded there.",
+            f"There are recordings of: {', '.join(sorted(recorded))}.",
+            "Choose one of these with --env, or name a recording of this scene, too: --recording FILE",
+        )
+    elif scene.data.get("robots") and recorded[scene.name]["robot"] not in scene.data["robots"]:
         yield BenchbotError(
             f"The environment '{scene.name}' is not made for the robot '{robot['name']}'.",
             f"It names these robots: {', '.join(scene.data['robots'])}.",

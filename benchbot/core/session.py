@@ -145,12 +145,14 @@ class Session:
             return self._observe(host, None)
         self._check_action(action, arguments)
         self._check_limits(*LIMITED)
-        goal = self._trajectory[self.progress.trajectory_index] if action == "move_next" else None
+        goal = None
+        if action == "move_next":
+            goal = next(iter(self._trajectory[self.progress.trajectory_index :]), None)
         self.driven_by_hand += by_hand
         outcome, status = self._moved(action, lambda: host.act(action, arguments, goal))
         if action == "move_next":
             self.progress.trajectory_index += 1
-            if not status.collided and self.progress.trajectory_index >= len(self._trajectory):
+            if not status.collided and self._is_over(status):
                 self.progress.state = State.FINISHED
         return self._observe(host, outcome, action, arguments, by_hand=by_hand)
 
@@ -223,12 +225,17 @@ class Session:
         seed = randomness.scene_seed(self.selection.secret, self.selection.seed, scene_index)
         status = self._guarded(lambda: host.load(scene_index, seed))
         self._trajectory = self.scenes[scene_index].trajectory
-        self.progress.state = State.CLEAN
+        self.progress.state = State.FINISHED if status.at_end else State.CLEAN
         self.progress.scene_number = scene_index
         self.progress.trajectory_index = 0
         self.progress.trajectory_length = len(self._trajectory)
         self._note(status)
         return self._observe(host, None)
+
+    def _is_over(self, status: Status) -> bool:
+        if status.at_end is not None:
+            return status.at_end
+        return self.progress.trajectory_index >= len(self._trajectory)
 
     def _running_host(self) -> Host:
         host = self._host

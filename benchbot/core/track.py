@@ -101,7 +101,7 @@ class Track:
         self.rows.append((number, self._here))
 
     def as_dict(self, source: str) -> TrackedScene:
-        """Return the track as a result has it; `source` says whose pose it is: `simulation` or `robot`."""
+        """Return the track as a result has it; `source` says whose pose it is: `simulation`, `robot` or `recording`."""
         return {
             "scene": self.scene,
             "source": source,

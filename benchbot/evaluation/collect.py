@@ -62,6 +62,7 @@ def collect(
     coverage.absent(required_envs or (), [*wanted, *unfinished])
     _warn_of_settings(kept, coverage)
     _warn_of_restarts(kept, coverage)
+    _warn_of_replays(kept, coverage)
     return kept
 
 
@@ -171,6 +172,14 @@ def _warn_of_restarts(results: Sequence[ResultDocument], coverage: Coverage) -> 
     if told:
         said = f"in {len(told)} of {len(results)} episodes: {listed(told, '; ')}"
         coverage.warnings.append(f"The robot was put back (restarts) {said}")
+
+
+def _warn_of_replays(results: Sequence[ResultDocument], coverage: Coverage) -> None:
+    """Note results of recordings among those that were driven: their solutions decided over nothing that they saw."""
+    replays = [result.about for result in results if result.is_replay]
+    if replays and len(replays) < len(results):
+        said = f"{len(replays)} of {len(results)} are of recordings: {listed(replays, '; ')}"
+        coverage.warnings.append(f"Driven and replayed results are scored together, {said}")
 
 
 def _episode(result: ResultDocument) -> tuple[Any, ...]:

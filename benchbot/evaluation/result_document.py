@@ -74,6 +74,11 @@ class ResultDocument:
         return settings
 
     @property
+    def is_replay(self) -> bool:
+        """True when nothing was driven: the solution was shown a recording."""
+        return "replay" in (self.document.get("provenance") or {})
+
+    @property
     def condition(self) -> dict[str, Any]:
         """The keys that tell it from other results of its environment: its numbers, and its settings if it has any."""
         return {**self.numbers, **({"settings": self.settings} if self.settings else {})}

@@ -9,7 +9,7 @@ import typer
 from benchbot.cli.app import Settings, app
 
 # A reader's own add-ons are not here; what belongs to the shell is not ours.
-_NOT_PARSED = re.compile(r"--addons\s+\S+|--trust-addons|'[|>]'.*")
+_NOT_PARSED = re.compile(r"--(?:addons|recording)\s+\S+|--trust-addons|'[|>]'.*")
 
 
 def parsed(command: str) -> Any:

@@ -114,6 +114,8 @@ class Catalog:
                     self.broken.append(error)
                     continue
                 if name in pool:
+                    if source.folder is not None and source.folder.stands_in:
+                        continue
                     first = pool[name]
                     raise conflict(kind, name, Provided(first, first.distribution, first.folder), source)
                 pool[name] = Declaration(kind, name, path, source.distribution, data, source.folder)

@@ -187,7 +187,7 @@ def _json(document: Mapping[str, Any]) -> bytes:
 def _readme(manifest: Mapping[str, Any]) -> str:
     """Return the README: the solution, its software, the results, and how to make them again."""
     solution, plugins = manifest["solution"], manifest["software"]["plugins"]
-    packages = [f"{name}=={used['version']}" for name, used in plugins.items() if used["version"] != "v2"]
+    packages = [f"{name}=={used['version']}" for name, used in plugins.items() if used["version"][:1].isdigit()]
     words = shlex.join(solution["command"])
     ran = f"as: {markdown(words)}"
     if solution["mode"] == CONTAINER:

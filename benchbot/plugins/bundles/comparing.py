@@ -224,11 +224,11 @@ def software_differences(provenance: Mapping[str, Any], selection: Selection) ->
 
 
 def missing_software(provenance: Mapping[str, Any]) -> list[SoftwareDifference]:
-    """Return the distributions that a result ran on and that are not installed here."""
+    """Return the distributions that a result ran on and that are not installed here; folders have no release."""
     return [
         SoftwareDifference(name, used, None)
         for name, used in sorted(provenance["plugins"].items())
-        if used["version"] != "v2" and not _is_installed(name)
+        if used["version"][:1].isdigit() and not _is_installed(name)
     ]
 
 

@@ -10,7 +10,6 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.digest import MARK_DIGITS
 from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.core.host import Host
-from benchbot.core.provenance import source_of_pose
 from benchbot.core.request import Limits
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
@@ -144,7 +143,7 @@ def _described(place: int, taken: list[Any]) -> str:
 def _problems(document: Mapping[str, Any], session: Session) -> list[str]:
     """Return a problem for each statement of the result that contradicts the replay."""
     stated, progress = document["provenance"], session.progress
-    details, source = results.empty_result(session.selection), source_of_pose(session.selection)
+    details = results.empty_result(session.selection)
     named = {"task_details": "The task", "environment_details": "The environment"}
     problems = [
         f"{name} is not the one that is declared here." for key, name in named.items() if document[key] != details[key]
@@ -153,7 +152,7 @@ def _problems(document: Mapping[str, Any], session: Session) -> list[str]:
     claims_collision = (stated["failure"] or {}).get("class") == FailureClass.COLLISION
     compared: dict[str, tuple[Any, Any]] = {
         "its digest of the observations": (stated["observation_digest"], session.digest.hexdigest()),
-        "where the robot went (track)": (document.get("track"), [track.as_dict(source) for track in session.tracks]),
+        "where the robot went (track)": (document.get("track"), results.tracks(session)),
         "its simulated time": (stated["simulated_time_s"], round(progress.simulated_time_s, _TIME_DIGITS)),
     }
     problems += [f"The result is wrong about {name}." for name, (told, found) in compared.items() if told != found]

@@ -1,11 +1,12 @@
 """`benchbot compare`: sets of results, pair by pair."""
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import GroundTruths, Json, Method, Missing, Over
+from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,6 +35,14 @@ def compare(
     method: Method = None,
     ground_truth: GroundTruths = None,
     missing: Missing = "zero",
+    paired_by: Annotated[
+        Literal["scene"] | None,
+        typer.Option(
+            metavar="scene",
+            help="Print two sets side by side, scene by scene, whatever robot and seed: simulated and real. Of several "
+            "solutions, each in a folder of its name, also how alike both sets order them.",
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Say whether one set of results scores higher than another, and how sure that is.
@@ -48,6 +57,10 @@ def compare(
     from benchbot.plugins.report import comparison, result_sets
 
     catalog = Catalog(load())
+    if paired_by is not None:
+        scoring = {"catalog": catalog, "method": method, "ground_truth_paths": ground_truth, "missing": missing}
+        show_scenes(_by_scene(sets, score, scoring), as_json=as_json)
+        return
     named = result_sets.read(sets, catalog=catalog, method=method, ground_truth_paths=ground_truth, missing=missing)
     evaluator = result_sets.evaluator_of(named, catalog)
     document = comparison.compare(
@@ -75,6 +88,90 @@ def show(document: dict[str, Any], *, as_json: bool = False) -> None:
         [_comparison(item) for item in document["comparisons"]],
     )
     console.data("", *(item["sentence"] for item in document["comparisons"]))
+
+
+def _by_scene(texts: list[str], score: str | None, scoring: dict[str, Any]) -> dict[str, Any]:
+    """Return the table of two sets by scenes, with what their recordings show."""
+    from benchbot.plugins.report import channel_differences, comparison, result_sets, scene_pairs
+
+    if len(texts) != 2:
+        raise BenchbotError(
+            "--paired-by scene puts two sets side by side.",
+            f"{len(texts)} were given.",
+            "Name two: benchbot compare simulated=A real=B --paired-by scene",
+        )
+    (name_a, path_a), (name_b, path_b) = map(result_sets.named, texts)
+    solutions = scene_pairs.solutions_of(path_a, path_b)
+    if name_a == name_b:
+        raise BenchbotError(
+            f"2 sets are called '{name_a}'.",
+            f"They are: {path_a}, {path_b}.",
+            "Give them names: benchbot compare simulated=A real=B --paired-by scene",
+        )
+    pairs = {}
+    for solution in solutions or [""]:
+        a, b = result_sets.read([f"{name_a}={path_a / solution}", f"{name_b}={path_b / solution}"], **scoring)
+        pairs[solution] = (a, b)
+    first, *others = [one for both in pairs.values() for one in both]
+    for other in others:
+        result_sets.require_alike(first, other)
+    chosen = score or str(first.document["method"]["headline"])
+    for one in (first, *others):
+        comparison.require_score(one, chosen)
+    catalog = scoring["catalog"]
+    evaluator = result_sets.evaluator_of([first, *others], catalog)
+    document = scene_pairs.scene_pairs((name_a, name_b), pairs, evaluator, chosen)
+    notes = [note for both in pairs.values() for note in (*comparison.notes_on(both), *_restarts(both))]
+    found = [
+        {"solution": row["solution"], **differences}
+        for row in document["rows"]
+        if (differences := channel_differences.of_scene(catalog.plugins, *pairs[row["solution"]], row["scene"]))
+    ]
+    return {**document, "channels": found, "notes": list(dict.fromkeys(notes))}
+
+
+def show_scenes(document: dict[str, Any], *, as_json: bool = False) -> None:
+    """Print the table of two sets by scenes; on stderr, what differs beside and what does not take part."""
+    for line in document["notes"]:
+        console.note(line)
+    for name, scenes in document["only"].items():
+        if scenes:
+            console.note(f"Only in {name}, left out: {'; '.join(scenes)}")
+    if as_json:
+        console.data_json(document)
+        return
+    several = any(row["solution"] for row in document["rows"])
+    console.table(
+        (*(["solution"] if several else []), "scene", document["a"], document["b"], "difference", "results"),
+        [
+            (
+                *([row["solution"]] if several else []),
+                row["scene"],
+                f"{row['a']:.4f}",
+                f"{row['b']:.4f}",
+                f"{row['difference']:+.4f}",
+                " and ".join(map(str, row["results"])),
+            )
+            for row in document["rows"]
+        ],
+    )
+    differs = document["mean_absolute_difference"]
+    console.data("", f"Mean absolute difference of {document['score']}: {differs:.4f}", *_rank_lines(document["ranks"]))
+    for item in document["channels"]:
+        steps = " and ".join(map(str, item["steps"]))
+        console.data("", f"{' '.join(filter(None, [item['solution'], item['scene']]))}, {steps} steps recorded:")
+        told = [(one["channel"], f"{one['mean_absolute']:.4g}", one["unit"]) for one in item["channels"]]
+        console.table(("observation", "mean absolute difference", "unit"), told)
+
+
+def _rank_lines(ranks: dict[str, Any] | None) -> list[str]:
+    if ranks is None:
+        return []
+    order = f"Order of {ranks['solutions']} solutions over {len(ranks['scenes'])} scenes"
+    if ranks["kendall_tau"] is None:
+        return [f"{order}: none, one of the sets has the same score for all of them."]
+    tau, p, rho = (ranks[name] for name in ("kendall_tau", "kendall_p", "spearman_rho"))
+    return [f"{order}: Kendall's tau {tau:.3f} (p = {p:.3g}), Spearman's rho {rho:.3f}"]
 
 
 def _restarts(sets: "Sequence[ResultSet]") -> list[str]:

@@ -50,7 +50,7 @@ def compare(
     score = score or str(sets[0].document["method"]["headline"])
     design = Design(evaluator, score, over, ignore_seeds, ignore_settings)
     for results in sets:
-        _require_score(results, design.score)
+        require_score(results, design.score)
     found = [_comparison(a, b, design) for a, b in combinations(sets, 2)]
     adjusted = significance.holm([comparison["p"] for comparison in found])
     comparisons = [_judged(item, p, len(found), design) for item, p in zip(found, adjusted, strict=True)]
@@ -65,7 +65,7 @@ def compare(
         "power": POWER,
         "sets": [_summary(results, design) for results in sets],
         "comparisons": comparisons,
-        "notes": _notes(sets),
+        "notes": notes_on(sets),
     }
 
 
@@ -188,12 +188,15 @@ def _summary(results: ResultSet, design: Design) -> Document:
     }
 
 
-def _notes(sets: Sequence[ResultSet]) -> list[str]:
+def notes_on(sets: Sequence[ResultSet]) -> list[str]:
     """Return the other differences between the sets, which may be the reason."""
     notes = []
     robots = {results.name: ", ".join(results.robots) for results in sets if results.robots}
     if len(set(robots.values())) > 1:
         notes.append(f"The robots differ: {'; '.join(f'{name} on {robot}' for name, robot in robots.items())}.")
+    replays = {results.name: f"{results.replays} of {len(results.document['rows'])}" for results in sets}
+    if any(results.replays for results in sets):
+        notes.append(f"Replays of recordings, nothing was driven: {'; '.join(map(' '.join, replays.items()))}.")
     changed = {results.name: sorted({settings(row) for row in results.rows}) for results in sets}
     if len(set(map(tuple, changed.values()))) > 1:
         said = [f"{name} with {' and '.join(each or 'none' for each in all_)}" for name, all_ in changed.items()]
@@ -201,7 +204,8 @@ def _notes(sets: Sequence[ResultSet]) -> list[str]:
     return notes
 
 
-def _require_score(results: ResultSet, score: str) -> None:
+def require_score(results: ResultSet, score: str) -> None:
+    """Raise BenchbotError when a set has no score of this name."""
     known = list(results.document["scores"])
     if score not in known:
         raise BenchbotError(

@@ -45,6 +45,11 @@ class ResultSet:
         selections = [(row["provenance"] or {}).get("selection") or {} for row in self.document["rows"]]
         return sorted({str(selection["robot"]) for selection in selections if "robot" in selection})
 
+    @property
+    def replays(self) -> int:
+        """The number of results of recordings, where nothing was driven."""
+        return sum("replay" in (row["provenance"] or {}) for row in self.document["rows"])
+
 
 def read(texts: Sequence[str], **options: Unpack[Options]) -> list[ResultSet]:
     """Return the sets that `texts` name: `PATH` or `NAME=PATH`, of result files, folders, archives or scores documents.
@@ -52,23 +57,23 @@ def read(texts: Sequence[str], **options: Unpack[Options]) -> list[ResultSet]:
     Results are scored as `evaluate_files` does with `options`. Raises BenchbotError for fewer than two sets, for equal
     names and for sets that were not scored alike.
     """
-    named = [_named(text) for text in texts]
-    if len(named) < 2:
+    sets_named = [named(text) for text in texts]
+    if len(sets_named) < 2:
         raise BenchbotError(
             "There is nothing to compare with.",
             "One set of results was given.",
             "Name two or more: benchbot compare A B",
         )
-    for name, count in Counter(name for name, _ in named).items():
+    for name, count in Counter(name for name, _ in sets_named).items():
         if count > 1:
             raise BenchbotError(
                 f"{count} sets are called '{name}'.",
-                f"They are: {', '.join(str(path) for other, path in named if other == name)}.",
+                f"They are: {', '.join(str(path) for other, path in sets_named if other == name)}.",
                 "Give them names: benchbot compare before=PATH after=PATH",
             )
-    sets = [ResultSet(name, _scored(path, options)) for name, path in named]
+    sets = [ResultSet(name, _scored(path, options)) for name, path in sets_named]
     for other in sets[1:]:
-        _require_alike(sets[0], other)
+        require_alike(sets[0], other)
     return sets
 
 
@@ -90,7 +95,8 @@ def evaluator_of(sets: Sequence[ResultSet], catalog: Catalog) -> Evaluator:
     return evaluator
 
 
-def _named(text: str) -> tuple[str, Path]:
+def named(text: str) -> tuple[str, Path]:
+    """Return the name and the path of a set, from `PATH` or `NAME=PATH`."""
     name, separator, path = text.partition("=")
     if separator and name and "/" not in name and not Path(text).exists():
         return name, Path(path)
@@ -115,7 +121,8 @@ def _holds_scores(path: Path) -> bool:
     return isinstance(document, dict) and "scores" in document and "results" not in document
 
 
-def _require_alike(a: ResultSet, b: ResultSet) -> None:
+def require_alike(a: ResultSet, b: ResultSet) -> None:
+    """Raise BenchbotError when two sets are not of one task, or were not scored alike."""
     alike_a, alike_b = _must_agree(a), _must_agree(b)
     for what, value in alike_a.items():
         if value != alike_b[what]:

@@ -18,6 +18,9 @@ from benchbot.plugins.v2.addons import Addon
 class AddonFolder(Addon):
     """A folder of add-ons as the catalog sees it (`benchbot.core.records.DeclarationFolder`)."""
 
+    version = "v2"
+    stands_in = False
+
     def evaluators(self) -> Iterator[Evaluator | BenchbotError]:
         """Yield its evaluation methods, and what is wrong with those that cannot be read."""
         return methods.evaluators(self)

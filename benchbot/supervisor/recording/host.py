@@ -21,6 +21,7 @@ from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.progress import Progress, Step
 from benchbot.core.session import Session
 from benchbot.process import how_it_ended, last_words, start_module
+from benchbot.supervisor import description
 from benchbot.supervisor.platform.messages import Failed
 from benchbot.supervisor.recording.messages import (
     DROPPED,
@@ -29,6 +30,7 @@ from benchbot.supervisor.recording.messages import (
     HURRY_AT,
     RESET,
     RESULT,
+    RUN,
     STEP,
     TOOK,
     Entry,
@@ -84,6 +86,7 @@ class Recordings:
         with self._list.open("a", encoding="utf-8") as file:
             file.writelines(f"{json.dumps(str(folder))}\n" for folder in folders.values())
         host = RecorderHost(folders, self._ended)
+        host.run(self._run_document())
         host.reset()
         with self._lock:
             self._hosts.append(host)
@@ -112,6 +115,11 @@ class Recordings:
             for host in list(self._hosts)
             for name, folder in host.folders.items()
         ]
+
+    def _run_document(self) -> dict[str, Any]:
+        selection = self._session.selection
+        seed = {} if selection.secret else {"seed": selection.seed}
+        return {**description.selection_document(selection), **seed}
 
     def _ended(self, why: str) -> None:
         log.warning("%s", why)
@@ -178,8 +186,15 @@ class RecorderHost:
             elif not (self._send_reset() and self._queue(RecordedStep(action, arguments, step, progress))):
                 self._count_dropped(self.dropped + 1)
 
+    def run(self, document: Mapping[str, Any]) -> None:
+        """Put what is run into the queue, for recorders that keep it."""
+        self._send_document(RUN, document)
+
     def result(self, document: Mapping[str, Any]) -> None:
         """Put a result into the queue, for recorders that show results; without room it is left out."""
+        self._send_document(RESULT, document)
+
+    def _send_document(self, kind: int, document: Mapping[str, Any]) -> None:
         data = json.dumps(document).encode()
         with self._lock:
             if self._finished:
@@ -188,7 +203,7 @@ class RecorderHost:
             if place is not None:
                 start = HEADER_BYTES + place
                 self._memory[start : start + len(data)] = data
-                if not self._send(Entry(RESULT, start, len(data), self.dropped)):
+                if not self._send(Entry(kind, start, len(data), self.dropped)):
                     self._ring.untake()
 
     def close(self) -> None:

@@ -4,7 +4,7 @@ The memory that they share begins with 64 bytes: whether to hurry (1), and from 
 since the last reset (8, little-endian). The queue lies behind. Through a pipe go its entries, `(kind, offset, size,
 dropped)`, 25 bytes each; the end of the pipe is that of the recordings. A step is its arrays, then a MessagePack
 message with their places, counted from the start of the step, then the length of the message (8, little-endian).
-A result in the queue is JSON.
+A result and the run in the queue are JSON.
 
 From the process come lines of JSON: `{"started": true}` or `{"refused": …}`, `{"took": 1}` for each step that it has
 copied, `{"failed": "why"}` for a recording that has ended, `{"closed": true}`.
@@ -27,7 +27,8 @@ from benchbot.core.progress import Progress, Step
 from benchbot.wire import encoding
 from benchbot.wire.arena import Layout, aligned
 
-STEP, RESET, RESULT = range(3)
+STEP, RESET, RESULT, RUN = range(4)
+DOCUMENTS = {RESULT: "result", RUN: "run"}
 HEADER_BYTES = 64
 HURRY_AT = 0
 DROPPED = struct.Struct("<8xQ")

@@ -18,7 +18,7 @@ from benchbot.core import plugin_manager
 from benchbot.core.errors import BenchbotError
 from benchbot.core.recording import Noted
 from benchbot.supervisor.platform.messages import Failed
-from benchbot.supervisor.recording.messages import DROPPED, ENTRY, HURRY_AT, RESET, RESULT, STEP, TOOK, Entry, unpack
+from benchbot.supervisor.recording.messages import DOCUMENTS, DROPPED, ENTRY, HURRY_AT, RESET, STEP, TOOK, Entry, unpack
 
 NICENESS = 10
 
@@ -52,10 +52,10 @@ class Writer:
                 self._tell(recording.reset() for recording in self._recordings)
             elif self._memory[HURRY_AT]:
                 skipped += entry.kind == STEP
-            elif entry.kind == RESULT:
+            elif entry.kind in DOCUMENTS:
                 document = json.loads(self._memory[entry.offset : entry.offset + entry.size])
                 self._send(TOOK)
-                self._tell(recording.result(document) for recording in self._recordings)
+                self._tell(recording.told(DOCUMENTS[entry.kind], document) for recording in self._recordings)
             else:
                 step = unpack(self._memory, entry.offset, entry.size)
                 # From here on its place is free: what takes long is the writing.

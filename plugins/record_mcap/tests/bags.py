@@ -19,7 +19,9 @@ from benchbot.core.recording import Recording
 from benchbot.core.request import RunRequest
 from benchbot.core.selection import select
 from benchbot.core.session import Session
+from benchbot.supervisor.description import selection_document
 from benchbot_record_mcap.bag import TYPES
+from benchbot_record_mcap.recording import McapRecording
 
 Bag = dict[str, list[tuple[int, Any]]]
 
@@ -63,6 +65,9 @@ def sample_session(*recordings: Recording, task: str = "sample:passive", environ
         platform = plugin_manager.load().record("simulators", "sim_sample").create(spec)
         return InProcessHost(platform, session.scenes, MotionConfig.from_robot(spec.robot, spec.localisation))
 
+    for recording in recordings:
+        if isinstance(recording, McapRecording):
+            recording.run({**selection_document(selection), "seed": selection.seed})
     session = Session(selection, start, recordings)
     return session
 

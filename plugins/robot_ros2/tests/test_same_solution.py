@@ -106,10 +106,17 @@ class Platforms:
         """Submit an example to the one and to the other."""
         return self._submit(task, self.simulated, example, words), self._submit(task, self.real, example, words)
 
+    def replay(self, run: Run, example: str, *words: str) -> Run:
+        """Submit an example to the recording of a run."""
+        return self._run(run.folder.with_name(f"{run.folder.name}_again"), example, words, "replay", run.folder / "bag")
+
     def _submit(self, task: str, robot: str, example: str, words: tuple[str, ...]) -> Run:
-        folder = self.folder / f"{example}_{robot}"
+        selection = ("--task", task, "--robot", robot, "--env", self.environment)
+        return self._run(self.folder / f"{example}_{robot}", example, words, "submit", *selection)
+
+    def _run(self, folder: Path, example: str, words: tuple[str, ...], *command_words: str | Path) -> Run:
         folder.mkdir()
-        command = ["submit", "--task", task, "--robot", robot, "--env", self.environment, "--example", example]
+        command = [*map(str, command_words), "--example", example]
         command += ["--results-location", str(folder / "result.json"), "--record", f"mcap={folder / 'bag'}", *words]
         digest = sha256(EXAMPLES[example].read_bytes()).hexdigest()
         done = subprocess.run([*COMMAND, *command], capture_output=True, text=True, check=False)
@@ -229,6 +236,15 @@ def test_a_mapper_finds_the_same_things_in_the_same_places(mapped: tuple[Run, Ru
 
 
 @pytest.mark.xdist_group("bridge")
+def test_what_both_have_seen_is_replayed_to_the_same_maps(in_the_nook: Platforms, mapped: tuple[Run, Run]) -> None:
+    for run in mapped:
+        replayed = in_the_nook.replay(run, "segmentation_mapper")
+        assert same_solution(run, replayed)
+        assert replayed.objects == run.objects
+        assert replayed.result["actions"] == run.result["actions"]
+
+
+@pytest.mark.xdist_group("bridge")
 def test_recordings_of_both_have_the_same_topics(mapped: tuple[Run, Run]) -> None:
     simulated, real = (contents(run) for run in mapped)
 
@@ -250,6 +266,7 @@ def test_the_ray_traced_room_is_mapped_and_scored_alike(
     with bridge_on_a_domain("--robot", "carter_lowres", "--env", "look_around:1"):
         platforms = Platforms("carter_lowres", "carter_ros2", "look_around:1", rooms)
         simulated, real = platforms.both(MAPPING, "segmentation_mapper", "--evaluate-with", "omq")
+    replayed = [platforms.replay(run, "segmentation_mapper", "--evaluate-with", "omq") for run in (simulated, real)]
 
     assert same_solution(simulated, real)
     goals = [Pose.from_wxyz_xyz(pose) for pose in LOOK_AROUND["trajectory_poses"]]
@@ -259,6 +276,9 @@ def test_the_ray_traced_room_is_mapped_and_scored_alike(
             assert away_m <= 1.5 * POSITION_TOLERANCE_M
             assert turned_deg <= 1.5 * ANGLE_TOLERANCE_DEG
     assert len(simulated.objects) == len(real.objects) > 5
-    ours, theirs = (json.loads((run.folder / "scores.json").read_text())["scores"] for run in (simulated, real))
+    ours, theirs, *again = (
+        json.loads((run.folder / "scores.json").read_text())["scores"] for run in (simulated, real, *replayed)
+    )
     assert ours["OMQ"] > 0.3
     assert theirs["OMQ"] == pytest.approx(ours["OMQ"], abs=0.03)
+    assert again == [ours, theirs]

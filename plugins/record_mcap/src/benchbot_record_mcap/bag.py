@@ -6,7 +6,7 @@ Format: https://mcap.dev/spec and https://mcap.dev/spec/registry#ros2-profile.
 """
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -20,16 +20,18 @@ from rosbags.typesys import Stores, get_typestore
 from benchbot_record_mcap import metadata
 
 TYPES = get_typestore(Stores.ROS2_JAZZY)
+NOTES = "benchbot"
+"""The name of the metadata record that notes are in, at the start of the file."""
 
 
 class Bag:
-    """Writes `<folder>/<folder's name>_0.mcap`, replacing it.
+    """Writes `<folder>/<folder's name>_0.mcap`, replacing it; `notes` are those of BenchBot, at its start.
 
     After each `write` the file is a complete MCAP that only lacks an index, whatever happens to this process.
     Every method raises OSError when the file system refuses to write; the file then is what it was before.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, notes: Mapping[str, str] | None = None) -> None:
         self._folder = folder
         self._topics: dict[str, metadata.Topic] = {}
         self._channels: dict[str, int] = {}
@@ -42,6 +44,8 @@ class Bag:
         self._whole_bytes = 0
         try:
             self._writer.start(profile="ros2", library="benchbot-record-mcap")
+            if notes:
+                self._writer.add_metadata(NOTES, dict(notes))
             self._end_here()
         except OSError:
             self._close_file()

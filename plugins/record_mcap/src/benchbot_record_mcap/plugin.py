@@ -12,4 +12,5 @@ PLUGIN_API = 1
 def benchbot_recorders() -> Iterator[Recorder]:
     """Yield `mcap`."""
     create = target("benchbot_record_mcap.recording:McapRecording")
-    yield Recorder("mcap", create, "Everything, as ROS 2 messages in MCAP: for Foxglove and ros2 bag.")
+    read = target("benchbot_record_mcap.reading:read")
+    yield Recorder("mcap", create, "Everything, as ROS 2 messages in MCAP: for Foxglove and ros2 bag.", read)

@@ -1,8 +1,10 @@
 """The recorder `mcap`: everything that a session observed and did, as a rosbag2 directory."""
 
+import json
 import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from benchbot.plugin import BenchbotError, ExitCode, FailureClass, Progress, Step
 from benchbot_record_mcap import topics
@@ -15,10 +17,10 @@ EPISODE_START_NS = 1_000_000_000
 class McapRecording:
     """Writes one MCAP file and, at the end, the `metadata.yaml` that makes the folder a rosbag2 directory.
 
-    Stamps are `EPISODE_START_NS` plus the episode's time by the robot's clock, which goes on from scene to scene. An
-    observation taken at the same instant as the one before is stamped a nanosecond later, so that tf2 never has two
-    transforms for one stamp. Raises BenchbotError when the folder holds a recording already, and when something cannot
-    be written.
+    Stamps are `EPISODE_START_NS` plus the episode's time by the robot's clock, which goes on from scene to scene. Where
+    the task hides the true pose it hides the time, from which the way could be worked out: an observation is a second.
+    One taken at the same instant as the one before is stamped a nanosecond later, so that tf2 never has two transforms
+    for one stamp. Raises BenchbotError when the folder holds a recording already, and when something cannot be written.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -27,9 +29,15 @@ class McapRecording:
         self._failure: BenchbotError | None = None
         self._closed = False
         self._time_ns = 0
+        self._run: Mapping[str, Any] | None = None
         self._bag: Bag
         self._writing(self._prepare_folder)
         self._writing(self._begin)
+
+    def run(self, document: Mapping[str, Any]) -> None:
+        """Keep what is run in the file's metadata, and start the file over."""
+        self._run = document
+        self.reset()
 
     def reset(self) -> None:
         """Start the file over."""
@@ -45,9 +53,9 @@ class McapRecording:
             self._require_open()
             if self._failure is not None:
                 raise self._failure
-            now_ns = EPISODE_START_NS + round(progress.simulated_time_s * 1e9)
-            time_ns = max(now_ns, self._time_ns + 1)
-            messages = list(topics.of_step(action, arguments, step, progress, time_ns))
+            now_s = progress.simulated_time_s if self._tells_pose else progress.frames
+            time_ns = max(EPISODE_START_NS + round(now_s * 1e9), self._time_ns + 1)
+            messages = list(topics.of_step(action, arguments, step, progress, time_ns, tells_pose=self._tells_pose))
             self._writing(lambda: self._bag.write(time_ns, messages))
             self._time_ns = time_ns
 
@@ -59,6 +67,11 @@ class McapRecording:
             self._closed = True
             if self._failure is None:
                 self._writing(self._bag.finish)
+
+    @property
+    def _tells_pose(self) -> bool:
+        """Whether solutions of the run are told the true pose."""
+        return self._run is not None and self._run["task"].get("localisation") != "noisy"
 
     def _prepare_folder(self) -> None:
         self._folder.mkdir(parents=True, exist_ok=True)
@@ -72,7 +85,7 @@ class McapRecording:
 
     def _begin(self) -> None:
         self._time_ns = 0
-        self._bag = Bag(self._folder)
+        self._bag = Bag(self._folder, None if self._run is None else {"run": json.dumps(self._run, sort_keys=True)})
 
     def _require_open(self) -> None:
         if self._closed:

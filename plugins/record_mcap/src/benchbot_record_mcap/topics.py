@@ -7,10 +7,11 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from benchbot.plugin import BenchbotError, ExitCode, FailureClass, Progress, Step
-from benchbot_record_mcap import messages
+from benchbot_record_mcap import exact, messages
 
 COLOUR, DEPTH, SEGMENTATION = "/camera/color", "/camera/depth", "/camera/segmentation"
 ACTION, GOAL, PROGRESS = "/benchbot/action", "/benchbot/goal", "/benchbot/progress"
+EXACT = "/benchbot/exact"
 
 # `poses` calls the optical frame so on every robot; the channels `laser` and `imu` do not name theirs.
 CAMERA_FRAME, LASER_FRAME, IMU_FRAME = "camera", "lidar", "imu_link"
@@ -19,9 +20,17 @@ TopicMessage = tuple[str, Any]
 
 
 def of_step(
-    action: str | None, arguments: Mapping[str, float], step: Step, progress: Progress, time_ns: int
+    action: str | None,
+    arguments: Mapping[str, float],
+    step: Step,
+    progress: Progress,
+    time_ns: int,
+    *,
+    tells_pose: bool,
 ) -> Iterator[TopicMessage]:
     """Yield (topic, message) of everything to record of one step: the action, what was observed, the progress.
+
+    The progress has the true pose only with `tells_pose`: where the task tells it to solutions, too.
 
     Raises BenchbotError for an observation that its message cannot hold.
     """
@@ -43,7 +52,8 @@ def of_step(
                 exit_code=ExitCode.INTERNAL,
                 failure=FailureClass.INFRASTRUCTURE,
             ) from error
-    yield PROGRESS, messages.text(_progress(progress))
+    yield EXACT, exact.encode(step.observations)
+    yield PROGRESS, messages.text(_progress(progress, tells_pose=tells_pose))
 
 
 def _of_channel(channel: str, observations: Mapping[str, Any], time_ns: int) -> Iterator[TopicMessage]:
@@ -76,11 +86,16 @@ def _of_channel(channel: str, observations: Mapping[str, Any], time_ns: int) -> 
             raise ValueError("no ROS 2 message is chosen for it")
 
 
-def _progress(progress: Progress) -> dict[str, Any]:
-    """Return the progress without wall time, which differs from run to run, and without the true pose.
+def _progress(progress: Progress, *, tells_pose: bool) -> dict[str, Any]:
+    """Return the progress without wall time, which differs from run to run.
 
-    A solution might read the recording while it runs, and some tasks hide the true pose from it.
+    A solution might read the recording while it runs: where the task hides the true pose, it has neither that nor time.
     """
+    true = {
+        progress.time_key: progress.simulated_time_s,
+        "pose_xyyaw": progress.pose_xyyaw,
+        "path_length_m": progress.path_length_m,
+    }
     return {
         "state": progress.state,
         "scene_number": progress.scene_number,
@@ -88,8 +103,8 @@ def _progress(progress: Progress) -> dict[str, Any]:
         "trajectory_index": progress.trajectory_index,
         "trajectory_length": progress.trajectory_length,
         "last_action": progress.last_action,
-        progress.time_key: progress.simulated_time_s,
         "frames": progress.frames,
         "failure": progress.failure,
         "failure_why": progress.failure_why,
+        **(true if tells_pose else {}),
     }

@@ -1,0 +1,1 @@
+"""Recorded runs as robots of passive tasks."""
