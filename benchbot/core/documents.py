@@ -26,6 +26,7 @@ class RobotDeclaration(TypedDict):
     camera: NotRequired[Settings]
     laser: NotRequired[Settings]
     lidar: NotRequired[Settings]
+    imu: NotRequired[Settings]
     noise: NotRequired[Settings]
     frames: NotRequired[Mapping[str, Settings]]
     driver: NotRequired[Settings]

@@ -153,3 +153,24 @@ def test_a_picture_that_is_a_view_is_encoded_as_what_it_shows() -> None:
 def test_what_no_message_can_hold_is_refused_in_words(channel: str, value: Any, complaint: str) -> None:
     with pytest.raises(ValueError, match=complaint):
         encode(channel, value, stamp_ns=0, frame_id="eye")
+
+
+VECTORS = arrays.arrays(np.float64, 3, elements=st.floats(-100, 100))
+
+
+@given(VECTORS, VECTORS, st.booleans())
+def test_an_inertial_measurement_comes_through_with_what_is_not_measured(
+    turn_radps: npt.NDArray[np.float64], force_mps2: npt.NDArray[np.float64], knows_turn: bool
+) -> None:
+    sent = {
+        "orientation_xyzw": np.full(4, np.nan),
+        "angular_velocity_radps": turn_radps if knows_turn else np.full(3, np.nan),
+        "linear_acceleration_mps2": force_mps2,
+    }
+    seen = over_the_wire("imu", sent)
+    assert seen.keys() == sent.keys()
+    for key, values in sent.items():
+        np.testing.assert_array_equal(seen[key], values)
+    (message,) = encode("imu", sent, stamp_ns=0, frame_id="base_link").values()
+    assert message.orientation_covariance[0] == -1
+    assert message.angular_velocity_covariance[0] == (0 if knows_turn else -1)

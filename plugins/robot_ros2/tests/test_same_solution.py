@@ -157,6 +157,8 @@ def environment(path: Path, name: str, way: Document) -> Document:
 def twin() -> Document:
     """Return carter_ros2 with the body of the sample robot."""
     data: Document = yaml.safe_load((files("benchbot_robot_ros2") / "robots" / "carter_ros2.yaml").read_text())
+    # The sample robot has no inertial measurement unit.
+    del data["connections"]["imu"]
     return {
         **data,
         "name": "sample_twin",

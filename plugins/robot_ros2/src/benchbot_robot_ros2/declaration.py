@@ -173,6 +173,7 @@ class Ros2Robot:
     camera_frame: str | None
     laser_frame: str | None
     lidar_frame: str | None
+    imu_frame: str | None
     footprint_radius_m: float
     footprint_z_m: tuple[float, float]
     observations: dict[str, Connection]
@@ -199,6 +200,7 @@ class Ros2Robot:
             camera_frame=robot.get("camera", {}).get("frame"),
             laser_frame=robot.get("laser", {}).get("frame"),
             lidar_frame=robot.get("lidar", {}).get("frame"),
+            imu_frame=robot.get("imu", {}).get("frame"),
             footprint_radius_m=footprint.radius_m,
             footprint_z_m=(footprint.z_min_m, footprint.z_max_m),
             observations={

@@ -1,15 +1,15 @@
 """Observations as ROS 2 messages: the inverse of the callbacks, for what presents itself as a robot."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 import numpy as np
 import numpy.typing as npt
-from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan, PointCloud2, PointField
 from std_msgs.msg import String
 
-from benchbot.plugin import LIDAR_OFFSETS, CameraModel, LidarScan, Segmentation, cloud
+from benchbot.plugin import LIDAR_OFFSETS, CameraModel, InertialMeasurement, LidarScan, Segmentation, cloud
 from benchbot.plugin import LaserScan as Scan
 from benchbot_robot_ros2.messages import set_stamp
 
@@ -21,7 +21,8 @@ def encode(channel: str, value: Any, *, stamp_ns: int, frame_id: str) -> dict[st
     """Return the messages of an observation by part, the empty string for a single one.
 
     Pictures are rgb8, mono8, mono16 and 32FC1. A laser's angles must be evenly spaced; its numbers become float32. A
-    lidar is an organised cloud, a row a ring, with the fields of `benchbot.core.lidar.POINT`.
+    lidar is an organised cloud, a row a ring, with the fields of `benchbot.core.lidar.POINT`. What an inertial
+    measurement unit does not measure (NaN) has -1 in its covariance (REP-145); other covariances are left unknown.
     Raises ValueError for a channel that has no messages, such as `poses`, and for a value that they cannot hold.
     """
     if channel not in _ENCODERS:
@@ -98,6 +99,20 @@ def _cloud(lidar: LidarScan) -> Any:
     return message
 
 
+def _imu(imu: InertialMeasurement) -> Any:
+    message = Imu()
+    for part, key in _IMU_PARTS.items():
+        values = imu[key]
+        if np.isnan(values).any():
+            covariance = np.zeros(9)
+            covariance[0] = -1.0
+            setattr(message, f"{part}_covariance", covariance)
+        else:
+            for axis, value in zip("xyzw", values, strict=False):
+                setattr(getattr(message, part), axis, float(value))
+    return message
+
+
 def _segments(segments: Segmentation) -> dict[str, Any]:
     return {
         "class_segment_img": _image(segments["class_segment_img"], "mono8", "<u1", 1),
@@ -106,6 +121,11 @@ def _segments(segments: Segmentation) -> dict[str, Any]:
     }
 
 
+_IMU_PARTS: dict[str, Literal["orientation_xyzw", "angular_velocity_radps", "linear_acceleration_mps2"]] = {
+    "orientation": "orientation_xyzw",
+    "angular_velocity": "angular_velocity_radps",
+    "linear_acceleration": "linear_acceleration_mps2",
+}
 _ENCODERS: dict[str, Callable[[Any], dict[str, Any]]] = {
     "image_rgb": lambda pixels: {"": _image(pixels, "rgb8", "u1", 3)},
     "image_rgb_info": lambda model: {"": _camera_info(model)},
@@ -115,4 +135,5 @@ _ENCODERS: dict[str, Callable[[Any], dict[str, Any]]] = {
     "image_segment_info": lambda model: {"": _camera_info(model)},
     "laser": lambda scan: {"": _scan(scan)},
     "lidar": lambda lidar: {"": _cloud(lidar)},
+    "imu": lambda imu: {"": _imu(imu)},
 }

@@ -28,7 +28,7 @@ _LAYOUTS = {
 _RED_GREEN_BLUE = {"rgb8": (0, 1, 2), "rgba8": (0, 1, 2), "bgr8": (2, 1, 0), "bgra8": (2, 1, 0), "mono8": (0, 0, 0)}
 _PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 # compressed_depth_image_transport/compression_common.hpp, ConfigHeader: a format, and two quantisation parameters.
-_DEPTH_HEADER = struct.Struct("<iff")
+DEPTH_HEADER = struct.Struct("<iff")
 
 
 def rgb(message: Any) -> npt.NDArray[np.uint8]:
@@ -121,13 +121,13 @@ def _compressed_depth_m(message: Any) -> npt.NDArray[np.float32]:
         )
     data = bytes(message.data)
     bare = data.startswith(_PNG_SIGNATURE)
-    numbers = _png(data, 0 if bare else _DEPTH_HEADER.size)
+    numbers = _png(data, 0 if bare else DEPTH_HEADER.size)
     if encoding == "16UC1":
         return _millimetres(numbers)
     if bare:
         raise ValueError("it lacks the header of compressedDepth, which says how its numbers become metres")
     # Inverse depth, quantised (codec.cpp of compressed_depth_image_transport): number = a / depth + b, 0 is invalid.
-    _, a, b = _DEPTH_HEADER.unpack_from(data)
+    _, a, b = DEPTH_HEADER.unpack_from(data)
     if not (0 < a < np.inf and -np.inf < b < 1):
         raise ValueError(f"the parameters in its header, {a} and {b}, make no depth")
     depth_m = np.full(numbers.shape, np.nan, np.float32)

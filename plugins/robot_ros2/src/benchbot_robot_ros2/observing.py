@@ -67,7 +67,7 @@ def frame_of(channel: str, robot: Ros2Robot) -> str | None:
     """Return the frame that a channel's messages must be in; None where any will do."""
     if channel.startswith("image_"):
         return robot.camera_frame
-    return {"laser": robot.laser_frame, "lidar": robot.lidar_frame}.get(channel)
+    return {"laser": robot.laser_frame, "lidar": robot.lidar_frame, "imu": robot.imu_frame}.get(channel)
 
 
 def check_frame(topic: str, message: Any, frame: str | None) -> None:

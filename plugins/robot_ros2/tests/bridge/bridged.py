@@ -25,6 +25,8 @@ DEADLINE_S = 60.0
 
 assert tests.conftest.SAMPLE_PLUGIN in sys.path
 
+CATALOG = Catalog(plugin_manager.load())
+
 
 @contextmanager
 def bridge(*words: str, **variables: str) -> Iterator["subprocess.Popen[str]"]:
@@ -119,16 +121,14 @@ class Listener:
         from rclpy.parameter import Parameter
 
         messages = [Parameter(name, value=value).to_parameter_msg() for name, value in parameters.items()]
-        answer = self._call(
-            SetParameters, "/benchbot_bridge/set_parameters", SetParameters.Request(parameters=messages)
-        )
+        answer = self.call(SetParameters, "/benchbot_bridge/set_parameters", SetParameters.Request(parameters=messages))
         assert all(result.successful for result in answer.results), answer
 
     def trigger(self, service: str) -> Any:
         """Call a Trigger."""
         from std_srvs.srv import Trigger
 
-        return self._call(Trigger, service, Trigger.Request())
+        return self.call(Trigger, service, Trigger.Request())
 
     def place(self, x: float, y: float, yaw_rad: float) -> Any:
         self.set(place_pose=[float(x), float(y), float(yaw_rad)])
@@ -139,7 +139,8 @@ class Listener:
         self.set(**{"environment": "arena:1", "seed": 0, "start_pose": [], **parameters})
         return self.trigger("/benchbot/reset")
 
-    def _call(self, service_type: Any, name: str, request: Any) -> Any:
+    def call(self, service_type: Any, name: str, request: Any) -> Any:
+        """Call a service, and return its response."""
         client = self.node.create_client(service_type, name)
         assert client.wait_for_service(DEADLINE_S)
         future = client.call_async(request)
@@ -162,11 +163,9 @@ def time_of(message: Any) -> int:
 
 def simulator(environment: str, robot: str = "sample_robot") -> Simulation:
     """Return the simulator itself, in this process, in a scene."""
-    loaded = plugin_manager.load()
-    catalog = Catalog(loaded)
-    declaration = catalog.get("robots", robot).data
-    scene = catalog.environments(environment)[0]
-    create = loaded.record("simulators", declaration["type"]).create
+    declaration = CATALOG.get("robots", robot).data
+    scene = CATALOG.environments(environment)[0]
+    create = CATALOG.plugins.record("simulators", declaration["type"]).create
     platform: Simulation = create(PlatformSpec(declaration, "ground_truth", Path("unused")))
     platform.load(Scene(scene.data, scene.path.parent), seed=0)
     return platform

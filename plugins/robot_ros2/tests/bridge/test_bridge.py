@@ -48,7 +48,7 @@ def velocity(message: Any) -> tuple[float, float]:
 
 
 def test_one_command_holds_for_a_moment_then_the_robot_brakes_by_itself(robot: Listener) -> None:
-    go, odometry = robot.velocities(), robot.hear(*ODOMETRY)
+    go, odometry = robot.velocities(), robot.hear(*TRUTH)
 
     def moved_and_rests() -> bool:
         return any(velocity(m)[0] for m in odometry) and not velocity(odometry[-1])[0]

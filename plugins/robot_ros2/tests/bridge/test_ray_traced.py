@@ -3,6 +3,7 @@
 import operator
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,9 +11,10 @@ import pytest
 from benchbot.core import plugin_manager, resources
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.platform import PlatformSpec
+from benchbot_robot_ros2 import images, qos
 from benchbot_robot_ros2.bridge.robot import find_scene, topics
 from benchbot_robot_ros2.encoders import encode
-from benchbot_robot_ros2.messages import pose_of
+from benchbot_robot_ros2.messages import message_type, pose_of
 from plugins.robot_ros2.tests.bridge.bridged import bridge, listener, time_of, until
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("renderer")]
@@ -52,6 +54,41 @@ def test_carter_in_the_miniroom_publishes_what_the_ray_tracer_shows(domain: int,
         assert scan.header.frame_id == "lidar"
         assert np.allclose(scan.ranges, observed["laser"]["scans"][:, 0], atol=1e-4)
         platform.close()
+
+
+def test_a_map_is_there_for_who_comes_late_by_topic_and_by_service(domain: int, cache: Path) -> None:
+    from nav_msgs.srv import GetMap
+
+    grids: list[Any] = []
+    with bridge("--robot", "carter_lowres", "--env", "miniroom:1", "--map") as process, listener() as robot:
+        assert process.stderr
+        assert "The robot carter_ros2 fits it: benchbot submit --robot carter_ros2" in process.stderr.readline()
+        robot.node.create_subscription(message_type("nav_msgs/msg/OccupancyGrid"), "/map", grids.append, qos.latched())
+        until(lambda: grids, "the map")
+        assert robot.call(GetMap, "/map_server/map", GetMap.Request()).map == grids[0]
+        # In another scene there is another map.
+        assert robot.reset(environment="miniroom:2").success
+        until(lambda: len(grids) > 1, "the other map")
+        assert grids[1].data != grids[0].data
+
+
+def test_compressed_pictures_are_taken_for_who_subscribes_to_nothing_else(domain: int, cache: Path) -> None:
+    with bridge("--robot", "carter_lowres", "--env", "miniroom:1"), listener() as robot:
+        kind = "sensor_msgs/msg/CompressedImage"
+        colour = robot.newer("/camera/color/image_raw/compressed", kind)
+        depth = robot.newer("/camera/depth/image_raw/compressedDepth", kind)
+        assert colour.header.frame_id == depth.header.frame_id == "camera_left"
+        stamp = time_of(colour)
+        raw = robot.newer("/camera/color/image_raw", "sensor_msgs/msg/Image", stamp)
+        metres = robot.newer("/camera/depth/image_raw", "sensor_msgs/msg/Image", stamp)
+
+    # The robot stands still: JPEG's errors are small, and depth's those of 16 bits.
+    difference = images.rgb(colour).astype(int) - images.rgb(raw)
+    assert np.abs(difference).mean() < 3
+    seen, real = images.depth_m(depth), images.depth_m(metres)
+    known = np.isfinite(real)
+    assert np.array_equal(np.isfinite(seen), known)
+    assert np.allclose(seen[known], real[known], rtol=2e-3)
 
 
 def velocity(message: object) -> tuple[float, float]:

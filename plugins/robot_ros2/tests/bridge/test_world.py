@@ -34,7 +34,7 @@ def arena() -> Any:
 @pytest.fixture
 def world() -> World:
     platform = simulator("arena:1")
-    made = World(platform, SimulatedTime(platform.control_period_s))
+    made = World(platform, SimulatedTime(platform.control_period_s), SAMPLE["noise"])
     made.load(arena(), seed=0)
     return made
 
@@ -132,7 +132,7 @@ def test_wall_time_never_jumps_back_and_a_late_tick_is_cut_short(monkeypatch: py
     system_ns, steady_s = iter([10**18, 10**18 + 50_000_000, 10**17, 10**18 + 100_000_000]), iter([0.0, 0.05, 0.1, 9.0])
     clocks = SimpleNamespace(time_ns=lambda: next(system_ns), monotonic=lambda: next(steady_s))
     monkeypatch.setattr("benchbot_robot_ros2.bridge.pace.time", clocks)
-    wall = WallTime()
+    wall = WallTime(0.05)
     ticks = [(wall.next_tick(), wall.stamp_ns) for _ in range(3)]
 
     assert [stamp for _, stamp in ticks] == [10**18 + 50_000_000, 10**18 + 50_000_001, 10**18 + 100_000_000]
@@ -198,8 +198,8 @@ def test_the_names_are_those_that_carter_ros2_is_driven_by() -> None:
     assert settings.safety.collision.ros_topic == f"/{names.COLLISION}"
 
     bridged = BridgedRobot(CATALOG.get("robots", "carter").data, "", {}, "unused")
-    assert (bridged.camera_frame, bridged.scanner_frame("laser")) == (carter.camera_frame, "lidar")
-    assert {*bridged.pictures, "laser", "poses"} == {name for name in carter.observations if name != "imu"}
+    assert (bridged.sensor_frame("image_rgb"), bridged.sensor_frame("laser")) == (carter.camera_frame, "lidar")
+    assert {*bridged.pictures, "laser", "imu", "poses"} == set(carter.observations)
 
 
 def test_a_lidar_has_the_topic_that_carter_lidar_ros2_listens_to() -> None:
@@ -207,14 +207,14 @@ def test_a_lidar_has_the_topic_that_carter_lidar_ros2_listens_to() -> None:
     listening = Ros2Robot.from_declaration(CATALOG.get("robots", "carter_lidar_ros2").data)
     assert bridged.scanners == ("laser", "lidar")
     assert names.topics("lidar") == listening.observations["lidar"].parts()
-    assert bridged.scanner_frame("lidar") == listening.lidar_frame == "velodyne"
+    assert bridged.sensor_frame("lidar") == listening.lidar_frame == "velodyne"
 
 
 def test_a_robot_has_the_topics_of_its_own_connections_only() -> None:
     blind = BridgedRobot({**SAMPLE, "connections": {"poses": {}, "move_angle": {}}}, "", {}, "unused")
     assert blind.pictures == ()
     assert blind.scanners == ()
-    assert blind.has_poses
+    assert blind.has("poses")
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from typing import Any, Self
 from benchbot.plugin import BenchbotError, MotionConfig, Pose, did_you_mean
 from benchbot_sim_taichi.declared import mount, optional
 from benchbot_sim_taichi.dynamics import DriveLimits
+from benchbot_sim_taichi.imu import Imu
 from benchbot_sim_taichi.scanners import Laser, Lidar
 from benchbot_sim_taichi.sensors import Camera
 
@@ -53,6 +54,7 @@ class Robot:
     camera: Camera
     laser: Laser
     lidar: Lidar | None = None
+    imu: Imu | None = None
 
     @classmethod
     def from_declaration(cls, robot: Mapping[str, Any], motion: MotionConfig) -> Self:
@@ -70,17 +72,19 @@ class Robot:
                 camera=Camera.from_mapping(robot["camera"]),
                 laser=Laser.from_mapping(robot["laser"]),
                 lidar=optional(robot, "lidar", Lidar.from_mapping),
+                imu=optional(robot, "imu", Imu.from_mapping),
             )
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise BenchbotError(
                 f"The robot '{robot.get('name')}' cannot be simulated.",
                 f"Its declaration lacks something, or has it in another form: {type(error).__name__}: {error}.",
-                "Compare its footprint, noise, frames, camera, laser and lidar with: benchbot show robot carter_lidar",
+                "Compare its footprint, noise, frames and sensors with: benchbot show robot carter_lidar",
             ) from error
         known = [found.base_frame, INITIAL_POSE, *found.mounts]
         mounted = tuple(sensor.frame for sensor in (found.camera, found.laser, found.lidar) if sensor)
-        for frame in (*found.reported, *mounted):
-            if frame not in (found.mounts if frame in mounted else known):
+        units = (found.imu.frame,) if found.imu and found.imu.frame != found.base_frame else ()
+        for frame in (*found.reported, *mounted, *units):
+            if frame not in (found.mounts if frame in (*mounted, *units) else known):
                 raise BenchbotError(
                     f"The robot '{found.name}' has no frame '{frame}'.",
                     f"Known: {', '.join(known)}.{did_you_mean(frame, known)}",

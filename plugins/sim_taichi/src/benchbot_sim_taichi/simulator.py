@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from benchbot.plugin import (
     BenchbotError,
+    InertialMeasurement,
     MotionConfig,
     Observations,
     PlatformSpec,
@@ -24,6 +25,7 @@ from benchbot_scenes.scene_file import scene_file
 from benchbot_sim_taichi import dynamics, lamps, quality
 from benchbot_sim_taichi.collision import Clearance, ObstacleMap, travel
 from benchbot_sim_taichi.dynamics import State
+from benchbot_sim_taichi.imu import Motion
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.odometry import Odometry
 from benchbot_sim_taichi.renderer import Frame, Renderer
@@ -33,7 +35,7 @@ from benchbot_sim_taichi.sensors import Labels, Sightings
 
 CONTROL_PERIOD_S = 0.05
 PICTURES = ("image_rgb", "image_depth", "image_segment")
-CHANNELS = [*PICTURES, *(f"{picture}_info" for picture in PICTURES), "laser", "lidar", "poses"]
+CHANNELS = [*PICTURES, *(f"{picture}_info" for picture in PICTURES), "laser", "lidar", "imu", "poses"]
 
 
 class RayTracedSimulator:
@@ -68,6 +70,7 @@ class RayTracedSimulator:
         x, y, self._base_z_m = self._start_pose.translation_xyz
         self._state = State(x, y, self._start_pose.yaw_rad)
         self._odometry = Odometry(self._state, self._robot.noise.linear, self._robot.noise.angular, seed)
+        self._motion = Motion()
         self._seed, self._instant = seed, 0
         self._clock_s = 0.0
         self._collided = False
@@ -126,6 +129,7 @@ class RayTracedSimulator:
         self._clock_s += duration_s
         self._instant += 1
         self._odometry.follow(before, self._state)
+        self._motion = self._motion.after(self._state.linear_mps, self._state.angular_radps, duration_s)
 
     def contact_ahead(self, linear_mps: float, angular_radps: float, horizon_s: float) -> bool:
         """Return whether holding this command and then braking would touch something."""
@@ -160,6 +164,7 @@ class RayTracedSimulator:
         """Put the robot, at rest, at a pose in the map frame."""
         x, y, _ = base.translation_xyz
         self._state = State(x, y, base.yaw_rad)
+        self._motion = Motion()
         self._instant += 1
 
     def move_object(self, name: str, transform: npt.NDArray[np.floating]) -> None:
@@ -201,11 +206,7 @@ class RayTracedSimulator:
         for name in (name for name in scanners if name in wanted):
             scanner = scanners[name]
             if scanner is None:
-                raise BenchbotError(
-                    f"The robot '{self._robot.name}' has no {name}.",
-                    f"Its declaration has no '{name}'.",
-                    "Choose a robot that has one, such as carter_lidar, or a task that does not observe it.",
-                )
+                raise self._lacks(name)
             asked[name] = scanner
         return asked
 
@@ -225,11 +226,26 @@ class RayTracedSimulator:
                     seen[name] = camera.info()
                 case "laser" | "lidar":
                     seen[name] = scans[name]
+                case "imu":
+                    seen["imu"] = self._measured_inertia()
                 case "poses":
                     base = self.odometry() if self._spec.localisation == "noisy" else self.pose()
                     poses = self._robot.poses(base, self._start_pose)
                     seen["poses"] = {frame: pose.record(self._robot.global_frame) for frame, pose in poses.items()}
         return seen
+
+    def _measured_inertia(self) -> InertialMeasurement:
+        imu = self._robot.imu
+        if imu is None:
+            raise self._lacks("imu")
+        return imu.measure(self._motion, self._robot.mounts.get(imu.frame, Pose()), self._random("imu"))
+
+    def _lacks(self, sensor: str) -> BenchbotError:
+        return BenchbotError(
+            f"The robot '{self._robot.name}' has no {sensor}.",
+            f"Its declaration has no '{sensor}'.",
+            "Choose a robot that has one, such as carter_lidar, or a task that does not observe it.",
+        )
 
 
 def _what_is_there(scene: Scene) -> tuple[Path, str, float]:

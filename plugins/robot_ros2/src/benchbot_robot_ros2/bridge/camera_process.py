@@ -19,7 +19,8 @@ from benchbot_robot_ros2 import qos, ros
 from benchbot_robot_ros2.bridge import camera_channel
 from benchbot_robot_ros2.bridge.camera_channel import Failed, Load, Look, Ready, Start
 from benchbot_robot_ros2.bridge.pace import Rate
-from benchbot_robot_ros2.bridge.robot import NODE, BridgedRobot, relative, topics
+from benchbot_robot_ros2.bridge.robot import COMPRESSED_TYPE, NODE, BridgedRobot, compressed_topics, relative, topics
+from benchbot_robot_ros2.compression import compress
 from benchbot_robot_ros2.encoders import encode
 from benchbot_robot_ros2.messages import message_type
 
@@ -84,7 +85,7 @@ class Album:
     def __init__(self, node: "Node", robot: BridgedRobot) -> None:
         # A late subscriber gets the next picture instead of an old one.
         profile = qos.sending(depth=1)
-        self._frame = robot.camera_frame
+        self._robot = robot
         self._publishers: dict[str, dict[str, Publisher[Any]]] = {
             channel: {
                 part: node.create_publisher(message_type(topic.ros_type), relative(topic), profile)
@@ -92,18 +93,30 @@ class Album:
             }
             for channel in robot.pictures
         }
+        self._compressed = {
+            channel: node.create_publisher(message_type(COMPRESSED_TYPE), name, profile)
+            for channel, name in compressed_topics(robot).items()
+        }
 
     def publish(self, camera: Observing, stamp_ns: int) -> None:
         """Take a picture and publish those of its channels that have subscribers."""
         wanted = [
             channel
-            for channel, parts in self._publishers.items()
-            if any(publisher.get_subscription_count() for publisher in parts.values())
+            for channel in self._publishers
+            if any(publisher.get_subscription_count() for publisher in self._all(channel))
         ]
         for channel, value in camera.observe(wanted).items() if wanted else ():
-            messages = encode(channel, value, stamp_ns=stamp_ns, frame_id=self._frame)
-            for part, message in messages.items():
+            frame_id = self._robot.sensor_frame(channel)
+            for part, message in encode(channel, value, stamp_ns=stamp_ns, frame_id=frame_id).items():
                 self._publishers[channel][part].publish(message)
+            compressed = self._compressed.get(channel)
+            if compressed and compressed.get_subscription_count():
+                picture: Any = value
+                compressed.publish(compress(channel, picture, stamp_ns=stamp_ns, frame_id=frame_id))
+
+    def _all(self, channel: str) -> "Iterable[Publisher[Any]]":
+        compressed = self._compressed.get(channel)
+        return [*self._publishers[channel].values(), *([compressed] if compressed else [])]
 
 
 if __name__ == "__main__":

@@ -11,7 +11,6 @@ from benchbot.cli.kit import console
 from benchbot.cli.kit.options import Seed, group
 
 if TYPE_CHECKING:
-    from benchbot.plugin import Catalog
     from benchbot_robot_ros2.bridge.robot import BridgedRobot
 
 app = group("Present a simulated robot as a real one.")
@@ -36,23 +35,42 @@ def ros2(
     wall_time: Annotated[
         bool, typer.Option("--wall-time", help="Stamp with the system's time, and publish no /clock.")
     ] = False,
+    stamped: Annotated[
+        bool, typer.Option("--stamped", help="Obey geometry_msgs/msg/TwistStamped instead of Twist.")
+    ] = False,
+    has_map: Annotated[bool, typer.Option("--map", help="Publish the scene's occupancy map.")] = False,
+    map_transform: Annotated[
+        bool,
+        typer.Option(" /--no-map-transform", help="Leave map → odom to AMCL or slam_toolbox.", show_default=False),
+    ] = True,
     arch: Annotated[str, typer.Option(metavar="ARCH", help="What rays are traced on: cpu or cuda.")] = "cpu",
     namespace: Annotated[str, typer.Option(metavar="NAME", help="Put topics and services below it.")] = "",
+    frame_prefix: Annotated[
+        str | None,
+        typer.Option(metavar="PREFIX", help="Put it before the names of all frames; NAMESPACE/ when not given."),
+    ] = None,
 ) -> None:
     """Present a simulated robot as a ROS 2 robot, in its own simulated time; Ctrl-C ends it."""
     from benchbot.plugin import Catalog, cache_dir, load_plugins
     from benchbot_robot_ros2 import ros
     from benchbot_robot_ros2.bridge.camera import Camera
+    from benchbot_robot_ros2.bridge.clock import CLOCK, simulated_time
+    from benchbot_robot_ros2.bridge.fitting import drivers
     from benchbot_robot_ros2.bridge.node import Bridge
-    from benchbot_robot_ros2.bridge.pace import SimulatedTime, WallTime
+    from benchbot_robot_ros2.bridge.occupancy_map import MapServer
+    from benchbot_robot_ros2.bridge.pace import WallTime
     from benchbot_robot_ros2.bridge.robot import NODE, BridgedRobot, find_robot, find_scene
-    from benchbot_robot_ros2.bridge.state import StatePublisher, transforms_installed
+    from benchbot_robot_ros2.bridge.state import StatePublisher
+    from benchbot_robot_ros2.bridge.transforms import Transforms, transforms_installed
+    from benchbot_robot_ros2.bridge.type_watch import TypeWatch
     from benchbot_robot_ros2.bridge.world import World
 
     catalog = Catalog(load_plugins())
     declaration = find_robot(catalog, robot).data
     scene = find_scene(catalog, declaration, environment)
-    bridged = BridgedRobot(declaration, namespace, {"arch": arch}, str(cache_dir()))
+    if frame_prefix is None:
+        frame_prefix = f"{namespace}/" if namespace else ""
+    bridged = BridgedRobot(declaration, namespace, {"arch": arch}, str(cache_dir()), frame_prefix, stamped)
 
     for signal_number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(signal_number, _interrupt)
@@ -64,16 +82,25 @@ def ros2(
                 f"Loading {environment}; the very first time, the simulator compiles itself (up to a minute) …"
             )
             platform = stack.enter_context(closing(bridged.create(catalog.plugins)))
-            robot_time = WallTime() if wall_time else SimulatedTime(platform.control_period_s)
-            the_bridge = Bridge(catalog, bridged, World(platform, robot_time), camera, scene, seed)
+            period_s = platform.control_period_s
+            robot_time, clock = (WallTime(period_s), None) if wall_time else simulated_time(node, period_s)
+            world = World(platform, robot_time, declaration.get("noise", {}))
+            maps = MapServer(node, bridged) if has_map else None
+            the_bridge = Bridge(catalog, bridged, world, camera, maps, (scene, seed))
             the_bridge.load()
-            state = StatePublisher(node, bridged, simulated=not wall_time, laser_rate_hz=laser_rate_hz)
-            if not transforms_installed():
+            has_transforms = transforms_installed()
+            transforms = Transforms(node, bridged, map_transform=map_transform) if has_transforms else None
+            state = StatePublisher(node, bridged, clock=clock, transforms=transforms, laser_rate_hz=laser_rate_hz)
+            if not has_transforms:
                 console.note(
                     "tf2_msgs is not installed, so there is no /tf: a ROS 2 installation has it, PyPI does not."
                 )
-            console.note(*_ready(bridged, environment, _drivers(catalog, declaration["type"])))
-            the_bridge.run(node, state)
+            fitting = drivers(catalog, bridged, simulated=not wall_time, transforms=has_transforms)
+            console.note(*_ready(bridged, environment, fitting))
+            follows = not wall_time and clock is None
+            if follows:
+                console.note(f"Another node publishes {CLOCK}: this robot's time is that.")
+            the_bridge.run(node, state, TypeWatch(node, bridged, console.note, follows_clock=follows))
         except KeyboardInterrupt:
             console.note("The bridge has ended.")
 
@@ -85,16 +112,25 @@ def _interrupt(*_: Any) -> NoReturn:
     raise KeyboardInterrupt
 
 
-def _drivers(catalog: "Catalog", world: str) -> list[str]:
-    """Return the declared ROS 2 robots that run in environments of the simulator's type."""
-    robots = catalog.pool("robots").values()
-    return [robot.name for robot in robots if robot.data["type"] == "ros2" and world in robot.data.get("runs_in", ())]
-
-
-def _ready(robot: "BridgedRobot", environment: str, driven_as: list[str]) -> list[str]:
+def _ready(robot: "BridgedRobot", environment: str, drivers: dict[str, list[str]]) -> list[str]:
+    """Return what the user is told; `drivers` are declared robots and what each asks in vain, the best first."""
     domain = os.environ.get("ROS_DOMAIN_ID") or "0"
-    prefix = f"/{robot.namespace}".rstrip("/")
-    told = [f"{robot.name} in {environment} is a ROS 2 robot now: domain {domain}, topics under {prefix}/."]
-    if driven_as and not prefix:
-        told.append(f"benchbot submit --robot {driven_as[0]} --env {environment} … drives it.")
+    space = f"/{robot.namespace}".rstrip("/")
+    told = [f"{robot.name} in {environment} is a ROS 2 robot now: domain {domain}, topics under {space}/."]
+    best = next(iter(drivers), None)
+    if best is not None and not drivers[best]:
+        told.append(
+            f"The robot {best} fits it: benchbot submit --robot {best} --env {environment} --task TASK --native python "
+            "my_solution.py drives it."
+        )
+        return [*told, "Ctrl-C ends it."]
+    nearest = ""
+    if best is not None:
+        first, others = drivers[best][0], len(drivers[best]) - 1
+        nearest = f" The nearest is {best}, which asks in vain for {first}{f', and {others} more' if others else ''}."
+    told.append(f"No installed robot of type ros2 fits it, so BenchBot can drive it by none.{nearest}")
+    told.append(
+        f"Make one: benchbot show robot {best or 'carter_ros2'} > my_robot.yaml; correct its name, topics and frames "
+        "(docs/ros2.md, 'Declare your robot')."
+    )
     return [*told, "Ctrl-C ends it."]

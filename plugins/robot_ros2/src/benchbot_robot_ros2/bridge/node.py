@@ -1,20 +1,27 @@
 """The node `benchbot_bridge`: obeys velocity commands, resets and places the robot, and lets its time pass."""
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from benchbot.cli.kit import console
 from benchbot.plugin import BenchbotError, Catalog, ExitCode, Pose, Scene
 from benchbot_robot_ros2.bridge.camera import Camera
-from benchbot_robot_ros2.bridge.robot import COMMAND, PLACE, RESET, BridgedRobot, find_scene
+from benchbot_robot_ros2.bridge.occupancy_map import MapServer, read
+from benchbot_robot_ros2.bridge.robot import COMMAND, PLACE, RESET, BridgedRobot, find_scene, scene_name
 from benchbot_robot_ros2.bridge.state import StatePublisher
+from benchbot_robot_ros2.bridge.type_watch import TypeWatch
 from benchbot_robot_ros2.bridge.world import World
-from benchbot_robot_ros2.messages import message_type
+from benchbot_robot_ros2.guard.topic import velocity_of
+from benchbot_robot_ros2.messages import message_type, stamp_ns
 
 if TYPE_CHECKING:
     from rclpy.node import Node
+
+WATCH_PERIOD_S = 1.0
+STALE_NS = 500_000_000
+"""How far a stamped velocity may be from the robot's time: as cmd_vel_timeout of ros2_controllers' diff_drive."""
 
 PARAMETERS = {
     "environment": "the scene that benchbot/reset takes the robot to, name:variant",
@@ -32,14 +39,22 @@ class Bridge:
     """
 
     def __init__(
-        self, catalog: Catalog, robot: BridgedRobot, world: World, camera: Camera | None, scene: Scene, seed: int
+        self,
+        catalog: Catalog,
+        robot: BridgedRobot,
+        world: World,
+        camera: Camera | None,
+        maps: MapServer | None,
+        loaded: tuple[Scene, int],
     ) -> None:
-        self._catalog, self._robot, self._world, self._camera = catalog, robot, world, camera
-        self._loaded = (scene, seed)
+        self._catalog, self._robot, self._world, self._camera, self._maps = catalog, robot, world, camera, maps
+        self._loaded = loaded
+        self._has_told_of_stale = False
 
     def load(self) -> None:
         """Put robot and camera at the start of the scene; raises BenchbotError when that cannot be."""
         scene, seed = self._loaded
+        grid = read(scene) if self._maps else None
         if self._camera:
             self._camera.begin_load(scene, seed)
         try:
@@ -49,25 +64,26 @@ class Bridge:
         finally:
             if self._camera:
                 self._camera.finish_load()
+        if self._maps:
+            self._maps.publish(grid, self._world.stamp_ns)
 
-    def run(self, node: "Node", state: StatePublisher) -> None:
+    def run(self, node: "Node", state: StatePublisher, watch: TypeWatch) -> None:
         """Let time pass, at real-time pace at most, for ever; raises BenchbotError when the camera's process ends."""
+        from rclpy.clock import Clock, ClockType
         from rclpy.executors import SingleThreadedExecutor
 
         self._listen(node)
         state.announce(self._world)
+        node.create_timer(WATCH_PERIOD_S, watch.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         executor = SingleThreadedExecutor(context=node.context)
         executor.add_node(node)
-        due_s = time.monotonic()
         while True:
             self._world.tick()
             state.publish(self._world)
             if self._camera:
                 self._camera.show(self._world.stamp_ns, self._world.pose())
-            # A late tick is not made up for: a burst of ticks would outrun the commands that are meant for them.
-            due_s = max(due_s + self._world.control_period_s, time.monotonic())
             executor.spin_once(timeout_sec=0)
-            while (left_s := due_s - time.monotonic()) > 0:
+            while (left_s := self._world.left_s()) > 0:
                 executor.spin_once(timeout_sec=left_s)
 
     def _listen(self, node: "Node") -> None:
@@ -76,12 +92,12 @@ class Bridge:
         from std_srvs.srv import Trigger
 
         scene, seed = self._loaded
-        values = {"environment": _name(scene), "seed": seed, "start_pose": [], "place_pose": [0.0, 0.0, 0.0]}
+        values = {"environment": scene_name(scene), "seed": seed, "start_pose": [], "place_pose": [0.0, 0.0, 0.0]}
         for name, value in values.items():
             node.declare_parameter(name, value, ParameterDescriptor(description=PARAMETERS[name], dynamic_typing=True))
         # A subscriber that asks for best effort hears every publisher.
         qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-        node.create_subscription(message_type("geometry_msgs/msg/Twist"), COMMAND, self._obey, qos)
+        node.create_subscription(message_type(self._robot.command_type), COMMAND, self._obey, qos)
 
         def serve(name: str, act: "Callable[[Node], str]") -> None:
             node.create_service(Trigger, name, lambda _, response: _answer(response, lambda: act(node)))
@@ -89,11 +105,27 @@ class Bridge:
         serve(RESET, self._reset)
         serve(PLACE, self._place)
 
-    def _obey(self, twist: Any) -> None:
-        velocity = (float(twist.linear.x), float(twist.angular.z))
+    def _obey(self, command: Any) -> None:
+        velocity = velocity_of(command)
         # What is no number is no command; the robot brakes as if it had heard nothing.
-        if all(map(math.isfinite, velocity)):
+        if all(map(math.isfinite, velocity)) and self._is_of_now(command):
             self._world.command(*velocity)
+
+    def _is_of_now(self, command: Any) -> bool:
+        """Return whether a command was not held up on its way; tell the first time that one was."""
+        sent_ns = stamp_ns(command)
+        # A stamp of zero is that of a person at a terminal.
+        if not sent_ns or abs(sent_ns - self._world.stamp_ns) <= STALE_NS:
+            return True
+        if not self._has_told_of_stale:
+            self._has_told_of_stale = True
+            off_s = (sent_ns - self._world.stamp_ns) / 1e9
+            console.note(
+                f"A velocity is not obeyed: it is stamped {abs(off_s):.1f} s {'after' if off_s > 0 else 'before'} the "
+                f"robot's time, and {STALE_NS / 1e9:g} s are allowed. Let the node that sends it use the robot's time: "
+                "use_sim_time: true, or, of a bridge with --wall-time, false."
+            )
+        return False
 
     def _reset(self, node: "Node") -> str:
         wanted = self._wanted(node)
@@ -105,7 +137,7 @@ class Bridge:
             self._loaded = before
             self.load()
             raise
-        return f"{self._robot.name} is at the start of {_name(wanted[0])}."
+        return f"{self._robot.name} is at the start of {scene_name(wanted[0])}."
 
     def _wanted(self, node: "Node") -> tuple[Scene, int]:
         environment, seed, start_pose = (
@@ -130,10 +162,6 @@ class Bridge:
         z = self._world.pose().translation_xyz[2]
         self._world.place(Pose.planar(x, y, yaw_rad, z))
         return f"{self._robot.name} is at ({x:g}, {y:g}) m, heading {math.degrees(yaw_rad):g} degrees."
-
-
-def _name(scene: Scene) -> str:
-    return f"{scene.environment['name']}:{scene.environment['variant']}"
 
 
 def _answer(response: Any, act: Callable[[], str]) -> Any:

@@ -23,44 +23,72 @@ from benchbot_robot_ros2.declaration import Ros2Robot, Topic
 
 NODE = "benchbot_bridge"
 COMMAND, ODOMETRY, GROUND_TRUTH, COLLISION = "cmd_vel", "odom", "ground_truth/odom", "collision"
+DESCRIPTION = "robot_description"
+COMPRESSED_TYPE = "sensor_msgs/msg/CompressedImage"
 RESET, PLACE = "benchbot/reset", "benchbot/place"
-ODOMETRY_FRAME = "odom"
+BASE_FOOTPRINT = "base_footprint"
 
 
 class BridgedRobot(msgspec.Struct, frozen=True):
     """A simulated robot's declaration, and how it is presented.
 
-    Names of topics and services are relative to `namespace`. `options` are the simulator's.
+    Names of topics and services are relative to `namespace`, those of all frames begin with `frame_prefix`. `options`
+    are the simulator's. `stamped` velocities are geometry_msgs/msg/TwistStamped.
     """
 
     declaration: dict[str, Any]
     namespace: str
     options: dict[str, Any]
     cache_dir: str
+    frame_prefix: str = ""
+    stamped: bool = False
 
     @property
     def name(self) -> str:
         """The robot's name."""
         return str(self.declaration["name"])
 
+    def frame(self, name: object) -> str:
+        """Return a frame's name in ROS 2."""
+        return f"{self.frame_prefix}{name}"
+
     @property
     def base_frame(self) -> str:
         """The frame of the base."""
-        return str(self.declaration["robot_frame"])
+        return self.frame(self.declaration["robot_frame"])
+
+    @property
+    def odometry_frame(self) -> str:
+        """The frame of odometry, which begins where the robot does."""
+        return self.frame("odom")
 
     @property
     def map_frame(self) -> str:
         """The frame of the map."""
-        return str(self.declaration["global_frame"])
+        return self.frame(self.declaration["global_frame"])
+
+    def sensor_frame(self, channel: str) -> str:
+        """Return the frame that a channel's messages are in.
+
+        Where the declaration does not name it, the simulator calls that of pictures `camera` and that of scans `lidar`.
+        """
+        sensor = "camera" if channel in self.pictures else channel
+        default = {"camera": "camera", "imu": self.declaration["robot_frame"]}.get(sensor, "lidar")
+        return self.frame(self.declaration.get(sensor, {}).get("frame", default))
 
     @property
-    def camera_frame(self) -> str:
-        """The camera's optical frame; the simulator calls it `camera` where the declaration does not name it."""
-        return str(self.declaration.get("camera", {}).get("frame", "camera"))
+    def transform_topics(self) -> tuple[str, str]:
+        """The topics of moving and of static transforms.
 
-    def scanner_frame(self, channel: str) -> str:
-        """The frame of the laser scanner (`laser`) or of the lidar of many rings (`lidar`)."""
-        return str(self.declaration.get(channel, {}).get("frame", "lidar"))
+        One tree for a domain, whose frames have prefixes; in a namespace without prefix a tree of its own, as Nav2's
+        launch files remap it.
+        """
+        return ("tf", "tf_static") if self.namespace and not self.frame_prefix else ("/tf", "/tf_static")
+
+    @property
+    def command_type(self) -> str:
+        """The type of velocity commands."""
+        return f"geometry_msgs/msg/Twist{'Stamped' if self.stamped else ''}"
 
     @property
     def pictures(self) -> tuple[str, ...]:
@@ -72,10 +100,9 @@ class BridgedRobot(msgspec.Struct, frozen=True):
         """The channels of scanners that the robot has."""
         return tuple(channel for channel in ("laser", "lidar") if channel in self._channels)
 
-    @property
-    def has_poses(self) -> bool:
-        """True if the simulator reports the poses of the robot's frames."""
-        return "poses" in self._channels
+    def has(self, channel: str) -> bool:
+        """Return whether the simulator observes a channel."""
+        return channel in self._channels
 
     @property
     def _channels(self) -> tuple[str, ...]:
@@ -106,6 +133,14 @@ def topics(channel: str) -> Mapping[str, Topic]:
     return _presented().observations[channel].parts()
 
 
+def compressed_topics(robot: BridgedRobot) -> dict[str, str]:
+    """Return the topics of compressed pictures by their channels, as image_transport names them."""
+    names = {"image_rgb": "compressed", "image_depth": "compressedDepth"}
+    return {
+        channel: f"{relative(topics(channel)[''])}/{names[channel]}" for channel in robot.pictures if channel in names
+    }
+
+
 def relative(topic: Topic) -> str:
     """Return a topic's name without the leading slash, so that it is resolved in the node's namespace."""
     return topic.ros_topic.removeprefix("/")
@@ -129,6 +164,11 @@ def find_robot(catalog: Catalog, name: str) -> Declaration:
         f"{', '.join(sorted(simulated)) or 'none'}.{catalog.plugins.broken_hint()}",
         fix,
     )
+
+
+def scene_name(scene: Scene) -> str:
+    """Return a scene's name, name:variant."""
+    return f"{scene.environment['name']}:{scene.environment['variant']}"
 
 
 def find_scene(catalog: Catalog, robot: Mapping[str, Any], environment: str) -> Scene:

@@ -1,71 +1,107 @@
-"""Publishers of the bridged robot's state: clock, odometry, true pose, transforms, collision and scans."""
+"""Publishers of the bridged robot's state: clock, odometry, true pose, inertial measurements, collision and scans."""
 
-import importlib
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from benchbot.plugin import Pose
 from benchbot_robot_ros2 import qos
-from benchbot_robot_ros2.bridge.pace import Rate
+from benchbot_robot_ros2.bridge.description import urdf
+from benchbot_robot_ros2.bridge.odometry_errors import EXACT_VARIANCE, Array, exact
+from benchbot_robot_ros2.bridge.pace import NANOSECONDS, Rate
 from benchbot_robot_ros2.bridge.robot import (
     COLLISION,
+    DESCRIPTION,
     GROUND_TRUTH,
     ODOMETRY,
-    ODOMETRY_FRAME,
     BridgedRobot,
     relative,
     topics,
 )
+from benchbot_robot_ros2.bridge.transforms import Transforms, mounts
 from benchbot_robot_ros2.bridge.world import World
 from benchbot_robot_ros2.encoders import encode
-from benchbot_robot_ros2.messages import message_type, pose_message, set_stamp, transform_message
+from benchbot_robot_ros2.messages import message_type, pose_message, set_stamp
 
 if TYPE_CHECKING:
     from rclpy.node import Node
+    from rclpy.publisher import Publisher
 
 
 class StatePublisher:
-    """Publishes the state of a world after each tick; `simulated` time goes to /clock."""
+    """Publishes the state of a world after each tick; `clock` is the publisher of its time, if it is this bridge's."""
 
-    def __init__(self, node: "Node", robot: BridgedRobot, *, simulated: bool, laser_rate_hz: float) -> None:
-        self._robot = robot
+    def __init__(
+        self,
+        node: "Node",
+        robot: BridgedRobot,
+        *,
+        clock: "Publisher[Any] | None",
+        transforms: Transforms | None,
+        laser_rate_hz: float,
+    ) -> None:
+        self._robot, self._clock, self._transforms = robot, clock, transforms
         self._laser_rate = Rate(laser_rate_hz)
+        self._scan_time_s = 1 / laser_rate_hz
         self._odometry_type = message_type("nav_msgs/msg/Odometry")
         self._bool_type = message_type("std_msgs/msg/Bool")
         self._clock_type = message_type("rosgraph_msgs/msg/Clock")
+        self._text_type = message_type("std_msgs/msg/String")
         profile = qos.sending(depth=10)
         self._odometry = node.create_publisher(self._odometry_type, ODOMETRY, profile)
         self._truth = node.create_publisher(self._odometry_type, GROUND_TRUTH, profile)
         self._collision = node.create_publisher(self._bool_type, COLLISION, profile)
-        self._clock = node.create_publisher(self._clock_type, "/clock", profile) if simulated else None
-        self._scans = {}
-        for channel in robot.scanners:
-            topic = topics(channel)[""]
-            self._scans[channel] = node.create_publisher(message_type(topic.ros_type), relative(topic), profile)
-        self._transforms = Transforms(node, robot) if transforms_installed() else None
+        self._description = node.create_publisher(self._text_type, DESCRIPTION, qos.latched())
+        self._sensors: dict[str, Publisher[Any]] = {}
+        for channel in (*robot.scanners, "imu"):
+            if robot.has(channel):
+                topic = topics(channel)[""]
+                self._sensors[channel] = node.create_publisher(message_type(topic.ros_type), relative(topic), profile)
 
     def announce(self, world: World) -> None:
         """Publish what never changes."""
+        poses = mounts(self._robot, world)
+        self._description.publish(self._text_type(data=urdf(self._robot, poses)))
         if self._transforms:
-            self._transforms.publish_mounts(world)
+            self._transforms.publish_mounts(world.stamp_ns, poses)
 
     def publish(self, world: World) -> None:
         """Publish the state of this tick."""
-        robot, stamp_ns = self._robot, world.stamp_ns
+        robot, stamp_ns, errors = self._robot, world.stamp_ns, world.odometry_errors
         pose, odometry = world.pose(), world.odometry()
         if self._clock:
             clock = self._clock_type()
-            clock.clock.sec, clock.clock.nanosec = divmod(stamp_ns, 1_000_000_000)
+            clock.clock.sec, clock.clock.nanosec = divmod(stamp_ns, NANOSECONDS)
             self._clock.publish(clock)
-        self._odometry.publish(self._moving(stamp_ns, ODOMETRY_FRAME, odometry, world.velocity))
-        self._truth.publish(self._moving(stamp_ns, robot.map_frame, pose, world.velocity))
+        measured = self._moving(stamp_ns, robot.odometry_frame, odometry, errors.velocity)
+        measured.pose.covariance, measured.twist.covariance = errors.pose_covariance(), errors.twist_covariance()
+        self._odometry.publish(measured)
+        truth = self._moving(stamp_ns, robot.map_frame, pose, world.velocity)
+        truth.pose.covariance = truth.twist.covariance = exact()
+        self._truth.publish(truth)
         self._collision.publish(self._bool_type(data=world.collided))
         if self._transforms:
             self._transforms.publish(stamp_ns, pose, odometry)
-        if self._scans and self._laser_rate.due(stamp_ns):
-            heard = [channel for channel, scans in self._scans.items() if scans.get_subscription_count()]
-            for channel, scan in world.observe(heard).items():
-                message = encode(channel, scan, stamp_ns=stamp_ns, frame_id=robot.scanner_frame(channel))[""]
-                self._scans[channel].publish(message)
+        self._publish_sensors(world)
+
+    def _publish_sensors(self, world: World) -> None:
+        due = {"imu"} | (set(self._robot.scanners) if self._laser_rate.due(world.stamp_ns) else set())
+        heard = [
+            channel
+            for channel, publisher in self._sensors.items()
+            if channel in due and publisher.get_subscription_count()
+        ]
+        for channel, value in world.observe(heard).items() if heard else ():
+            frame = self._robot.sensor_frame(channel)
+            message = encode(channel, value, stamp_ns=world.stamp_ns, frame_id=frame)[""]
+            if channel == "laser":
+                # All its beams are of one instant: time_increment stays zero.
+                message.scan_time = max(self._scan_time_s, world.control_period_s)
+            elif channel == "imu":
+                noise = self._robot.declaration.get("imu", {}).get("noise", {})
+                message.angular_velocity_covariance = _variance(noise, "angular_velocity_sigma_radps")
+                message.linear_acceleration_covariance = _variance(noise, "linear_acceleration_sigma_mps2")
+            self._sensors[channel].publish(message)
 
     def _moving(self, stamp_ns: int, frame: str, pose: Pose, velocity: tuple[float, float]) -> Any:
         """Return a nav_msgs/msg/Odometry: the pose in `frame`, the velocity in the base's own frame."""
@@ -77,55 +113,6 @@ class StatePublisher:
         return message
 
 
-def transforms_installed() -> bool:
-    """Return whether tf2_msgs is there; PyPI does not have it, a ROS 2 installation does."""
-    try:
-        importlib.import_module("tf2_msgs.msg")
-    except ImportError:
-        return False
-    return True
-
-
-class Transforms:
-    """The robot's transforms as REP-105 has them: map -> odom -> base, and its frames below the base."""
-
-    def __init__(self, node: "Node", robot: BridgedRobot) -> None:
-        from rclpy.qos import DurabilityPolicy, QoSProfile
-
-        self._robot = robot
-        self._type = importlib.import_module("tf2_msgs.msg").TFMessage
-        self._transform_type = message_type("geometry_msgs/msg/TransformStamped")
-        # What tf2_ros's broadcasters use.
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._static = node.create_publisher(self._type, "/tf_static", latched)
-        self._moving = node.create_publisher(self._type, "/tf", QoSProfile(depth=100))
-
-    def publish_mounts(self, world: World) -> None:
-        """Publish where the robot's frames are on its base, as the simulator has them."""
-        base = self._robot.base_frame
-        if not self._robot.has_poses:
-            return
-        poses = {
-            frame: Pose(tuple(record["translation_xyz"]), tuple(record["rotation_xyzw"]))
-            for frame, record in world.observe(["poses"])["poses"].items()
-        }
-        to_base = world.pose().inverse()
-        mounts = [
-            self._transform(world.stamp_ns, base, frame, to_base @ pose)
-            for frame, pose in poses.items()
-            if frame not in (base, "initial_pose")
-        ]
-        self._static.publish(self._type(transforms=mounts))
-
-    def publish(self, stamp_ns: int, pose: Pose, odometry: Pose) -> None:
-        """Publish the base's pose by odometry, and the drift of odometry."""
-        robot = self._robot
-        drift = self._transform(stamp_ns, robot.map_frame, ODOMETRY_FRAME, pose @ odometry.inverse())
-        travelled = self._transform(stamp_ns, ODOMETRY_FRAME, robot.base_frame, odometry)
-        self._moving.publish(self._type(transforms=[drift, travelled]))
-
-    def _transform(self, stamp_ns: int, parent: str, child: str, pose: Pose) -> Any:
-        message = self._transform_type(child_frame_id=child, transform=transform_message(pose))
-        message.header.frame_id = parent
-        set_stamp(message, stamp_ns)
-        return message
+def _variance(noise: dict[str, float], key: str) -> Array:
+    """Return the covariance (9,) of a vector whose components have independent errors."""
+    return np.ravel(np.eye(3) * max(float(noise.get(key, 0.0)) ** 2, EXACT_VARIANCE))

@@ -1,8 +1,10 @@
 """The bridged robot itself: it obeys the last velocity command for a moment, as real bases do, then brakes."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from benchbot.plugin import BenchbotError, Observations, Pose, Scene, Simulation
+from benchbot_robot_ros2.bridge.odometry_errors import OdometryErrors
 from benchbot_robot_ros2.bridge.pace import RobotTime
 
 COMMAND_HOLDS_NS = 150_000_000
@@ -11,10 +13,12 @@ COMMAND_HOLDS_NS = 150_000_000
 class World:
     """A simulated robot in a scene. Its time continues across resets; a contact is kept until the next reset.
 
-    A command holds for 0.15 s of the robot's time: the first tick that begins later brakes towards zero.
+    A command holds for 0.15 s of the robot's time: the first tick that begins later brakes towards zero. `noise` is
+    that of the robot's declaration, and `odometry_errors` what follows from it.
     """
 
-    def __init__(self, platform: Simulation, time: RobotTime) -> None:
+    def __init__(self, platform: Simulation, time: RobotTime, noise: Mapping[str, Any]) -> None:
+        self.odometry_errors = OdometryErrors(noise)
         self._platform = platform
         self._time = time
         self._command = (0.0, 0.0)
@@ -30,11 +34,16 @@ class World:
         """The length of a tick, in seconds."""
         return self._platform.control_period_s
 
+    def left_s(self) -> float:
+        """Return how long to wait for the next tick, at most, in seconds."""
+        return self._time.left_s()
+
     def load(self, scene: Scene, seed: int) -> None:
         """Put the robot at the start of a scene, at rest; odometry begins anew there."""
         self._command_ends_ns = 0
         self._platform.load(scene, seed)
         self._origin = self._platform.odometry()
+        self.odometry_errors.start(self.odometry())
 
     def command(self, linear_mps: float, angular_radps: float) -> None:
         """Ask for a velocity along +x and about +z."""
@@ -46,6 +55,7 @@ class World:
         before = self._platform.pose()
         self._command_ends_ns = 0
         self._platform.place(base)
+        self.odometry_errors.rest()
         if self._platform.contact_ahead(0.0, 0.0, 0.0):
             self._platform.place(before)
             x, y, _ = base.translation_xyz
@@ -58,7 +68,9 @@ class World:
     def tick(self) -> None:
         """Let one control tick pass."""
         linear_mps, angular_radps = self._command if self.stamp_ns < self._command_ends_ns else (0.0, 0.0)
-        self._platform.drive(linear_mps, angular_radps, self._time.next_tick())
+        duration_s = self._time.next_tick()
+        self._platform.drive(linear_mps, angular_radps, duration_s)
+        self.odometry_errors.follow(self.odometry(), duration_s)
 
     def observe(self, channels: Iterable[str]) -> Observations:
         """Return what the robot observes now."""
