@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Protocol, Self
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose, wrap_angle_rad
@@ -88,6 +88,13 @@ class MotionConfig:
         )
 
 
+class Navigator(Platform, Protocol):
+    """A platform that may have a way of its own to go to a pose, such as the navigation of a robot."""
+
+    def navigate(self, goal: Pose) -> Iterator[Outcome | None]:
+        """Go to a pose: yield None after every control tick and, at rest, the outcome; nothing where `drive` steers."""
+
+
 def execute(
     platform: Platform, action: str, arguments: Mapping[str, float], goal: Pose | None, config: MotionConfig
 ) -> Outcome:
@@ -96,8 +103,14 @@ def execute(
     `arguments` are `distance` (m, negative is backwards) for move_distance and `angle` (degrees, CCW, any number of
     turns) for move_angle; `goal` is the pose in the map frame for move_next. The robot's place is `platform.pose()`, or
     `platform.odometry()` when localisation is noisy. REACHED means within `position_tolerance_m` and
-    `angle_tolerance_rad` of the goal by that pose.
+    `angle_tolerance_rad` of the goal by that pose. Where the platform is a `Navigator`, it is steered for what its
+    navigation leaves of the way.
     """
+    navigate = getattr(platform, "navigate", None)
+    if action == "move_next" and goal is not None and navigate is not None:
+        for outcome in navigate(goal):
+            if outcome not in (None, Outcome.REACHED):
+                return outcome
     for phase in _phases(platform, action, arguments, goal, config):
         outcome = _run(platform, phase, config)
         if outcome is not Outcome.REACHED:

@@ -51,9 +51,12 @@ DEFAULTS: dict[str, Any] = {
     "transforms": False,  # publishes on /tf where "odom" is in "map", and "base_link" in "odom"
     "untold": [],  # frames whose transform does not come any more
     "place_off_m": 0.0,  # how far localisation is wrong
+    "amcl_off_m": 0.0,  # how far AMCL is wrong, until it is told the pose on /initialpose
+    "amcl_is_deaf": False,  # it takes no initial pose
     "strike": None,  # what the robot does `beyond_m` of its way: {"kill": [signal, pid, …]}, {"run": […]}, {"set": {…}}
 }
 TICK_S, ACCELERATION_MPS2, ACCELERATION_RADPS2, COMMAND_TIMEOUT_S = 0.02, 2.0, 4.0, 0.2
+MUX_TIMEOUT_S = 0.5
 RADIUS_M, LASER_X_M, BEAMS = 0.2, 0.05, 72
 TOPICS = {
     "/odom": Odometry,
@@ -77,7 +80,7 @@ class Robot:
         self.node = rclpy.create_node("unicycle")
         self.x = self.y = self.yaw = self.v = self.w = self.travelled = 0.0
         self.collided = False
-        self.command, self.commanded_s = (0.0, 0.0), -math.inf
+        self.command, self.commanded_s, self.first_s = (0.0, 0.0), -math.inf, -math.inf
         self.time_s = 100.0
         # By the robot's clock: the strike, the last velocity that came, the first zero after it, the rest after that.
         self.struck_s: float | None = None
@@ -88,7 +91,9 @@ class Robot:
         self.late: list[tuple[float, Odometry]] = []
         self.random = np.random.default_rng(0)
         self.publishers = {topic: self._publisher(topic, kind) for topic, kind in TOPICS.items()}
-        self.node.create_subscription(Twist, "/cmd_vel", self._on_command, 1)
+        self.node.create_subscription(Twist, "/cmd_vel", self._on_first_command, 1)
+        self.node.create_subscription(Twist, "/nav_vel", self._on_second_command, 1)
+        self.node.create_subscription(PoseWithCovarianceStamped, "/initialpose", self._on_initial_pose, 1)
         self.node.create_service(Trigger, "/reset", self._on_reset)
 
     def _publisher(self, topic: str, kind: Any) -> Any:
@@ -102,6 +107,19 @@ class Robot:
         return self.node.create_publisher(
             kind, topic, QoSProfile(depth=5, reliability=ReliabilityPolicy[reliability.upper()])
         )
+
+    def _on_first_command(self, message: Twist) -> None:
+        self.first_s = self.time_s
+        self._on_command(message)
+
+    def _on_second_command(self, message: Twist) -> None:
+        # As twist_mux, with a timeout of half a second.
+        if self.time_s - self.first_s > MUX_TIMEOUT_S:
+            self._on_command(message)
+
+    def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
+        if not self.options["amcl_is_deaf"]:
+            self.options["amcl_off_m"] = message.pose.pose.position.x - self.x
 
     def _on_command(self, message: Twist) -> None:
         self.command, self.commanded_s = (message.linear.x, message.angular.z), self.time_s
@@ -164,6 +182,7 @@ class Robot:
         self.send("/dead_man", Bool(data=self.options["held"]))
         if tick % 5 == 0:
             truth = self.odometry("/truth")
+            truth.pose.pose.position.x += self.options["amcl_off_m"]
             self.send("/amcl_pose", PoseWithCovarianceStamped(header=truth.header, pose=truth.pose))
             self.send("/scan", self.scan())
             self.send("/image", self.image())

@@ -91,6 +91,23 @@ class ReturnByOperator(_Declared, frozen=True, tag_field="by", tag="operator"):
     """A return by an operator, who puts the robot at its start and confirms it."""
 
 
+class MovedByVelocity(_Declared, frozen=True, tag_field="by", tag="velocity"):
+    """Motion by BenchBot's own controller, which commands velocities."""
+
+
+class MovedByNavigation(_Declared, frozen=True, tag_field="by", tag="navigation"):
+    """`move_next` by Nav2, which plans and drives; BenchBot's controller does what Nav2's tolerances leave of the way.
+
+    A FollowPath server is given the straight way. A goal that is not reached within `timeout_s` is called off.
+    """
+
+    ros_action: str = "/navigate_to_pose"
+    ros_type: Literal["nav2_msgs/action/NavigateToPose", "nav2_msgs/action/FollowPath"] = (
+        "nav2_msgs/action/NavigateToPose"
+    )
+    timeout_s: float = 120.0
+
+
 class DeadMan(_Declared, frozen=True):
     """A switch that an operator holds while the robot moves: std_msgs/msg/Bool, or a button of sensor_msgs/msg/Joy."""
 
@@ -155,6 +172,7 @@ class DriverSettings(_Declared, frozen=True):
     use_sim_time: bool = False
     localisation: LocalisedByOdometry | LocalisedByTopic | LocalisedByTransforms = LocalisedByOdometry()
     return_to_start: ReturnByService | ReturnByNavigation | ReturnByOperator = ReturnByOperator()
+    motion: MovedByVelocity | MovedByNavigation = MovedByVelocity()
     start_tolerances: StartTolerances = StartTolerances()
     localisation_bounds: LocalisationBounds = LocalisationBounds()
     safety: Safety = Safety()
