@@ -99,9 +99,13 @@ def test_what_is_wrong_with_nav2_is_not_the_solutions_fault(tmp_path: Path) -> N
         assert "was given up (error 102: as the test wants it)" in failure.value.why
         assert failure.value.failure is FailureClass.PLATFORM
         assert not failure.value.ends_run
-    with unicycle(), nav2(refuses=True), driver(robot, tmp_path) as platform:
-        with pytest.raises(BenchbotError, match="refused the goal"):
-            move_next(platform, robot)
+    with (
+        unicycle(),
+        nav2(refuses=True),
+        driver(robot, tmp_path) as platform,
+        pytest.raises(BenchbotError, match="refused the goal"),
+    ):
+        move_next(platform, robot)
 
 
 def test_a_goal_that_takes_too_long_is_called_off(tmp_path: Path) -> None:
@@ -215,7 +219,7 @@ def test_a_rival_on_the_guards_topic_is_refused(tmp_path: Path) -> None:
 
 
 def test_without_a_server_the_run_does_not_begin(tmp_path: Path) -> None:
-    robot = navigated(timing={"wait_s": 2.0})
+    robot = navigated(timing={"wait_s": 5.0})
     with unicycle(), driver(robot, tmp_path) as platform:
         with pytest.raises(BenchbotError, match="No action server /navigate_to_pose is there") as failure:
             platform.load(scene(), 0)

@@ -22,7 +22,7 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image, LaserScan
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, LaserScan, PointCloud2, PointField
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
@@ -32,6 +32,7 @@ DEFAULTS: dict[str, Any] = {
     "pace": 1.0,  # seconds of simulated time per second
     "clock_offset_s": 0.0,  # of /clock and stamps
     "wall_x_m": 5.0,
+    "low_wall_x_m": 5.0,  # that the lidar sees and the laser does not
     "odometry_delay_s": 0.0,
     "twist_noise": 0.0,
     "odometry_scale": 1.0,  # what odometry makes of a metre
@@ -47,11 +48,12 @@ DEFAULTS: dict[str, Any] = {
     "pressed": False,  # the emergency stop
     "held": True,  # the dead-man switch
     "motion_pace": None,  # from the first velocity command on; its own clock is what is looked at then
+    "lidar": False,  # publishes the wall on /points, seen by two rings below the laser
     "amcl": False,  # publishes where it is on /amcl_pose, ten times a second
     "transforms": False,  # publishes on /tf where "odom" is in "map", and "base_link" in "odom"
     "untold": [],  # frames whose transform does not come any more
     "place_off_m": 0.0,  # how far localisation is wrong
-    "amcl_off_m": 0.0,  # how far AMCL is wrong, until it is told the pose on /initialpose
+    "amcl_off_m": 0.0,  # how far AMCL is wrong until it is told the pose on /initialpose; None where it is silent
     "amcl_is_deaf": False,  # it takes no initial pose
     "strike": None,  # what the robot does `beyond_m` of its way: {"kill": [signal, pid, …]}, {"run": […]}, {"set": {…}}
 }
@@ -68,10 +70,12 @@ TOPICS = {
     "/e_stop": Bool,
     "/dead_man": Bool,
     "/clock": Clock,
+    "/points": PointCloud2,
     "/tf": TFMessage,
     "/amcl_pose": PoseWithCovarianceStamped,
 }
 FRAMES = {"/odom": "odom", "/truth": "map", "/scan": "lidar", "/image": "camera", "/camera_info": "camera"}
+FRAMES["/points"] = "lidar"
 
 
 class Robot:
@@ -98,6 +102,7 @@ class Robot:
 
     def _publisher(self, topic: str, kind: Any) -> Any:
         unpublished = {"/clock": not self.options["simulated"], "/tf": not self.options["transforms"]}
+        unpublished["/points"] = not self.options["lidar"]
         unpublished["/amcl_pose"] = not self.options["amcl"]
         if topic in self.options["absent"] or unpublished.get(topic):
             return None
@@ -182,9 +187,11 @@ class Robot:
         self.send("/dead_man", Bool(data=self.options["held"]))
         if tick % 5 == 0:
             truth = self.odometry("/truth")
-            truth.pose.pose.position.x += self.options["amcl_off_m"]
-            self.send("/amcl_pose", PoseWithCovarianceStamped(header=truth.header, pose=truth.pose))
+            if self.options["amcl_off_m"] is not None:
+                truth.pose.pose.position.x += self.options["amcl_off_m"]
+                self.send("/amcl_pose", PoseWithCovarianceStamped(header=truth.header, pose=truth.pose))
             self.send("/scan", self.scan())
+            self.send("/points", self.points())
             self.send("/image", self.image())
             info = CameraInfo(width=8, height=6, k=[4.0, 0, 3.5, 0, 4.0, 2.5, 0, 0, 1.0])
             info.p = [4.0, 0, 3.5, 0, 0, 4.0, 2.5, 0, 0, 0, 1.0, 0]
@@ -243,6 +250,19 @@ class Robot:
         message.angle_max = float(angles[-1])
         message.ranges = ranges.astype(np.float32).tolist()
         return self.headed(message, "/scan")
+
+    def points(self) -> PointCloud2:
+        # Two rings of three beams.
+        angles = np.radians([-20.0, 0.0, 20.0])
+        ahead = self.options["low_wall_x_m"] - self.x - LASER_X_M
+        rings = [
+            np.stack([np.full(3, ahead), ahead * np.tan(angles), -ahead / np.cos(angles) * math.tan(down_rad)], 1)
+            for down_rad in (math.radians(15.0), math.radians(10.0))
+        ]
+        fields = [PointField(name=axis, offset=4 * i, datatype=7, count=1) for i, axis in enumerate("xyz")]
+        message = PointCloud2(height=2, width=3, fields=fields, point_step=12, row_step=36)
+        message.data = np.stack(rings).astype("<f4").tobytes()
+        return self.headed(message, "/points")
 
     def image(self) -> Any:
         if self.options["compressed"]:

@@ -28,7 +28,7 @@ from benchbot_robot_ros2.navigation import Navigation, refuse_rivals
 from benchbot_robot_ros2.observing import Channel, Moment, callback_of, gather, missing
 from benchbot_robot_ros2.prediction import Prediction
 from benchbot_robot_ros2.ramp import REST, Velocity
-from benchbot_robot_ros2.standstill import rested, still, twist
+from benchbot_robot_ros2.standstill import rested, speed_mps, still, twist
 
 CONTROL_PERIOD_S = 0.05
 # How long Nav2 may take to brake, once its goal has ended.
@@ -84,6 +84,7 @@ class Ros2Driver:
         self._begin(robot.clock.now_s())
         self._start_pose = scene.start_pose
         robot.localisation.start(self._start_pose)
+        start_pose.tell_localisation(robot, scene)
         if not isinstance(self._robot.settings.localisation, LocalisedByOdometry):
             start_pose.check_start(self._robot, scene, self.pose())
         self._loaded_s = robot.clock.now_s()
@@ -162,15 +163,14 @@ class Ros2Driver:
         yield outcome
 
     def contact_ahead(self, linear_mps: float, angular_radps: float, horizon_s: float) -> bool:
-        """Return whether holding this command and then braking would touch what laser or depth camera saw last."""
+        """Return whether holding this command and then braking would touch what its sensors saw last."""
         ahead, velocity = self._carry_on()
         try:
             points_xy = self._obstacles.points_xy(ahead)
         except BenchbotError as error:
             raise self._stopped(f"What is ahead of it is not known. {error.title} {error.why}", error.fix) from error
         command = (linear_mps, angular_radps)
-        radius_m = self._robot.footprint_radius_m
-        return contact_ahead(points_xy, radius_m, velocity, command, horizon_s, self._motion)
+        return contact_ahead(points_xy, self._robot.footprint, velocity, command, horizon_s, self._motion)
 
     def pose(self) -> Pose:
         """Return the best known pose of the base: corrected by localisation where that is declared."""
@@ -194,7 +194,7 @@ class Ros2Driver:
         """The measured velocity; until standing still has been seen for a while, that of the last command at least."""
         measured = self._here().odometry.newest
         if measured is not None and not still(measured.message):
-            return twist(measured.message)
+            return speed_mps(measured.message), twist(measured.message)[1]
         at_rest = self._command == REST and rested(
             self._here().odometry.samples, self._rest_commanded_s + self._prediction.dead_time_s
         )
@@ -289,7 +289,7 @@ class Ros2Driver:
                 said = "confirmed that it drives the robot no longer" if is_off else "did not confirm that it let go"
                 raise self._stopped_as(
                     f"{why} Nav2 {said}, and {NAVIGATION_REST_S:g} s later odometry still said {seen}.",
-                    "See what drives the robot, and whether Nav2 stops when its goal is cancelled; then start the run again.",
+                    "See what drives the robot: with Nav2, why it does not stop when its goal is cancelled.",
                 )
         if not is_off:
             raise self._stopped_as(f"{why} Nav2 did not confirm that it drives the robot no longer.", FIND_OUT)

@@ -166,7 +166,7 @@ def refuse_rivals(node: "Node", robot: Ros2Robot, failed: Failed) -> None:
     rivals = sorted(name for name in names if not name.rpartition("/")[2].startswith("benchbot_guard"))
     if rivals:
         raise failed(
-            f"{' and '.join(rivals)} commands velocities on {topic}, too, where BenchBot must be able to stop the robot.",
+            f"{' and '.join(rivals)} commands velocities on {topic}, too, where BenchBot has to stop the robot.",
             f"Let Nav2 publish on a topic of its own, and twist_mux give {topic} priority over it: docs/ros2.md, Nav2.",
         )
 

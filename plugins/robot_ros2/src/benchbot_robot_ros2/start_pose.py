@@ -6,9 +6,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from benchbot.plugin import BenchbotError, Pose, Scene
+from benchbot_robot_ros2.connected import ConnectedRobot
 from benchbot_robot_ros2.declaration import ReturnByNavigation, ReturnByService, Ros2Robot
 from benchbot_robot_ros2.failures import failed
 from benchbot_robot_ros2.localisation import apart
+from benchbot_robot_ros2.messages import pose_message
 from benchbot_robot_ros2.navigation import NAVIGATE_TO_POSE, Navigation
 
 if TYPE_CHECKING:
@@ -57,6 +59,62 @@ def return_to_start(
     else:
         _by_operator(robot, scene, ask)
     _heed(guard)
+
+
+def tell_localisation(robot: ConnectedRobot, scene: Scene) -> None:
+    """Tell localisation where the robot starts, where that is declared, and wait until it says so, too.
+
+    Raises BenchbotError when nobody listens, or it goes on to say something else.
+    """
+    settings = robot.robot.settings
+    if settings.initial_pose is None:
+        return
+    from geometry_msgs.msg import PoseWithCovarianceStamped
+
+    message = PoseWithCovarianceStamped()
+    message.header.frame_id = robot.robot.global_frame
+    message.header.stamp = robot.node.get_clock().now().to_msg()
+    message.pose.pose = pose_message(scene.start_pose)
+    allowed = settings.start_tolerances
+    # Variances of x, y and yaw, on the diagonal of 6 rows.
+    message.pose.covariance[0] = message.pose.covariance[7] = allowed.position_m**2
+    message.pose.covariance[35] = math.radians(allowed.angle_deg) ** 2
+    publisher = robot.node.create_publisher(PoseWithCovarianceStamped, settings.initial_pose, 1)
+    wait, told_s = robot.wait(settings.timing.wait_s), math.inf
+    try:
+        while not _believes(robot, scene.start_pose, told_s):
+            if told_s == math.inf and publisher.get_subscription_count():
+                told_s = robot.clock.now_s()
+                publisher.publish(message)
+            if wait.over():
+                raise _disbelief(robot, settings.initial_pose, is_told=told_s < math.inf)
+    finally:
+        robot.node.destroy_publisher(publisher)
+
+
+def _believes(robot: ConnectedRobot, start: Pose, told_s: float) -> bool:
+    """Return whether localisation has said, since it was told, that the robot is at the start."""
+    place, allowed = robot.place, robot.robot.settings.start_tolerances
+    heard_s = robot.clock.now_s() if place is None else -math.inf if place.newest is None else place.newest.arrived_s
+    if heard_s <= told_s:
+        return False
+    try:
+        away_m, turned_deg = apart(start, robot.localisation.pose())
+    except (LookupError, ValueError):
+        return False
+    return away_m <= allowed.position_m and turned_deg <= allowed.angle_deg
+
+
+def _disbelief(robot: ConnectedRobot, topic: str, *, is_told: bool) -> BenchbotError:
+    wait_s = robot.robot.settings.timing.wait_s
+    return failed(
+        f"The localisation of the robot '{robot.robot.name}' does not take its start pose.",
+        f"It was told on {topic}, and {wait_s:g} s later it does not say that the robot is there."
+        if is_told
+        else f"In {wait_s:g} s nobody subscribed to {topic}.",
+        "See whether AMCL is active, gets scans, and publishes: ros2 lifecycle get /amcl; or correct "
+        "driver.localisation.initial_pose in the robot's declaration.",
+    )
 
 
 def check_start(robot: Ros2Robot, scene: Scene, pose: Pose) -> None:
