@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, NamedTuple, Protocol, Self
+from typing import Any, NamedTuple, Protocol, Self, cast
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose, wrap_angle_rad
@@ -106,11 +106,10 @@ def execute(
     `angle_tolerance_rad` of the goal by that pose. Where the platform is a `Navigator`, it is steered for what its
     navigation leaves of the way.
     """
-    navigate = getattr(platform, "navigate", None)
-    if action == "move_next" and goal is not None and navigate is not None:
-        for outcome in navigate(goal):
-            if outcome not in (None, Outcome.REACHED):
-                return outcome
+    if action == "move_next" and goal is not None and hasattr(platform, "navigate"):
+        for ended in cast(Navigator, platform).navigate(goal):
+            if ended not in (None, Outcome.REACHED):
+                return cast(Outcome, ended)
     for phase in _phases(platform, action, arguments, goal, config):
         outcome = _run(platform, phase, config)
         if outcome is not Outcome.REACHED:

@@ -93,7 +93,7 @@ def test_it_stops_before_what_only_the_lidar_sees(tmp_path: Path) -> None:
         assert act(platform, robot, "move_distance", distance=3.0) is Outcome.BLOCKED
         assert 1.1 < there.state["x"] < 1.3
         # Higher than what stands there.
-        robot["footprint"] = {"radius_m": 0.2, "z_min_m": 0.3}
+        robot["footprint"] = {"radius_m": 0.2, "z_min_m": 0.6}
     with unicycle(lidar=True, low_wall_x_m=1.5), driver(robot, tmp_path) as platform:
         platform.load(scene(), 0)
         assert act(platform, robot, "move_distance", distance=1.6) is Outcome.REACHED

@@ -6,6 +6,7 @@ polygon is looked at in many poses on its way.
 
 import math
 from collections.abc import Mapping
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,9 +95,9 @@ def obstacle_points(
     outside the scanner's are none.
     """
     if isinstance(observation, Mapping) and "scans" in observation:
-        return _in_base(_scanned(observation), mount)[:, :2]
+        return _in_base(_scanned(cast(LaserScan, observation)), mount)[:, :2]
     if isinstance(observation, Mapping):
-        points = _in_base(_ringed(observation), mount)
+        points = _in_base(_ringed(cast(LidarScan, observation)), mount)
     elif intrinsics is None:
         raise ValueError("obstacles in a depth picture need the camera's intrinsics")
     else:

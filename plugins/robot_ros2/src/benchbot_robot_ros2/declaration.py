@@ -266,7 +266,7 @@ def _convert(value: Any, kind: type[T], robot: str, key: str) -> T:
         raise _wrong(robot, key, error) from error
 
 
-def _wrong(robot: str, key: str, error: ValueError) -> BenchbotError:
+def _wrong(robot: str, key: str, error: Exception) -> BenchbotError:
     why = str(error)
     return BenchbotError(
         f"The robot '{robot}' cannot be driven: its declaration is wrong at '{key}'.",

@@ -261,7 +261,7 @@ class Ros2Driver:
             measured = robot.odometry.newest
             # What it does is what it was commanded, as far as can be known here.
             moves = measured is not None and not still(measured.message)
-            self._note(Velocity(*twist(measured.message)) if moves else REST, robot.clock.now_s())
+            self._note(Velocity(*twist(measured.message)) if measured and moves else REST, robot.clock.now_s())
             robot.guard.attend()
             with self._changed:
                 self._changed.wait(min(left_s, REPEAT_S))
