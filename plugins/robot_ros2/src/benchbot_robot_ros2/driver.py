@@ -158,6 +158,8 @@ class Ros2Driver:
                 outcome = self._found_on_the_way(robot, deadline_s) or navigation.outcome()
         except BaseException as error:
             self._end_navigation(robot, navigation, error.why if isinstance(error, BenchbotError) else str(error))
+            # A goal that a guard has called off may be seen to end before the guard's reason is heard.
+            self._refuse_when_stopped(robot)
             raise
         self._end_navigation(robot, navigation, f"The motion was {outcome}.")
         yield outcome
@@ -246,9 +248,9 @@ class Ros2Driver:
         def lost(why: str, fix: str) -> BenchbotError:
             return failed(f"The robot '{self._robot.name}' cannot be navigated.", why, fix)
 
-        refuse_rivals(robot.node, self._robot, lost)
         navigation = Navigation(robot.node, self._robot, way.ros_action, way.ros_type, lost)
         navigation.await_server(lambda: self._refuse_when_stopped(robot))
+        refuse_rivals(robot.node, self._robot, lost)
         return navigation
 
     def _watch_navigation(self, robot: ConnectedRobot) -> None:

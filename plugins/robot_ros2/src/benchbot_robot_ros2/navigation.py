@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from benchbot.plugin import BenchbotError, Outcome, Pose
 from benchbot_robot_ros2.declaration import Ros2Robot
 from benchbot_robot_ros2.messages import pose_message
-from benchbot_robot_ros2.qos import node_name, publishers
+from benchbot_robot_ros2.qos import UNNAMED, node_name, publishers
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -162,11 +162,16 @@ class Navigation:
 def refuse_rivals(node: "Node", robot: Ros2Robot, failed: Failed) -> None:
     """Raise an error when another node commands velocities on the guard's topic: the guard could not stop it there."""
     topic = robot.command.ros_topic
-    names = {node_name(info) for info in publishers(node, robot.command)}
-    rivals = sorted(name for name in names if not name.rpartition("/")[2].startswith("benchbot_guard"))
-    if rivals:
+
+    def rivals() -> list[str]:
+        names = {node_name(info) for info in publishers(node, robot.command)}
+        return sorted(name for name in names if not name.rpartition("/")[2].startswith("benchbot_guard"))
+
+    # A node may be discovered after its publisher: the guards', too.
+    _wait(lambda: UNNAMED not in rivals(), robot.settings.timing.wait_s)
+    if found := rivals():
         raise failed(
-            f"{' and '.join(rivals)} commands velocities on {topic}, too, where BenchBot has to stop the robot.",
+            f"{' and '.join(found)} commands velocities on {topic}, too, where BenchBot has to stop the robot.",
             f"Let Nav2 publish on a topic of its own, and twist_mux give {topic} priority over it: docs/ros2.md, Nav2.",
         )
 
