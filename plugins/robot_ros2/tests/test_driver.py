@@ -6,7 +6,8 @@ import pytest
 
 from benchbot.core.channels import OBSERVATIONS
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.core.motion import Outcome
+from benchbot.core.geometry import Pose
+from benchbot.core.motion import MotionConfig, Outcome, execute
 from plugins.robot_ros2.tests.unicycle import BY_TRUTH, act, declaration, driver, scene, unicycle
 
 pytestmark = pytest.mark.usefixtures("domain")
@@ -43,6 +44,21 @@ def test_odometry_that_comes_late_neither_hunts_nor_overshoots(tmp_path: Path, *
         assert math.degrees(there.state["yaw"]) == pytest.approx(-45, abs=1.0)
         # A second and a half for turning and a little for being sure; hunting lasts until the time-out.
         assert platform.clock() < 10.0
+
+
+def test_a_goal_a_centimetre_away_is_settled_at_without_swinging(tmp_path: Path) -> None:
+    robot = declaration()
+    with unicycle(odometry_delay_s=0.15, twist_noise=0.002) as there, driver(robot, tmp_path) as platform:
+        platform.load(scene(), 0)
+        goal = Pose.planar(0.012, 0.004, -0.5)
+
+        config = MotionConfig.from_robot(robot, "ground_truth")
+        assert execute(platform, "move_next", {}, goal, config) is Outcome.REACHED
+        state = there.state
+        assert (state["x"], state["y"]) == pytest.approx((0.012, 0.004), abs=0.01)
+        assert state["yaw"] == pytest.approx(-0.5, abs=0.03)
+        # Half a radian is what is needed, and a little for turning to the goal: it swung by more than two.
+        assert state["turned"] < 1.6
 
 
 def test_an_observation_is_of_one_instant_after_the_call(tmp_path: Path) -> None:

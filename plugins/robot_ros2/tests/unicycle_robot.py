@@ -82,7 +82,7 @@ class Robot:
     def __init__(self, options: dict[str, Any]) -> None:
         self.options = DEFAULTS | options
         self.node = rclpy.create_node("unicycle")
-        self.x = self.y = self.yaw = self.v = self.w = self.travelled = 0.0
+        self.x = self.y = self.yaw = self.v = self.w = self.travelled = self.turned = 0.0
         self.collided = False
         self.command, self.commanded_s, self.first_s = (0.0, 0.0), -math.inf, -math.inf
         self.time_s = 100.0
@@ -167,6 +167,7 @@ class Robot:
             self.collided, self.v, x = True, 0.0, self.x
         self.y += self.v * dt * math.sin(self.yaw + self.w * dt / 2)
         self.x, self.yaw, self.travelled = x, self.yaw + self.w * dt, self.travelled + abs(self.v) * dt
+        self.turned += abs(self.w) * dt
         if (self.v, self.w) == (0.0, 0.0) and self.rested_s is None:
             self.rested_s = self.clock_s()
         blow = self.options["strike"]
@@ -272,7 +273,7 @@ class Robot:
         return self.headed(Image(height=6, width=8, encoding="rgb8", step=24, data=bytes([value] * 144)), "/image")
 
     def state(self) -> dict[str, Any]:
-        names = ("x", "y", "yaw", "v", "w", "collided", "struck_s", "moved_s", "zeroed_s", "rested_s")
+        names = ("x", "y", "yaw", "v", "w", "turned", "collided", "struck_s", "moved_s", "zeroed_s", "rested_s")
         return {name: getattr(self, name) for name in names} | {"time_s": self.clock_s()}
 
 
