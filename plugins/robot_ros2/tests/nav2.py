@@ -27,6 +27,7 @@ DEFAULTS: dict[str, Any] = {
     "gives_up": 0,  # the error code with which it gives up at once
     "refuses": False,
     "refuses_to_cancel": False,
+    "cancels_after_s": 0.0,
     "drives_on": False,  # after a goal was called off
     "dies_beyond_m": math.inf,
 }
@@ -78,6 +79,7 @@ class Nav2:
                 handle.succeed()
                 return kind.Result()
             time.sleep(PERIOD_S)
+        time.sleep(self.options["cancels_after_s"])
         handle.canceled()
         say(cancelled=kind.__name__)
         if self.options["drives_on"]:

@@ -84,6 +84,20 @@ def test_navigation_drives_near_the_goal_and_the_controller_does_the_rest(
     assert goals[0]["goal"][2:] == pytest.approx([2.0, 0.3, 0.4])
 
 
+def test_by_odometry_a_goal_is_where_odometry_finds_it(tmp_path: Path) -> None:
+    robot = navigated()
+    with unicycle(odometry_scale=1.1) as there, nav2() as said, driver(robot, tmp_path, "noisy") as platform:
+        host = InProcessHost(platform, [scene()], MotionConfig.from_robot(robot, "noisy"))
+        host.load(0, 0)
+        for x in (1.1, 2.2):
+            assert host.act("move_next", {}, Pose.planar(x, 0.0, 0.0))[0] is Outcome.REACHED
+            assert platform.odometry().translation_xyz[0] == pytest.approx(x, abs=0.015)
+            assert there.state["x"] == pytest.approx(x / 1.1, abs=0.015)
+    # At a metre it believes that it has driven 1.1 m: to go on by 1.1 m is to go to 2.1 m.
+    goals_x = [line["goal"][2] for line in said if "goal" in line]
+    assert goals_x == pytest.approx([1.1, 2.1], abs=0.02)
+
+
 @pytest.mark.parametrize("code", [105, 208])
 def test_a_way_that_is_not_free_is_blocked(tmp_path: Path, code: int) -> None:
     robot = navigated()
@@ -110,7 +124,8 @@ def test_what_is_wrong_with_nav2_is_not_the_solutions_fault(tmp_path: Path) -> N
 
 def test_a_goal_that_takes_too_long_is_called_off(tmp_path: Path) -> None:
     robot = navigated(motion={**BY_NAVIGATION, "timeout_s": 1.0})
-    with unicycle() as there, nav2() as said, driver(robot, tmp_path) as platform:
+    # The guard waits for the end of the goal, for longer than a velocity holds.
+    with unicycle() as there, nav2(cancels_after_s=1.5) as said, driver(robot, tmp_path) as platform:
         assert move_next(platform, robot)[0] is Outcome.TIMEOUT
         assert there.state["v"] == 0.0
         assert there.state["x"] < 1.5
@@ -191,6 +206,16 @@ def test_a_navigation_that_drives_on_is_stopped_for_good_and_told_of(tmp_path: P
         assert "The motion was timeout. Nav2" in failure.value.why
         assert failure.value.ends_run
         # The guard's zeros come first in the robot's mux.
+        until(lambda: there.state["v"] == 0.0)
+
+
+def test_a_navigation_that_dies_ends_the_run(tmp_path: Path) -> None:
+    robot = navigated()
+    with unicycle() as there, nav2(dies_beyond_m=0.3), driver(robot, tmp_path) as platform:
+        with pytest.raises(BenchbotError, match="stopped for safety") as failure:
+            move_next(platform, robot)
+        assert "/navigate_to_pose went away meanwhile. Nav2 did not confirm" in failure.value.why
+        assert failure.value.ends_run
         until(lambda: there.state["v"] == 0.0)
 
 

@@ -25,7 +25,7 @@ from benchbot_robot_ros2.declaration import LocalisedByOdometry, MovedByNavigati
 from benchbot_robot_ros2.failures import failed, safety_stop
 from benchbot_robot_ros2.guard.state import FIND_OUT
 from benchbot_robot_ros2.navigation import Navigation, refuse_rivals
-from benchbot_robot_ros2.observing import Channel, Moment, callback_of, gather, missing
+from benchbot_robot_ros2.observing import STILL_FACTOR, Channel, Moment, callback_of, gather, missing
 from benchbot_robot_ros2.prediction import Prediction
 from benchbot_robot_ros2.ramp import REST, Velocity
 from benchbot_robot_ros2.standstill import rested, speed_mps, still, twist
@@ -147,7 +147,11 @@ class Ros2Driver:
             return
         robot = self._here()
         self._refuse_when_stopped(robot)
-        navigation.send(self.pose(), goal)
+        here = self.pose()
+        if self._spec.localisation == "noisy":
+            # To where dead reckoning will find the goal, as far as it has drifted now.
+            goal = here @ self.odometry().inverse() @ goal
+        navigation.send(here, goal)
         deadline_s = robot.clock.now_s() + way.timeout_s
         self._is_navigated = True
         outcome = None
@@ -277,15 +281,19 @@ class Ros2Driver:
 
     def _end_navigation(self, robot: ConnectedRobot, navigation: Navigation, why: str) -> None:
         """Call off a goal that has not ended, and see by odometry that the robot stops, or stop it for good."""
-        is_off = navigation.call_off()
+
+        def attend() -> None:
+            if robot.guard.tripped is None:
+                robot.guard.attend()
+
+        is_off = navigation.call_off(attend)
         self._is_navigated = False
         since_s = robot.clock.now_s()
         self._note(REST, since_s)
-        wait = robot.wait(NAVIGATION_REST_S)
+        stalled_s = STILL_FACTOR * self._robot.settings.timing.feedback_timeout_s
         while not rested(robot.odometry.samples, since_s):
-            if robot.guard.tripped is None:
-                robot.guard.attend()
-            if wait.over():
+            attend()
+            if robot.clock.now_s() - since_s > NAVIGATION_REST_S or robot.clock.still_s > stalled_s:
                 measured = robot.odometry.newest
                 seen = "nothing" if measured is None else "{:.2f} m/s and {:.2f} rad/s".format(*twist(measured.message))
                 said = "confirmed that it drives the robot no longer" if is_off else "did not confirm that it let go"
@@ -293,6 +301,8 @@ class Ros2Driver:
                     f"{why} Nav2 {said}, and {NAVIGATION_REST_S:g} s later odometry still said {seen}.",
                     "See what drives the robot: with Nav2, why it does not stop when its goal is cancelled.",
                 )
+            with self._changed:
+                self._changed.wait(REPEAT_S)
         if not is_off:
             raise self._stopped_as(f"{why} Nav2 did not confirm that it drives the robot no longer.", FIND_OUT)
         if robot.guard.tripped is None:

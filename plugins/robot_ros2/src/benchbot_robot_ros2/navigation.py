@@ -124,13 +124,14 @@ class Navigation:
             "See whether Nav2 is localised and the way is free: send the robot there by hand, as with RViz.",
         )
 
-    def call_off(self) -> bool:
-        """Cancel the goal, and say whether it has ended then."""
-        if not _wait(lambda: self._handle is not None, min(self._wait_s, CALL_OFF_S)):
+    def call_off(self, check: Callable[[], None] = lambda: None) -> bool:
+        """Cancel the goal, and say whether it has ended then; `check` is called again and again."""
+        timeout_s = min(self._wait_s, CALL_OFF_S)
+        if not _wait(lambda: self._handle is not None, timeout_s, check):
             return False
         if self._handle.accepted and self._answer is None:
             self._node.executor.create_task(self._handle.cancel_goal_async)
-        return not self._handle.accepted or _wait(lambda: self._answer is not None, min(self._wait_s, CALL_OFF_S))
+        return not self._handle.accepted or _wait(lambda: self._answer is not None, timeout_s, check)
 
     def close(self) -> None:
         """Leave the action server alone."""
