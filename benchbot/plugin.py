@@ -68,6 +68,7 @@ if TYPE_CHECKING:
     from benchbot.core.motion import REST_MPS as REST_MPS
     from benchbot.core.motion import REST_RADPS as REST_RADPS
     from benchbot.core.motion import MotionConfig as MotionConfig
+    from benchbot.core.motion import Outcome as Outcome
     from benchbot.core.platform import ManyCameras as ManyCameras
     from benchbot.core.platform import Platform as Platform
     from benchbot.core.platform import PlatformSpec as PlatformSpec
@@ -146,7 +147,7 @@ _HOMES = {
     "core.findings": "Finding Level Problem",
     "core.geometry": "Pose Quaternion wrap_angle_rad",
     "core.lidar": "POINT=LIDAR_POINT OFFSETS=LIDAR_OFFSETS cloud directions elevations_deg points_m",
-    "core.motion": "REST_MPS REST_RADPS MotionConfig",
+    "core.motion": "REST_MPS REST_RADPS MotionConfig Outcome",
     "core.platform": "ManyCameras Platform PlatformSpec Scene Simulation",
     "core.plugin_manager": "installed=installed_plugins load=load_plugins PluginInfo Plugins",
     "core.progress": "ActionResult Progress State Step",

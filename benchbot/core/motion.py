@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Protocol, Self, cast
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose, wrap_angle_rad
@@ -20,6 +20,11 @@ from benchbot.core.platform import Localisation, Platform
 K_RHO, K_ALPHA, K_BETA = 2.0, 10.0, -4.0
 # A goal behind the robot is approached in reverse; a bit more than a right angle, as in v2, prefers driving forwards.
 REVERSE_BEYOND_RAD = 1.05 * math.pi / 2
+# So near, a bearing changes faster than a robot turns, and a curve would swing. A robot that starts there, or comes
+# there and heads past its goal by more than a curve from afar leaves, turns on the spot and drives straight.
+NEAR_M, ASTRAY_RAD = 0.1, math.radians(30.0)
+# It turns until a straight way misses the goal by the first share of the tolerance, and again beyond the second.
+AIMED_SHARE, MISSING_SHARE = 0.1, 0.75
 # Per metre driven and per square metre: critically damped return to a straight line.
 K_HEADING, K_LATERAL = 4.0, 4.0
 # How much of the declared acceleration is planned with; the rest is a reserve for following the plan.
@@ -83,6 +88,13 @@ class MotionConfig:
         )
 
 
+class Navigator(Platform, Protocol):
+    """A platform that may have a way of its own to go to a pose, such as the navigation of a robot."""
+
+    def navigate(self, goal: Pose) -> Iterator[Outcome | None]:
+        """Go to a pose: yield None after every control tick and, at rest, the outcome; nothing where `drive` steers."""
+
+
 def execute(
     platform: Platform, action: str, arguments: Mapping[str, float], goal: Pose | None, config: MotionConfig
 ) -> Outcome:
@@ -91,8 +103,13 @@ def execute(
     `arguments` are `distance` (m, negative is backwards) for move_distance and `angle` (degrees, CCW, any number of
     turns) for move_angle; `goal` is the pose in the map frame for move_next. The robot's place is `platform.pose()`, or
     `platform.odometry()` when localisation is noisy. REACHED means within `position_tolerance_m` and
-    `angle_tolerance_rad` of the goal by that pose.
+    `angle_tolerance_rad` of the goal by that pose. Where the platform is a `Navigator`, it is steered for what its
+    navigation leaves of the way.
     """
+    if action == "move_next" and goal is not None and hasattr(platform, "navigate"):
+        for ended in cast(Navigator, platform).navigate(goal):
+            if ended not in (None, Outcome.REACHED):
+                return cast(Outcome, ended)
     for phase in _phases(platform, action, arguments, goal, config):
         outcome = _run(platform, phase, config)
         if outcome is not Outcome.REACHED:
@@ -196,9 +213,7 @@ def _turn(start: Pose, angle_rad: float, config: MotionConfig, period_s: float) 
         turned_rad += wrap_angle_rad(pose.yaw_rad - last_yaw_rad)
         last_yaw_rad = pose.yaw_rad
         remaining_rad = angle_rad - turned_rad
-        speed_radps = _braking_speed(abs(remaining_rad), config.angular_acceleration_radps2, period_s)
-        speed_radps = min(speed_radps, config.angular_limit_radps * config.speed_factor)
-        return Steering(abs(remaining_rad) / config.angle_tolerance_rad, 0.0, math.copysign(speed_radps, remaining_rad))
+        return Steering(abs(remaining_rad) / config.angle_tolerance_rad, 0.0, _angular(remaining_rad, config, period_s))
 
     return steer
 
@@ -212,12 +227,19 @@ def _approach(start: Pose, goal: Pose, config: MotionConfig, period_s: float) ->
     """Drive to a pose on a curve, forwards or in reverse; what is left of the heading is for another phase."""
     x, y, _ = (start.inverse() @ goal).translation_xyz
     reverse_rad = math.pi if abs(math.atan2(y, x)) > REVERSE_BEYOND_RAD else 0.0
+    settle = _settle(reverse_rad, config, period_s)
+    is_settling = math.hypot(x, y) <= NEAR_M
 
     def steer(pose: Pose) -> Steering:
+        nonlocal is_settling
         x, y, _ = (pose.inverse() @ goal).translation_xyz
         rho_m = math.hypot(x, y)
         bearing_rad = math.atan2(y, x) + reverse_rad
         alpha_rad = wrap_angle_rad(bearing_rad)
+        if config.position_tolerance_m < rho_m <= NEAR_M and abs(alpha_rad) > ASTRAY_RAD:
+            is_settling = True
+        if is_settling:
+            return settle(x, y)
         beta_rad = wrap_angle_rad(goal.yaw_rad - pose.yaw_rad - bearing_rad)
         angular_radps = K_ALPHA * alpha_rad + K_BETA * beta_rad
         # Both speeds are scaled alike, so that every limit keeps the curvature that the controller asks for.
@@ -233,6 +255,26 @@ def _approach(start: Pose, goal: Pose, config: MotionConfig, period_s: float) ->
     return steer
 
 
+def _settle(reverse_rad: float, config: MotionConfig, period_s: float) -> Callable[[float, float], Steering]:
+    """Turn to a near goal at (x, y) in the base frame, or, at `reverse_rad` of pi, away from it, and drive straight."""
+    is_turning = True
+
+    def steer(x: float, y: float) -> Steering:
+        nonlocal is_turning, reverse_rad
+        error = math.hypot(x, y) / config.position_tolerance_m
+        is_turning = abs(y) > config.position_tolerance_m * (AIMED_SHARE if is_turning else MISSING_SHARE)
+        if not is_turning:
+            return Steering(error, _linear(x, config, period_s), 0.0)
+        alpha_rad = wrap_angle_rad(math.atan2(y, x) + reverse_rad)
+        if abs(alpha_rad) > math.pi - ASTRAY_RAD:
+            # It has driven past the goal.
+            reverse_rad = math.pi - reverse_rad
+            alpha_rad = wrap_angle_rad(alpha_rad + math.pi)
+        return Steering(error, 0.0, _angular(alpha_rad, config, period_s))
+
+    return steer
+
+
 def _linear(remaining_m: float, config: MotionConfig, period_s: float) -> float:
     """Return the fastest velocity within the limits that still stops at the signed distance `remaining_m`."""
     backwards_mps, forwards_mps = config.linear_limits_mps
@@ -242,6 +284,12 @@ def _linear(remaining_m: float, config: MotionConfig, period_s: float) -> float:
         if remaining_m >= 0
         else max(-speed_mps, backwards_mps * config.speed_factor)
     )
+
+
+def _angular(remaining_rad: float, config: MotionConfig, period_s: float) -> float:
+    """Return the fastest turn within the limit that still stops at the signed angle `remaining_rad`."""
+    speed_radps = _braking_speed(abs(remaining_rad), config.angular_acceleration_radps2, period_s)
+    return math.copysign(min(speed_radps, config.angular_limit_radps * config.speed_factor), remaining_rad)
 
 
 def _braking_speed(remaining: float, acceleration: float, period_s: float) -> float:

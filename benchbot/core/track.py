@@ -1,12 +1,14 @@
 """Track: where a robot really went, noted after every control tick of its platform and kept by the session."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from benchbot.core.documents import TrackedScene
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose, wrap_angle_rad
+from benchbot.core.motion import Outcome
 from benchbot.core.platform import Platform
 
 ROW_DISTANCE_M, ROW_ANGLE_RAD = 0.05, math.radians(5)
@@ -51,6 +53,21 @@ class TrackedPlatform:
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
         """Apply one control tick, and add the pose after it to the path."""
         self._platform.drive(linear_mps, angular_radps, duration_s)
+        self._follow()
+
+    def navigate(self, goal: Pose) -> Iterator[Outcome | None]:
+        """Follow a platform that navigates to a pose by itself."""
+        for outcome in getattr(self._platform, "navigate", lambda _: ())(goal):
+            self._follow()
+            yield outcome
+
+    def take(self) -> DrivenPath:
+        """Return the path that was driven since the last call, or since `begin`."""
+        path = DrivenPath(self._length_m, tuple(self._waypoints))
+        self._length_m, self._waypoints, self._marked = 0.0, [], self._here
+        return path
+
+    def _follow(self) -> None:
         try:
             here = self._waypoint()
         except BenchbotError:
@@ -62,12 +79,6 @@ class TrackedPlatform:
         if _distance_m(self._marked, here) >= ROW_DISTANCE_M or turned_rad >= ROW_ANGLE_RAD:
             self._waypoints.append(here)
             self._marked = here
-
-    def take(self) -> DrivenPath:
-        """Return the path that was driven since the last call, or since `begin`."""
-        path = DrivenPath(self._length_m, tuple(self._waypoints))
-        self._length_m, self._waypoints, self._marked = 0.0, [], self._here
-        return path
 
     def _waypoint(self) -> Waypoint:
         return waypoint(self._platform.pose(), self._platform.clock())

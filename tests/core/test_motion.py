@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from benchbot_sample.simulator import SampleSimulator
 from benchbot_sample.unicycle import Limits, State, substeps
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from benchbot.core.channels import Observations
@@ -127,6 +127,71 @@ def test_move_next_ends_at_the_goal(limits: Limits, start: State, goal: Pose) ->
     platform = OpenFloor(limits, start)
     assert execute(platform, "move_next", {}, goal, MotionConfig()) is Outcome.REACHED
     assert_stands_at(platform, goal)
+
+
+class LateFloor(OpenFloor):
+    """A floor on which commands take effect some ticks late, and poses are noisy; it sums up how much is turned."""
+
+    def __init__(self, start: State, late_ticks: int, noise: float, seed: int) -> None:
+        super().__init__(SLUGGISH, start)
+        self.noise = noise
+        self.turned_rad = 0.0
+        self._on_their_way = [(0.0, 0.0)] * late_ticks
+        self._random = np.random.default_rng(seed)
+
+    def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
+        self._on_their_way.append((linear_mps, angular_radps))
+        before_rad = self.state.yaw_rad
+        super().drive(*self._on_their_way.pop(0), duration_s)
+        self.turned_rad += abs(self.state.yaw_rad - before_rad)
+
+    def pose(self) -> Pose:
+        x, y, yaw_rad = self._random.normal((self.state.x, self.state.y, self.state.yaw_rad), self.noise)
+        return Pose.planar(float(x), float(y), float(yaw_rad))
+
+
+@settings(deadline=None)
+@given(
+    distance_m=st.floats(0.015, 0.095),
+    bearing_rad=angles_rad,
+    yaw_rad=st.floats(-0.5, 0.5),
+    late_ticks=st.integers(0, 1),
+    noise=st.sampled_from([0.0, 0.001]),
+    seed=st.integers(0, 1000),
+)
+@example(distance_m=0.015, bearing_rad=0.0, yaw_rad=0.5, late_ticks=1, noise=0.001, seed=0)
+def test_a_goal_nearby_is_reached_without_swinging(
+    distance_m: float, bearing_rad: float, yaw_rad: float, late_ticks: int, noise: float, seed: int
+) -> None:
+    start = State(-distance_m * math.cos(bearing_rad), -distance_m * math.sin(bearing_rad), yaw_rad)
+    platform = LateFloor(start, late_ticks, noise, seed)
+    assert execute(platform, "move_next", {}, Pose(), MotionConfig()) is Outcome.REACHED
+    # By the noisy pose it is within the tolerances.
+    assert math.hypot(platform.state.x, platform.state.y) <= 0.01 + 5 * noise
+    assert abs(platform.state.yaw_rad) <= math.radians(1.0) + 5 * noise
+    # A turn to the goal or away from it, by hardly more than a right angle, and one to its heading.
+    assert platform.turned_rad <= 1.05 * math.pi + abs(yaw_rad) + 0.4
+
+
+@pytest.mark.parametrize("late_ticks", [0, 1, 2])
+@pytest.mark.parametrize(("x", "y"), [(-0.012, 0.0), (-0.012, 0.004), (0.02, -0.003)])
+def test_a_centimetre_and_half_a_radian_off_need_no_swinging(x: float, y: float, late_ticks: int) -> None:
+    platform = LateFloor(State(x, y, 0.5), late_ticks, 0.0, 0)
+    assert execute(platform, "move_next", {}, Pose(), MotionConfig()) is Outcome.REACHED
+    assert platform.turned_rad <= 1.6
+
+
+@settings(deadline=None)
+@given(distance_m=st.floats(0.0, 1.0), bearing_rad=angles_rad, yaw_rad=angles_rad, late_ticks=st.integers(0, 1))
+def test_from_anywhere_within_a_metre_little_is_turned(
+    distance_m: float, bearing_rad: float, yaw_rad: float, late_ticks: int
+) -> None:
+    start = State(distance_m * math.cos(bearing_rad), distance_m * math.sin(bearing_rad), yaw_rad)
+    platform = LateFloor(start, late_ticks, 0.0, 0)
+    assert execute(platform, "move_next", {}, Pose(), MotionConfig()) is Outcome.REACHED
+    assert math.hypot(platform.state.x, platform.state.y) <= 0.01
+    assert abs(wrap_angle_rad(platform.state.yaw_rad)) <= math.radians(1.0)
+    assert platform.turned_rad <= 3 * math.pi
 
 
 @settings(deadline=None)

@@ -33,7 +33,7 @@ MEANINGS: dict[str, dict[str, str]] = {
         "limits": "linear_mps [backwards, forwards], angular_radps, and accelerations.",
         "tolerances.position_m": "Metres.",
         "tolerances.angle_deg": "Degrees.",
-        "footprint": "A disc that collides with what is between two heights: radius_m, z_min_m, z_max_m.",
+        "footprint": "A disc that collides with what is between two heights: radius_m, z_min_m, z_max_m; polygon.",
         "camera": "frame, width, height, fx, fy, cx, cy in pixels, range_m; distortion and noise.",
         "laser": "frame, beams, range_m; noise.",
         "noise": "Of simulated odometry, per control tick: linear and angular, relative.",

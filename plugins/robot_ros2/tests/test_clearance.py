@@ -8,12 +8,16 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from benchbot.core.channels import LaserScan
+from benchbot.core.channels import LaserScan, LidarScan
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig
 from benchbot_robot_ros2.clearance import contact_ahead, obstacle_points
+from benchbot_robot_ros2.footprint import Footprint
 
 RADIUS_M = 0.3
+DISC = Footprint(RADIUS_M, (0.0, 1.0))
+# A delivery robot: longer than wide, its wheels in front.
+BOX = Footprint(0.7, (0.0, 1.0), ((0.2, 0.25), (0.2, -0.25), (-0.6, -0.25), (-0.6, 0.25)))
 MOTION = MotionConfig(linear_acceleration_mps2=2.0, angular_acceleration_radps2=3.0)
 forwards = st.floats(0.05, 1.5)
 turns = st.floats(-1.0, 1.0)
@@ -24,9 +28,10 @@ def ahead(
     command: tuple[float, float],
     velocity: tuple[float, float] | None = None,
     horizon_s: float = 0.05,
+    footprint: Footprint = DISC,
 ) -> bool:
     velocity = command if velocity is None else velocity
-    return contact_ahead(np.array(points, np.float64).reshape(-1, 2), RADIUS_M, velocity, command, horizon_s, MOTION)
+    return contact_ahead(np.array(points, np.float64).reshape(-1, 2), footprint, velocity, command, horizon_s, MOTION)
 
 
 @given(st.floats(0.31, 3.0), forwards, st.floats(0.01, 0.5))
@@ -166,3 +171,88 @@ def test_a_large_picture_is_thinned_out() -> None:
 def test_depth_needs_the_camera() -> None:
     with pytest.raises(ValueError, match="intrinsics"):
         obstacle_points(np.zeros((2, 2), np.float32), Pose(), (0.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("point", "command", "touched"),
+    [
+        ((0.4, 0.0), (0.5, 0.0), False),  # well before it: half a metre a second takes 6 cm and the tick
+        ((0.28, 0.24), (0.5, 0.0), True),  # a corner comes by
+        ((0.28, 0.28), (0.5, 0.0), False),  # the side does not
+        ((-0.55, 0.3), (0.0, 1.0), False),  # turning to the left, the tail swings to the right
+        ((-0.55, -0.3), (0.0, 1.0), True),
+        ((-0.55, 0.3), (0.0, -1.0), True),
+        ((-0.63, 0.0), (-0.3, 0.0), True),
+        ((-0.63, 0.0), (0.3, 0.0), False),
+    ],
+)
+def test_a_polygon_touches_where_it_is_and_swings(
+    point: tuple[float, float], command: tuple[float, float], touched: bool
+) -> None:
+    assert ahead([point], command, footprint=BOX) is touched
+
+
+@given(st.floats(-0.55, 0.15), st.floats(-0.2, 0.2), forwards)
+def test_what_is_inside_a_polygon_may_be_left(x: float, y: float, linear_mps: float) -> None:
+    corners = np.array([(0.25, y), (x - 0.9, 0.0)])
+    assert not ahead(corners[1:], (linear_mps, 0.0), velocity=(0.0, 0.0), footprint=BOX)
+    # A wall just inside the front: it can be driven away from, not pressed on.
+    wall = [(0.19, side) for side in np.linspace(-0.2, 0.2, 21)]
+    assert not ahead(wall, (-linear_mps, 0.0), velocity=(0.0, 0.0), footprint=BOX)
+    assert ahead(wall, (linear_mps, 0.0), velocity=(0.0, 0.0), footprint=BOX)
+
+
+@given(
+    st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), max_size=10),
+    st.floats(-0.6, 1.5),
+    turns,
+    st.floats(0.01, 0.5),
+)
+def test_a_polygon_meets_nothing_that_its_disc_would_not(
+    points: list[tuple[float, float]], linear_mps: float, angular_radps: float, horizon_s: float
+) -> None:
+    outside = [point for point in points if math.hypot(*point) > BOX.radius_m + 0.02]
+    disc = Footprint(BOX.radius_m + 0.02, BOX.z_m)
+    command = (linear_mps, angular_radps)
+    if ahead(outside, command, horizon_s=horizon_s, footprint=BOX):
+        assert ahead(outside, command, horizon_s=horizon_s, footprint=disc)
+
+
+@given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.booleans())
+def test_the_distance_from_a_rectangle_is_that_of_its_formula(x: float, y: float, turned: bool) -> None:
+    corners = BOX.polygon[::-1] if turned else BOX.polygon
+    footprint = Footprint(BOX.radius_m, BOX.z_m, corners)
+    off_x, off_y = abs(x + 0.2) - 0.4, abs(y) - 0.25
+    expected_m = math.hypot(max(off_x, 0.0), max(off_y, 0.0)) + min(max(off_x, off_y), 0.0)
+    assert footprint.distance_m(np.array([(x, y)]))[0] == pytest.approx(expected_m, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("polygon", "why"),
+    [
+        (((0.1, 0.0), (0.0, 0.1)), "at least 3 corners"),
+        (((0.3, 0.3), (0.3, -0.3), (-0.3, 0.0)), "reaches 0.424 m"),
+        (((0.1, 0.1), (-0.1, -0.1), (-0.1, 0.1), (0.1, -0.1)), "cross or touch"),
+        (((0.1, 0.1), (0.1, 0.1), (-0.1, 0.1)), "no length"),
+    ],
+)
+def test_an_outline_that_is_none_is_explained(polygon: tuple[tuple[float, float], ...], why: str) -> None:
+    with pytest.raises(ValueError, match=why):
+        Footprint(0.3, (0.0, 1.0), polygon)
+
+
+def test_a_lidar_shows_what_is_between_two_heights_and_what_is_too_near() -> None:
+    # Rings 45° down and level, beams ahead and to the left; the lidar is 1 m above the floor.
+    lidar: LidarScan = {
+        "frame_id": "lidar",
+        "ranges_m": np.array([[math.sqrt(0.5), math.sqrt(2.0)], [3.0, math.nan]], np.float32),
+        "elevations_rad": np.array([-math.pi / 4, 0.0]),
+        "azimuths_rad": np.array([0.0, math.pi / 2]),
+    }
+    mount = Pose.planar(0.2, 0.0, 0.0, z=1.0)
+    np.testing.assert_allclose(obstacle_points(lidar, mount, (0.03, 0.9)), [(0.7, 0.0)], atol=1e-6)
+    np.testing.assert_allclose(obstacle_points(lidar, mount, (0.03, 1.2)), [(0.7, 0.0), (3.2, 0.0)], atol=1e-6)
+    lidar["ranges_m"][1, 1] = -math.inf
+    assert (0.2, 0.0) in {tuple(point) for point in obstacle_points(lidar, mount, (0.03, 1.2)).round(6)}
+    lidar["ranges_m"][:] = math.inf
+    assert len(obstacle_points(lidar, mount, (0.03, 1.2))) == 0

@@ -101,3 +101,12 @@ def test_all_actions_command_velocities_on_one_topic(small: dict[str, Any], othe
     small["connections"]["move_next"] = other
     with pytest.raises(BenchbotError, match="no one topic for velocity commands"):
         Ros2Robot.from_declaration(small)
+
+
+def test_localisation_is_not_told_that_a_robot_is_where_navigation_only_tried_to_go(small: dict[str, Any]) -> None:
+    small["driver"] |= {
+        "localisation": {"by": "tf", "initial_pose": "/initialpose"},
+        "return_to_start": {"by": "navigation"},
+    }
+    with pytest.raises(BenchbotError, match=r"wrong at 'driver\.localisation\.initial_pose'"):
+        Ros2Robot.from_declaration(small)

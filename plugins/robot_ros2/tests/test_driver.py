@@ -6,7 +6,8 @@ import pytest
 
 from benchbot.core.channels import OBSERVATIONS
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.core.motion import Outcome
+from benchbot.core.geometry import Pose
+from benchbot.core.motion import MotionConfig, Outcome, execute
 from plugins.robot_ros2.tests.unicycle import BY_TRUTH, act, declaration, driver, scene, unicycle
 
 pytestmark = pytest.mark.usefixtures("domain")
@@ -45,6 +46,21 @@ def test_odometry_that_comes_late_neither_hunts_nor_overshoots(tmp_path: Path, *
         assert platform.clock() < 10.0
 
 
+def test_a_goal_a_centimetre_away_is_settled_at_without_swinging(tmp_path: Path) -> None:
+    robot = declaration()
+    with unicycle(odometry_delay_s=0.15, twist_noise=0.002) as there, driver(robot, tmp_path) as platform:
+        platform.load(scene(), 0)
+        goal = Pose.planar(0.012, 0.004, -0.5)
+
+        config = MotionConfig.from_robot(robot, "ground_truth")
+        assert execute(platform, "move_next", {}, goal, config) is Outcome.REACHED
+        state = there.state
+        assert (state["x"], state["y"]) == pytest.approx((0.012, 0.004), abs=0.01)
+        assert state["yaw"] == pytest.approx(-0.5, abs=0.03)
+        # Half a radian is what is needed, and a little for turning to the goal: it swung by more than two.
+        assert state["turned"] < 1.6
+
+
 def test_an_observation_is_of_one_instant_after_the_call(tmp_path: Path) -> None:
     robot = declaration()
     with unicycle() as there, driver(robot, tmp_path) as platform:
@@ -77,6 +93,38 @@ def test_it_stops_before_what_the_laser_sees(tmp_path: Path) -> None:
         assert 1.1 < there.state["x"] < 1.3
 
         assert act(platform, robot, "move_distance", distance=-0.3) is Outcome.REACHED
+
+
+def test_it_stops_before_what_only_the_lidar_sees(tmp_path: Path) -> None:
+    robot = declaration(safety={"obstacles": ["laser", "lidar"], "command_timeout_s": 1.0})
+    with pytest.raises(BenchbotError, match="cannot see what is ahead") as failure, driver(robot, tmp_path):
+        pass
+    assert "connections.lidar and lidar.frame" in failure.value.why
+
+    robot["lidar"] = {"frame": "lidar"}
+    points = {"ros_topic": "/points", "ros_type": "sensor_msgs/msg/PointCloud2"}
+    robot["connections"]["lidar"] = {"connection": "ros_to_api", **points}
+    with unicycle(lidar=True, low_wall_x_m=1.5) as there, driver(robot, tmp_path) as platform:
+        platform.load(scene(), 0)
+        assert act(platform, robot, "move_distance", distance=3.0) is Outcome.BLOCKED
+        assert 1.1 < there.state["x"] < 1.3
+        # Higher than what stands there.
+        robot["footprint"] = {"radius_m": 0.2, "z_min_m": 0.6}
+    with unicycle(lidar=True, low_wall_x_m=1.5), driver(robot, tmp_path) as platform:
+        platform.load(scene(), 0)
+        assert act(platform, robot, "move_distance", distance=1.6) is Outcome.REACHED
+
+
+def test_a_robot_with_an_outline_comes_nearer_than_the_disc_that_holds_it(tmp_path: Path) -> None:
+    robot = declaration()
+    robot["footprint"] = {"radius_m": 0.7, "polygon": [[0.2, 0.2], [0.2, -0.2], [-0.6, -0.2], [-0.6, 0.2]]}
+    with unicycle(wall_x_m=1.5) as there, driver(robot, tmp_path) as platform:
+        platform.load(scene(), 0)
+        assert act(platform, robot, "move_distance", distance=3.0) is Outcome.BLOCKED
+        assert 1.1 < there.state["x"] < 1.3
+        # Its tail would hit the wall.
+        assert act(platform, robot, "move_angle", angle=180) is Outcome.BLOCKED
+        assert abs(there.state["yaw"]) < 2.5
 
 
 def test_contact_ends_the_action_and_a_load_forgets_it(tmp_path: Path) -> None:
@@ -142,3 +190,38 @@ def test_declarations_that_cannot_work_are_refused_before_anything_is_started(tm
     with pytest.raises(BenchbotError, match=r"wrong at 'connections\.laser'") as failure, driver(wrong, tmp_path):
         pass
     assert "sensor_msgs/msg/LaserScan, not sensor_msgs/msg/Image" in failure.value.why
+
+
+AMCL = {
+    "by": "topic",
+    "ros_topic": "/amcl_pose",
+    "ros_type": "geometry_msgs/msg/PoseWithCovarianceStamped",
+    "initial_pose": "/initialpose",
+}
+
+
+def test_amcl_is_told_where_each_scene_starts_before_the_robot_moves(tmp_path: Path) -> None:
+    # AMCL is silent until it is told.
+    with unicycle(amcl=True, amcl_off_m=None) as there, driver(declaration(localisation=AMCL), tmp_path) as platform:
+        platform.load(scene(), 0)
+        assert platform.pose().translation_xyz[0] == pytest.approx(0.0, abs=0.01)
+        there.set(amcl_off_m=0.4)
+        platform.load(scene(), 0)
+        assert platform.pose().translation_xyz[0] == pytest.approx(0.0, abs=0.01)
+
+
+def test_amcl_that_does_not_take_the_start_is_no_localisation(tmp_path: Path) -> None:
+    robot = declaration(localisation=AMCL, timing={"wait_s": 4.0})
+    with unicycle(amcl=True, amcl_off_m=0.4, amcl_is_deaf=True), driver(robot, tmp_path) as platform:
+        with pytest.raises(BenchbotError, match="does not take its start pose") as failure:
+            platform.load(scene(), 0)
+        assert "told on /initialpose, and 4 s later it does not say" in failure.value.why
+        assert failure.value.failure is FailureClass.PLATFORM
+
+    robot = declaration(localisation={**AMCL, "initial_pose": "/initial"}, timing={"wait_s": 4.0})
+    with (
+        unicycle(amcl=True),
+        driver(robot, tmp_path) as platform,
+        pytest.raises(BenchbotError, match="In 4 s nobody subscribed to /initial"),
+    ):
+        platform.load(scene(), 0)

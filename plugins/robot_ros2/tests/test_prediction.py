@@ -90,3 +90,13 @@ def test_rest_is_standing_still_for_a_while() -> None:
     assert not rested([], 0.9)
     assert rested([*braking, _sample(1.05 + REST_S, still)], 0.9)
     assert not rested([_sample(1.0, still), _sample(1.5, still)], 1.45)
+
+
+@pytest.mark.parametrize("lateral_mps", [0.3, -0.3])
+def test_a_base_that_is_pushed_aside_is_neither_at_rest_nor_where_it_was(lateral_mps: float) -> None:
+    pushed = _sample(1.0, REST)
+    pushed.message.twist.twist.linear.y = lateral_mps
+    assert not rested([_sample(0.0, REST), pushed], 0.0)
+
+    ahead, _ = Prediction(MOTION).carry_on([pushed], 1.2)
+    assert ahead.translation_xyz == pytest.approx((0.0, 0.2 * lateral_mps, 0.0))

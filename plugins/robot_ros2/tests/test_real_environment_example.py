@@ -73,7 +73,7 @@ def test_its_ground_truth_is_found_by_evaluation(catalog: Catalog, truth: Docume
 
 @pytest.mark.parametrize("robot", ["jackal", "stretch", "turtlebot4"])
 def test_the_trajectory_keeps_clear_of_the_furniture(catalog: Catalog, truth: Document, robot: str) -> None:
-    radius_m = Ros2Robot.from_declaration(catalog.get("robots", robot).data).footprint_radius_m
+    radius_m = Ros2Robot.from_declaration(catalog.get("robots", robot).data).footprint.radius_m
     for pose in lab(catalog).environments[0].data["trajectory_poses"]:
         assert math.hypot(*pose[:4]) == pytest.approx(1, abs=1e-3)
         for thing in truth["ground_truth"]["objects"]:

@@ -60,8 +60,8 @@ def test_the_laser_that_guards_it_is_mounted_somewhere_on_it(name: str) -> None:
     robot = declared(name)
     mount = robot.mounts[CATALOG.get("robots", name).data["laser"]["frame"]]
     assert "laser" in robot.settings.safety.obstacles
-    assert abs(mount.translation_xyz[0]) < robot.footprint_radius_m
-    assert 0.05 < mount.translation_xyz[2] < robot.footprint_z_m[1]
+    assert abs(mount.translation_xyz[0]) < robot.footprint.radius_m
+    assert 0.05 < mount.translation_xyz[2] < robot.footprint.z_m[1]
 
 
 @pytest.mark.parametrize("name", OWNED)

@@ -22,7 +22,7 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image, LaserScan
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, LaserScan, PointCloud2, PointField
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
@@ -32,6 +32,7 @@ DEFAULTS: dict[str, Any] = {
     "pace": 1.0,  # seconds of simulated time per second
     "clock_offset_s": 0.0,  # of /clock and stamps
     "wall_x_m": 5.0,
+    "low_wall_x_m": 5.0,  # that the lidar sees and the laser does not
     "odometry_delay_s": 0.0,
     "twist_noise": 0.0,
     "odometry_scale": 1.0,  # what odometry makes of a metre
@@ -47,6 +48,7 @@ DEFAULTS: dict[str, Any] = {
     "pressed": False,  # the emergency stop
     "held": True,  # the dead-man switch
     "motion_pace": None,  # from the first velocity command on; its own clock is what is looked at then
+    "lidar": False,  # publishes the wall on /points, seen by two rings below the laser
     "amcl": False,  # publishes where it is on /amcl_pose, ten times a second
     "transforms": False,  # publishes on /tf where "odom" is in "map", and "base_link" in "odom"
     "untold": [],  # frames whose transform does not come any more
@@ -54,9 +56,12 @@ DEFAULTS: dict[str, Any] = {
     "depth": None,  # publishes 32FC1 pictures on /depth, and how many units a metre has in them
     "mounts": {},  # what /tf_static says: [parent, x, y, z, yaw_deg] by frame
     "place_off_m": 0.0,  # how far localisation is wrong
+    "amcl_off_m": 0.0,  # how far AMCL is wrong until it is told the pose on /initialpose; None where it is silent
+    "amcl_is_deaf": False,  # it takes no initial pose
     "strike": None,  # what the robot does `beyond_m` of its way: {"kill": [signal, pid, …]}, {"run": […]}, {"set": {…}}
 }
 TICK_S, ACCELERATION_MPS2, ACCELERATION_RADPS2, COMMAND_TIMEOUT_S = 0.02, 2.0, 4.0, 0.2
+MUX_TIMEOUT_S = 0.5
 RADIUS_M, LASER_X_M, BEAMS = 0.2, 0.05, 72
 TOPICS = {
     "/odom": Odometry,
@@ -68,6 +73,7 @@ TOPICS = {
     "/e_stop": Bool,
     "/dead_man": Bool,
     "/clock": Clock,
+    "/points": PointCloud2,
     "/tf": TFMessage,
     "/tf_static": TFMessage,
     "/depth": Image,
@@ -75,7 +81,7 @@ TOPICS = {
     "/amcl_pose": PoseWithCovarianceStamped,
 }
 FRAMES = {"/odom": "odom", "/truth": "map", "/scan": "lidar", "/image": "camera", "/camera_info": "camera"}
-FRAMES |= {"/depth": "camera", "/depth_info": "camera"}
+FRAMES |= {"/depth": "camera", "/depth_info": "camera", "/points": "lidar"}
 DEPTH_WIDTH, DEPTH_HEIGHT, DEPTH_FOCAL, CAMERA_X_M = 64, 96, 64.0, 0.1
 
 
@@ -83,9 +89,9 @@ class Robot:
     def __init__(self, options: dict[str, Any]) -> None:
         self.options = DEFAULTS | options
         self.node = rclpy.create_node("unicycle")
-        self.x = self.y = self.yaw = self.v = self.w = self.travelled = 0.0
+        self.x = self.y = self.yaw = self.v = self.w = self.travelled = self.turned = 0.0
         self.collided = False
-        self.command, self.commanded_s = (0.0, 0.0), -math.inf
+        self.command, self.commanded_s, self.first_s = (0.0, 0.0), -math.inf, -math.inf
         self.time_s = 100.0
         # By the robot's clock: the strike, the last velocity that came, the first zero after it, the rest after that.
         self.struck_s: float | None = None
@@ -97,11 +103,14 @@ class Robot:
         self.random = np.random.default_rng(0)
         self.publishers = {topic: self._publisher(topic, kind) for topic, kind in TOPICS.items()}
         self.send("/tf_static", self.mounts())
-        self.node.create_subscription(Twist, "/cmd_vel", self._on_command, 1)
+        self.node.create_subscription(Twist, "/cmd_vel", self._on_first_command, 1)
+        self.node.create_subscription(Twist, "/nav_vel", self._on_second_command, 1)
+        self.node.create_subscription(PoseWithCovarianceStamped, "/initialpose", self._on_initial_pose, 1)
         self.node.create_service(Trigger, "/reset", self._on_reset)
 
     def _publisher(self, topic: str, kind: Any) -> Any:
         unpublished = {"/clock": not self.options["simulated"], "/tf": not self.options["transforms"]}
+        unpublished["/points"] = not self.options["lidar"]
         unpublished["/amcl_pose"] = not self.options["amcl"]
         unpublished["/tf_static"] = not self.options["mounts"]
         unpublished["/depth"] = unpublished["/depth_info"] = self.options["depth"] is None
@@ -114,6 +123,19 @@ class Robot:
         if topic == "/tf_static":
             profile.durability = DurabilityPolicy.TRANSIENT_LOCAL
         return self.node.create_publisher(kind, topic, profile)
+
+    def _on_first_command(self, message: Twist) -> None:
+        self.first_s = self.time_s
+        self._on_command(message)
+
+    def _on_second_command(self, message: Twist) -> None:
+        # As twist_mux, with a timeout of half a second.
+        if self.time_s - self.first_s > MUX_TIMEOUT_S:
+            self._on_command(message)
+
+    def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
+        if not self.options["amcl_is_deaf"]:
+            self.options["amcl_off_m"] = message.pose.pose.position.x - self.x
 
     def _on_command(self, message: Twist) -> None:
         self.command, self.commanded_s = (message.linear.x, message.angular.z), self.time_s
@@ -156,6 +178,7 @@ class Robot:
             self.collided, self.v, x = True, 0.0, self.x
         self.y += self.v * dt * math.sin(self.yaw + self.w * dt / 2)
         self.x, self.yaw, self.travelled = x, self.yaw + self.w * dt, self.travelled + abs(self.v) * dt
+        self.turned += abs(self.w) * dt
         if (self.v, self.w) == (0.0, 0.0) and self.rested_s is None:
             self.rested_s = self.clock_s()
         blow = self.options["strike"]
@@ -176,8 +199,11 @@ class Robot:
         self.send("/dead_man", Bool(data=self.options["held"]))
         if tick % 5 == 0:
             truth = self.odometry("/truth")
-            self.send("/amcl_pose", PoseWithCovarianceStamped(header=truth.header, pose=truth.pose))
+            if self.options["amcl_off_m"] is not None:
+                truth.pose.pose.position.x += self.options["amcl_off_m"]
+                self.send("/amcl_pose", PoseWithCovarianceStamped(header=truth.header, pose=truth.pose))
             self.send("/scan", self.scan())
+            self.send("/points", self.points())
             self.send("/image", self.image())
             info = CameraInfo(width=8, height=6, k=[4.0, 0, 3.5, 0, 4.0, 2.5, 0, 0, 1.0])
             info.p = [4.0, 0, 3.5, 0, 0, 4.0, 2.5, 0, 0, 0, 1.0, 0]
@@ -264,6 +290,19 @@ class Robot:
         message.ranges = ranges.astype(np.float32).tolist()
         return self.headed(message, "/scan")
 
+    def points(self) -> PointCloud2:
+        # Two rings of three beams.
+        angles = np.radians([-20.0, 0.0, 20.0])
+        ahead = self.options["low_wall_x_m"] - self.x - LASER_X_M
+        rings = [
+            np.stack([np.full(3, ahead), ahead * np.tan(angles), -ahead / np.cos(angles) * math.tan(down_rad)], 1)
+            for down_rad in (math.radians(15.0), math.radians(10.0))
+        ]
+        fields = [PointField(name=axis, offset=4 * i, datatype=7, count=1) for i, axis in enumerate("xyz")]
+        message = PointCloud2(height=2, width=3, fields=fields, point_step=12, row_step=36)
+        message.data = np.stack(rings).astype("<f4").tobytes()
+        return self.headed(message, "/points")
+
     def image(self) -> Any:
         if self.options["compressed"]:
             return self.headed(CompressedImage(format="jpeg"), "/image")
@@ -272,7 +311,7 @@ class Robot:
         return self.headed(Image(height=6, width=8, encoding="rgb8", step=24, data=bytes([value] * 144)), "/image")
 
     def state(self) -> dict[str, Any]:
-        names = ("x", "y", "yaw", "v", "w", "collided", "struck_s", "moved_s", "zeroed_s", "rested_s")
+        names = ("x", "y", "yaw", "v", "w", "turned", "collided", "struck_s", "moved_s", "zeroed_s", "rested_s")
         return {name: getattr(self, name) for name in names} | {"time_s": self.clock_s()}
 
 

@@ -318,6 +318,7 @@ BROKEN_ROBOTS = {
     "a camera without pixels": {"camera": robot()["camera"] | {"width": 0}},
     "a laser without beams": {"laser": robot()["laser"] | {"beams": 0}},
     "a footprint without width": {"footprint": {"radius_m": 0, "z_min_m": 0.03, "z_max_m": 1.1}},
+    "a footprint that is no disc": {"footprint": robot()["footprint"] | {"polygon": [[0.1, 0], [0, 0.1], [-0.1, 0]]}},
     "a footprint with an unknown key": {"footprint": robot()["footprint"] | {"colour": 1}},
     "frames without places": {"frames": ["camera_left", "lidar"]},
     "an unknown pose": {"poses": ["base_link", "gripper"]},

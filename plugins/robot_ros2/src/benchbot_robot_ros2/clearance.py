@@ -1,21 +1,26 @@
-"""Contact ahead of a motion: obstacles seen by laser or depth camera, and the way of the footprint among them.
+"""Contact ahead of a motion: obstacles seen by laser, lidar or depth camera, and the way of the footprint among them.
 
-Nothing is turned by a disc that turns on the spot, so contact depends on the way of the base's origin alone.
+Nothing is turned by a disc that turns on the spot, so its contact depends on the way of the base's origin alone; a
+polygon is looked at in many poses on its way.
 """
 
 import math
 from collections.abc import Mapping
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchbot.plugin import LaserScan, MotionConfig, Pose
+from benchbot.plugin import LaserScan, LidarScan, MotionConfig, Pose, points_m
+from benchbot_robot_ros2.footprint import Footprint
 from benchbot_robot_ros2.ramp import REST, Velocity, clipped
 
 # An arc this long and wide is less than a millimetre from its chord.
 LONGEST_STEP_M = 0.05
 WIDEST_STEP_RAD = math.radians(5.0)
 NO_STEP_M = 1e-9
+# A polygon is looked at in poses between which no corner moves farther than twice this, and with so much about it.
+BETWEEN_M = 0.01
 # A picture is thinned out to about so many pixels: far more than a footprint needs, few enough for every control tick.
 DEPTH_PIXELS = 8000
 # What is inside the footprint already counts as approached only if it comes closer by more than rounding.
@@ -26,47 +31,77 @@ Array = NDArray[np.float64]
 
 def contact_ahead(
     points_xy: Array,
-    radius_m: float,
+    footprint: Footprint,
     velocity: tuple[float, float],
     command: tuple[float, float],
     horizon_s: float,
     motion: MotionConfig,
 ) -> bool:
-    """Return whether a disc would touch a point while it follows a command for `horizon_s` and then brakes to rest.
+    """Return whether a footprint would touch a point, following a command for `horizon_s` and then braking to rest.
 
     `points_xy` are obstacles (N, 2) in metres in the base frame of now; `velocity` and `command` are (m/s, rad/s), the
     second is clipped to the motion's limits. Velocities ramp with the motion's accelerations, as the guard makes them.
-    A point inside the disc already is touched only by a motion that brings it closer: a robot that stands against a
-    wall can drive away from it.
+    A point inside the footprint already is touched only by a motion that brings it closer: a robot that stands against
+    a wall can drive away from it.
     """
-    starts, steps = _way(Velocity(*velocity), clipped(Velocity(*command), motion), horizon_s, motion)
+    starts, steps, headings_rad = _way(Velocity(*velocity), clipped(Velocity(*command), motion), horizon_s, motion)
+    radius_m = footprint.radius_m
     now_m = np.hypot(points_xy[:, 0], points_xy[:, 1])
-    near = now_m < radius_m + np.hypot(steps[:, 0], steps[:, 1]).sum()
+    near = now_m < radius_m + np.hypot(steps[:, 0], steps[:, 1]).sum() + BETWEEN_M
     points_xy, now_m = points_xy[near], now_m[near]
+    if footprint.polygon:
+        return _polygon_touches(points_xy, footprint, starts, steps, headings_rad)
+    moved = np.hypot(steps[:, 0], steps[:, 1]) > NO_STEP_M
+    starts, steps = starts[moved], steps[moved]
     if len(points_xy) == 0 or len(steps) == 0:
         return False
     nearest_m = _distances(points_xy, starts, steps).min(1)
     return bool((nearest_m < np.where(now_m < radius_m, now_m - CLOSER_M, radius_m)).any())
 
 
+def _polygon_touches(points_xy: Array, footprint: Footprint, starts: Array, steps: Array, headings_rad: Array) -> bool:
+    """Return whether a polygon touches a point on its base's way, or nearly does."""
+    turns_rad = np.diff(headings_rad)
+    farthest_m = np.hypot(steps[:, 0], steps[:, 1]) + footprint.radius_m * np.abs(turns_rad)
+    counts = np.maximum(1, np.ceil(farthest_m / (2 * BETWEEN_M))).astype(int)
+    step = np.repeat(np.arange(len(counts)), counts)
+    share = (np.arange(len(step)) - np.repeat(np.cumsum(counts) - counts, counts) + 1) / counts[step]
+    places = starts[step] + share[:, None] * steps[step]
+    headings_rad = headings_rad[step] + share * turns_rad[step]
+    now_m = footprint.distance_m(points_xy)
+    margin_m = np.where(now_m < BETWEEN_M, now_m - CLOSER_M, BETWEEN_M)
+    for place, heading_rad in zip(places, headings_rad, strict=True):
+        cos, sin = math.cos(heading_rad), math.sin(heading_rad)
+        off = points_xy - place
+        beside = np.hypot(off[:, 0], off[:, 1]) < footprint.radius_m + BETWEEN_M
+        seen = off[beside] @ np.array([[cos, -sin], [sin, cos]])
+        if (footprint.distance_m(seen) < margin_m[beside]).any():
+            return True
+    return False
+
+
 def obstacle_points(
-    observation: LaserScan | NDArray[np.float32],
+    observation: LaserScan | LidarScan | NDArray[np.float32],
     mount: Pose,
     z_range_m: tuple[float, float],
     intrinsics: Array | None = None,
 ) -> Array:
     """Return the obstacles (N, 2) in metres in the base frame that one observation shows.
 
-    `observation` is the channel `laser`, or `image_depth` together with the camera's 3x3 `intrinsics` in pixels of that
-    picture; `mount` is the scanner's or the optical frame's pose in the base frame. Of a picture only what lies between
-    the heights `z_range_m` above the floor counts; of a scan, everything. -inf is too near to be measured (REP-117): an
-    obstacle at the scanner's shortest range, or at the camera. NaN, +inf and ranges outside the scanner's are none.
+    `observation` is the channel `laser`, `lidar`, or `image_depth` with the camera's 3x3 `intrinsics` in pixels of
+    that picture; `mount` is the scanner's or the optical frame's pose in the base frame. Of a picture and of a lidar
+    only what lies between the heights `z_range_m` above the floor counts; of a scan, everything. -inf is too near to be
+    measured (REP-117): an obstacle at the laser's shortest range, or at the camera or lidar. NaN, +inf and ranges
+    outside the scanner's are none.
     """
+    if isinstance(observation, Mapping) and "scans" in observation:
+        return _in_base(_scanned(cast(LaserScan, observation)), mount)[:, :2]
     if isinstance(observation, Mapping):
-        return _in_base(_scanned(observation), mount)[:, :2]
-    if intrinsics is None:
+        points = _in_base(_ringed(cast(LidarScan, observation)), mount)
+    elif intrinsics is None:
         raise ValueError("obstacles in a depth picture need the camera's intrinsics")
-    points = _in_base(_seen(observation, intrinsics), mount)
+    else:
+        points = _in_base(_seen(observation, intrinsics), mount)
     z_min_m, z_max_m = z_range_m
     return points[(points[:, 2] >= z_min_m) & (points[:, 2] <= z_max_m), :2]
 
@@ -78,6 +113,12 @@ def _scanned(laser: LaserScan) -> Array:
     valid = (ranges_m >= nearest_m) & (ranges_m <= farthest_m) & np.isfinite(ranges_m)
     ranges_m, angles_rad = ranges_m[valid], angles_rad[valid]
     return np.stack([ranges_m * np.cos(angles_rad), ranges_m * np.sin(angles_rad), np.zeros_like(ranges_m)], 1)
+
+
+def _ringed(lidar: LidarScan) -> Array:
+    too_near = np.isneginf(lidar["ranges_m"])
+    points = points_m({**lidar, "ranges_m": np.where(too_near, np.float32(0.0), lidar["ranges_m"])}).reshape(-1, 3)
+    return points[np.isfinite(points).all(1)]
 
 
 def _seen(depth_m: NDArray[np.float32], intrinsics: Array) -> Array:
@@ -109,8 +150,8 @@ def _distances(points: Array, starts: Array, steps: Array) -> Array:
     return distances_m
 
 
-def _way(velocity: Velocity, command: Velocity, horizon_s: float, motion: MotionConfig) -> tuple[Array, Array]:
-    """Return the way of the base's origin until it rests, as segments: starts and steps to their ends (K, 2)."""
+def _way(velocity: Velocity, command: Velocity, horizon_s: float, motion: MotionConfig) -> tuple[Array, Array, Array]:
+    """Return the way of the base until it rests: starts and steps of its origin (K, 2), headings at their ends."""
     accelerations = motion.linear_acceleration_mps2, motion.angular_acceleration_radps2
     at_horizon = Velocity(
         *(
@@ -118,7 +159,7 @@ def _way(velocity: Velocity, command: Velocity, horizon_s: float, motion: Motion
             for start, wanted, acceleration in zip(velocity, command, accelerations, strict=True)
         )
     )
-    braking_s = abs(at_horizon.linear_mps) / motion.linear_acceleration_mps2
+    braking_s = max(abs(speed) / acceleration for speed, acceleration in zip(at_horizon, accelerations, strict=True))
     way_m, turned_rad = np.concatenate(
         [
             _advance(velocity, command, horizon_s, accelerations),
@@ -131,8 +172,7 @@ def _way(velocity: Velocity, command: Velocity, horizon_s: float, motion: Motion
     chord_m = way_m * np.sinc(turned_rad / (2 * math.pi))
     steps = np.stack([chord_m * np.cos(heading_rad), chord_m * np.sin(heading_rad)], 1)
     starts = np.cumsum(steps, 0) - steps
-    moved = np.abs(chord_m) > NO_STEP_M
-    return starts[moved], steps[moved]
+    return starts, steps, np.concatenate([[0.0], np.cumsum(turned_rad)])
 
 
 def _advance(start: Velocity, wanted: Velocity, duration_s: float, accelerations: tuple[float, float]) -> Array:

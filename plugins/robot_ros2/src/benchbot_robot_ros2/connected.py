@@ -24,7 +24,7 @@ from benchbot_robot_ros2.observing import (
     wrong_frame,
 )
 from benchbot_robot_ros2.robot_clock import RobotClock
-from benchbot_robot_ros2.standstill import rested, twist
+from benchbot_robot_ros2.standstill import rested, speed_mps, twist
 from benchbot_robot_ros2.streams import HISTORY_NS, Sample, Stream
 
 PICTURES = frozenset({"sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"})
@@ -92,7 +92,11 @@ class ConnectedRobot:
             # What was under way while the robot was brought here does not count.
             odometry = [sample for sample in self.odometry.samples if sample.stamp_ns >= since_ns]
             place = self.place.newest if self.place is not None else None
-            placed = self.place is None or (place is not None and (self.place.holds or place.stamp_ns >= since_ns))
+            placed = (
+                self.place is None
+                or self._is_told
+                or (place is not None and (self.place.holds or place.stamp_ns >= since_ns))
+            )
             if placed and rested(odometry, odometry[0].arrived_s if odometry else math.inf):
                 self.contact.clear()
                 return
@@ -155,6 +159,10 @@ class ConnectedRobot:
         """Stop the robot, end its guard and leave the graph. Safe to call twice."""
         self._resources.close()
 
+    @property
+    def _is_told(self) -> bool:
+        return self.robot.settings.initial_pose is not None
+
     def _stream(self, topic: Topic) -> Stream:
         return Stream(self.node, topic, self.clock, self.changed)
 
@@ -209,7 +217,8 @@ class ConnectedRobot:
             return missing([self.place])
         return failed(
             f"The robot '{self.robot.name}' does not stand still at its start.",
-            "Its odometry measured {:.3f} m/s and {:.3f} rad/s last.".format(*twist(odometry[-1].message)),
+            f"Its odometry measured {abs(speed_mps(odometry[-1].message)):.3f} m/s and "
+            f"{twist(odometry[-1].message)[1]:.3f} rad/s last.",
             "See what else moves it: benchbot doctor --robot NAME names every node that commands velocities.",
         )
 
@@ -218,7 +227,8 @@ class ConnectedRobot:
             self.odometry,
             *(stream for channel in self.channels.values() for stream in channel.streams.values()),
         ]
-        streams += [stream for stream in (self.place,) if stream is not None]
+        # Localisation that is told where the robot starts says nothing before.
+        streams += [stream for stream in (self.place,) if stream is not None and not self._is_told]
 
         def silent() -> list[Stream]:
             quiet = [stream for stream in streams if stream.newest is None]

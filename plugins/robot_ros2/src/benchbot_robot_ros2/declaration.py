@@ -7,6 +7,7 @@ from typing import Any, Literal, Self, TypeVar
 import msgspec
 
 from benchbot.plugin import ACTIONS, OBSERVATIONS, BenchbotError, Pose
+from benchbot_robot_ros2.footprint import Footprint
 
 T = TypeVar("T")
 
@@ -57,17 +58,23 @@ class LocalisedByOdometry(_Declared, frozen=True, tag_field="by", tag="odometry"
 
 
 class LocalisedByTopic(_Declared, frozen=True, tag_field="by", tag="topic"):
-    """Localisation by a topic with the base's pose in the map: motion capture, AMCL, a simulator's truth."""
+    """Localisation by a topic with the base's pose in the map: motion capture, AMCL, a simulator's truth.
+
+    `initial_pose` is the topic on which it is told where the base starts (AMCL's /initialpose).
+    """
 
     ros_topic: str
     ros_type: Literal[
         "nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped"
     ]
     qos: Qos = Qos()
+    initial_pose: str | None = None
 
 
 class LocalisedByTransforms(_Declared, frozen=True, tag_field="by", tag="tf"):
     """Localisation by the transform tree, which has the base's pose in the map; needs tf2_msgs."""
+
+    initial_pose: str | None = None
 
 
 class ReturnByService(_Declared, frozen=True, tag_field="by", tag="service"):
@@ -91,6 +98,23 @@ class ReturnByOperator(_Declared, frozen=True, tag_field="by", tag="operator"):
     """A return by an operator, who puts the robot at its start and confirms it."""
 
 
+class MovedByVelocity(_Declared, frozen=True, tag_field="by", tag="velocity"):
+    """Motion by BenchBot's own controller, which commands velocities."""
+
+
+class MovedByNavigation(_Declared, frozen=True, tag_field="by", tag="navigation"):
+    """`move_next` by Nav2, which plans and drives; BenchBot's controller does what Nav2's tolerances leave of the way.
+
+    A FollowPath server is given the straight way. A goal that is not reached within `timeout_s` is called off.
+    """
+
+    ros_action: str = "/navigate_to_pose"
+    ros_type: Literal["nav2_msgs/action/NavigateToPose", "nav2_msgs/action/FollowPath"] = (
+        "nav2_msgs/action/NavigateToPose"
+    )
+    timeout_s: float = 120.0
+
+
 class DeadMan(_Declared, frozen=True):
     """A switch that an operator holds while the robot moves: std_msgs/msg/Bool, or a button of sensor_msgs/msg/Joy."""
 
@@ -112,7 +136,7 @@ class Safety(_Declared, frozen=True):
     e_stop: Topic | None = None
     dead_man: DeadMan | None = None
     collision: Topic | None = None
-    obstacles: tuple[Literal["laser", "image_depth"], ...] = ("laser",)
+    obstacles: tuple[Literal["laser", "image_depth", "lidar"], ...] = ("laser",)
 
 
 class Timing(_Declared, frozen=True):
@@ -155,10 +179,16 @@ class DriverSettings(_Declared, frozen=True):
     use_sim_time: bool = False
     localisation: LocalisedByOdometry | LocalisedByTopic | LocalisedByTransforms = LocalisedByOdometry()
     return_to_start: ReturnByService | ReturnByNavigation | ReturnByOperator = ReturnByOperator()
+    motion: MovedByVelocity | MovedByNavigation = MovedByVelocity()
     start_tolerances: StartTolerances = StartTolerances()
     localisation_bounds: LocalisationBounds = LocalisationBounds()
     safety: Safety = Safety()
     timing: Timing = Timing()
+
+    @property
+    def initial_pose(self) -> str | None:
+        """The topic on which localisation is told where the robot starts."""
+        return None if isinstance(self.localisation, LocalisedByOdometry) else self.localisation.initial_pose
 
 
 @dataclass(frozen=True)
@@ -174,8 +204,7 @@ class Ros2Robot:
     laser_frame: str | None
     lidar_frame: str | None
     imu_frame: str | None
-    footprint_radius_m: float
-    footprint_z_m: tuple[float, float]
+    footprint: Footprint
     observations: dict[str, Connection]
     command: Topic
     settings: DriverSettings
@@ -189,7 +218,8 @@ class Ros2Robot:
             for channel, connection in robot["connections"].items()
         }
         commands = {channel: connection for channel, connection in connections.items() if channel in ACTIONS}
-        footprint = _convert(robot.get("footprint", {}), _Footprint, name, "footprint")
+        settings = _convert(robot.get("driver", {}), DriverSettings, name, "driver")
+        _check_initial_pose(name, settings)
         mounts = _convert(robot.get("frames", {}), dict[str, _Mount], name, "frames")
         return cls(
             name=name,
@@ -201,13 +231,12 @@ class Ros2Robot:
             laser_frame=robot.get("laser", {}).get("frame"),
             lidar_frame=robot.get("lidar", {}).get("frame"),
             imu_frame=robot.get("imu", {}).get("frame"),
-            footprint_radius_m=footprint.radius_m,
-            footprint_z_m=(footprint.z_min_m, footprint.z_max_m),
+            footprint=_convert(robot.get("footprint", {}), _Footprint, name, "footprint").made(name),
             observations={
                 channel: connection for channel, connection in connections.items() if channel in OBSERVATIONS
             },
             command=_one_command(name, commands),
-            settings=_convert(robot.get("driver", {}), DriverSettings, name, "driver"),
+            settings=settings,
         )
 
 
@@ -215,6 +244,13 @@ class _Footprint(_Declared, frozen=True):
     radius_m: float
     z_min_m: float = 0.03
     z_max_m: float = 2.0
+    polygon: tuple[tuple[float, float], ...] = ()
+
+    def made(self, robot: str) -> Footprint:
+        try:
+            return Footprint(self.radius_m, (self.z_min_m, self.z_max_m), self.polygon)
+        except ValueError as error:
+            raise _wrong(robot, "footprint", error) from error
 
 
 class _Mount(_Declared, frozen=True):
@@ -229,11 +265,27 @@ def _convert(value: Any, kind: type[T], robot: str, key: str) -> T:
     try:
         return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
+        raise _wrong(robot, key, error) from error
+
+
+def _wrong(robot: str, key: str, error: Exception) -> BenchbotError:
+    why = str(error)
+    return BenchbotError(
+        f"The robot '{robot}' cannot be driven: its declaration is wrong at '{key}'.",
+        f"{why[:1].upper()}{why[1:]}.",
+        "The keys are explained in docs/ros2.md; a whole declaration: benchbot show robot carter_ros2",
+    )
+
+
+def _check_initial_pose(robot: str, settings: DriverSettings) -> None:
+    """Raise BenchbotError when localisation would be told that a robot is where it has only tried to go."""
+    if settings.initial_pose is not None and isinstance(settings.return_to_start, ReturnByNavigation):
         raise BenchbotError(
-            f"The robot '{robot}' cannot be driven: its declaration is wrong at '{key}'.",
-            f"{error}.",
-            "The keys are explained in docs/ros2.md; a whole declaration: benchbot show robot carter_ros2",
-        ) from error
+            f"The robot '{robot}' cannot be driven: its declaration is wrong at 'driver.localisation.initial_pose'.",
+            "It returns to its start by navigation, which needs to know where it is before, and ends somewhere near: "
+            "told that it is exactly there, localisation would be wrong from then on.",
+            "Leave initial_pose out and tell Nav2 once where the robot is, or declare another return_to_start.",
+        )
 
 
 def _one_command(robot: str, commands: Mapping[str, Connection]) -> Topic:

@@ -1,8 +1,7 @@
 """The driver: a real robot over ROS 2, as one platform."""
 
-import math
 import threading
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any, cast
 
 from benchbot.plugin import (
@@ -13,25 +12,28 @@ from benchbot.plugin import (
     FramePose,
     MotionConfig,
     Observations,
+    Outcome,
     PlatformSpec,
     Pose,
     Scene,
     did_you_mean,
-    wrap_angle_rad,
 )
-from benchbot_robot_ros2 import obstacles, start_pose
+from benchbot_robot_ros2 import freshness, obstacles, start_pose
 from benchbot_robot_ros2.clearance import contact_ahead
 from benchbot_robot_ros2.connected import ConnectedRobot
-from benchbot_robot_ros2.declaration import LocalisedByOdometry, Ros2Robot
+from benchbot_robot_ros2.declaration import LocalisedByOdometry, MovedByNavigation, Ros2Robot
 from benchbot_robot_ros2.failures import failed, safety_stop
 from benchbot_robot_ros2.guard.state import FIND_OUT
+from benchbot_robot_ros2.navigation import Navigation, refuse_rivals
 from benchbot_robot_ros2.observing import STILL_FACTOR, Channel, Moment, callback_of, gather, missing
 from benchbot_robot_ros2.prediction import Prediction
 from benchbot_robot_ros2.provenance import provenance
 from benchbot_robot_ros2.ramp import REST, Velocity
-from benchbot_robot_ros2.standstill import rested, still, twist
+from benchbot_robot_ros2.standstill import rested, speed_mps, still, twist
 
 CONTROL_PERIOD_S = 0.05
+# How long Nav2 may take to brake, once its goal has ended.
+NAVIGATION_REST_S = 3.0
 # How often, in wall time, a command is repeated while its tick lasts: that of a simulated robot may last for long.
 REPEAT_S = 0.03
 # A tick that is nearly over is over: the rest may be rounding, which simulated time passes only with its next step.
@@ -57,6 +59,8 @@ class Ros2Driver:
         obstacles.check_declared(self._robot, self._motion)
         self._changed = threading.Condition()
         self._connected: ConnectedRobot | None = None
+        self._navigation: Navigation | None = None
+        self._is_navigated = False
         self._halted: str | None = None
         self._start_pose = Pose()
         self._loaded_s = self._due_s = 0.0
@@ -72,6 +76,7 @@ class Ros2Driver:
         if self._connected is None:
             self._connected = ConnectedRobot(self._robot, self._motion, self._callbacks, self._changed)
             self._obstacles = obstacles.Obstacles(self._connected)
+            self._navigation = self._navigation_of(self._connected)
         robot = self._connected
         self._refuse_when_stopped(robot)
         start_pose.return_to_start(robot.node, self._robot, scene, seed, self._spec.ask, robot.guard)
@@ -80,7 +85,9 @@ class Ros2Driver:
         self._begin(robot.clock.now_s())
         self._start_pose = scene.start_pose
         robot.localisation.start(self._start_pose)
-        self._check_start()
+        start_pose.tell_localisation(robot, scene)
+        if not isinstance(self._robot.settings.localisation, LocalisedByOdometry):
+            start_pose.check_start(self._robot, scene, self.pose())
         self._loaded_s = robot.clock.now_s()
 
     def observe(self, channels: Iterable[str]) -> Observations:
@@ -99,7 +106,7 @@ class Ros2Driver:
         samples = gather(wanted, self._now(robot), timing, robot.wait(timing.wait_s))
         robot.check_feedback()
         if robot.clock.set_back_s:
-            raise failed("The robot's time cannot be trusted.", *_set_back(robot.clock.set_back_s))
+            raise failed("The robot's time cannot be trusted.", *freshness.set_back(robot.clock.set_back_s))
         decoded = {
             channel.name: channel.decode({part: sample.message for part, sample in samples[channel.name].items()})
             for channel in wanted
@@ -130,16 +137,47 @@ class Ros2Driver:
                     return
                 self._changed.wait(min(left_s, REPEAT_S))
 
+    def navigate(self, goal: Pose) -> Iterator[Outcome | None]:
+        """Let Nav2 drive to a pose, where that is declared, under all that watches over a moving robot.
+
+        Yields None after every control tick, and the outcome at rest; nothing where motion is by velocity. Raises
+        BenchbotError(ends_run=True) when the robot was stopped for safety, or does not stop when it is called off.
+        """
+        navigation, way = self._navigation, self._robot.settings.motion
+        if navigation is None or not isinstance(way, MovedByNavigation):
+            return
+        robot = self._here()
+        self._refuse_when_stopped(robot)
+        here = self.pose()
+        if self._spec.localisation == "noisy":
+            # To where dead reckoning will find the goal, as far as it has drifted now.
+            goal = here @ self.odometry().inverse() @ goal
+        navigation.send(here, goal)
+        deadline_s = robot.clock.now_s() + way.timeout_s
+        self._is_navigated = True
+        outcome = None
+        try:
+            while outcome is None:
+                self._watch_navigation(robot)
+                yield None
+                outcome = self._found_on_the_way(robot, deadline_s) or navigation.outcome()
+        except BaseException as error:
+            self._end_navigation(robot, navigation, error.why if isinstance(error, BenchbotError) else str(error))
+            # A goal that a guard has called off may be seen to end before the guard's reason is heard.
+            self._refuse_when_stopped(robot)
+            raise
+        self._end_navigation(robot, navigation, f"The motion was {outcome}.")
+        yield outcome
+
     def contact_ahead(self, linear_mps: float, angular_radps: float, horizon_s: float) -> bool:
-        """Return whether holding this command and then braking would touch what laser or depth camera saw last."""
+        """Return whether holding this command and then braking would touch what its sensors saw last."""
         ahead, velocity = self._carry_on()
         try:
             points_xy = self._obstacles.points_xy(ahead)
         except BenchbotError as error:
             raise self._stopped(f"What is ahead of it is not known. {error.title} {error.why}", error.fix) from error
         command = (linear_mps, angular_radps)
-        radius_m = self._robot.footprint_radius_m
-        return contact_ahead(points_xy, radius_m, velocity, command, horizon_s, self._motion)
+        return contact_ahead(points_xy, self._robot.footprint, velocity, command, horizon_s, self._motion)
 
     def pose(self) -> Pose:
         """Return the best known pose of the base: corrected by localisation where that is declared."""
@@ -163,7 +201,7 @@ class Ros2Driver:
         """The measured velocity; until standing still has been seen for a while, that of the last command at least."""
         measured = self._here().odometry.newest
         if measured is not None and not still(measured.message):
-            return twist(measured.message)
+            return speed_mps(measured.message), twist(measured.message)[1]
         at_rest = self._command == REST and rested(
             self._here().odometry.samples, self._rest_commanded_s + self._prediction.dead_time_s
         )
@@ -193,8 +231,10 @@ class Ros2Driver:
     def close(self) -> None:
         """Stop the robot and leave the graph."""
         if self._connected is not None:
+            if self._navigation is not None:
+                self._navigation.close()
             self._connected.close()
-            self._connected = None
+            self._connected = self._navigation = None
 
     def _begin(self, now_s: float) -> None:
         self._due_s = now_s
@@ -208,6 +248,70 @@ class Ros2Driver:
         if self._connected is None:
             raise failed(f"The robot '{self._robot.name}' is not connected.", "Nothing was loaded.", "Call reset().")
         return self._connected
+
+    def _navigation_of(self, robot: ConnectedRobot) -> Navigation | None:
+        way = self._robot.settings.motion
+        if not isinstance(way, MovedByNavigation):
+            return None
+
+        def lost(why: str, fix: str) -> BenchbotError:
+            return failed(f"The robot '{self._robot.name}' cannot be navigated.", why, fix)
+
+        navigation = Navigation(robot.node, self._robot, way.ros_action, way.ros_type, lost)
+        navigation.await_server(lambda: self._refuse_when_stopped(robot))
+        refuse_rivals(robot.node, self._robot, lost)
+        return navigation
+
+    def _watch_navigation(self, robot: ConnectedRobot) -> None:
+        """Watch over the robot for one control tick; the guards do as well."""
+        until_s = robot.clock.now_s() + CONTROL_PERIOD_S
+        while (left_s := until_s - robot.clock.now_s()) >= SLACK_S:
+            self._refuse_when_stopped(robot)
+            self._refuse_when_blind(robot)
+            self.pose()  # where it must not have jumped
+            measured = robot.odometry.newest
+            # What it does is what it was commanded, as far as can be known here.
+            moves = measured is not None and not still(measured.message)
+            self._note(Velocity(*twist(measured.message)) if measured and moves else REST, robot.clock.now_s())
+            robot.guard.attend()
+            with self._changed:
+                self._changed.wait(min(left_s, REPEAT_S))
+
+    def _found_on_the_way(self, robot: ConnectedRobot, deadline_s: float) -> Outcome | None:
+        if self.collided:
+            return Outcome.COLLIDED
+        if self._motion.stops_before_contact and self.contact_ahead(*self._command, CONTROL_PERIOD_S):
+            return Outcome.BLOCKED
+        return Outcome.TIMEOUT if robot.clock.now_s() > deadline_s else None
+
+    def _end_navigation(self, robot: ConnectedRobot, navigation: Navigation, why: str) -> None:
+        """Call off a goal that has not ended, and see by odometry that the robot stops, or stop it for good."""
+
+        def attend() -> None:
+            if robot.guard.tripped is None:
+                robot.guard.attend()
+
+        is_off = navigation.call_off(attend)
+        self._is_navigated = False
+        since_s = robot.clock.now_s()
+        self._note(REST, since_s)
+        stalled_s = STILL_FACTOR * self._robot.settings.timing.feedback_timeout_s
+        while not rested(robot.odometry.samples, since_s):
+            attend()
+            if robot.clock.now_s() - since_s > NAVIGATION_REST_S or robot.clock.still_s > stalled_s:
+                measured = robot.odometry.newest
+                seen = "nothing" if measured is None else "{:.2f} m/s and {:.2f} rad/s".format(*twist(measured.message))
+                said = "confirmed that it drives the robot no longer" if is_off else "did not confirm that it let go"
+                raise self._stopped_as(
+                    f"{why} Nav2 {said}, and {NAVIGATION_REST_S:g} s later odometry still said {seen}.",
+                    "See what drives the robot: with Nav2, why it does not stop when its goal is cancelled.",
+                )
+            with self._changed:
+                self._changed.wait(REPEAT_S)
+        if not is_off:
+            raise self._stopped_as(f"{why} Nav2 did not confirm that it drives the robot no longer.", FIND_OUT)
+        if robot.guard.tripped is None:
+            robot.guard.command(*REST)
 
     def _channel(self, robot: ConnectedRobot, name: str) -> Channel:
         if name in robot.channels:
@@ -247,20 +351,6 @@ class Ros2Driver:
         robot = self._here()
         return self._prediction.carry_on(robot.odometry.samples, robot.clock.now_s())
 
-    def _check_start(self) -> None:
-        settings = self._robot.settings
-        if isinstance(settings.localisation, LocalisedByOdometry):
-            return
-        away_m, turned_deg = _apart(self._start_pose, self.pose())
-        allowed = settings.start_tolerances
-        if away_m > allowed.position_m or turned_deg > allowed.angle_deg:
-            raise failed(
-                f"The robot '{self._robot.name}' is not at the start pose.",
-                f"It is {away_m:.2f} m and {turned_deg:.1f}° away from it; driver.start_tolerances allow "
-                f"{allowed.position_m:g} m and {allowed.angle_deg:g}°.",
-                "Bring it there, or correct its localisation (the initial pose), or allow more in the declaration.",
-            )
-
     def _refuse_when_stopped(self, robot: ConnectedRobot) -> None:
         if self._halted is not None:
             raise self._stopped(self._halted, FIND_OUT)
@@ -269,86 +359,32 @@ class Ros2Driver:
 
     def _refuse_when_blind(self, robot: ConnectedRobot) -> None:
         """Stop a moving robot whose odometry, obstacles, clock or localisation are missing or too old."""
-        timeout_s = self._robot.settings.timing.feedback_timeout_s
-        if robot.clock.set_back_s:
-            raise self._stopped(*_set_back(robot.clock.set_back_s))
-        if robot.clock.still_s > STILL_FACTOR * timeout_s:
-            raise self._stopped(
-                f"Its simulated clock stood still for {robot.clock.still_s:.1f} s while it moved.",
-                "See whether the simulator that publishes /clock is alive, and start the run again.",
-            )
-        for stream in robot.feedback:
-            if stream.age_s > timeout_s:
-                raise self._stopped(
-                    f"Nothing new came on {stream.topic.ros_topic} for {stream.age_s:.1f} s while it moved "
-                    f"(driver.timing.feedback_timeout_s is {timeout_s:g} s): {stream.silence()}.",
-                    f"See whether what publishes {stream.topic.ros_topic} is alive and the network good, and start the "
-                    "run again.",
-                )
-        self._refuse_when_lost(robot, timeout_s)
-
-    def _refuse_when_lost(self, robot: ConnectedRobot, timeout_s: float) -> None:
-        """Stop a moving robot whose localisation has told nothing new for too long, or too long a way."""
-        link = robot.localisation.stalest()
-        if link is not None and (age_s := robot.clock.now_s() - link.arrived_s) > timeout_s:
-            raise self._stopped(
-                f"Nothing new was said of where '{link.child}' is in '{link.parent}' for {age_s:.1f} s while it moved "
-                f"(driver.timing.feedback_timeout_s is {timeout_s:g} s).",
-                f"See whether what publishes the transform from '{link.parent}' to '{link.child}' on /tf is alive, and "
-                "start the run again.",
-            )
-        bound_m, place = self._robot.settings.localisation_bounds.unseen_m, robot.place
-        if place is not None and place.holds and robot.localisation.unseen_m > bound_m:
-            raise self._stopped(
-                f"Nothing new came on {place.topic.ros_topic} for {robot.localisation.unseen_m:.2f} m "
-                f"(driver.localisation_bounds.unseen_m is {bound_m:g} m): {place.silence()}.",
-                "See whether what localises the robot is alive, or allow it a longer way.",
-            )
+        if (reason := freshness.blindness(robot)) is not None:
+            raise self._stopped(*reason)
 
     def _refuse_when_jumped(self, robot: ConnectedRobot) -> None:
         """End the run, or before the robot moves the episode, when localisation says what odometry contradicts."""
-        step = robot.localisation.step()
-        if step is None:
-            return
-        expected, said = step
-        bounds = self._robot.settings.localisation_bounds
-        away_m, turned_deg = _apart(expected, said)
-        if away_m <= bounds.jump_m and turned_deg <= bounds.jump_deg:
-            return
-        why = (
-            f"Its localisation jumped by {away_m:.2f} m and {turned_deg:.0f}°, from {_place(expected)} by odometry to "
-            f"{_place(said)}; driver.localisation_bounds allow {bounds.jump_m:g} m and {bounds.jump_deg:g}°."
-        )
-        fix = "See which of the two is right. Mend the localisation or the odometry, or allow more in the declaration."
-        if self._command == REST:
-            raise failed("Where the robot is, cannot be trusted.", why, fix)
-        raise self._stopped(why, fix)
+        reason = freshness.jump(robot)
+        if reason is not None and not self._moves:
+            raise failed("Where the robot is, cannot be trusted.", *reason)
+        if reason is not None:
+            raise self._stopped(*reason)
 
     def _lost(self, why: str) -> BenchbotError:
-        if self._command == REST:
+        if not self._moves:
             return failed("Where the robot is, is not known.", f"{why}.", "Mend its localisation, and start again.")
         return self._stopped(f"Where it is, was not known while it moved: {why}.", "Mend its localisation.")
+
+    @property
+    def _moves(self) -> bool:
+        return self._is_navigated or self._command != REST
 
     def _stopped(self, why: str, fix: str) -> BenchbotError:
         robot = self._here()
         robot.guard.stop(why)
         return safety_stop(robot.guard.tripped or why, fix)
 
-
-def _apart(one: Pose, other: Pose) -> tuple[float, float]:
-    """Return the distance on the floor in metres, and the turn in degrees, between two poses."""
-    off = one.inverse() @ other
-    return math.hypot(*off.translation_xyz[:2]), math.degrees(abs(wrap_angle_rad(off.yaw_rad)))
-
-
-def _place(pose: Pose) -> str:
-    x, y, _ = pose.translation_xyz
-    return f"({x:.2f} m, {y:.2f} m, {math.degrees(pose.yaw_rad):.0f}°)"
-
-
-def _set_back(seconds: float) -> tuple[str, str]:
-    fix = (
-        "Let one node only publish /clock, and do not restart the simulator during a run; on a real robot, let chrony "
-        "slew the clocks instead of setting them."
-    )
-    return f"ROS time jumped back by {seconds:.2f} s.", fix
+    def _stopped_as(self, why: str, fix: str) -> BenchbotError:
+        """Stop the robot for good, and say this, whatever stopped it before."""
+        self._here().guard.stop(why)
+        return safety_stop(why, fix)

@@ -3,7 +3,7 @@
 import math
 from typing import TYPE_CHECKING, Any
 
-from benchbot.plugin import Pose
+from benchbot.plugin import Pose, wrap_angle_rad
 from benchbot_robot_ros2.declaration import LocalisedByTransforms, Ros2Robot
 from benchbot_robot_ros2.messages import pose_of
 from benchbot_robot_ros2.streams import Sample, Stream
@@ -123,6 +123,12 @@ def base_pose(message: Any) -> Pose:
     """
     pose = message.pose
     return pose_of(pose.pose if hasattr(pose, "pose") else pose)
+
+
+def apart(one: Pose, other: Pose) -> tuple[float, float]:
+    """Return the distance on the floor in metres, and the turn in degrees, between two poses."""
+    off = one.inverse() @ other
+    return math.hypot(*off.translation_xyz[:2]), math.degrees(abs(wrap_angle_rad(off.yaw_rad)))
 
 
 def between(first: Pose, second: Pose, share: float) -> Pose:

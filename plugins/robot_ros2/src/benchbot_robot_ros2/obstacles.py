@@ -1,4 +1,4 @@
-"""Obstacles: what the laser or the depth camera saw last, from where the robot is now."""
+"""Obstacles: what laser, lidar or depth camera saw last, from where the robot is now."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,8 @@ def check_declared(robot: Ros2Robot, motion: MotionConfig) -> None:
         return
     channels = robot.settings.safety.obstacles
     lacking = [f"connections.{name}" for name in channels if name not in robot.observations]
-    if "laser" in channels and robot.laser_frame is None:
-        lacking.append("laser.frame")
+    scanners = {"laser": robot.laser_frame, "lidar": robot.lidar_frame}
+    lacking += [f"{name}.frame" for name, frame in scanners.items() if name in channels and frame is None]
     if "image_depth" in channels:
         lacking += [] if robot.camera_frame else ["camera.frame"]
         lacking += [] if "image_depth_info" in robot.observations else ["connections.image_depth_info"]
@@ -65,8 +65,9 @@ class Obstacles:
     def _work_out(self, name: str, sample: Sample) -> Points:
         channel = self._robot.channels[name]
         seen = channel.decode({"": sample.message})
-        frame = self._robot.robot.laser_frame if name == "laser" else self._robot.robot.camera_frame
-        mount = self._robot.mount(frame or self._robot.robot.base_frame)
+        robot = self._robot.robot
+        frame = {"laser": robot.laser_frame, "lidar": robot.lidar_frame}.get(name, robot.camera_frame)
+        mount = self._robot.mount(frame or robot.base_frame)
         intrinsics = None
         if name == "image_depth":
             model = self._robot.channels["image_depth_info"]
@@ -74,4 +75,4 @@ class Obstacles:
             if newest is None:
                 return _NONE
             intrinsics = model.decode({"": newest.message})["matrix_intrinsics"]
-        return obstacle_points(seen, mount, self._robot.robot.footprint_z_m, intrinsics)
+        return obstacle_points(seen, mount, robot.footprint.z_m, intrinsics)

@@ -48,7 +48,10 @@ class Prediction:
             return Pose(), REST
         self._measure(odometry)
         newest = odometry[-1]
-        velocity = REST if still(newest.message) else Velocity(*twist(newest.message))
+        is_still = still(newest.message)
+        velocity = REST if is_still else Velocity(*twist(newest.message))
+        # Nobody commands a base sideways: one that drifts or is pushed goes on.
+        lateral_mps = 0.0 if is_still else float(newest.message.twist.twist.linear.y)
         pose, begin_s = Pose(), newest.arrived_s - self.dead_time_s
         count = math.ceil(max(0.0, now_s - begin_s) / STEP_S)
         for index in range(count):
@@ -57,7 +60,8 @@ class Prediction:
             before, velocity = velocity, ramped(velocity, commanded, step_s, self._motion)
             way_m = (before.linear_mps + velocity.linear_mps) / 2 * step_s
             turned_rad = (before.angular_radps + velocity.angular_radps) / 2 * step_s
-            pose = pose @ Pose.planar(way_m * math.cos(turned_rad / 2), way_m * math.sin(turned_rad / 2), turned_rad)
+            drift_m, cos, sin = lateral_mps * step_s, math.cos(turned_rad / 2), math.sin(turned_rad / 2)
+            pose = pose @ Pose.planar(way_m * cos - drift_m * sin, way_m * sin + drift_m * cos, turned_rad)
         return pose, velocity
 
     def _commanded(self, time_s: float) -> Velocity:

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 
 # rmw's own name for endpoints that no node has announced.
 _UNKNOWN = "_NODE_NAME_UNKNOWN_"
+UNNAMED = "(name unknown)"
 
 
 def publishers(node: "Node", topic: Topic) -> list[Any]:
@@ -70,7 +71,7 @@ def wrong_type(node: "Node", topic: Topic) -> str | None:
 def node_name(info: Any) -> str:
     """Return the full name of an endpoint's node; what is not a ROS node, or not known yet, has none."""
     if info.node_name == _UNKNOWN:
-        return "(name unknown)"
+        return UNNAMED
     return f"{info.node_namespace.rstrip('/')}/{info.node_name}"
 
 

@@ -1,5 +1,6 @@
 """Detection of standstill from odometry."""
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -17,10 +18,15 @@ def twist(message: Any) -> tuple[float, float]:
     return float(message.twist.twist.linear.x), float(message.twist.twist.angular.z)
 
 
+def speed_mps(message: Any) -> float:
+    """Return how fast the base moves in any direction on the floor; it has the sign of its motion along +x."""
+    velocity = message.twist.twist.linear
+    return math.copysign(math.hypot(velocity.x, velocity.y), velocity.x)
+
+
 def still(message: Any) -> bool:
     """Return whether an Odometry message shows no motion."""
-    linear_mps, angular_radps = twist(message)
-    return abs(linear_mps) < STILL_MPS and abs(angular_radps) < STILL_RADPS
+    return abs(speed_mps(message)) < STILL_MPS and abs(message.twist.twist.angular.z) < STILL_RADPS
 
 
 def rested(odometry: Iterable[Sample], since_s: float) -> bool:

@@ -6,16 +6,18 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from benchbot.plugin import BenchbotError, Pose, Scene
+from benchbot_robot_ros2.connected import ConnectedRobot
 from benchbot_robot_ros2.declaration import ReturnByNavigation, ReturnByService, Ros2Robot
 from benchbot_robot_ros2.failures import failed
+from benchbot_robot_ros2.localisation import apart
+from benchbot_robot_ros2.messages import pose_message
+from benchbot_robot_ros2.navigation import NAVIGATE_TO_POSE, Navigation
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
 # How long a robot may be on its way: across a building, at walking speed.
 WAY_S = 120.0
-# How long a called off navigation may take to say so, before the robot is stopped without it.
-_CALL_OFF_S = 3.0
 _POLL_S = 0.05
 
 
@@ -59,6 +61,75 @@ def return_to_start(
     _heed(guard)
 
 
+def tell_localisation(robot: ConnectedRobot, scene: Scene) -> None:
+    """Tell localisation where the robot starts, where that is declared, and wait until it says so, too.
+
+    Raises BenchbotError when nobody listens, or it goes on to say something else.
+    """
+    settings = robot.robot.settings
+    if settings.initial_pose is None:
+        return
+    from geometry_msgs.msg import PoseWithCovarianceStamped
+
+    message = PoseWithCovarianceStamped()
+    message.header.frame_id = robot.robot.global_frame
+    message.header.stamp = robot.node.get_clock().now().to_msg()
+    message.pose.pose = pose_message(scene.start_pose)
+    allowed = settings.start_tolerances
+    # Variances of x, y and yaw, on the diagonal of 6 rows.
+    message.pose.covariance[0] = message.pose.covariance[7] = allowed.position_m**2
+    message.pose.covariance[35] = math.radians(allowed.angle_deg) ** 2
+    publisher = robot.node.create_publisher(PoseWithCovarianceStamped, settings.initial_pose, 1)
+    wait, told_s = robot.wait(settings.timing.wait_s), math.inf
+    try:
+        while not _believes(robot, scene.start_pose, told_s):
+            if told_s == math.inf and publisher.get_subscription_count():
+                told_s = robot.clock.now_s()
+                publisher.publish(message)
+            if wait.over():
+                raise _disbelief(robot, settings.initial_pose, is_told=told_s < math.inf)
+    finally:
+        robot.node.destroy_publisher(publisher)
+
+
+def _believes(robot: ConnectedRobot, start: Pose, told_s: float) -> bool:
+    """Return whether localisation has said, since it was told, that the robot is at the start."""
+    place, allowed = robot.place, robot.robot.settings.start_tolerances
+    heard_s = robot.clock.now_s() if place is None else -math.inf if place.newest is None else place.newest.arrived_s
+    if heard_s <= told_s:
+        return False
+    try:
+        away_m, turned_deg = apart(start, robot.localisation.pose())
+    except (LookupError, ValueError):
+        return False
+    return away_m <= allowed.position_m and turned_deg <= allowed.angle_deg
+
+
+def _disbelief(robot: ConnectedRobot, topic: str, *, is_told: bool) -> BenchbotError:
+    wait_s = robot.robot.settings.timing.wait_s
+    return failed(
+        f"The localisation of the robot '{robot.robot.name}' does not take its start pose.",
+        f"It was told on {topic}, and {wait_s:g} s later it does not say that the robot is there."
+        if is_told
+        else f"In {wait_s:g} s nobody subscribed to {topic}.",
+        "See whether AMCL is active, gets scans, and publishes: ros2 lifecycle get /amcl; or correct "
+        "driver.localisation.initial_pose in the robot's declaration.",
+    )
+
+
+def check_start(robot: Ros2Robot, scene: Scene, pose: Pose) -> None:
+    """Raise BenchbotError when a robot that is localised in the map is too far from the start pose."""
+    away_m, turned_deg = apart(scene.start_pose, pose)
+    allowed = robot.settings.start_tolerances
+    if away_m > allowed.position_m or turned_deg > allowed.angle_deg:
+        raise failed(
+            f"The robot '{robot.name}' is not at the start pose.",
+            f"It is {away_m:.2f} m and {turned_deg:.1f}° away from it; driver.start_tolerances allow "
+            f"{allowed.position_m:g} m and {allowed.angle_deg:g}°.",
+            "Bring it there, or correct its localisation (the initial pose), or allow more in the declaration.",
+        )
+
+
 class _Return:
     """A return to the start pose by ROS 2, with the node, robot and guard that each of its steps uses."""
 
@@ -84,63 +155,36 @@ class _Return:
 
     def by_navigation(self, way: ReturnByNavigation, scene: Scene) -> None:
         """Send the robot to its start with Nav2, which drives it until it is there, or the goal is called off."""
-        try:
-            from nav2_msgs.action import NavigateToPose
-        except ModuleNotFoundError as error:
-            raise self._failed(
-                "It is to navigate there, and the messages of Nav2 (nav2_msgs) are not installed.",
-                "Install ros-jazzy-nav2-msgs with apt and source /opt/ros/jazzy/setup.bash, "
-                "or declare driver.return_to_start: {by: operator}.",
-            ) from error
         from action_msgs.msg import GoalStatus
-        from rclpy.action import ActionClient
 
-        goal = NavigateToPose.Goal()
-        goal.pose.header.frame_id = self._robot.global_frame
-        goal.pose.header.stamp = self._node.get_clock().now().to_msg()
-        _fill(goal.pose.pose, scene.start_pose)
-        client = ActionClient(self._node, NavigateToPose, way.ros_action)
+        navigation = Navigation(self._node, self._robot, way.ros_action, NAVIGATE_TO_POSE, self._failed)
         try:
-            self._await_server(client.server_is_ready, f"No action server {way.ros_action} is there.")
-            answer = self._navigate(client, goal, way.ros_action)
+            navigation.await_server(lambda: _heed(self._guard))
+            navigation.send(scene.start_pose, scene.start_pose)
+            answer = self._ending(navigation)
         finally:
-            self._in_executor(client.destroy)
+            navigation.close()
         if answer.status != GoalStatus.STATUS_SUCCEEDED:
-            ending = {GoalStatus.STATUS_CANCELED: "was called off", GoalStatus.STATUS_ABORTED: "was given up"}
-            # Nav2 says more since error_msg was added to its results.
-            said = getattr(answer.result, "error_msg", "") or "see what Nav2 logged"
-            raise self._failed(
-                f"The navigation with {way.ros_action} {ending.get(answer.status, 'failed')} "
-                f"(error {answer.result.error_code}: {said}).",
-                "See whether Nav2 is localised and the start is free: send the robot there by hand, as with RViz.",
-            )
+            raise navigation.gave_up(answer)
 
-    def _navigate(self, client: Any, goal: Any, name: str) -> Any:
+    def _ending(self, navigation: Navigation) -> Any:
         """Return how a goal ended; when no end was seen, it is called off, or the robot stopped for good."""
-        handle = None
         try:
-            silence = f"The action server {name} did not answer within {self._wait_s:g} s."
-            handle = self._ask(client, lambda: client.send_goal_async(goal), self._wait_s, silence)
-            if handle.accepted:
-                too_long = f"The robot was still on its way after {self._way_s:g} s."
-                return self._ask(client, handle.get_result_async, self._way_s, too_long)
+            if not _wait(lambda: navigation.ending() is not None, self._way_s, self._guard):
+                self._give_up()
+            return navigation.ending()
         except BaseException as error:
-            if handle is None or not self._called_off(handle):
+            if not navigation.call_off():
                 why = error.why if isinstance(error, BenchbotError) else "The run was interrupted."
                 self._guard.stop(f"{why} Nav2 did not confirm that it drives the robot no longer.")
                 if isinstance(error, BenchbotError):
                     _heed(self._guard)
             raise
-        raise self._failed(
-            f"The action server {name} refused the goal.",
-            "See whether Nav2 is active: ros2 lifecycle get /bt_navigator",
-        )
 
-    def _called_off(self, handle: Any) -> bool:
-        """Cancel a goal, and say whether its navigation has ended then."""
-        sent = [self._in_executor(call) for call in (handle.cancel_goal_async, handle.get_result_async)]
-        timeout_s = min(self._wait_s, _CALL_OFF_S)
-        return all(_wait(task.done, timeout_s) and _wait(task.result().done, timeout_s) for task in sent)
+    def _give_up(self) -> None:
+        raise self._failed(
+            f"The robot was still on its way after {self._way_s:g} s.", "See what Nav2 is waiting for: its log."
+        )
 
     def _set_scene(self, scene_node: str, scene: Scene, seed: int) -> None:
         from rcl_interfaces.srv import SetParameters
@@ -169,7 +213,7 @@ class _Return:
             silence = f"The service {name} did not answer within {timeout_s:g} s."
             return self._result(client.call_async(request), timeout_s, silence, client.service_is_ready)
         finally:
-            self._in_executor(lambda: self._node.destroy_client(client))
+            self._node.executor.create_task(lambda: self._node.destroy_client(client))
 
     def _await_server(self, ready: Callable[[], bool], missing: str) -> None:
         if not _wait(ready, self._wait_s, self._guard):
@@ -178,12 +222,6 @@ class _Return:
                 f"Start the node that offers it; what is there: benchbot doctor --robot {self._robot.name}",
             )
 
-    def _ask(self, client: Any, send: Callable[[], Any], timeout_s: float, silence: str) -> Any:
-        """Return an action server's answer to what `send` asks it."""
-        there = client.server_is_ready
-        answer = self._result(self._in_executor(send), self._wait_s, silence, there)
-        return self._result(answer, timeout_s, silence, there)
-
     def _result(self, future: Any, timeout_s: float, silence: str, there: Callable[[], bool]) -> Any:
         if _wait(lambda: future.done() or not there(), timeout_s, self._guard) and future.done():
             return future.result()
@@ -191,14 +229,6 @@ class _Return:
             silence if there() else "The node that was to bring it there went away meanwhile.",
             "See what became of it, and start it again.",
         )
-
-    def _in_executor(self, call: Callable[[], Any]) -> Any:
-        """Return the future of a call in the thread of the node's callbacks.
-
-        An action client is not made for two threads: an answer that comes before its sender has noted the question is
-        thrown away (rclpy 7.1, `ActionClient.send_goal_async`).
-        """
-        return self._node.executor.create_task(call)
 
     def _failed(self, why: str, fix: str) -> BenchbotError:
         return failed(f"The robot '{self._robot.name}' did not return to its start.", why, fix)
@@ -233,10 +263,3 @@ def _wait(done: Callable[[], bool], timeout_s: float, guard: Stopping | None = N
 def _heed(guard: Stopping) -> None:
     if guard.tripped is not None:
         guard.command(0.0, 0.0)
-
-
-def _fill(message: Any, pose: Pose) -> None:
-    """Write a pose into a geometry_msgs/msg/Pose."""
-    message.position.x, message.position.y, message.position.z = pose.translation_xyz
-    rotation = message.orientation
-    rotation.x, rotation.y, rotation.z, rotation.w = pose.rotation_xyzw

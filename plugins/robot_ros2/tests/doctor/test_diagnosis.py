@@ -269,3 +269,21 @@ def test_a_wrong_environment_is_named_before_ros_starts(
     assert finding.level is level
     assert value in finding.detail
     assert finding.fix
+
+
+def test_a_robot_that_nav2_drives_needs_nav2_and_a_topic_of_its_own(cart: Cart) -> None:
+    cart.also["/cmd_vel"] = Twist
+    amcl = {
+        "by": "topic",
+        "ros_topic": "/amcl_pose",
+        "ros_type": "geometry_msgs/msg/PoseWithCovarianceStamped",
+        "initial_pose": "/initialpose",
+    }
+    with cart.running():
+        found = examine({"driver": {"motion": {"by": "navigation"}, "localisation": amcl}})
+    assert [(finding.level, finding.detail) for finding in found["motion"]] == [
+        (Level.BROKEN, "nobody offers the action /navigate_to_pose")
+    ]
+    assert "nobody subscribes to /initialpose" in found["initial pose"][0].detail
+    assert worst(found["velocity /cmd_vel"]).level is Level.BROKEN
+    assert "/cart commands velocities, too" in worst(found["velocity /cmd_vel"]).detail

@@ -33,6 +33,10 @@ class Host:
         self._velocities = base.node.create_publisher(Twist, "/benchbot/cmd_vel", 1)
         self._timer = base.node.create_timer(0.02, self._tick)
 
+    def push(self, lateral_mps: float) -> None:
+        """Command a velocity to the left besides."""
+        self._twist.linear.y = lateral_mps
+
     def _tick(self) -> None:
         self._clock.clock.nanosec += 5_000_000
         self._clock.clock.sec += self._clock.clock.nanosec // 1_000_000_000
@@ -94,3 +98,15 @@ def test_what_cannot_be_guarded_is_said(arguments: list[str], words: str) -> Non
     done = subprocess.run([*BENCHBOT, "guard", *arguments], capture_output=True, text=True, check=False)
     assert words in done.stderr
     assert done.returncode == 2
+
+
+def test_a_velocity_sideways_is_no_smaller_velocity_but_a_stop(base: Base) -> None:
+    host = Host(base)
+    with guarding() as process:
+        assert process.stderr is not None
+        process.stderr.readline()
+        host.driving.set()
+        base.until_moving()
+        host.push(0.3)
+        base.until_stopped()
+        assert "0.30 m/s sideways was commanded" in process.stderr.readline()

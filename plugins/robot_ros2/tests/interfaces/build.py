@@ -16,6 +16,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import redirect_stdout
 from importlib.metadata import PackageNotFoundError, version
 from io import StringIO
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -26,6 +28,7 @@ DEPENDENCIES = (
     "action_msgs",
     "builtin_interfaces",
     "geometry_msgs",
+    "nav_msgs",
     "service_msgs",
     "std_msgs",
     "unique_identifier_msgs",
@@ -89,8 +92,8 @@ def _pip(*arguments: str) -> None:
     subprocess.run([sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check", *arguments], check=True)
 
 
-def _generate(package: str, interface: Path, folder: Path) -> None:
-    """Write the sources of one interface into the package's folders."""
+def _generate(package: str, interfaces: Iterable[Path], folder: Path) -> None:
+    """Write the sources of a package's interfaces into its folders."""
     from rosidl_adapter.action import convert_action_to_idl
     from rosidl_adapter.msg import convert_msg_to_idl
     from rosidl_generator_c.cli import GenerateC
@@ -102,9 +105,12 @@ def _generate(package: str, interface: Path, folder: Path) -> None:
 
     # The command `rosidl generate` would do all this, but takes each of PyPI's generators for two.
     output = folder / package
-    convert = {".msg": convert_msg_to_idl, ".action": convert_action_to_idl}[interface.suffix]
-    idl = convert(SOURCES / package, package, interface, output / interface.parent)
-    job = (package, [f"{output}:{idl.relative_to(output)}"], [str(PREFIX / "share")], output)
+    converters = {".msg": convert_msg_to_idl, ".action": convert_action_to_idl}
+    idls = [
+        converters[interface.suffix](SOURCES / package, package, interface, output / interface.parent)
+        for interface in interfaces
+    ]
+    job = (package, [f"{output}:{idl.relative_to(output)}" for idl in idls], [str(PREFIX / "share")], output)
     hashes = HashTypeDescription("type_description").generate_type_hashes(*job)
     GenerateC("c").generate(*job, hashes)
     GenerateFastRTPSCTypesupport("fastrtps_c").generate(*job)
@@ -138,8 +144,8 @@ def _wheel(folder: Path, wheel_version: str) -> Path:
     os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
     # The generators tell of each file they write.
     with redirect_stdout(StringIO()):
-        for package, interface in _interfaces():
-            _generate(package, interface, folder)
+        for package, found in groupby(_interfaces(), itemgetter(0)):
+            _generate(package, [interface for _, interface in found], folder)
     os.chdir(folder)
     installed = [path for path in (PREFIX / "include").iterdir() if path.is_dir()]
     headers = [folder, folder / "introspection", PREFIX / "include", *installed, Path(np.get_include())]

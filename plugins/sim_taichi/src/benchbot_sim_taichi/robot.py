@@ -59,6 +59,12 @@ class Robot:
     @classmethod
     def from_declaration(cls, robot: Mapping[str, Any], motion: MotionConfig) -> Self:
         """Read a robot's declaration; raises BenchbotError saying what it lacks."""
+        if "polygon" in robot.get("footprint", {}):
+            raise BenchbotError(
+                f"The robot '{robot.get('name')}' cannot be simulated.",
+                "Its footprint has a polygon, and here a robot is a disc: it would touch what the robot does not.",
+                "For simulation leave 'polygon' out of its footprint: radius_m is the disc that holds it.",
+            )
         try:
             found = cls(
                 name=str(robot["name"]),

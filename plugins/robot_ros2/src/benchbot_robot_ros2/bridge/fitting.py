@@ -85,8 +85,8 @@ def _differs(driver: Ros2Robot, motion: MotionConfig, robot: BridgedRobot) -> It
         mount = Pose.from_xyz_rpy_deg(place["xyz"], place.get("rpy_deg", (0.0, 0.0, 0.0)))
         if declared is not None and not _near(declared, mount):
             yield f"another place of the frame {robot.frame(frame)}"
-    if driver.footprint_radius_m < float(robot.declaration["footprint"]["radius_m"]):
-        yield f"footprint.radius_m: {driver.footprint_radius_m:g}, less than that of the robot"
+    if driver.footprint.radius_m < float(robot.declaration["footprint"]["radius_m"]):
+        yield f"footprint.radius_m: {driver.footprint.radius_m:g}, less than that of the robot"
     most = MotionConfig.from_robot(robot.declaration, "ground_truth")
     if (
         motion.linear_limits_mps[1] > most.linear_limits_mps[1]

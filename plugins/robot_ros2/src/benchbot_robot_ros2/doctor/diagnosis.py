@@ -60,6 +60,7 @@ def diagnose(spec: PlatformSpec) -> Iterator[Finding]:
         yield from graph_checks.safety_devices(robot.settings.safety)
         yield from _devices(robot, streams)
         yield from graph_checks.return_to_start(node, robot)
+        yield from graph_checks.navigation(node, robot)
 
 
 def environment() -> Iterator[Finding]:

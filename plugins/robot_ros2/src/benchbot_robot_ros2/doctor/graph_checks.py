@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from benchbot.plugin import Finding, Level
 from benchbot_robot_ros2 import qos
-from benchbot_robot_ros2.declaration import ReturnByNavigation, ReturnByService, Ros2Robot, Safety
+from benchbot_robot_ros2.declaration import MovedByNavigation, ReturnByNavigation, ReturnByService, Ros2Robot, Safety
 from benchbot_robot_ros2.doctor.live_watch import Stream
 from benchbot_robot_ros2.guard.topic import VelocityPublisher
 
@@ -68,7 +68,9 @@ def velocity(node: "Node", robot: Ros2Robot, publisher: VelocityPublisher, secon
     others = [name for name in _publishers(node, command.ros_topic) if name != node.get_fully_qualified_name()]
     if others:
         fix = "End it, or have twist_mux choose between them: two commanders fight over the robot."
-        yield Finding(Level.WARNING, subject, f"{' and '.join(others)} commands velocities, too", fix)
+        # A robot that Nav2 drives is stopped on this topic only.
+        level = Level.BROKEN if isinstance(robot.settings.motion, MovedByNavigation) else Level.WARNING
+        yield Finding(level, subject, f"{' and '.join(others)} commands velocities, too", fix)
 
 
 def safety_devices(safety: Safety) -> Iterator[Finding]:
@@ -79,6 +81,21 @@ def safety_devices(safety: Safety) -> Iterator[Finding]:
     if safety.dead_man is None:
         fix = "Declare driver.safety.dead_man: {ros_topic: /joy, ros_type: sensor_msgs/msg/Joy, button: 4}."
         yield Finding(Level.WARNING, "dead-man switch", "none is declared: nobody need hold a button", fix)
+
+
+def navigation(node: "Node", robot: Ros2Robot) -> Iterator[Finding]:
+    """Say whether somebody navigates the robot, and takes the pose that it starts at, where that is declared."""
+    way, topic = robot.settings.motion, robot.settings.initial_pose
+    if isinstance(way, MovedByNavigation) and f"{way.ros_action}/_action/send_goal" in dict(_services(node)):
+        yield Finding(Level.OK, "motion", f"action {way.ros_action}")
+    elif isinstance(way, MovedByNavigation):
+        fix = "Start Nav2 with a map, or leave driver.motion out of the declaration."
+        yield Finding(Level.BROKEN, "motion", f"nobody offers the action {way.ros_action}", fix)
+    if topic is not None and not node.count_subscribers(topic):
+        fix = "Start AMCL, or correct driver.localisation.initial_pose in the declaration."
+        yield Finding(Level.BROKEN, "initial pose", f"nobody subscribes to {topic}", fix)
+    elif topic is not None:
+        yield Finding(Level.OK, "initial pose", f"told on {topic}")
 
 
 def return_to_start(node: "Node", robot: Ros2Robot) -> Iterator[Finding]:

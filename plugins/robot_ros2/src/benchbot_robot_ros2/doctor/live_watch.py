@@ -68,7 +68,8 @@ def uses(robot: Ros2Robot) -> Iterator[Use]:
     if isinstance(settings.localisation, LocalisedByTopic):
         where = settings.localisation
         topic = Topic(ros_topic=where.ros_topic, ros_type=where.ros_type, qos=where.qos)
-        yield Use("localisation", topic, robot.global_frame)
+        # One that is told where the robot starts may say nothing before.
+        yield Use("localisation", topic, robot.global_frame, optional=settings.initial_pose is not None)
     if safety.e_stop is not None:
         # Many publish only when the button changes.
         yield Use("e_stop", safety.e_stop, optional=True)

@@ -72,7 +72,13 @@ def _armed(
 ) -> GuardedVelocity | None:
     """Return the guarded velocity of a robot that listens; None at the driver's end, BenchbotError when it cannot."""
     velocity = GuardedVelocity(
-        node, begin.command, begin.base_frame, begin.safety, begin.motion, use_sim_time=begin.use_sim_time
+        node,
+        begin.command,
+        begin.base_frame,
+        begin.safety,
+        begin.motion,
+        use_sim_time=begin.use_sim_time,
+        navigation=begin.navigation,
     )
     deadline_s = time.monotonic() + begin.wait_s
     if begin.stopped is not None:
@@ -114,7 +120,10 @@ def _guard(velocity: GuardedVelocity, connection: socket.socket, peer: socket.so
                 watched = [connection]
                 velocity.update(stopping(STANDBY_DIED))
             # Said before it is done, so that a death in between is that of a guard that moves the robot.
-            commanded = any(isinstance(message, messages.Command) and message.moves for message in arrived)
+            commanded = any(
+                isinstance(message, messages.Attend) or (isinstance(message, messages.Command) and message.moves)
+                for message in arrived
+            )
             messages.tell(peer, messages.Beat(velocity.moving or commanded))
             velocity.update(*(_change(message) for message in arrived if message is not None))
             if end is not None and velocity.moving:
@@ -130,6 +139,8 @@ def _change(message: messages.ToGuard) -> Change:
     match message:
         case messages.Command(linear_mps, angular_radps):
             return partial(_command, wanted=Velocity(linear_mps, angular_radps))
+        case messages.Attend():
+            return GuardState.attend
         case messages.Stop(trip):
             return stopping(trip)
         case messages.Begin():

@@ -123,9 +123,17 @@ class _Relay:
         self._stopped = self._velocity.trip is not None
 
     def _on_command(self, message: Any) -> None:
-        from benchbot_robot_ros2.guard.topic import velocity_of
+        from benchbot_robot_ros2.guard.topic import sideways_mps, velocity_of
 
-        wanted = velocity_of(message)
-        if wanted != REST:
+        wanted, lateral_mps = velocity_of(message), sideways_mps(message)
+        if wanted != REST or lateral_mps:
             self._driven_s = time.monotonic()
+        if lateral_mps:
+            # Without it the base would go where nobody sent it.
+            self._velocity.update(
+                lambda state, _: state.stop(
+                    f"A velocity of {lateral_mps:.2f} m/s sideways was commanded, which this guard does not pass on.",
+                    "Let what drives the base command linear.x and angular.z only; in Nav2: vy_max: 0.",
+                )
+            )
         self._velocity.update(lambda state, now_s: state.command(wanted, now_s))

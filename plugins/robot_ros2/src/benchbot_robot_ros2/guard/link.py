@@ -14,7 +14,7 @@ from typing import IO, NamedTuple, Self
 import msgspec
 
 from benchbot.plugin import BenchbotError, ExitCode, FailureClass, MotionConfig
-from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration import MovedByNavigation, Ros2Robot
 from benchbot_robot_ros2.failures import safety_stop
 from benchbot_robot_ros2.guard import messages
 from benchbot_robot_ros2.guard.state import FIND_OUT, Trip
@@ -69,6 +69,7 @@ class Guard:
                 settings.timing.wait_s,
                 settings.use_sim_time,
                 motion,
+                settings.motion.ros_action if isinstance(settings.motion, MovedByNavigation) else None,
             )
         )
         try:
@@ -100,8 +101,17 @@ class Guard:
         Waits for a guard that does not keep up, no longer than that time: then it hangs, and is replaced.
         Raises BenchbotError(failure=PLATFORM, ends_run=True) once the robot was stopped for safety.
         """
-        command = messages.Command(float(linear_mps), float(angular_radps))
-        if self._trip is None and not self._send(command, self._begin.safety.command_timeout_s):
+        self._tell(messages.Command(float(linear_mps), float(angular_radps)))
+
+    def attend(self) -> None:
+        """Have the robot watched while its navigation drives it, and nothing published; holds and raises as `command`.
+
+        Every stop calls the navigation's goals off.
+        """
+        self._tell(messages.Attend())
+
+    def _tell(self, message: messages.ToGuard) -> None:
+        if self._trip is None and not self._send(message, self._begin.safety.command_timeout_s):
             # The reading thread knows why, or will in a moment.
             self._over.wait(END_S)
             self._tripped(Trip("The guard process takes no commands.", FIND_OUT))

@@ -15,6 +15,7 @@ MAX_MESSAGE_BYTES = 65536
 class Begin(msgspec.Struct, tag="begin", frozen=True):
     """The first message to a guard: the robot to guard.
 
+    `navigation` is the action by which something else may drive it; its goals are called off when the robot is stopped.
     `stopped` when it is to be kept at rest from the beginning; `stands_by_for` is the process of the other
     guard, of the one that publishes nothing for as long as that one does well.
     """
@@ -26,6 +27,7 @@ class Begin(msgspec.Struct, tag="begin", frozen=True):
     wait_s: float
     use_sim_time: bool
     motion: MotionConfig
+    navigation: str | None = None
     stopped: Trip | None = None
     stands_by_for: int | None = None
 
@@ -42,13 +44,17 @@ class Command(msgspec.Struct, tag="command", frozen=True):
         return bool(self.linear_mps or self.angular_radps)
 
 
+class Attend(msgspec.Struct, tag="attend", frozen=True):
+    """The robot is driven by its navigation now: nothing is published, and all is watched."""
+
+
 class Stop(msgspec.Struct, tag="stop", frozen=True):
     """Stop the robot, for good."""
 
     trip: Trip
 
 
-ToGuard = Begin | Command | Stop
+ToGuard = Begin | Command | Attend | Stop
 
 
 class Beat(msgspec.Struct, tag="beat", frozen=True):

@@ -36,6 +36,7 @@ class GuardState:
         self._command_timeout_s = command_timeout_s
         self._dead_man_timeout_s = dead_man_timeout_s
         self._held_s = -math.inf
+        self._attends = False
         self._wanted = self._velocity = REST
         self._commanded_s = -math.inf
         self._now_s = -math.inf
@@ -43,8 +44,8 @@ class GuardState:
 
     @property
     def moving(self) -> bool:
-        """True while the robot is commanded to move, or still brakes."""
-        return self._wanted != REST or self._velocity != REST
+        """True while the robot is commanded to move, or still brakes, or is driven by its navigation."""
+        return self._attends or self._wanted != REST or self._velocity != REST
 
     def command(self, wanted: Velocity, now_s: float) -> None:
         """Take a command; it is clipped to the robot's limits."""
@@ -55,6 +56,12 @@ class GuardState:
             )
         if self.trip is None:
             self._wanted, self._commanded_s = clipped(wanted, self._motion), now_s
+            self._attends = False
+
+    def attend(self, now_s: float) -> None:
+        """Watch over a robot that its navigation drives; it holds as long as a command does."""
+        if self.trip is None:
+            self._wanted, self._commanded_s, self._attends = REST, now_s, True
 
     def dead_man(self, *, held: bool, now_s: float) -> None:
         """Take the state of the dead-man switch."""
@@ -70,6 +77,7 @@ class GuardState:
         """Trip: the first reason stays."""
         self.trip = self.trip or Trip(why, fix)
         self._wanted = self._velocity = REST
+        self._attends = False
 
     def release(self) -> None:
         """Clear a trip; an emergency stop that is still pressed trips again."""
@@ -84,7 +92,7 @@ class GuardState:
         self._now_s = now_s
         if self.trip is not None:
             return REST
-        if self.moving:
+        if self._wanted != REST or self._velocity != REST:
             self._rest_s = now_s
             self._velocity = ramped(self._velocity, self._wanted, elapsed_s, self._motion)
         # A clock that was set back may not keep the topic for longer.
@@ -97,7 +105,7 @@ class GuardState:
                 "Let one source publish /clock, or set the clocks by chrony, which does not jump; then start again.",
             )
         silent_s = now_s - self._commanded_s
-        if self._wanted != REST and silent_s > self._command_timeout_s:
+        if (self._attends or self._wanted != REST) and silent_s > self._command_timeout_s:
             self.stop(
                 f"No velocity command came for {silent_s:.2f} s while the robot moved "
                 f"(driver.safety.command_timeout_s is {self._command_timeout_s:g} s).",

@@ -86,6 +86,11 @@ def velocity_of(message: Any) -> Velocity:
     return Velocity(twist.linear.x, twist.angular.z)
 
 
+def sideways_mps(message: Any) -> float:
+    """Return the velocity along +y that a Twist or TwistStamped commands."""
+    return float(_twist(message).linear.y)
+
+
 def _twist(message: Any) -> Any:
     return getattr(message, "twist", message)
 

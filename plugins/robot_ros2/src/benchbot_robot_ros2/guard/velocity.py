@@ -41,12 +41,21 @@ class GuardedVelocity:
     """
 
     def __init__(
-        self, node: "Node", command: Topic, base_frame: str, safety: Safety, motion: MotionConfig, *, use_sim_time: bool
+        self,
+        node: "Node",
+        command: Topic,
+        base_frame: str,
+        safety: Safety,
+        motion: MotionConfig,
+        *,
+        use_sim_time: bool,
+        navigation: str | None = None,
     ) -> None:
         self.publisher = VelocityPublisher(node, command, base_frame)
         self.use_sim_time = use_sim_time
         self._node = node
         self._safety = safety
+        self._calling_off = _calling_off(node, navigation)
         self._state = GuardState(
             motion, safety.command_timeout_s, safety.dead_man.timeout_s if safety.dead_man is not None else None
         )
@@ -133,6 +142,19 @@ class GuardedVelocity:
             velocity = self._state.step(now_s)
             if velocity is not None:
                 self.publisher.publish(velocity)
+            if self._state.trip is not None:
+                self._call_off()
+
+    def _call_off(self) -> None:
+        """Cancel all goals of the robot's navigation, once: zeros alone hold it for no longer than they are published.
+
+        A request without a goal's name and time means all (https://design.ros2.org/articles/actions.html).
+        """
+        if self._calling_off is not None and self._calling_off.service_is_ready():
+            from action_msgs.srv import CancelGoal
+
+            self._calling_off.call_async(CancelGoal.Request())
+            self._calling_off = None
 
     def finish(self) -> None:
         """Publish the last zeros: for a second when the robot was stopped, as a network may lose some.
@@ -178,6 +200,13 @@ class GuardedVelocity:
             change(self._state, self.now_s())
             if self._state.trip is not None:
                 self.publisher.publish(REST)
+
+
+def _calling_off(node: "Node", navigation: str | None) -> Any:
+    """Return the client that calls off the goals of a navigation, None without one."""
+    from action_msgs.srv import CancelGoal
+
+    return None if navigation is None else node.create_client(CancelGoal, f"{navigation}/_action/cancel_goal")
 
 
 def _held(message: Any, switch: DeadMan | None) -> bool:
