@@ -29,6 +29,7 @@ class RobotDeclaration(TypedDict):
     noise: NotRequired[Settings]
     frames: NotRequired[Mapping[str, Settings]]
     driver: NotRequired[Settings]
+    fleet: NotRequired[Mapping[str, Settings]]
     address: NotRequired[str]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from benchbot.core import episodes, overrides, randomness
 from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, OBSERVATIONS
 from benchbot.core.declarations import schema
-from benchbot.core.declarations.catalog import Catalog, Declaration
+from benchbot.core.declarations.catalog import MEMBER_MARK, Catalog, Declaration
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.platform import Localisation
 from benchbot.core.request import NO_LIMITS, Limits, RunRequest
@@ -160,7 +160,8 @@ def misfits(robot: Mapping[str, Any], scene: Declaration) -> Iterator[BenchbotEr
             f"The robot runs in environments of type {' or '.join(worlds)}, this one is of type {scene.data['type']}.",
             "Choose a robot and an environment that fit; benchbot list robots shows the types.",
         )
-    if scene.data.get("robots") and robot["name"] not in scene.data["robots"]:
+    model = robot["name"].partition(MEMBER_MARK)[0]
+    if scene.data.get("robots") and not {model, robot["name"]} & set(scene.data["robots"]):
         yield BenchbotError(
             f"The environment '{scene.name}' is not made for the robot '{robot['name']}'.",
             f"It names these robots: {', '.join(scene.data['robots'])}.",

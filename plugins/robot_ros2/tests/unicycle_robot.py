@@ -18,16 +18,20 @@ import numpy as np
 import rclpy
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, Twist
+from irobot_create_msgs.msg import HazardDetection, HazardDetectionVector
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image, LaserScan
+from sensor_msgs.msg import BatteryState, CameraInfo, CompressedImage, Image, LaserScan
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 DEFAULTS: dict[str, Any] = {
+    "namespace": "",  # of its topics and services, all but /clock
+    "remap": {},  # by ROS 2
+    "frame_prefix": "",  # of its frames, all but the map
     "simulated": False,  # publishes /clock
     "pace": 1.0,  # seconds of simulated time per second
     "clock_offset_s": 0.0,  # of /clock and stamps
@@ -46,6 +50,8 @@ DEFAULTS: dict[str, Any] = {
     "compressed": False,  # the image has another type than usual
     "pressed": False,  # the emergency stop
     "held": True,  # the dead-man switch
+    "charge": 1.0,  # of the battery
+    "hazards": [],  # types of hazards that are told with a stamp of zero
     "motion_pace": None,  # from the first velocity command on; its own clock is what is looked at then
     "amcl": False,  # publishes where it is on /amcl_pose, ten times a second
     "transforms": False,  # publishes on /tf where "odom" is in "map", and "base_link" in "odom"
@@ -64,6 +70,8 @@ TOPICS = {
     "/collision": Bool,
     "/e_stop": Bool,
     "/dead_man": Bool,
+    "/battery": BatteryState,
+    "/hazards": HazardDetectionVector,
     "/clock": Clock,
     "/tf": TFMessage,
     "/amcl_pose": PoseWithCovarianceStamped,
@@ -74,7 +82,10 @@ FRAMES = {"/odom": "odom", "/truth": "map", "/scan": "lidar", "/image": "camera"
 class Robot:
     def __init__(self, options: dict[str, Any]) -> None:
         self.options = DEFAULTS | options
-        self.node = rclpy.create_node("unicycle")
+        remaps = [word for pair in self.options["remap"].items() for word in ("-r", ":=".join(pair))]
+        self.node = rclpy.create_node(
+            "unicycle", namespace=self.options["namespace"], cli_args=["--ros-args", *remaps] if remaps else []
+        )
         self.x = self.y = self.yaw = self.v = self.w = self.travelled = 0.0
         self.collided = False
         self.command, self.commanded_s = (0.0, 0.0), -math.inf
@@ -88,8 +99,8 @@ class Robot:
         self.late: list[tuple[float, Odometry]] = []
         self.random = np.random.default_rng(0)
         self.publishers = {topic: self._publisher(topic, kind) for topic, kind in TOPICS.items()}
-        self.node.create_subscription(Twist, "/cmd_vel", self._on_command, 1)
-        self.node.create_service(Trigger, "/reset", self._on_reset)
+        self.node.create_subscription(Twist, "cmd_vel", self._on_command, 1)
+        self.node.create_service(Trigger, "reset", self._on_reset)
 
     def _publisher(self, topic: str, kind: Any) -> Any:
         unpublished = {"/clock": not self.options["simulated"], "/tf": not self.options["transforms"]}
@@ -99,8 +110,9 @@ class Robot:
         if topic == "/image" and self.options["compressed"]:
             kind = CompressedImage
         reliability = self.options["reliability"].get(topic, "reliable")
+        name = topic if topic == "/clock" else topic.removeprefix("/")
         return self.node.create_publisher(
-            kind, topic, QoSProfile(depth=5, reliability=ReliabilityPolicy[reliability.upper()])
+            kind, name, QoSProfile(depth=5, reliability=ReliabilityPolicy[reliability.upper()])
         )
 
     def _on_command(self, message: Twist) -> None:
@@ -162,6 +174,9 @@ class Robot:
             self.send("/tf", self.transforms())
         self.send("/e_stop", Bool(data=self.options["pressed"]))
         self.send("/dead_man", Bool(data=self.options["held"]))
+        self.send("/battery", BatteryState(percentage=self.options["charge"]))
+        hazards = [HazardDetection(type=kind) for kind in self.options["hazards"]]
+        self.send("/hazards", HazardDetectionVector(detections=hazards))
         if tick % 5 == 0:
             truth = self.odometry("/truth")
             self.send("/amcl_pose", PoseWithCovarianceStamped(header=truth.header, pose=truth.pose))
@@ -182,11 +197,14 @@ class Robot:
         if topic in self.options["stale"]:
             now_s = self.frozen.setdefault(topic, now_s)
         message.header.stamp = stamp(max(0.0, now_s + self.options["stamp_offset_s"].get(topic, 0.0)))
-        message.header.frame_id = self.options["frames"].get(topic, FRAMES[topic])
+        message.header.frame_id = self.frame(self.options["frames"].get(topic, FRAMES[topic]))
         return message
 
+    def frame(self, name: str) -> str:
+        return name if name == "map" else f"{self.options['frame_prefix']}{name}"
+
     def odometry(self, topic: str) -> Odometry:
-        message = self.headed(Odometry(child_frame_id="base_link"), topic)
+        message = self.headed(Odometry(child_frame_id=self.frame("base_link")), topic)
         scale = self.options["odometry_scale"] if topic == "/odom" else 1.0
         # Odometry has its own origin, and heads elsewhere.
         x, y, yaw = self.x * scale, self.y * scale, self.yaw
@@ -201,17 +219,18 @@ class Robot:
         return message
 
     def transforms(self) -> TFMessage:
-        place, base = TransformStamped(child_frame_id="odom"), TransformStamped(child_frame_id="base_link")
+        place, base = (TransformStamped(child_frame_id=self.frame(name)) for name in ("odom", "base_link"))
         place.header.frame_id = "map"
         place.transform.translation.x, place.transform.translation.y = self.options["place_off_m"] - 4.0, 3.0
         place.transform.rotation.z, place.transform.rotation.w = -math.sqrt(0.5), math.sqrt(0.5)
         seen = self.odometry("/odom")
-        base.header.frame_id, base.header.stamp = "odom", seen.header.stamp
+        base.header.frame_id, base.header.stamp = self.frame("odom"), seen.header.stamp
         place.header.stamp = seen.header.stamp
         base.transform.translation.x = seen.pose.pose.position.x
         base.transform.translation.y = seen.pose.pose.position.y
         base.transform.rotation = seen.pose.pose.orientation
-        told = [one for one in (place, base) if one.child_frame_id not in self.options["untold"]]
+        untold = [self.frame(name) for name in self.options["untold"]]
+        told = [one for one in (place, base) if one.child_frame_id not in untold]
         return TFMessage(transforms=told)
 
     def scan(self) -> LaserScan:

@@ -7,7 +7,7 @@ from contextlib import ExitStack, suppress
 from typing import Any
 
 from benchbot.plugin import BenchbotError, MotionConfig, Pose, did_you_mean
-from benchbot_robot_ros2 import ros
+from benchbot_robot_ros2 import ros, signals
 from benchbot_robot_ros2.callbacks import Callback as Decoder
 from benchbot_robot_ros2.declaration import LocalisedByTopic, LocalisedByTransforms, Ros2Robot, Topic
 from benchbot_robot_ros2.failures import failed
@@ -48,7 +48,9 @@ class ConnectedRobot:
         self.changed = changed
         with ExitStack() as resources:
             settings = robot.settings
-            self.node = resources.enter_context(ros.running_node("benchbot", use_sim_time=settings.use_sim_time))
+            self.node = resources.enter_context(
+                ros.running_node("benchbot", use_sim_time=settings.use_sim_time, graph=robot.graph)
+            )
             self.clock = RobotClock(self.node, simulated=settings.use_sim_time, changed=changed)
             resources.callback(self.clock.close)
             self.tree = self._transforms()
@@ -56,6 +58,7 @@ class ConnectedRobot:
             self.place = self._place()
             self.contact = threading.Event()
             self._collision = self._collisions()
+            self.battery = None if settings.safety.battery is None else self._stream(settings.safety.battery)
             self.channels = {
                 name: Channel(
                     name,
@@ -161,7 +164,7 @@ class ConnectedRobot:
     def _transforms(self) -> Any:
         from benchbot_robot_ros2 import transforms
 
-        tree = transforms.listen(self.node, self.clock.now_s)
+        tree = transforms.listen(self.node, self.clock.now_s, self.robot.graph.transforms)
         if tree is None and isinstance(self.robot.settings.localisation, LocalisedByTransforms):
             raise failed(
                 f"Where the robot '{self.robot.name}' is cannot be known.",
@@ -183,7 +186,7 @@ class ConnectedRobot:
             return None
 
         def touch(message: Any) -> None:
-            if message.data:
+            if signals.says(topic, message):
                 self.contact.set()
 
         return Stream(self.node, topic, self.clock, self.changed, touch)
@@ -212,7 +215,7 @@ class ConnectedRobot:
             self.odometry,
             *(stream for channel in self.channels.values() for stream in channel.streams.values()),
         ]
-        streams += [stream for stream in (self.place,) if stream is not None]
+        streams += [stream for stream in (self.place, self.battery) if stream is not None]
 
         def silent() -> list[Stream]:
             quiet = [stream for stream in streams if stream.newest is None]
@@ -223,16 +226,16 @@ class ConnectedRobot:
         clock_wait = self.wait(self.robot.settings.timing.wait_s)
         while self.robot.settings.use_sim_time and self.clock.now_ns() == 0:
             if clock_wait.over():
-                raise missing(silent()) if silent() else _clockless(self.robot.name)
+                raise missing(silent()) if silent() else _clockless(self.robot)
         wait = self.wait(self.robot.settings.timing.wait_s)
         while silent():
             if wait.over():
                 raise missing(silent())
 
 
-def _clockless(robot: str) -> BenchbotError:
+def _clockless(robot: Ros2Robot) -> BenchbotError:
     return failed(
-        f"The clock of the robot '{robot}' does not run.",
-        "Its declaration says driver.use_sim_time: true, and nothing comes on /clock.",
+        f"The clock of the robot '{robot.name}' does not run.",
+        f"Its declaration says driver.use_sim_time: true, and nothing comes on {robot.graph.clock}.",
         "Start the simulator that publishes it, or declare driver.use_sim_time: false for a real robot.",
     )

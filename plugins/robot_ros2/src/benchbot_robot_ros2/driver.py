@@ -19,7 +19,7 @@ from benchbot.plugin import (
     did_you_mean,
     wrap_angle_rad,
 )
-from benchbot_robot_ros2 import obstacles, start_pose
+from benchbot_robot_ros2 import battery, obstacles, signals, start_pose
 from benchbot_robot_ros2.clearance import contact_ahead
 from benchbot_robot_ros2.connected import ConnectedRobot
 from benchbot_robot_ros2.declaration import LocalisedByOdometry, Ros2Robot
@@ -54,6 +54,7 @@ class Ros2Driver:
             if connection.parts()
         }
         obstacles.check_declared(self._robot, self._motion)
+        signals.check(self._robot)
         self._changed = threading.Condition()
         self._connected: ConnectedRobot | None = None
         self._halted: str | None = None
@@ -73,6 +74,7 @@ class Ros2Driver:
             self._obstacles = obstacles.Obstacles(self._connected)
         robot = self._connected
         self._refuse_when_stopped(robot)
+        battery.check(robot)
         start_pose.return_to_start(robot.node, self._robot, scene, seed, self._spec.ask, robot.guard)
         robot.await_rest(lambda: self._refuse_when_stopped(robot))
         robot.check_feedback()
@@ -112,6 +114,7 @@ class Ros2Driver:
         Raises BenchbotError(ends_run=True) when the robot was stopped for safety. After contact it only brakes.
         """
         robot = self._here()
+        battery.warn(robot)
         now_s = robot.clock.now_s()
         self._due_s = (self._due_s if now_s - self._due_s < duration_s else now_s) + duration_s
         moves = abs(linear_mps) >= REST_MPS or abs(angular_radps) >= REST_RADPS
@@ -223,12 +226,12 @@ class Ros2Driver:
     def _poses(self, robot: ConnectedRobot) -> dict[str, FramePose]:
         base = self.odometry() if self._spec.localisation == "noisy" else self.pose()
         frames = {
-            frame: self._start_pose if frame == INITIAL_POSE else base @ robot.mount(frame)
+            frame: self._start_pose if frame == INITIAL_POSE else base @ robot.mount(self._robot.names.frame(frame))
             for frame in self._robot.reported
         }
         if self._robot.camera_frame is not None:
             frames["camera"] = base @ robot.mount(self._robot.camera_frame)
-        return {frame: pose.record(self._robot.global_frame) for frame, pose in frames.items()}
+        return {frame: pose.record(self._robot.map_name) for frame, pose in frames.items()}
 
     def _note(self, command: Velocity, now_s: float) -> None:
         if command == REST and self._command != REST:

@@ -17,7 +17,13 @@ if TYPE_CHECKING:
 # Long enough to find the odometry of a picture that took its time.
 HISTORY_NS = 1_000_000_000
 # Published once, or now and then, and true until the next one (AMCL tells where the robot is when it has moved).
-HOLDING = frozenset({"sensor_msgs/msg/CameraInfo", "geometry_msgs/msg/PoseWithCovarianceStamped"})
+HOLDING = frozenset(
+    {
+        "sensor_msgs/msg/BatteryState",
+        "sensor_msgs/msg/CameraInfo",
+        "geometry_msgs/msg/PoseWithCovarianceStamped",
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -40,7 +46,7 @@ class Stream:
 
     A message whose stamp is not newer than those before it is counted as nothing new. Of messages that hold until the
     next one (`holds`), and of those without a stamp, only the newest is kept. `changed` is the lock of everything
-    received, and is notified; `told` is called with each new message.
+    received, and is notified; `told` is called with each message, be its stamp new or not.
     """
 
     def __init__(
@@ -160,6 +166,8 @@ class Stream:
         stamp = stamp_ns(message)
         sample = Sample(arrived_ns if stamp is None else stamp, arrived_ns, arrived_s, message)
         with self._changed:
+            if self._told is not None:
+                self._told(message)
             if not self.holds and self._samples and sample.stamp_ns <= self._samples[-1].stamp_ns:
                 self._repeated += 1
                 return
@@ -169,6 +177,4 @@ class Stream:
             self._samples.append(sample)
             while sample.stamp_ns - self._samples[0].stamp_ns > self._history_ns:
                 self._samples.popleft()
-            if self._told is not None:
-                self._told(message)
             self._changed.notify_all()

@@ -1,4 +1,4 @@
-"""Build tf2_msgs and nav2_msgs, which PyPI lacks, from their interface files, and install them beside this Python.
+"""Build the interfaces that PyPI lacks (tf2_msgs, nav2_msgs, …) from their files, and install them beside this Python.
 
     python build.py [options for pip, such as -c constraints.txt]
 
@@ -37,6 +37,7 @@ LIBRARIES = (
     *("rosidl_runtime_c", "rosidl_typesupport_c", "rosidl_typesupport_fastrtps_c", "rosidl_typesupport_fastrtps_cpp"),
     *("rosidl_typesupport_introspection_c", "fastcdr", "rmw", "rcutils"),
 )
+INDEX = "share/ament_index/resource_index/rosidl_interfaces"
 # What rmw_fastrtps asks of a type: how to send it, and what it looks like.
 TYPESUPPORTS = ["rosidl_typesupport_fastrtps_c", "rosidl_typesupport_introspection_c"]
 
@@ -89,8 +90,8 @@ def _pip(*arguments: str) -> None:
     subprocess.run([sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check", *arguments], check=True)
 
 
-def _generate(package: str, interface: Path, folder: Path) -> None:
-    """Write the sources of one interface into the package's folders."""
+def _generate(package: str, interfaces: list[Path], folder: Path) -> None:
+    """Write the sources of a package's interfaces into its folders."""
     from rosidl_adapter.action import convert_action_to_idl
     from rosidl_adapter.msg import convert_msg_to_idl
     from rosidl_generator_c.cli import GenerateC
@@ -102,9 +103,9 @@ def _generate(package: str, interface: Path, folder: Path) -> None:
 
     # The command `rosidl generate` would do all this, but takes each of PyPI's generators for two.
     output = folder / package
-    convert = {".msg": convert_msg_to_idl, ".action": convert_action_to_idl}[interface.suffix]
-    idl = convert(SOURCES / package, package, interface, output / interface.parent)
-    job = (package, [f"{output}:{idl.relative_to(output)}"], [str(PREFIX / "share")], output)
+    convert = {".msg": convert_msg_to_idl, ".action": convert_action_to_idl}
+    idls = [convert[path.suffix](SOURCES / package, package, path, output / path.parent) for path in interfaces]
+    job = (package, [f"{output}:{idl.relative_to(output)}" for idl in idls], [str(PREFIX / "share")], output)
     hashes = HashTypeDescription("type_description").generate_type_hashes(*job)
     GenerateC("c").generate(*job, hashes)
     GenerateFastRTPSCTypesupport("fastrtps_c").generate(*job)
@@ -130,20 +131,28 @@ def _libraries(package: str, headers: Iterable[Path]) -> list[str]:
     return [first, second]
 
 
+def _listed(package: str) -> str:
+    """Write the list of a package's interfaces by which ROS 2 knows that they are installed; return its path."""
+    listed = Path("index") / package
+    listed.parent.mkdir(exist_ok=True)
+    listed.write_text("".join(f"{path}\n" for name, path in _interfaces() if name == package))
+    return str(listed)
+
+
 def _wheel(folder: Path, wheel_version: str) -> Path:
     import numpy as np
     from setuptools import Extension, find_packages, setup
 
+    packages = sorted({package for package, _ in _interfaces()})
     # Where the generators find their templates.
     os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
     # The generators tell of each file they write.
     with redirect_stdout(StringIO()):
-        for package, interface in _interfaces():
-            _generate(package, interface, folder)
+        for package in packages:
+            _generate(package, [path for name, path in _interfaces() if name == package], folder)
     os.chdir(folder)
     installed = [path for path in (PREFIX / "include").iterdir() if path.is_dir()]
     headers = [folder, folder / "introspection", PREFIX / "include", *installed, Path(np.get_include())]
-    packages = sorted({package for package, _ in _interfaces()})
     libraries = {package: _libraries(package, headers) for package in packages}
     extensions = [
         Extension(
@@ -163,7 +172,10 @@ def _wheel(folder: Path, wheel_version: str) -> Path:
         version=wheel_version,
         packages=find_packages("."),
         ext_modules=extensions,
-        data_files=[("lib", [library for package in packages for library in libraries[package]])],
+        data_files=[
+            ("lib", [library for package in packages for library in libraries[package]]),
+            (INDEX, [_listed(package) for package in packages]),
+        ],
         script_args=["--quiet", "bdist_wheel", "--dist-dir", "dist"],
     )
     (wheel,) = (folder / "dist").glob("*.whl")

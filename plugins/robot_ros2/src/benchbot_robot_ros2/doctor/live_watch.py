@@ -77,6 +77,8 @@ def uses(robot: Ros2Robot) -> Iterator[Use]:
         yield Use("dead_man", Topic(ros_topic=held.ros_topic, ros_type=held.ros_type), rate_hz=1 / held.timeout_s)
     if safety.collision is not None:
         yield Use("collision", safety.collision, optional=True)
+    if safety.battery is not None:
+        yield Use("battery", safety.battery)
 
 
 def others(node: "Node", seconds: float) -> list[str]:

@@ -15,7 +15,7 @@ def check(robot: Ros2Robot, tree: TransformTree | None, *, published: bool) -> I
     """
     needed = isinstance(robot.settings.localisation, LocalisedByTransforms)
     if tree is None or not published:
-        missing = "nothing publishes /tf or /tf_static" if tree else "tf2_msgs is not installed"
+        missing = f"nothing publishes {' or '.join(robot.graph.transforms)}" if tree else "tf2_msgs is not installed"
         fix = (
             "Start robot_state_publisher with the robot's URDF."
             if tree
@@ -26,7 +26,7 @@ def check(robot: Ros2Robot, tree: TransformTree | None, *, published: bool) -> I
         else:
             yield Finding(Level.WARNING, "transforms", f"{missing}: mounts are used as declared, unchecked", fix)
         for name in _frames(robot):
-            if name not in robot.mounts:
+            if robot.names.frame(name) not in robot.mounts:
                 mend = f"Measure it, and add under frames: {name}: {{xyz: [x, y, z], rpy_deg: [roll, pitch, yaw]}}"
                 yield Finding(Level.BROKEN, f"frame {name}", "its mount is neither declared nor known from tf", mend)
         return
@@ -37,10 +37,12 @@ def check(robot: Ros2Robot, tree: TransformTree | None, *, published: bool) -> I
 
 
 def _frames(robot: Ros2Robot) -> list[str]:
-    """Return the frames whose place on the robot must be known."""
-    camera = [robot.camera_frame] if robot.camera_frame is not None else []
-    names = dict.fromkeys([*robot.mounts, *robot.reported, *camera])
-    return [name for name in names if name not in (robot.base_frame, "initial_pose", "camera") or name in camera]
+    """Return the frames, as they are declared, whose place on the robot must be known."""
+    declared = {frame.removeprefix(robot.names.frame_prefix): None for frame in robot.mounts}
+    camera = robot.camera_frame and robot.camera_frame.removeprefix(robot.names.frame_prefix)
+    names = dict.fromkeys([*declared, *robot.reported, *([camera] if camera else [])])
+    base = robot.base_frame.removeprefix(robot.names.frame_prefix)
+    return [name for name in names if name not in (base, "initial_pose", "camera") or name == camera]
 
 
 def _localised(robot: Ros2Robot, tree: TransformTree) -> Finding:
@@ -53,9 +55,10 @@ def _localised(robot: Ros2Robot, tree: TransformTree) -> Finding:
 
 
 def _mount(robot: Ros2Robot, tree: TransformTree, name: str) -> Finding:
-    declared = robot.mounts.get(name)
+    frame = robot.names.frame(name)
+    declared = robot.mounts.get(frame)
     try:
-        measured = tree.lookup(robot.base_frame, name)
+        measured = tree.lookup(robot.base_frame, frame)
     except LookupError as error:
         level = Level.BROKEN if declared is None else Level.WARNING
         fix = "Correct the frame's name in the declaration, or add the frame to the robot's URDF."

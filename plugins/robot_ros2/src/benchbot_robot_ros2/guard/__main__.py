@@ -46,7 +46,7 @@ def main() -> None:
         if not isinstance(begin, messages.Begin):
             return
         name = "benchbot_guard" if begin.stands_by_for is None else "benchbot_guard_standby"
-        with running_node(name, use_sim_time=begin.use_sim_time) as node:
+        with running_node(name, use_sim_time=begin.use_sim_time, graph=begin.graph) as node:
             try:
                 velocity = _armed(node, begin, connection, ending)
             except BenchbotError as error:

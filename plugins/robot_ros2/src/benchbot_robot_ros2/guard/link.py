@@ -69,6 +69,7 @@ class Guard:
                 settings.timing.wait_s,
                 settings.use_sim_time,
                 motion,
+                robot.graph,
             )
         )
         try:

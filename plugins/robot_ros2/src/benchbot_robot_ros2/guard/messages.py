@@ -8,6 +8,7 @@ import msgspec
 from benchbot.plugin import MotionConfig
 from benchbot_robot_ros2.declaration import Safety, Topic
 from benchbot_robot_ros2.guard.state import Trip
+from benchbot_robot_ros2.ros import HERE, Graph
 
 MAX_MESSAGE_BYTES = 65536
 
@@ -26,6 +27,7 @@ class Begin(msgspec.Struct, tag="begin", frozen=True):
     wait_s: float
     use_sim_time: bool
     motion: MotionConfig
+    graph: Graph = HERE
     stopped: Trip | None = None
     stands_by_for: int | None = None
 

@@ -3,10 +3,11 @@
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from benchbot.plugin import BenchbotError, FailureClass, MotionConfig
-from benchbot_robot_ros2.declaration import DeadMan, Safety, Topic
+from benchbot_robot_ros2.declaration import DeadMan, Safety, Signal, Topic
 from benchbot_robot_ros2.guard.state import GuardState, Trip
 from benchbot_robot_ros2.guard.topic import VelocityPublisher
 from benchbot_robot_ros2.ramp import REST
@@ -81,23 +82,21 @@ class GuardedVelocity:
                 _switch_type(switch), switch.ros_topic, self._on_dead_man, qos_profile_sensor_data
             )
 
-    def _subscribe_e_stop(self, topic: Topic) -> None:
-        from std_msgs.msg import Bool
-
+    def _subscribe_e_stop(self, signal: Signal) -> None:
+        from benchbot_robot_ros2.messages import message_type
         from benchbot_robot_ros2.qos import mismatch, profile_for, wrong_type
 
-        profile = profile_for(self._node, topic)
-        problem = wrong_type(self._node, topic) or mismatch(self._node, topic, profile)
-        if topic.ros_type != "std_msgs/msg/Bool":
-            problem = f"it must be std_msgs/msg/Bool, true when the button is pressed, not {topic.ros_type}"
+        profile = profile_for(self._node, signal)
+        problem = wrong_type(self._node, signal) or mismatch(self._node, signal, profile)
         if problem:
             raise BenchbotError(
-                f"The emergency stop {topic.ros_topic} cannot be heard.",
+                f"The emergency stop {signal.ros_topic} cannot be heard.",
                 f"The robot would not stop when it is pressed: {problem}.",
                 "Mend driver.safety.e_stop in the robot's declaration, or what publishes it.",
                 failure=FailureClass.PLATFORM,
             )
-        self._node.create_subscription(Bool, topic.ros_topic, self._on_e_stop, profile)
+        kind = message_type(signal.ros_type)
+        self._node.create_subscription(kind, signal.ros_topic, partial(self._on_e_stop, signal), profile)
 
     def missing(self, robot: str, waited_s: float) -> BenchbotError | None:
         """Return the error for what a robot needs before it may move, and lacks: a base, a clock, its e-stop."""
@@ -166,8 +165,11 @@ class GuardedVelocity:
                     "See that its node runs and is in reach, then start the run again.",
                 )
 
-    def _on_e_stop(self, message: Any) -> None:
-        self._from_device(lambda state, _: state.e_stop(pressed=bool(message.data)))
+    def _on_e_stop(self, signal: Signal, message: Any) -> None:
+        from benchbot_robot_ros2.signals import says
+
+        pressed = says(signal, message)
+        self._from_device(lambda state, _: state.e_stop(pressed=pressed))
 
     def _on_dead_man(self, message: Any) -> None:
         held = _held(message, self._safety.dead_man)
