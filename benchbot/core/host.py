@@ -7,7 +7,7 @@ from typing import Protocol, cast
 from benchbot.core.channels import Observations
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, Outcome, execute
-from benchbot.core.platform import Platform, Scene
+from benchbot.core.platform import Platform, Scene, TakeOver
 from benchbot.core.track import DrivenPath, TrackedPlatform
 
 
@@ -15,13 +15,15 @@ from benchbot.core.track import DrivenPath, TrackedPlatform
 class Status:
     """The robot's state: true pose in the map frame, and seconds since the scene was loaded.
 
-    `path` is what it has driven since the last status; None where no path is tracked.
+    `path` is what it has driven since the last status; None where no path is tracked. `taken_over_s` says for how
+    long a person has had it, each time since the last status.
     """
 
     pose: Pose
     clock_s: float
     collided: bool
     path: DrivenPath | None = None
+    taken_over_s: tuple[float, ...] = ()
 
 
 class Host(Protocol):
@@ -73,7 +75,10 @@ class InProcessHost:
 
     def status(self) -> Status:
         """Return the robot's state."""
-        return Status(self._platform.pose(), self._platform.clock(), self._platform.collided, self._tracked.take())
+        platform = self._platform
+        pose, clock_s = platform.pose(), platform.clock()
+        taken_over_s = platform.taken_over_s() if isinstance(platform, TakeOver) else ()
+        return Status(pose, clock_s, platform.collided, self._tracked.take(), taken_over_s)
 
     def halt(self, why: str) -> None:
         """Stop a real robot in the middle of an action, for good."""

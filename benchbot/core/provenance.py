@@ -43,6 +43,7 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
         "solution": solution,
         "restarts": spent.restarts,
         **({"spent": spent.repeatable()} if spent.restarts else {}),
+        **({"taken_over": _taken_over(session.taken_over_s)} if session.taken_over_s else {}),
         **({"driven_by_hand": session.driven_by_hand} if session.driven_by_hand else {}),
         "steps": progress.steps,
         "frames": progress.frames,
@@ -55,6 +56,10 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
             "architecture": python_platform.machine(),
         },
     }
+
+
+def _taken_over(durations_s: list[float]) -> dict[str, float]:
+    return {"times": len(durations_s), "duration_s": round(sum(durations_s), 3)}
 
 
 def disclosed(selection: Selection) -> dict[str, Any]:

@@ -51,6 +51,8 @@ class Session:
         """The solution's actions since the last reset."""
         self.driven_by_hand = 0
         """Number of steps taken by a person at the host, since a result was last handed in."""
+        self.taken_over_s: list[float] = []
+        """For how long a person beside the robot has had it, each time since a result was last handed in."""
         self.handed_in = False
         self.one_episode = False
         """Whether all attempts are of one episode, also those after a result was handed in."""
@@ -100,6 +102,7 @@ class Session:
         self._begins_episode = False
         self.digest.wait()
         self.driven_by_hand = 0 if is_new else self.driven_by_hand
+        self.taken_over_s = [] if is_new else self.taken_over_s
         self.handed_in = False
         self.progress = Progress(before=before)
         self.tracks = []
@@ -362,6 +365,7 @@ class Session:
         x, y, _ = status.pose.translation_xyz
         self.progress.pose_xyyaw = (x, y, status.pose.yaw_rad)
         self.progress.simulated_time_s = self._simulated_before_s + status.clock_s
+        self.taken_over_s += status.taken_over_s
         self.tracks[-1].follow(waypoint(status.pose, status.clock_s), status.path, collided=status.collided)
         self.progress.collisions = sum(track.collided for track in self.tracks)
         self.progress.path_length_m = sum(track.length_m for track in self.tracks)

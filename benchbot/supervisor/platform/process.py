@@ -105,6 +105,11 @@ class ControlChannel:
             )
         self._send(messages.encode(messages.Resumed()))
 
+    def tell(self, waits_for: str | None) -> None:
+        """Say what is waited for, None when the wait is over: `PlatformSpec.tell`."""
+        said = messages.Resumed() if waits_for is None else messages.Question(waits_for, wants_answer=False)
+        self._send(messages.encode(said))
+
 
 def _halt(host: Host, why: str) -> None:
     try:
@@ -149,7 +154,7 @@ def _serve(
         try:
             if isinstance(request, messages.Start):
                 real = request.robot["type"] in plugin_manager.load().pool("robot_drivers")
-                host = _create(request, control.ask if request.can_ask else None)
+                host = _create(request, control.ask if request.can_ask else None, control.tell)
                 control.attach(host)
                 reply: Any = None
             else:
@@ -169,11 +174,13 @@ def _serve(
         host.close()
 
 
-def _create(request: messages.Start, ask: Callable[[str], None] | None) -> InProcessHost:
+def _create(
+    request: messages.Start, ask: Callable[[str], None] | None, tell: Callable[[str | None], None]
+) -> InProcessHost:
     loaded = plugin_manager.load()
     kind = request.robot["type"]
     records = "simulators" if kind in loaded.pool("simulators") else "robot_drivers"
-    spec = PlatformSpec(request.robot, request.localisation, Path(request.cache_dir), request.options, ask)
+    spec = PlatformSpec(request.robot, request.localisation, Path(request.cache_dir), request.options, ask, tell)
     platform = loaded.record(records, kind).create(spec)
     return InProcessHost(
         platform, _scenes(request.scenes), MotionConfig.from_robot(request.robot, request.localisation)

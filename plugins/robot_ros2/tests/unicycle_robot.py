@@ -12,6 +12,7 @@ import subprocess
 import sys
 import threading
 import time
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,9 +24,9 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import BatteryState, CameraInfo, CompressedImage, Image, LaserScan
+from sensor_msgs.msg import BatteryState, CameraInfo, CompressedImage, Image, Joy, LaserScan
 from std_msgs.msg import Bool
-from std_srvs.srv import Trigger
+from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
 DEFAULTS: dict[str, Any] = {
@@ -50,7 +51,10 @@ DEFAULTS: dict[str, Any] = {
     "compressed": False,  # the image has another type than usual
     "pressed": False,  # the emergency stop
     "held": True,  # the dead-man switch
+    "hand": None,  # the velocities that a person commands, whose button a joystick tells of
+    "pushed": None,  # of the joystick's button; by default it is pushed while a person commands
     "charge": 1.0,  # of the battery
+    "refuses": [],  # services that refuse what is asked of them
     "hazards": [],  # types of hazards that are told with a stamp of zero
     "motion_pace": None,  # from the first velocity command on; its own clock is what is looked at then
     "amcl": False,  # publishes where it is on /amcl_pose, ten times a second
@@ -71,11 +75,13 @@ TOPICS = {
     "/e_stop": Bool,
     "/dead_man": Bool,
     "/battery": BatteryState,
+    "/joy": Joy,
     "/hazards": HazardDetectionVector,
     "/clock": Clock,
     "/tf": TFMessage,
     "/amcl_pose": PoseWithCovarianceStamped,
 }
+SERVICES = {"claim": Trigger, "release": Trigger, "power": SetBool}
 FRAMES = {"/odom": "odom", "/truth": "map", "/scan": "lidar", "/image": "camera", "/camera_info": "camera"}
 
 
@@ -88,6 +94,7 @@ class Robot:
         )
         self.x = self.y = self.yaw = self.v = self.w = self.travelled = 0.0
         self.collided = False
+        self.backwards_m, self.heard_under_hand, self.handed_s = 0.0, 0, math.inf
         self.command, self.commanded_s = (0.0, 0.0), -math.inf
         self.time_s = 100.0
         # By the robot's clock: the strike, the last velocity that came, the first zero after it, the rest after that.
@@ -101,6 +108,9 @@ class Robot:
         self.publishers = {topic: self._publisher(topic, kind) for topic, kind in TOPICS.items()}
         self.node.create_subscription(Twist, "cmd_vel", self._on_command, 1)
         self.node.create_service(Trigger, "reset", self._on_reset)
+        self.called: list[str] = []
+        for service, kind in SERVICES.items():
+            self.node.create_service(kind, service, partial(self._on_call, service))
 
     def _publisher(self, topic: str, kind: Any) -> Any:
         unpublished = {"/clock": not self.options["simulated"], "/tf": not self.options["transforms"]}
@@ -117,6 +127,8 @@ class Robot:
 
     def _on_command(self, message: Twist) -> None:
         self.command, self.commanded_s = (message.linear.x, message.angular.z), self.time_s
+        # A guard needs a moment to notice a person, and says for another moment that the robot is to stop.
+        self.heard_under_hand += self.options["hand"] is not None and self.clock_s() - self.handed_s > 0.5
         if self.command != (0.0, 0.0):
             self.moved_s, self.zeroed_s, self.rested_s = self.clock_s(), None, None
             self.options["pace"] = self.options["motion_pace"] or self.options["pace"]
@@ -127,6 +139,12 @@ class Robot:
         self.x, self.y, self.yaw, self.v, self.w, self.travelled = self.options["off_start_m"], 0.0, 0.0, 0.0, 0.0, 0.0
         self.collided = False
         response.success = True
+        return response
+
+    def _on_call(self, service: str, request: Any, response: Any) -> Any:
+        self.called.append(service + str(getattr(request, "data", "")))
+        response.success = service not in self.options["refuses"]
+        response.message = "" if response.success else f"{service}: somebody else has it"
         return response
 
     def clock_s(self) -> float:
@@ -149,6 +167,10 @@ class Robot:
     def advance(self, dt: float, tick: int) -> None:
         self.time_s += dt
         wanted = self.command if self.time_s - self.commanded_s < COMMAND_TIMEOUT_S else (0.0, 0.0)
+        # As twist_mux does: who has the joystick is heard first.
+        wanted = self.options["hand"] or wanted
+        self.handed_s = math.inf if self.options["hand"] is None else min(self.handed_s, self.clock_s())
+        self.backwards_m += max(0.0, -self.v * dt)
         self.v += max(-ACCELERATION_MPS2 * dt, min(ACCELERATION_MPS2 * dt, wanted[0] - self.v))
         self.w += max(-ACCELERATION_RADPS2 * dt, min(ACCELERATION_RADPS2 * dt, wanted[1] - self.w))
         x = self.x + self.v * dt * math.cos(self.yaw + self.w * dt / 2)
@@ -174,6 +196,8 @@ class Robot:
             self.send("/tf", self.transforms())
         self.send("/e_stop", Bool(data=self.options["pressed"]))
         self.send("/dead_man", Bool(data=self.options["held"]))
+        pushed = self.options["hand"] is not None if self.options["pushed"] is None else self.options["pushed"]
+        self.send("/joy", Joy(buttons=[0, int(pushed)]))
         self.send("/battery", BatteryState(percentage=self.options["charge"]))
         hazards = [HazardDetection(type=kind) for kind in self.options["hazards"]]
         self.send("/hazards", HazardDetectionVector(detections=hazards))
@@ -252,7 +276,20 @@ class Robot:
         return self.headed(Image(height=6, width=8, encoding="rgb8", step=24, data=bytes([value] * 144)), "/image")
 
     def state(self) -> dict[str, Any]:
-        names = ("x", "y", "yaw", "v", "w", "collided", "struck_s", "moved_s", "zeroed_s", "rested_s")
+        names: tuple[str, ...] = (
+            "x",
+            "y",
+            "yaw",
+            "v",
+            "w",
+            "collided",
+            "struck_s",
+            "moved_s",
+            "zeroed_s",
+            "rested_s",
+            "called",
+        )
+        names += ("backwards_m", "heard_under_hand")
         return {name: getattr(self, name) for name in names} | {"time_s": self.clock_s()}
 
 

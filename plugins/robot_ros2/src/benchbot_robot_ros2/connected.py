@@ -7,7 +7,7 @@ from contextlib import ExitStack, suppress
 from typing import Any
 
 from benchbot.plugin import BenchbotError, MotionConfig, Pose, did_you_mean
-from benchbot_robot_ros2 import ros, signals
+from benchbot_robot_ros2 import calls, ros, signals
 from benchbot_robot_ros2.callbacks import Callback as Decoder
 from benchbot_robot_ros2.declaration import LocalisedByTopic, LocalisedByTransforms, Ros2Robot, Topic
 from benchbot_robot_ros2.failures import failed
@@ -51,6 +51,10 @@ class ConnectedRobot:
             self.node = resources.enter_context(
                 ros.running_node("benchbot", use_sim_time=settings.use_sim_time, graph=robot.graph)
             )
+            # Until there is a guard, which outlives this process, to see to it.
+            ending = resources.enter_context(ExitStack())
+            ending.callback(calls.after, self.node, robot.name, settings.after)
+            calls.before(self.node, robot.name, settings.before)
             self.clock = RobotClock(self.node, simulated=settings.use_sim_time, changed=changed)
             resources.callback(self.clock.close)
             self.tree = self._transforms()
@@ -77,6 +81,7 @@ class ConnectedRobot:
             self._await_first_messages()
             self.check_feedback()
             self.guard = Guard.start(robot, motion)
+            ending.pop_all()
             resources.callback(self.guard.close)
             self._resources = resources.pop_all()
 
@@ -205,7 +210,7 @@ class ConnectedRobot:
         if not placed and self.place is not None:
             return missing([self.place])
         return failed(
-            f"The robot '{self.robot.name}' does not stand still at its start.",
+            f"The robot '{self.robot.name}' does not stand still.",
             "Its odometry measured {:.3f} m/s and {:.3f} rad/s last.".format(*twist(odometry[-1].message)),
             "See what else moves it: benchbot doctor --robot NAME names every node that commands velocities.",
         )

@@ -121,6 +121,15 @@ class ReturnByOperator(_Declared, frozen=True, tag_field="by", tag="operator"):
     """A return by an operator, who puts the robot at its start and confirms it."""
 
 
+class Call(_Declared, frozen=True):
+    """A service that is called before or after a run: see `benchbot_robot_ros2.calls`. `data` is that of a SetBool."""
+
+    ros_service: str
+    ros_type: Literal["std_srvs/srv/Trigger", "std_srvs/srv/SetBool", "std_srvs/srv/Empty"] = "std_srvs/srv/Trigger"
+    data: bool = True
+    timeout_s: float = 10.0
+
+
 class DeadMan(_Declared, frozen=True):
     """A switch that an operator holds while the robot moves: std_msgs/msg/Bool, or a button of sensor_msgs/msg/Joy."""
 
@@ -128,6 +137,12 @@ class DeadMan(_Declared, frozen=True):
     ros_type: Literal["std_msgs/msg/Bool", "sensor_msgs/msg/Joy"]
     button: int = 0
     timeout_s: float = 0.3
+
+
+class TakeOver(DeadMan, frozen=True):
+    """A switch that a person holds who drives the robot by other means: see `benchbot_robot_ros2.take_over`."""
+
+    timeout_s: float = 0.5
 
 
 class Safety(_Declared, frozen=True):
@@ -141,6 +156,7 @@ class Safety(_Declared, frozen=True):
     command_timeout_s: float = 0.15
     e_stop: Signal | None = None
     dead_man: DeadMan | None = None
+    take_over: TakeOver | None = None
     collision: Signal | None = None
     battery: Battery | None = None
     obstacles: tuple[Literal["laser", "image_depth"], ...] = ("laser",)
@@ -192,6 +208,9 @@ class DriverSettings(_Declared, frozen=True):
     remap: dict[str, str] = {}
     domain: Annotated[int, msgspec.Meta(ge=0, le=232)] | None = None
     rmw: str | None = None
+
+    before: tuple[Call, ...] = ()
+    after: tuple[Call, ...] = ()
 
     use_sim_time: bool = False
     localisation: LocalisedByOdometry | LocalisedByTopic | LocalisedByTransforms = LocalisedByOdometry()

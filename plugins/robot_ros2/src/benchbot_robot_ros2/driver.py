@@ -19,7 +19,7 @@ from benchbot.plugin import (
     did_you_mean,
     wrap_angle_rad,
 )
-from benchbot_robot_ros2 import battery, obstacles, signals, start_pose
+from benchbot_robot_ros2 import battery, obstacles, signals, start_pose, take_over
 from benchbot_robot_ros2.clearance import contact_ahead
 from benchbot_robot_ros2.connected import ConnectedRobot
 from benchbot_robot_ros2.declaration import LocalisedByOdometry, Ros2Robot
@@ -60,6 +60,7 @@ class Ros2Driver:
         self._halted: str | None = None
         self._start_pose = Pose()
         self._loaded_s = self._due_s = 0.0
+        self._hand = take_over.TakenOver()
         self._begin(0.0)
 
     @property
@@ -76,6 +77,10 @@ class Ros2Driver:
         self._refuse_when_stopped(robot)
         battery.check(robot)
         start_pose.return_to_start(robot.node, self._robot, scene, seed, self._spec.ask, robot.guard)
+        earlier_s = self._hand.take()
+        # To drive it to its start by hand is no part of the trial.
+        self._give_way(robot)
+        self._hand = take_over.TakenOver(earlier_s)
         robot.await_rest(lambda: self._refuse_when_stopped(robot))
         robot.check_feedback()
         self._begin(robot.clock.now_s())
@@ -113,12 +118,16 @@ class Ros2Driver:
 
         Raises BenchbotError(ends_run=True) when the robot was stopped for safety. After contact it only brakes.
         """
+        times = self._hand.times
         robot = self._here()
         battery.warn(robot)
         now_s = robot.clock.now_s()
         self._due_s = (self._due_s if now_s - self._due_s < duration_s else now_s) + duration_s
         moves = abs(linear_mps) >= REST_MPS or abs(angular_radps) >= REST_RADPS
         while True:
+            self._give_way(robot)
+            if self._hand.times > times:
+                return  # this velocity was for where the robot was before
             self._note(
                 Velocity(linear_mps, angular_radps) if moves and not self.collided else REST, robot.clock.now_s()
             )
@@ -178,7 +187,11 @@ class Ros2Driver:
 
     def clock(self) -> float:
         """Return the seconds since `load`, in the robot's time."""
-        return self._here().clock.now_s() - self._loaded_s
+        return self._here().clock.now_s() - self._loaded_s - self._hand.paused_s
+
+    def taken_over_s(self) -> tuple[float, ...]:
+        """Return for how long a person had the robot, each time since this was asked last, in seconds."""
+        return self._hand.take()
 
     def halt(self, why: str) -> None:
         """Stop the robot at once; the action under way, and every later one, raises."""
@@ -205,7 +218,16 @@ class Ros2Driver:
     def _here(self) -> ConnectedRobot:
         if self._connected is None:
             raise failed(f"The robot '{self._robot.name}' is not connected.", "Nothing was loaded.", "Call reset().")
+        self._give_way(self._connected)
         return self._connected
+
+    def _give_way(self, robot: ConnectedRobot) -> None:
+        """Wait while a person has the robot; it goes on from where it is then."""
+        if not robot.guard.hand.yielded or self._halted is not None or robot.guard.tripped is not None:
+            return
+        self._note(REST, robot.clock.now_s())
+        self._hand.wait(robot, lambda: self._refuse_when_stopped(robot), self._spec.tell)
+        self._begin(robot.clock.now_s())
 
     def _channel(self, robot: ConnectedRobot, name: str) -> Channel:
         if name in robot.channels:
@@ -328,9 +350,10 @@ class Ros2Driver:
         return self._stopped(f"Where it is, was not known while it moved: {why}.", "Mend its localisation.")
 
     def _stopped(self, why: str, fix: str) -> BenchbotError:
-        robot = self._here()
-        robot.guard.stop(why)
-        return safety_stop(robot.guard.tripped or why, fix)
+        if self._connected is None:
+            return safety_stop(why, fix)
+        self._connected.guard.stop(why)
+        return safety_stop(self._connected.guard.tripped or why, fix)
 
 
 def _apart(one: Pose, other: Pose) -> tuple[float, float]:

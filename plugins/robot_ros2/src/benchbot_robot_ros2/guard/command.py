@@ -76,9 +76,9 @@ def _stand_between(robot: "Ros2Robot", motion: "MotionConfig", source: str, targ
         signal.signal(number, lambda *_: ended.set())
     with running_node("benchbot_base_guard", use_sim_time=settings.use_sim_time, graph=robot.graph) as node:
         command = msgspec.structs.replace(robot.command, ros_topic=target)
-        velocity = GuardedVelocity(
-            node, command, robot.base_frame, settings.safety, motion, use_sim_time=settings.use_sim_time
-        )
+        # A person's take-over is the driver's to heed: it commands nothing then.
+        safety = msgspec.structs.replace(settings.safety, take_over=None)
+        velocity = GuardedVelocity(node, command, robot.base_frame, safety, motion, use_sim_time=settings.use_sim_time)
         deadline_s = time.monotonic() + settings.timing.wait_s
         while (problem := velocity.missing(robot.name, settings.timing.wait_s)) is not None:
             if ended.wait(PERIOD_S):
