@@ -29,15 +29,17 @@ def robot(**driver: Any) -> dict[str, Any]:
 
 
 @contextmanager
-def in_the_middle(there: Unicycle, *commands: tuple[float, float], **changes: Any) -> Iterator[None]:
-    """Let a person take the robot over once it has come 0.3 m, for some seconds, and give it back."""
+def in_the_middle(there: Unicycle, *phases: dict[str, Any]) -> Iterator[None]:
+    """Let a person take the robot over once it has come 0.3 m, for some seconds of each phase, and give it back."""
 
     def takes() -> None:
         until(lambda: there.state["x"] > 0.3)
-        for command in commands:
-            there.set(hand=command)
-            until(has_passed(there, HELD_S / len(commands)))
-        there.set(hand=None, **changes)
+        try:
+            for phase in phases:
+                there.set(**phase)
+                until(has_passed(there, HELD_S / len(phases)))
+        finally:
+            there.set(hand=None)
 
     person = threading.Thread(target=takes)
     person.start()
@@ -57,7 +59,7 @@ def test_the_action_waits_and_goes_on_to_the_same_goal_and_its_time_does_not_run
     declared = robot(localisation=BY_TRUTH)
     with unicycle() as there, driver(declared, tmp_path) as platform:
         platform.load(scene(), 0)
-        with in_the_middle(there, (-0.3, 0.0), (0.0, 0.0)):
+        with in_the_middle(there, {"hand": (-0.3, 0.0)}, {"hand": (0.0, 0.0)}):
             assert walk(platform, declared, 1.2) is Outcome.REACHED
         assert there.state["x"] == pytest.approx(1.2, abs=0.02)
         assert there.state["backwards_m"] > 0.2
@@ -73,7 +75,7 @@ def test_a_robot_that_was_carried_is_believed_where_it_is_now(tmp_path: Path) ->
     with unicycle() as there, driver(declared, tmp_path) as platform:
         platform.load(scene(), 0)
         # Its wheels have not turned for the metre that it is ahead: a jump that would stop it at any other time.
-        with in_the_middle(there, (0.0, 0.0), place_off_m=1.0):
+        with in_the_middle(there, {"hand": (0.0, 0.0)}, {"place_off_m": 1.0}):
             assert act(platform, declared, "move_distance", distance=2.0) is Outcome.REACHED
         assert platform.pose().translation_xyz[0] == pytest.approx(2.0, abs=0.02)
         assert there.state["x"] == pytest.approx(1.0, abs=0.02)
@@ -85,17 +87,8 @@ def test_what_a_person_touches_is_no_collision_of_the_episode(tmp_path: Path) ->
     with unicycle() as there, driver(declared, tmp_path) as platform:
         platform.load(scene(), 0)
 
-        def touches() -> None:
-            until(lambda: there.state["backwards_m"] > 0.1)
-            there.set(hazards=[1])
-            until(lambda: there.state["backwards_m"] > 0.2)
-            there.set(hazards=[])
-
-        touching = threading.Thread(target=touches)
-        touching.start()
-        with in_the_middle(there, (-0.3, 0.0), (0.0, 0.0)):
+        with in_the_middle(there, {"hand": (-0.3, 0.0)}, {"hazards": [1]}, {"hazards": [], "hand": (0.0, 0.0)}):
             assert act(platform, declared, "move_distance", distance=0.8) is Outcome.REACHED
-        touching.join()
         assert not platform.collided
 
 
