@@ -38,10 +38,9 @@ def declaration(kind: str, name: str, as_json: bool = False) -> None:
     from benchbot.core.plugin_manager import load
 
     catalog = Catalog(load())
-    pool = catalog.pool(kind)
-    if name not in pool:
+    found = catalog.find(kind, name)
+    if found is None:
         raise catalog.unknown(kind, name)
-    found = pool[name]
     if as_json:
         origin = {"name": name, "distribution": found.distribution, "path": str(found.path)}
         console.data_json({**origin, "declaration": found.data})

@@ -23,7 +23,8 @@ def stop(
         typer.Option("--all", help="End every back end of this user, also those of batches, which then start others."),
     ] = False,
     run: Annotated[
-        str | None, typer.Option("--run", metavar="ID", help="End this one: a part of its name that no other has.")
+        str | None,
+        typer.Option("--run", metavar="ID", help="End this one: its robot, or a part of its own name."),
     ] = None,
 ) -> None:
     """End the newest run or submission, as Ctrl-C in its terminal would, in the middle of an action too: the emergency

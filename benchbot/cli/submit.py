@@ -269,6 +269,9 @@ def _kept(ended: "EndedEpisode", location: Path | None) -> Path | None:
     provenance = ended.document["provenance"]
     if "episode" in provenance["selection"] and provenance.get("restarts"):
         console.note("The robot was put back after it had moved: an episode is one attempt, so this one is no success.")
+    if over := provenance.get("taken_over"):
+        times = "once" if over["times"] == 1 else f"{over['times']} times"
+        console.note(f"A person took the robot over {times}, for {over['duration_s']:.0f} s: the result says so.")
     if provenance.get("driven_by_hand"):
         console.note(f"{provenance['driven_by_hand']} of its actions were taken by hand: the result says so.")
     changed = (provenance["solution"] or {}).get("changed_files")

@@ -30,6 +30,7 @@ class RobotDeclaration(TypedDict):
     noise: NotRequired[Settings]
     frames: NotRequired[Mapping[str, Settings]]
     driver: NotRequired[Settings]
+    fleet: NotRequired[Mapping[str, Settings]]
     address: NotRequired[str]
     replay: NotRequired[Mapping[str, Settings]]
 

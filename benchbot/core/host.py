@@ -7,7 +7,7 @@ from typing import Any, Protocol, cast
 from benchbot.core.channels import Observations
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, Outcome, execute
-from benchbot.core.platform import Platform, Scene, Traceable, WholeActions
+from benchbot.core.platform import Platform, Scene, TakeOver, Traceable, WholeActions
 from benchbot.core.track import DrivenPath, TrackedPlatform
 
 
@@ -17,7 +17,7 @@ class Status:
 
     `path` is what it has driven since the last status; None where no path is tracked. `robot` is what the result
     says of a real robot (`provenance.robot`); None of a simulated one. `at_end` says whether its way is over; None
-    where the trajectory says so.
+    where the trajectory says so. `taken_over_s` says for how long a person has had it, each time since the last status.
     """
 
     pose: Pose
@@ -26,6 +26,7 @@ class Status:
     path: DrivenPath | None = None
     robot: dict[str, Any] | None = None
     at_end: bool | None = None
+    taken_over_s: tuple[float, ...] = ()
 
 
 class Host(Protocol):
@@ -96,7 +97,9 @@ class InProcessHost:
         robot = None if self._diagnosis is None else dict(self._diagnosis)
         if robot is not None and isinstance(platform, Traceable):
             robot["driver"] = dict(platform.provenance())
-        status = Status(platform.pose(), platform.clock(), platform.collided, self._tracked.take(), robot)
+        pose, clock_s = platform.pose(), platform.clock()
+        taken_over_s = platform.taken_over_s() if isinstance(platform, TakeOver) else ()
+        status = Status(pose, clock_s, platform.collided, self._tracked.take(), robot, taken_over_s=taken_over_s)
         if not isinstance(platform, WholeActions):
             return status
         path = None if platform.driven_m is None else DrivenPath(platform.driven_m)

@@ -29,6 +29,10 @@ FIXED_KEYS = {
     "name": ("It says which environment this is.", _ANOTHER),
     "variant": ("It says which environment this is.", _ANOTHER),
     "type": ("It says what runs the environment.", _ANOTHER),
+    "driver": (
+        "It is how the robot is reached, not the environment.",
+        "Choose one robot of several by its namespace, --robot NAME@NAMESPACE, or declare a fleet: see docs/ros2.md",
+    ),
     "robots": ("It says which robots the environment is made for.", "Choose one of them with --robot."),
     "map_path": ("It is the scene that the ground truth is of.", _ANOTHER),
     "object_labels": ("They are what segmentation and the ground truth are in terms of.", _OWN),
@@ -37,7 +41,7 @@ FIXED_KEYS = {
     "occupancy_map": ("It is the map of the scene.", _OWN),
     "description": ("It says what the environment is, to people.", _OWN),
 }
-"""Keys that no run may change: why, and what to do instead."""
+"""Keys that no run may change, of an environment or a robot: why, and what to do instead."""
 
 
 class _Loader(yaml.SafeLoader):

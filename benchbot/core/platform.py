@@ -19,7 +19,8 @@ class PlatformSpec:
     `robot` is the robot's declaration. `localisation` says whether the `poses` channel reports true poses or
     those of drifting odometry. `options` are the user's settings for the plug-in. `cache_dir` holds what may be
     computed again. `ask` shows the operator a request, such as to carry the robot to its start, and returns when it is
-    done; None where there is no operator to ask.
+    done; None where there is no operator to ask. `tell` says what the platform waits for in the middle of an action,
+    which may be long, and None when it goes on.
     """
 
     robot: RobotDeclaration
@@ -27,6 +28,7 @@ class PlatformSpec:
     cache_dir: Path
     options: Mapping[str, Any] = field(default_factory=dict)
     ask: Callable[[str], None] | None = None
+    tell: Callable[[str | None], None] | None = None
 
     if TYPE_CHECKING:  # What is read from a file is checked by its schema.
 
@@ -37,6 +39,7 @@ class PlatformSpec:
             cache_dir: Path,
             options: Mapping[str, Any] = ...,
             ask: Callable[[str], None] | None = None,
+            tell: Callable[[str | None], None] | None = None,
         ) -> None: ...
 
 
@@ -149,6 +152,14 @@ class WholeActions(Protocol):
 
     def act(self, action: str) -> str:
         """Take one action to its end, and return its outcome (`benchbot.core.motion.Outcome`)."""
+
+
+@runtime_checkable
+class TakeOver(Protocol):
+    """A platform whose robot a person can drive in the middle of an action, which waits meanwhile."""
+
+    def taken_over_s(self) -> tuple[float, ...]:
+        """Return for how long, each time since this was asked last, in seconds."""
 
 
 @runtime_checkable

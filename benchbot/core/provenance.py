@@ -44,6 +44,7 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
         "solution": solution,
         "restarts": spent.restarts,
         **({"spent": spent.repeatable(progress.time_key)} if spent.restarts else {}),
+        **({"taken_over": _taken_over(session.taken_over_s)} if session.taken_over_s else {}),
         **({"driven_by_hand": session.driven_by_hand} if session.driven_by_hand else {}),
         "steps": progress.steps,
         "frames": progress.frames,
@@ -61,6 +62,10 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
 
 def _replayed(selection: Selection) -> dict[str, Any]:
     return {scene.name: selection.robot.data["replay"][scene.name] for scene in selection.environments}
+
+
+def _taken_over(durations_s: list[float]) -> dict[str, float]:
+    return {"times": len(durations_s), "duration_s": round(sum(durations_s), 3)}
 
 
 def disclosed(selection: Selection) -> dict[str, Any]:

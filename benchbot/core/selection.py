@@ -8,7 +8,7 @@ from typing import Any
 from benchbot.core import episodes, overrides, randomness
 from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, OBSERVATIONS
 from benchbot.core.declarations import schema
-from benchbot.core.declarations.catalog import Catalog, Declaration
+from benchbot.core.declarations.catalog import MEMBER_MARK, Catalog, Declaration
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.platform import Localisation
 from benchbot.core.request import NO_LIMITS, Limits, RunRequest
@@ -176,7 +176,9 @@ def misfits(robot: Mapping[str, Any], scene: Declaration) -> Iterator[BenchbotEr
             f"There are recordings of: {', '.join(sorted(recorded))}.",
             "Choose one of these with --env, or name a recording of this scene, too: --recording FILE",
         )
-    elif scene.data.get("robots") and recorded[scene.name]["robot"] not in scene.data["robots"]:
+        return
+    driven = recorded[scene.name]["robot"]
+    if scene.data.get("robots") and not {driven, driven.partition(MEMBER_MARK)[0]} & set(scene.data["robots"]):
         yield BenchbotError(
             f"The environment '{scene.name}' is not made for the robot '{robot['name']}'.",
             f"It names these robots: {', '.join(scene.data['robots'])}.",

@@ -53,6 +53,8 @@ class Session:
         """Number of steps taken by a person at the host, since a result was last handed in."""
         self.robot: Mapping[str, Any] | None = None
         """What the driver of a real robot has said of it last, for the provenance; None of a simulated one."""
+        self.taken_over_s: list[float] = []
+        """For how long a person beside the robot has had it, each time since a result was last handed in."""
         self.handed_in = False
         self.one_episode = False
         """Whether all attempts are of one episode, also those after a result was handed in."""
@@ -102,6 +104,7 @@ class Session:
         self._begins_episode = False
         self.digest.wait()
         self.driven_by_hand = 0 if is_new else self.driven_by_hand
+        self.taken_over_s = [] if is_new else self.taken_over_s
         self.handed_in = False
         self.progress = Progress(before=before, time_is_simulated=self.selection.time_is_simulated)
         self.tracks = []
@@ -370,6 +373,7 @@ class Session:
         self.progress.pose_xyyaw = (x, y, status.pose.yaw_rad)
         self.robot = status.robot
         self.progress.simulated_time_s = self._simulated_before_s + status.clock_s
+        self.taken_over_s += status.taken_over_s
         self.tracks[-1].follow(waypoint(status.pose, status.clock_s), status.path, collided=status.collided)
         self.progress.collisions = sum(track.collided for track in self.tracks)
         self.progress.path_length_m = sum(track.length_m for track in self.tracks)

@@ -79,13 +79,13 @@ def chosen(name: str | None = None) -> RunState:
 
 
 def named(name: str, states: Sequence[RunState]) -> RunState:
-    """Return the run with `name` in its name; raises BenchbotError unless it is exactly one."""
-    found = [state for state in states if name in state.name]
+    """Return the run with `name` in its name, or as its robot; raises BenchbotError unless it is exactly one."""
+    found = [state for state in states if name in state.name or name == state.robot]
     if len(found) != 1:
         raise BenchbotError(
             f"{'Several runs are' if found else 'No run is'} called '{name}'.",
             f"Alive are: {', '.join(state.name for state in states) or 'none'}.",
-            "Give the name of one of them, or a part that no other has.",
+            "Give the name of one of them, a part that no other has, or its robot if that has one run only.",
         )
     return found[0]
 

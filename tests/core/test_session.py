@@ -30,6 +30,7 @@ class RailHost:
     steps: int = 0
     loads: list[tuple[int, int]] = field(default_factory=list)
     closed: bool = False
+    taken_over_s: tuple[float, ...] = ()
 
     def prepare(self) -> None:
         pass
@@ -55,7 +56,8 @@ class RailHost:
         return {"goal": np.array([self.x])}
 
     def status(self) -> Status:
-        return Status(Pose.planar(self.x, 0, 0), self.clock_s, self.x >= 5)
+        told, self.taken_over_s = self.taken_over_s, ()
+        return Status(Pose.planar(self.x, 0, 0), self.clock_s, self.x >= 5, taken_over_s=told)
 
     def halt(self, why: str) -> None:
         self.halted = why
@@ -315,3 +317,18 @@ def test_scenes_without_a_trajectory_cannot_be_toured() -> None:
     ride.reset()
     with pytest.raises(BenchbotError, match="no trajectory"):
         ride.step("move_next")
+
+
+def test_what_a_person_had_the_robot_for_is_counted_over_scenes_and_attempts_until_a_result_is_handed_in() -> None:
+    host = RailHost(taken_over_s=(3.0,))
+    ride = session("move_distance", host=host, scenes=2)
+    ride.reset()
+    host.taken_over_s = (1.5, 0.5)
+    ride.step("move_distance", {"distance": 1})
+    ride.next_scene()
+    assert ride.taken_over_s == [3.0, 1.5, 0.5]
+    ride.reset()
+    assert ride.taken_over_s == [3.0, 1.5, 0.5]
+    ride.handed_in = True
+    ride.reset()
+    assert ride.taken_over_s == []

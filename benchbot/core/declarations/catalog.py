@@ -1,6 +1,7 @@
 """The catalog: every declaration that installed plug-ins offer, in pools by kind and name."""
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,9 @@ KINDS: dict[str, str] = {
 
 Ground truths have their own way: `Catalog.ground_truth_files`.
 """
+
+MEMBER_MARK = "@"
+"""The mark between the name of a fleet's declaration and that of the robot in it: `turtlebot4@tb03`."""
 
 _NAMING_KEYS = {"environments": ("name", "variant"), "episodes": ("task", "environment")}
 
@@ -59,12 +63,23 @@ class Catalog:
             self._pools[kind] = self._read_pool(kind)
         return self._pools[kind]
 
+    def find(self, kind: str, name: str) -> Declaration | None:
+        """Return a declaration, not yet validated; None for an unknown name.
+
+        The real robot `NAME@NAMESPACE` is the one in that namespace of all that NAME declares.
+        """
+        pool = self.pool(kind)
+        base, _, namespace = name.partition(MEMBER_MARK)
+        if name in pool or kind != "robots" or not namespace or base not in pool:
+            return pool.get(name)
+        is_simulated = pool[base].data.get("type") in self.plugins.pool("simulators")
+        return None if is_simulated else _member(pool[base], namespace, {"namespace": namespace})
+
     def get(self, kind: str, name: str) -> Declaration:
         """Return a validated declaration; raises BenchbotError for an unknown name and for code that is not trusted."""
-        pool = self.pool(kind)
-        if name not in pool:
+        declaration = self.find(kind, name)
+        if declaration is None:
             raise self.unknown(kind, name)
-        declaration = pool[name]
         schema.check(declaration.data, KINDS[kind], declaration.path)
         if declaration.folder is not None and declaration.data.get("functions"):
             declaration.folder.require_trust()
@@ -113,13 +128,39 @@ class Catalog:
                 except BenchbotError as error:
                     self.broken.append(error)
                     continue
-                if name in pool:
-                    if source.folder is not None and source.folder.stands_in:
-                        continue
-                    first = pool[name]
-                    raise conflict(kind, name, Provided(first, first.distribution, first.folder), source)
-                pool[name] = Declaration(kind, name, path, source.distribution, data, source.folder)
+                for found in _fleet(Declaration(kind, name, path, source.distribution, data, source.folder)):
+                    if found.name in pool:
+                        if source.folder is not None and source.folder.stands_in:
+                            continue
+                        first = pool[found.name]
+                        raise conflict(kind, found.name, Provided(first, first.distribution, first.folder), source)
+                    pool[found.name] = found
         return pool
+
+
+def _fleet(declaration: Declaration) -> Iterator[Declaration]:
+    """Yield what a file declares: of a robot with the key `fleet`, each member of that, else the one thing."""
+    fleet = declaration.data.get("fleet") if declaration.kind == "robots" else None
+    # What is not a fleet by the schema is told as such when the robot is taken.
+    if not isinstance(fleet, dict) or not fleet or not all(isinstance(settings, dict) for settings in fleet.values()):
+        yield declaration
+        return
+    for member, settings in fleet.items():
+        yield _member(declaration, str(member), settings)
+
+
+def _member(robot: Declaration, member: str, driver: Mapping[str, Any]) -> Declaration:
+    """Return one robot of a fleet: the common declaration, with its own settings of the driver."""
+    name = f"{robot.name}{MEMBER_MARK}{member}"
+    data = {**robot.data, "name": name, "driver": _merged(robot.data.get("driver", {}), driver)}
+    return replace(robot, name=name, data=data)
+
+
+def _merged(common: Any, own: Any) -> Any:
+    """Return settings with one's own put into the common ones: mappings key by key, all else as a whole."""
+    if not (isinstance(common, Mapping) and isinstance(own, Mapping)):
+        return own
+    return {**common, **{key: _merged(common.get(key), value) for key, value in own.items()}}
 
 
 def name_of(kind: str, data: dict[str, Any], path: Path) -> str:

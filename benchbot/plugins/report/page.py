@@ -188,7 +188,7 @@ def _places(data: ReportData, views: dict[str, list[EpisodeView]]) -> list[Place
 def _view(episode: ReportedEpisode, data: ReportData, budget: Budget) -> EpisodeView:
     objects, paths = episode.objects, episode.paths
     frames = frames_of(episode, data)
-    robot = data.catalog.pool("robots").get(episode.robot or "")
+    robot = data.catalog.find("robots", episode.robot or "")
     camera = None if robot is None else Camera.of(robot.data)
     scenes = []
     for number, scene in enumerate(episode.scenes):

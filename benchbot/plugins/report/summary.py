@@ -96,8 +96,9 @@ def environments_in_words(data: ReportData) -> str:
 def robots(data: ReportData) -> list[tuple[str, str]]:
     """Return the robots and what their declarations say of them, which may be nothing."""
     names = sorted({episode.robot for episode in data.episodes if episode.robot is not None})
-    declared = data.catalog.pool("robots")
-    return [(name, str(declared[name].data.get("description", "")) if name in declared else "") for name in names]
+    declared = [data.catalog.find("robots", name) for name in names]
+    said = ["" if robot is None else str(robot.data.get("description", "")) for robot in declared]
+    return list(zip(names, said, strict=True))
 
 
 def interval(data: ReportData, name: str) -> Interval | None:

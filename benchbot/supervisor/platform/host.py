@@ -236,10 +236,15 @@ class ChildHost:
                 asks = isinstance(message, messages.Question)
                 patience_s = None if asks else timeout_s
                 if self._operator is not None and isinstance(message, messages.Question):
-                    self._operator.ask(message.text, lambda: self._send_control(messages.Answered()))
+                    self._operator.ask(message.text, self._answer if message.wants_answer else lambda: None)
+                elif self._operator is not None:
+                    self._operator.withdraw()
         finally:
             if self._operator is not None:
                 self._operator.withdraw()
+
+    def _answer(self) -> None:
+        self._send_control(messages.Answered())
 
     def _send(self, message: messages.Request | messages.ControlMessage) -> None:
         with self._sending:

@@ -129,13 +129,17 @@ class Failed(msgspec.Struct, tag="failed", frozen=True):
 
 
 class Question(msgspec.Struct, tag="question", frozen=True):
-    """A request to the operator; the reply to the request under way comes some time after their answer."""
+    """A request to the operator; the reply to the request under way comes some time after their answer.
+
+    Where none is wanted, the text says what the platform waits for.
+    """
 
     text: str
+    wants_answer: bool = True
 
 
 class Resumed(msgspec.Struct, tag="resumed", frozen=True):
-    """The answer to the question has arrived: the request under way goes on."""
+    """The request under way goes on: the answer to the question has arrived, or what was waited for."""
 
 
 Reply = Done | Failed

@@ -106,6 +106,11 @@ class ControlChannel:
             )
         self._send(messages.encode(messages.Resumed()))
 
+    def tell(self, waits_for: str | None) -> None:
+        """Say what is waited for, None when the wait is over: `PlatformSpec.tell`."""
+        said = messages.Resumed() if waits_for is None else messages.Question(waits_for, wants_answer=False)
+        self._send(messages.encode(said))
+
 
 def _halt(host: Host, why: str) -> None:
     try:
@@ -151,7 +156,7 @@ def _serve(
         try:
             if isinstance(request, messages.Start):
                 real = request.robot["type"] in plugin_manager.load().pool("robot_drivers")
-                host, reply = _create(request, control.ask if request.can_ask else None)
+                host, reply = _create(request, control.ask if request.can_ask else None, control.tell)
                 control.attach(host)
             else:
                 reply = _answer(host, request)
@@ -170,13 +175,15 @@ def _serve(
         host.close()
 
 
-def _create(request: messages.Start, ask: Callable[[str], None] | None) -> tuple[InProcessHost, list[Finding]]:
+def _create(
+    request: messages.Start, ask: Callable[[str], None] | None, tell: Callable[[str | None], None]
+) -> tuple[InProcessHost, list[Finding]]:
     """Return the host of a new platform, and the findings of a real robot; raises BenchbotError when it is broken."""
     loaded = plugin_manager.load()
     kind = request.robot["type"]
     simulated = kind in loaded.pool("simulators")
     record = loaded.record("simulators" if simulated else "robot_drivers", kind)
-    spec = PlatformSpec(request.robot, request.localisation, Path(request.cache_dir), request.options, ask)
+    spec = PlatformSpec(request.robot, request.localisation, Path(request.cache_dir), request.options, ask, tell)
     platform = record.create(spec)
     motion = MotionConfig.from_robot(request.robot, request.localisation)
     if simulated:

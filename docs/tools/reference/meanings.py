@@ -27,6 +27,7 @@ MEANINGS: dict[str, dict[str, str]] = {
         "poses": "The frames whose poses are observed.",
         "connections": "What it offers: observations and actions, by name.",
         "connections.*": "More keys are the driver's, such as ros_topic and ros_type.",
+        "fleet.*": "A member, and what of `driver` is its own: namespace, domain, …",
         "connections.*.connection": "api_to_ros is an action, the others are observations.",
         "speed_factor": "Scales its speeds; 1 if absent.",
         "stops_before_contact": "Whether motions end in front of an obstacle rather than at it.",

@@ -5,13 +5,14 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.motion import MotionConfig
 from benchbot.core.plugin_manager import load
 from benchbot.core.request import RunRequest
 from benchbot.core.selection import select
-from benchbot_robot_ros2 import messages
+from benchbot_robot_ros2 import messages, signals
 from benchbot_robot_ros2.declaration import Ros2Robot
 
 OWNED = ("carter_nova", "jackal", "stretch", "turtlebot4")
@@ -53,6 +54,21 @@ def test_every_topic_has_a_type_that_is_installed(name: str) -> None:
         for topic in connection.parts().values():
             assert messages.message_type(topic.ros_type)
     assert messages.message_type(robot.command.ros_type)
+    signals.check(robot)
+
+
+def test_the_robots_whose_interface_tells_their_charge_do_not_start_with_an_empty_battery() -> None:
+    batteries = {name: declared(name).settings.safety.battery for name in OWNED}
+    assert {name for name, battery in batteries.items() if battery is not None} == {"jackal", "turtlebot4"}
+
+
+def test_the_collision_that_the_turtlebot_4_tells_of_is_declared_right_where_its_messages_are_installed() -> None:
+    text = (FOLDER / "turtlebot4.yaml").read_text()
+    told = text.partition("    # collision:\n")[2].replace("    #   ", "")
+    collision = yaml.safe_load(told.partition("\n  timing")[0])
+    robot = CATALOG.get("robots", "turtlebot4@robot1").data
+    robot["driver"]["safety"]["collision"] = collision
+    signals.check(Ros2Robot.from_declaration(robot))
 
 
 @pytest.mark.parametrize("name", OWNED)

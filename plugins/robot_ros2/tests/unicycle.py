@@ -12,6 +12,7 @@ from typing import Any
 from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import Localisation, PlatformSpec, Scene
 from benchbot_robot_ros2.driver import Ros2Driver
+from benchbot_robot_ros2.names import KEYS
 
 PATIENCE_S = 30.0
 
@@ -105,6 +106,22 @@ def declaration(**driver: Any) -> dict[str, Any]:
             **driver,
         },
     }
+
+
+def fleet_declaration(**driver: Any) -> dict[str, Any]:
+    """The declaration of several test robots: names of topics and services are relative."""
+    robot = declaration(**driver)
+    for settings in (*robot["connections"].values(), *_settings(robot["driver"])):
+        for key in settings.keys() & KEYS:
+            settings[key] = settings[key].removeprefix("/")
+    return robot
+
+
+def _settings(settings: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    yield settings
+    for value in settings.values():
+        if isinstance(value, dict):
+            yield from _settings(value)
 
 
 BY_TRUTH = {"by": "topic", "ros_topic": "/truth", "ros_type": "nav_msgs/msg/Odometry"}

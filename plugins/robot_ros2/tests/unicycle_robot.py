@@ -12,22 +12,36 @@ import subprocess
 import sys
 import threading
 import time
+from functools import partial
 from typing import Any
 
 import numpy as np
 import rclpy
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, Twist
+from irobot_create_msgs.msg import HazardDetection, HazardDetectionVector
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image, LaserScan, PointCloud2, PointField
+from sensor_msgs.msg import (
+    BatteryState,
+    CameraInfo,
+    CompressedImage,
+    Image,
+    Joy,
+    LaserScan,
+    PointCloud2,
+    PointField,
+)
 from std_msgs.msg import Bool
-from std_srvs.srv import Trigger
+from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
 DEFAULTS: dict[str, Any] = {
+    "namespace": "",  # of its topics and services, all but /clock
+    "remap": {},  # by ROS 2
+    "frame_prefix": "",  # of its frames, all but the map
     "simulated": False,  # publishes /clock
     "pace": 1.0,  # seconds of simulated time per second
     "clock_offset_s": 0.0,  # of /clock and stamps
@@ -47,6 +61,11 @@ DEFAULTS: dict[str, Any] = {
     "compressed": False,  # the image has another type than usual
     "pressed": False,  # the emergency stop
     "held": True,  # the dead-man switch
+    "hand": None,  # the velocities that a person commands, whose button a joystick tells of
+    "pushed": None,  # of the joystick's button; by default it is pushed while a person commands
+    "charge": 1.0,  # of the battery
+    "refuses": [],  # services that refuse what is asked of them
+    "hazards": [],  # types of hazards that are told with a stamp of zero
     "motion_pace": None,  # from the first velocity command on; its own clock is what is looked at then
     "lidar": False,  # publishes the wall on /points, seen by two rings below the laser
     "amcl": False,  # publishes where it is on /amcl_pose, ten times a second
@@ -72,6 +91,9 @@ TOPICS = {
     "/collision": Bool,
     "/e_stop": Bool,
     "/dead_man": Bool,
+    "/battery": BatteryState,
+    "/joy": Joy,
+    "/hazards": HazardDetectionVector,
     "/clock": Clock,
     "/points": PointCloud2,
     "/tf": TFMessage,
@@ -80,6 +102,7 @@ TOPICS = {
     "/depth_info": CameraInfo,
     "/amcl_pose": PoseWithCovarianceStamped,
 }
+SERVICES = {"claim": Trigger, "release": Trigger, "power": SetBool}
 FRAMES = {"/odom": "odom", "/truth": "map", "/scan": "lidar", "/image": "camera", "/camera_info": "camera"}
 FRAMES |= {"/depth": "camera", "/depth_info": "camera", "/points": "lidar"}
 DEPTH_WIDTH, DEPTH_HEIGHT, DEPTH_FOCAL, CAMERA_X_M = 64, 96, 64.0, 0.1
@@ -88,9 +111,13 @@ DEPTH_WIDTH, DEPTH_HEIGHT, DEPTH_FOCAL, CAMERA_X_M = 64, 96, 64.0, 0.1
 class Robot:
     def __init__(self, options: dict[str, Any]) -> None:
         self.options = DEFAULTS | options
-        self.node = rclpy.create_node("unicycle")
+        remaps = [word for pair in self.options["remap"].items() for word in ("-r", ":=".join(pair))]
+        self.node = rclpy.create_node(
+            "unicycle", namespace=self.options["namespace"], cli_args=["--ros-args", *remaps] if remaps else []
+        )
         self.x = self.y = self.yaw = self.v = self.w = self.travelled = self.turned = 0.0
         self.collided = False
+        self.backwards_m, self.heard_under_hand, self.handed_s = 0.0, 0, math.inf
         self.command, self.commanded_s, self.first_s = (0.0, 0.0), -math.inf, -math.inf
         self.time_s = 100.0
         # By the robot's clock: the strike, the last velocity that came, the first zero after it, the rest after that.
@@ -103,10 +130,13 @@ class Robot:
         self.random = np.random.default_rng(0)
         self.publishers = {topic: self._publisher(topic, kind) for topic, kind in TOPICS.items()}
         self.send("/tf_static", self.mounts())
-        self.node.create_subscription(Twist, "/cmd_vel", self._on_first_command, 1)
-        self.node.create_subscription(Twist, "/nav_vel", self._on_second_command, 1)
-        self.node.create_subscription(PoseWithCovarianceStamped, "/initialpose", self._on_initial_pose, 1)
-        self.node.create_service(Trigger, "/reset", self._on_reset)
+        self.node.create_subscription(Twist, "cmd_vel", self._on_first_command, 1)
+        self.node.create_subscription(Twist, "nav_vel", self._on_second_command, 1)
+        self.node.create_subscription(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, 1)
+        self.node.create_service(Trigger, "reset", self._on_reset)
+        self.called: list[str] = []
+        for service, kind in SERVICES.items():
+            self.node.create_service(kind, service, partial(self._on_call, service))
 
     def _publisher(self, topic: str, kind: Any) -> Any:
         unpublished = {"/clock": not self.options["simulated"], "/tf": not self.options["transforms"]}
@@ -122,7 +152,8 @@ class Robot:
         profile = QoSProfile(depth=5, reliability=ReliabilityPolicy[reliability.upper()])
         if topic == "/tf_static":
             profile.durability = DurabilityPolicy.TRANSIENT_LOCAL
-        return self.node.create_publisher(kind, topic, profile)
+        name = topic if topic == "/clock" else topic.removeprefix("/")
+        return self.node.create_publisher(kind, name, profile)
 
     def _on_first_command(self, message: Twist) -> None:
         self.first_s = self.time_s
@@ -139,6 +170,8 @@ class Robot:
 
     def _on_command(self, message: Twist) -> None:
         self.command, self.commanded_s = (message.linear.x, message.angular.z), self.time_s
+        # A guard needs a moment to notice a person, and says for another moment that the robot is to stop.
+        self.heard_under_hand += self.options["hand"] is not None and self.clock_s() - self.handed_s > 0.5
         if self.command != (0.0, 0.0):
             self.moved_s, self.zeroed_s, self.rested_s = self.clock_s(), None, None
             self.options["pace"] = self.options["motion_pace"] or self.options["pace"]
@@ -149,6 +182,12 @@ class Robot:
         self.x, self.y, self.yaw, self.v, self.w, self.travelled = self.options["off_start_m"], 0.0, 0.0, 0.0, 0.0, 0.0
         self.collided = False
         response.success = True
+        return response
+
+    def _on_call(self, service: str, request: Any, response: Any) -> Any:
+        self.called.append(service + str(getattr(request, "data", "")))
+        response.success = service not in self.options["refuses"]
+        response.message = "" if response.success else f"{service}: somebody else has it"
         return response
 
     def clock_s(self) -> float:
@@ -171,6 +210,10 @@ class Robot:
     def advance(self, dt: float, tick: int) -> None:
         self.time_s += dt
         wanted = self.command if self.time_s - self.commanded_s < COMMAND_TIMEOUT_S else (0.0, 0.0)
+        # As twist_mux does: who has the joystick is heard first.
+        wanted = self.options["hand"] or wanted
+        self.handed_s = math.inf if self.options["hand"] is None else min(self.handed_s, self.clock_s())
+        self.backwards_m += max(0.0, -self.v * dt)
         self.v += max(-ACCELERATION_MPS2 * dt, min(ACCELERATION_MPS2 * dt, wanted[0] - self.v))
         self.w += max(-ACCELERATION_RADPS2 * dt, min(ACCELERATION_RADPS2 * dt, wanted[1] - self.w))
         x = self.x + self.v * dt * math.cos(self.yaw + self.w * dt / 2)
@@ -197,6 +240,11 @@ class Robot:
             self.send("/tf", self.transforms())
         self.send("/e_stop", Bool(data=self.options["pressed"]))
         self.send("/dead_man", Bool(data=self.options["held"]))
+        pushed = self.options["hand"] is not None if self.options["pushed"] is None else self.options["pushed"]
+        self.send("/joy", Joy(buttons=[0, int(pushed)]))
+        self.send("/battery", BatteryState(percentage=self.options["charge"]))
+        hazards = [HazardDetection(type=kind) for kind in self.options["hazards"]]
+        self.send("/hazards", HazardDetectionVector(detections=hazards))
         if tick % 5 == 0:
             truth = self.odometry("/truth")
             if self.options["amcl_off_m"] is not None:
@@ -224,11 +272,14 @@ class Robot:
         if topic in self.options["stale"]:
             now_s = self.frozen.setdefault(topic, now_s)
         message.header.stamp = stamp(max(0.0, now_s + self.options["stamp_offset_s"].get(topic, 0.0)))
-        message.header.frame_id = self.options["frames"].get(topic, FRAMES[topic])
+        message.header.frame_id = self.frame(self.options["frames"].get(topic, FRAMES[topic]))
         return message
 
+    def frame(self, name: str) -> str:
+        return name if name == "map" else f"{self.options['frame_prefix']}{name}"
+
     def odometry(self, topic: str) -> Odometry:
-        message = self.headed(Odometry(child_frame_id="base_link"), topic)
+        message = self.headed(Odometry(child_frame_id=self.frame("base_link")), topic)
         scale = self.options["odometry_scale"] if topic == "/odom" else 1.0
         # Odometry has its own origin, and heads elsewhere.
         x, y, yaw = self.x * scale, self.y * scale, self.yaw
@@ -243,17 +294,18 @@ class Robot:
         return message
 
     def transforms(self) -> TFMessage:
-        place, base = TransformStamped(child_frame_id="odom"), TransformStamped(child_frame_id="base_link")
+        place, base = (TransformStamped(child_frame_id=self.frame(name)) for name in ("odom", "base_link"))
         place.header.frame_id = "map"
         place.transform.translation.x, place.transform.translation.y = self.options["place_off_m"] - 4.0, 3.0
         place.transform.rotation.z, place.transform.rotation.w = -math.sqrt(0.5), math.sqrt(0.5)
         seen = self.odometry("/odom")
-        base.header.frame_id, base.header.stamp = "odom", seen.header.stamp
+        base.header.frame_id, base.header.stamp = self.frame("odom"), seen.header.stamp
         place.header.stamp = seen.header.stamp
         base.transform.translation.x = seen.pose.pose.position.x
         base.transform.translation.y = seen.pose.pose.position.y
         base.transform.rotation = seen.pose.pose.orientation
-        told = [one for one in (place, base) if one.child_frame_id not in self.options["untold"]]
+        untold = [self.frame(name) for name in self.options["untold"]]
+        told = [one for one in (place, base) if one.child_frame_id not in untold]
         return TFMessage(transforms=told)
 
     def mounts(self) -> TFMessage:
@@ -311,7 +363,8 @@ class Robot:
         return self.headed(Image(height=6, width=8, encoding="rgb8", step=24, data=bytes([value] * 144)), "/image")
 
     def state(self) -> dict[str, Any]:
-        names = ("x", "y", "yaw", "v", "w", "turned", "collided", "struck_s", "moved_s", "zeroed_s", "rested_s")
+        names: tuple[str, ...] = ("x", "y", "yaw", "v", "w", "turned", "collided", "called", "struck_s", "moved_s")
+        names += ("zeroed_s", "rested_s", "backwards_m", "heard_under_hand")
         return {name: getattr(self, name) for name in names} | {"time_s": self.clock_s()}
 
 

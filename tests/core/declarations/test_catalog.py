@@ -70,3 +70,59 @@ def test_ground_truths_are_files_apart(plugin_factory: PluginFactory) -> None:
     files = {"ground_truths/room_1.json": "{}", "ground_truths/note.txt": ""}
     plugin_factory.make("acme-truths", DECLARES.format(kind="ground_truths"), files)
     assert [path.name for path in catalog("acme-truths").ground_truth_files] == ["room_1.json"]
+
+
+ROBOT = """\
+name: {name}
+type: {kind}
+global_frame: map
+robot_frame: base
+poses: [base]
+connections: {{poses: {{connection: ros_to_api}}}}
+driver: {{odometry: odom, safety: {{e_stop: /stop}}}}
+"""
+FLEET = "fleet: {left: {namespace: l}, right: {safety: {battery: low}}}\n"
+
+
+def robots(plugin_factory: PluginFactory, *texts: str) -> Catalog:
+    files = {f"robots/{number}.yaml": text for number, text in enumerate(texts)}
+    plugin_factory.make("acme-robots", DECLARES.format(kind="robots"), files)
+    return catalog("acme-robots", "benchbot-sample")
+
+
+def test_the_robots_of_a_fleet_are_known_one_by_one_each_with_its_own_settings(plugin_factory: PluginFactory) -> None:
+    known = robots(plugin_factory, ROBOT.format(name="cart", kind="acme") + FLEET)
+    assert {name for name in known.names("robots") if "cart" in name} == {"cart@left", "cart@right"}
+    left, right = (known.get("robots", f"cart@{member}") for member in ("left", "right"))
+    assert left.data["name"] == left.name == "cart@left"
+    assert left.data["driver"] == {"odometry": "odom", "safety": {"e_stop": "/stop"}, "namespace": "l"}
+    # What a member changes is put into what is common: no safety device is lost.
+    assert right.data["driver"] == {"odometry": "odom", "safety": {"e_stop": "/stop", "battery": "low"}}
+    for unknown in ("cart", "cart@middle"):
+        with pytest.raises(BenchbotError, match="is not a known robot"):
+            known.get("robots", unknown)
+
+
+def test_a_real_robot_without_a_fleet_is_chosen_by_its_namespace(plugin_factory: PluginFactory) -> None:
+    known = robots(plugin_factory, ROBOT.format(name="cart", kind="acme"))
+    assert known.get("robots", "cart@lab/r1").data["driver"]["namespace"] == "lab/r1"
+    assert "namespace" not in known.get("robots", "cart").data["driver"]
+    assert known.names("robots").count("cart@lab/r1") == 0
+    for unknown in ("cart@", "@r1", "card@r1"):
+        with pytest.raises(BenchbotError, match="is not a known robot"):
+            known.get("robots", unknown)
+
+
+def test_a_simulated_robot_has_no_namespace(plugin_factory: PluginFactory) -> None:
+    known = robots(plugin_factory, ROBOT.format(name="cart", kind="sim_sample"))
+    with pytest.raises(BenchbotError, match="'cart@r1' is not a known robot") as caught:
+        known.get("robots", "cart@r1")
+    assert "Did you mean 'cart'?" in caught.value.why
+
+
+@pytest.mark.parametrize("fleet", ["fleet: []\n", "fleet: {}\n", "fleet: {r1: fast}\n", "fleet: {r 1: {}}\n"])
+def test_what_is_no_fleet_is_refused_when_the_robot_is_taken(plugin_factory: PluginFactory, fleet: str) -> None:
+    known = robots(plugin_factory, ROBOT.format(name="cart", kind="acme") + fleet)
+    (name,) = (name for name in known.names("robots") if "cart" in name)
+    with pytest.raises(BenchbotError, match="fleet"):
+        known.get("robots", name)

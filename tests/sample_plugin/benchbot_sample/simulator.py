@@ -36,6 +36,7 @@ class SampleSimulator:
         self._frames: list[str] = list(spec.robot["poses"])
         self._localisation = spec.localisation
         self._ask = spec.ask
+        self._tell = spec.tell
         self._halted: str | None = None
 
     @property
@@ -55,6 +56,10 @@ class SampleSimulator:
             )
         if self._options.get("ask_operator"):
             self._have_it_carried()
+        if "taken_over_s" in self._options and self._tell is not None:
+            self._tell("A person has the robot.")
+            time.sleep(float(str(self._options["taken_over_s"])))
+            self._tell(None)
         self._world = world.read(scene.folder / scene.environment["map_path"])
         self._class_ids = {name: number for number, name in enumerate(scene.environment.get("object_labels", ()), 1)}
         self._instances = _instance_ids(self._world.labels, self._class_ids)

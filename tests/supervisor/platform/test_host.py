@@ -201,6 +201,25 @@ def test_the_operator_may_take_longer_than_a_platform(start_host: StartHost) -> 
     assert operator.confirm() is None
 
 
+def test_a_platform_that_says_what_it_waits_for_may_wait_longer_than_one_that_hangs(start_host: StartHost) -> None:
+    asked: list[str | None] = []
+    timeouts = Timeouts(load_s=4.0)
+    host = start_host(taken_over(timeouts.load_s + 1.0), timeouts, Operator(asked.append))
+    assert host.load(0, 0).clock_s == 0.0
+    assert asked == ["A person has the robot.", None]
+    # Without anybody who reads it, it is the same.
+    assert start_host(taken_over(timeouts.load_s + 1.0), timeouts).load(0, 0).clock_s == 0.0
+
+
+def taken_over(seconds: float) -> Selection:
+    """Return a selection whose simulator is taken over by a person for some seconds."""
+    selection = sample_selection()
+    scenes = [
+        replace(scene, data=scene.data | {"options": {"taken_over_s": seconds}}) for scene in selection.environments
+    ]
+    return replace(selection, environments=tuple(scenes))
+
+
 @pytest.mark.parametrize("end", ["close", "halt", "kill"])
 def test_a_question_ends_with_what_asked_it(end: str, start_host: StartHost) -> None:
     asked: list[str | None] = []

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from typing import Any
 
-from benchbot.plugin import BenchbotError, MotionConfig, Pose, did_you_mean
-from benchbot_robot_ros2 import ros
+from benchbot.plugin import OBSERVATIONS, BenchbotError, MotionConfig, Pose, did_you_mean
+from benchbot_robot_ros2 import calls, ros, signals
 from benchbot_robot_ros2.callbacks import Callback as Decoder
 from benchbot_robot_ros2.declaration import LocalisedByTopic, LocalisedByTransforms, Ros2Robot, Topic
 from benchbot_robot_ros2.failures import failed
@@ -48,7 +48,13 @@ class ConnectedRobot:
         self.changed = changed
         with ExitStack() as resources:
             settings = robot.settings
-            self.node = resources.enter_context(ros.running_node("benchbot", use_sim_time=settings.use_sim_time))
+            self.node = resources.enter_context(
+                ros.running_node("benchbot", use_sim_time=settings.use_sim_time, graph=robot.graph)
+            )
+            # Until there is a guard, which outlives this process, to see to it.
+            ending = resources.enter_context(ExitStack())
+            ending.callback(calls.after, self.node, robot.name, settings.after)
+            calls.before(self.node, robot.name, settings.before)
             self.clock = RobotClock(self.node, simulated=settings.use_sim_time, changed=changed)
             resources.callback(self.clock.close)
             self.tree = self._transforms()
@@ -56,6 +62,7 @@ class ConnectedRobot:
             self.place = self._place()
             self.contact = threading.Event()
             self._collision = self._collisions()
+            self.battery = None if settings.safety.battery is None else self._stream(settings.safety.battery)
             self.channels = {
                 name: Channel(
                     name,
@@ -74,6 +81,7 @@ class ConnectedRobot:
             self._await_first_messages()
             self.check_feedback()
             self.guard = Guard.start(robot, motion)
+            ending.pop_all()
             resources.callback(self.guard.close)
             self._resources = resources.pop_all()
 
@@ -103,6 +111,19 @@ class ConnectedRobot:
             if wait.over():
                 self.check_feedback()
                 raise self._restless(odometry, placed=placed)
+
+    def channel(self, name: str) -> Channel:
+        """Return the channel of an observation; raises BenchbotError when the robot has none."""
+        if name in self.channels:
+            return self.channels[name]
+        known = [*self.channels, "poses"]
+        raise BenchbotError(
+            f"The robot '{self.robot.name}' has no observation '{name}'."
+            if name in OBSERVATIONS
+            else f"There is no observation '{name}'.",
+            f"It has: {', '.join(known)}.{did_you_mean(name, known)}",
+            "Name one of these in the task, or connect it in the robot's declaration.",
+        )
 
     def subscribe(self, wanted: list[Channel]) -> None:
         """Subscribe what these channels and the robot's safety need, and nothing else."""
@@ -175,7 +196,7 @@ class ConnectedRobot:
     def _transforms(self) -> Any:
         from benchbot_robot_ros2 import transforms
 
-        tree = transforms.listen(self.node, self.clock.now_s)
+        tree = transforms.listen(self.node, self.clock.now_s, self.robot.graph.transforms)
         if tree is None and isinstance(self.robot.settings.localisation, LocalisedByTransforms):
             raise failed(
                 f"Where the robot '{self.robot.name}' is cannot be known.",
@@ -197,7 +218,7 @@ class ConnectedRobot:
             return None
 
         def touch(message: Any) -> None:
-            if message.data:
+            if signals.says(topic, message):
                 self.contact.set()
 
         return Stream(self.node, topic, self.clock, self.changed, touch)
@@ -216,7 +237,7 @@ class ConnectedRobot:
         if not placed and self.place is not None:
             return missing([self.place])
         return failed(
-            f"The robot '{self.robot.name}' does not stand still at its start.",
+            f"The robot '{self.robot.name}' does not stand still.",
             f"Its odometry measured {abs(speed_mps(odometry[-1].message)):.3f} m/s and "
             f"{twist(odometry[-1].message)[1]:.3f} rad/s last.",
             "See what else moves it: benchbot doctor --robot NAME names every node that commands velocities.",
@@ -229,6 +250,7 @@ class ConnectedRobot:
         ]
         # Localisation that is told where the robot starts says nothing before.
         streams += [stream for stream in (self.place,) if stream is not None and not self._is_told]
+        streams += [stream for stream in (self.battery,) if stream is not None]
 
         def silent() -> list[Stream]:
             quiet = [stream for stream in streams if stream.newest is None]
@@ -239,16 +261,16 @@ class ConnectedRobot:
         clock_wait = self.wait(self.robot.settings.timing.wait_s)
         while self.robot.settings.use_sim_time and self.clock.now_ns() == 0:
             if clock_wait.over():
-                raise missing(silent()) if silent() else _clockless(self.robot.name)
+                raise missing(silent()) if silent() else _clockless(self.robot)
         wait = self.wait(self.robot.settings.timing.wait_s)
         while silent():
             if wait.over():
                 raise missing(silent())
 
 
-def _clockless(robot: str) -> BenchbotError:
+def _clockless(robot: Ros2Robot) -> BenchbotError:
     return failed(
-        f"The clock of the robot '{robot}' does not run.",
-        "Its declaration says driver.use_sim_time: true, and nothing comes on /clock.",
+        f"The clock of the robot '{robot.name}' does not run.",
+        f"Its declaration says driver.use_sim_time: true, and nothing comes on {robot.graph.clock}.",
         "Start the simulator that publishes it, or declare driver.use_sim_time: false for a real robot.",
     )

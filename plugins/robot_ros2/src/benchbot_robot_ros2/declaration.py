@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, Self, TypeVar
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 import msgspec
 
 from benchbot.plugin import ACTIONS, OBSERVATIONS, BenchbotError, Pose
 from benchbot_robot_ros2.footprint import Footprint
+from benchbot_robot_ros2.names import Names
+from benchbot_robot_ros2.ros import Graph
 
 T = TypeVar("T")
 
@@ -30,6 +32,34 @@ class Topic(_Declared, frozen=True):
     ros_topic: str
     ros_type: str
     qos: Qos = Qos()
+
+
+class Signal(Topic, frozen=True, kw_only=True):
+    """A topic that says yes or no by a field of its messages: see `benchbot_robot_ros2.signals`.
+
+    Yes is a field that is true, or one of `equals`. Parts of the field's name are separated by dots, and each value of
+    a list counts: `detections[].type`.
+    """
+
+    field: str = "data"
+    equals: tuple[bool | int | float | str, ...] = ()
+
+
+class Battery(Topic, frozen=True, kw_only=True):
+    """A robot's sensor_msgs/msg/BatteryState: a trial does not begin below `minimum`, a share from 0 to 1.
+
+    `full` is the percentage of a full battery: 1 by the message's definition, 100 of some drivers. `minimum_v` is the
+    lowest voltage, for those that tell no percentage.
+    """
+
+    ros_type: Literal["sensor_msgs/msg/BatteryState"] = "sensor_msgs/msg/BatteryState"
+    minimum: Annotated[float, msgspec.Meta(ge=0, le=1)] | None = None
+    full: Annotated[float, msgspec.Meta(gt=0)] = 1.0
+    minimum_v: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.minimum is None and self.minimum_v is None:
+            raise ValueError("it says neither minimum nor minimum_v")
 
 
 class Connection(_Declared, frozen=True):
@@ -91,7 +121,7 @@ class ReturnByService(_Declared, frozen=True, tag_field="by", tag="service"):
 class ReturnByNavigation(_Declared, frozen=True, tag_field="by", tag="navigation"):
     """The robot navigates to its start: a nav2_msgs/action/NavigateToPose server; needs nav2_msgs."""
 
-    ros_action: str = "/navigate_to_pose"
+    ros_action: str = "navigate_to_pose"
 
 
 class ReturnByOperator(_Declared, frozen=True, tag_field="by", tag="operator"):
@@ -115,6 +145,15 @@ class MovedByNavigation(_Declared, frozen=True, tag_field="by", tag="navigation"
     timeout_s: float = 120.0
 
 
+class Call(_Declared, frozen=True):
+    """A service that is called before or after a run: see `benchbot_robot_ros2.calls`. `data` is that of a SetBool."""
+
+    ros_service: str
+    ros_type: Literal["std_srvs/srv/Trigger", "std_srvs/srv/SetBool", "std_srvs/srv/Empty"] = "std_srvs/srv/Trigger"
+    data: bool = True
+    timeout_s: float = 10.0
+
+
 class DeadMan(_Declared, frozen=True):
     """A switch that an operator holds while the robot moves: std_msgs/msg/Bool, or a button of sensor_msgs/msg/Joy."""
 
@@ -124,18 +163,26 @@ class DeadMan(_Declared, frozen=True):
     timeout_s: float = 0.3
 
 
+class TakeOver(DeadMan, frozen=True):
+    """A switch that a person holds who drives the robot by other means: see `benchbot_robot_ros2.take_over`."""
+
+    timeout_s: float = 0.5
+
+
 class Safety(_Declared, frozen=True):
     """The conditions that stop the robot, besides BenchBot's own.
 
-    `command_timeout_s` is the time for which a velocity command stays valid; `e_stop` and `collision` are topics of
-    std_msgs/msg/Bool, true when the button is pressed or the bumper touches something. `obstacles` are the channels
-    that are looked at for contact ahead of a motion.
+    `command_timeout_s` is the time for which a velocity command stays valid; `e_stop` and `collision` say yes when the
+    button is pressed or the bumper touches something. `obstacles` are the channels that are looked at for contact ahead
+    of a motion.
     """
 
     command_timeout_s: float = 0.15
-    e_stop: Topic | None = None
+    e_stop: Signal | None = None
     dead_man: DeadMan | None = None
-    collision: Topic | None = None
+    take_over: TakeOver | None = None
+    collision: Signal | None = None
+    battery: Battery | None = None
     obstacles: tuple[Literal["laser", "image_depth", "lidar"], ...] = ("laser",)
 
 
@@ -173,9 +220,22 @@ class LocalisationBounds(_Declared, frozen=True):
 
 
 class DriverSettings(_Declared, frozen=True):
-    """The key `driver` of a robot's declaration."""
+    """The key `driver` of a robot's declaration.
+
+    The first group after `odometry` says which robot of several it is: see `Names` and `Graph`.
+    """
 
     odometry: Topic
+
+    namespace: str = ""
+    frame_prefix: str = ""
+    remap: dict[str, str] = {}
+    domain: Annotated[int, msgspec.Meta(ge=0, le=232)] | None = None
+    rmw: str | None = None
+
+    before: tuple[Call, ...] = ()
+    after: tuple[Call, ...] = ()
+
     use_sim_time: bool = False
     localisation: LocalisedByOdometry | LocalisedByTopic | LocalisedByTransforms = LocalisedByOdometry()
     return_to_start: ReturnByService | ReturnByNavigation | ReturnByOperator = ReturnByOperator()
@@ -193,9 +253,16 @@ class DriverSettings(_Declared, frozen=True):
 
 @dataclass(frozen=True)
 class Ros2Robot:
-    """A robot as the driver needs it; `mounts` are poses of the robot's frames in its base frame."""
+    """A robot as the driver needs it; `mounts` are poses of the robot's frames in its base frame.
+
+    Names of topics and services are full ones, and frames have the ids that messages name. `reported` and `map_name`
+    are what solutions know frames by, of any robot of a fleet.
+    """
 
     name: str
+    graph: Graph
+    names: Names
+    map_name: str
     global_frame: str
     base_frame: str
     reported: tuple[str, ...]
@@ -213,30 +280,40 @@ class Ros2Robot:
     def from_declaration(cls, robot: Mapping[str, Any]) -> Self:
         """Read a robot's declaration; raises BenchbotError saying which key is wrong, and how."""
         name = str(robot.get("name"))
+        settings = _convert(robot.get("driver", {}), DriverSettings, name, "driver")
+        names = Names(name, settings.namespace, settings.frame_prefix, settings.remap)
         connections = {
-            channel: _convert(connection, Connection, name, f"connections.{channel}")
+            channel: _convert(names.in_all(connection), Connection, name, f"connections.{channel}")
             for channel, connection in robot["connections"].items()
         }
         commands = {channel: connection for channel, connection in connections.items() if channel in ACTIONS}
-        settings = _convert(robot.get("driver", {}), DriverSettings, name, "driver")
-        _check_initial_pose(name, settings)
+        _check_navigation(name, settings)
         mounts = _convert(robot.get("frames", {}), dict[str, _Mount], name, "frames")
+
+        def frame(sensor: str) -> str | None:
+            declared = robot.get(sensor, {}).get("frame")
+            return None if declared is None else names.frame(declared)
+
         return cls(
             name=name,
-            global_frame=str(robot["global_frame"]),
-            base_frame=str(robot["robot_frame"]),
+            graph=_graph(names, settings),
+            names=names,
+            map_name=str(robot["global_frame"]).removeprefix("/"),
+            global_frame=names.frame(str(robot["global_frame"])),
+            base_frame=names.frame(str(robot["robot_frame"])),
             reported=tuple(map(str, robot["poses"])),
-            mounts={frame: mount.pose() for frame, mount in mounts.items()},
-            camera_frame=robot.get("camera", {}).get("frame"),
-            laser_frame=robot.get("laser", {}).get("frame"),
-            lidar_frame=robot.get("lidar", {}).get("frame"),
-            imu_frame=robot.get("imu", {}).get("frame"),
+            mounts={names.frame(declared): mount.pose() for declared, mount in mounts.items()},
+            camera_frame=frame("camera"),
+            laser_frame=frame("laser"),
+            lidar_frame=frame("lidar"),
+            imu_frame=frame("imu"),
             footprint=_convert(robot.get("footprint", {}), _Footprint, name, "footprint").made(name),
             observations={
                 channel: connection for channel, connection in connections.items() if channel in OBSERVATIONS
             },
             command=_one_command(name, commands),
-            settings=settings,
+            # Defaults may be names, too.
+            settings=msgspec.convert(names.in_all(msgspec.to_builtins(settings)), DriverSettings),
         )
 
 
@@ -261,6 +338,11 @@ class _Mount(_Declared, frozen=True):
         return Pose.from_xyz_rpy_deg(self.xyz, self.rpy_deg)
 
 
+def _graph(names: Names, settings: DriverSettings) -> Graph:
+    moving, static = names.resolved("/tf"), names.resolved("/tf_static")
+    return Graph(settings.namespace, names.resolved("/clock"), (moving, static), settings.domain, settings.rmw)
+
+
 def _convert(value: Any, kind: type[T], robot: str, key: str) -> T:
     try:
         return msgspec.convert(value, kind)
@@ -277,8 +359,15 @@ def _wrong(robot: str, key: str, error: Exception) -> BenchbotError:
     )
 
 
-def _check_initial_pose(robot: str, settings: DriverSettings) -> None:
-    """Raise BenchbotError when localisation would be told that a robot is where it has only tried to go."""
+def _check_navigation(robot: str, settings: DriverSettings) -> None:
+    """Raise BenchbotError where something else that is declared does not go with navigation."""
+    if settings.safety.take_over is not None and isinstance(settings.motion, MovedByNavigation):
+        raise BenchbotError(
+            f"The robot '{robot}' cannot be driven: its declaration is wrong at 'driver.safety.take_over'.",
+            "It is moved by navigation, which nothing tells that a person has the robot: its goal would go on, and be "
+            "given up.",
+            "Leave take_over out and let twist_mux put the joystick first, or declare motion: {by: velocity}.",
+        )
     if settings.initial_pose is not None and isinstance(settings.return_to_start, ReturnByNavigation):
         raise BenchbotError(
             f"The robot '{robot}' cannot be driven: its declaration is wrong at 'driver.localisation.initial_pose'.",

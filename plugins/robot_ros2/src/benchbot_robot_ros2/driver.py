@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator
 from typing import Any, cast
 
 from benchbot.plugin import (
-    OBSERVATIONS,
     REST_MPS,
     REST_RADPS,
     BenchbotError,
@@ -16,16 +15,15 @@ from benchbot.plugin import (
     PlatformSpec,
     Pose,
     Scene,
-    did_you_mean,
 )
-from benchbot_robot_ros2 import freshness, obstacles, start_pose
+from benchbot_robot_ros2 import battery, freshness, obstacles, signals, start_pose, take_over
 from benchbot_robot_ros2.clearance import contact_ahead
 from benchbot_robot_ros2.connected import ConnectedRobot
 from benchbot_robot_ros2.declaration import LocalisedByOdometry, MovedByNavigation, Ros2Robot
 from benchbot_robot_ros2.failures import failed, safety_stop
 from benchbot_robot_ros2.guard.state import FIND_OUT
 from benchbot_robot_ros2.navigation import Navigation, refuse_rivals
-from benchbot_robot_ros2.observing import STILL_FACTOR, Channel, Moment, callback_of, gather, missing
+from benchbot_robot_ros2.observing import STILL_FACTOR, Moment, callback_of, gather, missing
 from benchbot_robot_ros2.prediction import Prediction
 from benchbot_robot_ros2.provenance import provenance
 from benchbot_robot_ros2.ramp import REST, Velocity
@@ -57,6 +55,7 @@ class Ros2Driver:
             if connection.parts()
         }
         obstacles.check_declared(self._robot, self._motion)
+        signals.check(self._robot)
         self._changed = threading.Condition()
         self._connected: ConnectedRobot | None = None
         self._navigation: Navigation | None = None
@@ -64,6 +63,7 @@ class Ros2Driver:
         self._halted: str | None = None
         self._start_pose = Pose()
         self._loaded_s = self._due_s = 0.0
+        self._hand = take_over.TakenOver()
         self._begin(0.0)
 
     @property
@@ -79,7 +79,12 @@ class Ros2Driver:
             self._navigation = self._navigation_of(self._connected)
         robot = self._connected
         self._refuse_when_stopped(robot)
+        battery.check(robot)
         start_pose.return_to_start(robot.node, self._robot, scene, seed, self._spec.ask, robot.guard)
+        earlier_s = self._hand.take()
+        # To drive it to its start by hand is no part of the trial.
+        self._give_way(robot)
+        self._hand = take_over.TakenOver(earlier_s)
         robot.await_rest(lambda: self._refuse_when_stopped(robot))
         robot.check_feedback()
         self._begin(robot.clock.now_s())
@@ -98,12 +103,14 @@ class Ros2Driver:
         robot = self._here()
         self._refuse_when_stopped(robot)
         names = tuple(channels)
-        wanted = [self._channel(robot, name) for name in names if name != "poses"]
+        wanted = [robot.channel(name) for name in names if name != "poses"]
         robot.subscribe(wanted)
         timing = self._robot.settings.timing
         if robot.odometry.age_s > timing.feedback_timeout_s:
             raise missing([robot.odometry])
-        samples = gather(wanted, self._now(robot), timing, robot.wait(timing.wait_s))
+        newest = robot.odometry.newest
+        now = Moment(newest.stamp_ns if newest is not None else 0, robot.clock.now_s())
+        samples = gather(wanted, now, timing, robot.wait(timing.wait_s))
         robot.check_feedback()
         if robot.clock.set_back_s:
             raise failed("The robot's time cannot be trusted.", *freshness.set_back(robot.clock.set_back_s))
@@ -119,11 +126,16 @@ class Ros2Driver:
 
         Raises BenchbotError(ends_run=True) when the robot was stopped for safety. After contact it only brakes.
         """
+        times = self._hand.times
         robot = self._here()
+        battery.warn(robot)
         now_s = robot.clock.now_s()
         self._due_s = (self._due_s if now_s - self._due_s < duration_s else now_s) + duration_s
         moves = abs(linear_mps) >= REST_MPS or abs(angular_radps) >= REST_RADPS
         while True:
+            self._give_way(robot)
+            if self._hand.times > times:
+                return  # this velocity was for where the robot was before
             self._note(
                 Velocity(linear_mps, angular_radps) if moves and not self.collided else REST, robot.clock.now_s()
             )
@@ -214,11 +226,15 @@ class Ros2Driver:
 
     def clock(self) -> float:
         """Return the seconds since `load`, in the robot's time."""
-        return self._here().clock.now_s() - self._loaded_s
+        return self._here().clock.now_s() - self._loaded_s - self._hand.paused_s
+
+    def taken_over_s(self) -> tuple[float, ...]:
+        """Return for how long a person had the robot, each time since this was asked last, in seconds."""
+        return self._hand.take()
 
     def provenance(self) -> dict[str, Any]:
         """Return what a result depends on beside the declaration: middleware, network, subscriptions, clocks."""
-        return provenance(self._spec.robot, self._here().streams)
+        return provenance(self._spec.robot, self._robot.graph, self._here().streams)
 
     def halt(self, why: str) -> None:
         """Stop the robot at once; the action under way, and every later one, raises."""
@@ -247,7 +263,16 @@ class Ros2Driver:
     def _here(self) -> ConnectedRobot:
         if self._connected is None:
             raise failed(f"The robot '{self._robot.name}' is not connected.", "Nothing was loaded.", "Call reset().")
+        self._give_way(self._connected)
         return self._connected
+
+    def _give_way(self, robot: ConnectedRobot) -> None:
+        """Wait while a person has the robot; it goes on from where it is then."""
+        if not robot.guard.hand.yielded or self._halted is not None or robot.guard.tripped is not None:
+            return
+        self._note(REST, robot.clock.now_s())
+        self._hand.wait(robot, lambda: self._refuse_when_stopped(robot), self._spec.tell)
+        self._begin(robot.clock.now_s())
 
     def _navigation_of(self, robot: ConnectedRobot) -> Navigation | None:
         way = self._robot.settings.motion
@@ -313,31 +338,15 @@ class Ros2Driver:
         if robot.guard.tripped is None:
             robot.guard.command(*REST)
 
-    def _channel(self, robot: ConnectedRobot, name: str) -> Channel:
-        if name in robot.channels:
-            return robot.channels[name]
-        known = [*robot.channels, "poses"]
-        raise BenchbotError(
-            f"The robot '{self._robot.name}' has no observation '{name}'."
-            if name in OBSERVATIONS
-            else f"There is no observation '{name}'.",
-            f"It has: {', '.join(known)}.{did_you_mean(name, known)}",
-            "Name one of these in the task, or connect it in the robot's declaration.",
-        )
-
-    def _now(self, robot: ConnectedRobot) -> Moment:
-        newest = robot.odometry.newest
-        return Moment(newest.stamp_ns if newest is not None else 0, robot.clock.now_s())
-
     def _poses(self, robot: ConnectedRobot) -> dict[str, FramePose]:
         base = self.odometry() if self._spec.localisation == "noisy" else self.pose()
         frames = {
-            frame: self._start_pose if frame == INITIAL_POSE else base @ robot.mount(frame)
+            frame: self._start_pose if frame == INITIAL_POSE else base @ robot.mount(self._robot.names.frame(frame))
             for frame in self._robot.reported
         }
         if self._robot.camera_frame is not None:
             frames["camera"] = base @ robot.mount(self._robot.camera_frame)
-        return {frame: pose.record(self._robot.global_frame) for frame, pose in frames.items()}
+        return {frame: pose.record(self._robot.map_name) for frame, pose in frames.items()}
 
     def _note(self, command: Velocity, now_s: float) -> None:
         if command == REST and self._command != REST:
@@ -380,9 +389,10 @@ class Ros2Driver:
         return self._is_navigated or self._command != REST
 
     def _stopped(self, why: str, fix: str) -> BenchbotError:
-        robot = self._here()
-        robot.guard.stop(why)
-        return safety_stop(robot.guard.tripped or why, fix)
+        if self._connected is None:
+            return safety_stop(why, fix)
+        self._connected.guard.stop(why)
+        return safety_stop(self._connected.guard.tripped or why, fix)
 
     def _stopped_as(self, why: str, fix: str) -> BenchbotError:
         """Stop the robot for good, and say this, whatever stopped it before."""

@@ -69,6 +69,10 @@ class Localisation:
         travelled = self._travelled(None)
         return None if before is None else (before @ travelled, said @ travelled)
 
+    def forgive(self) -> None:
+        """Take what localisation says next as it is: the robot was moved by other means than its wheels, perhaps."""
+        self._held = None
+
     def stalest(self) -> "Link | None":
         """Return the link of the transform tree that has told nothing new for the longest; None without the tree."""
         return None if self._by_transforms is None else self._by_transforms.stalest(*self._ends)

@@ -11,6 +11,7 @@ from importlib.metadata import PackageNotFoundError, distributions, version
 from pathlib import Path
 from typing import Any
 
+from benchbot_robot_ros2.ros import Graph
 from benchbot_robot_ros2.streams import Stream
 
 _VERSION = re.compile(r"<version>\s*([^<\s]+)\s*</version>")
@@ -19,9 +20,11 @@ _ON_PYPI = re.compile(r"ros-([a-z]+)-rclpy")
 _BELOW = ("rcl", "rmw", "fastrtps", "fastcdr", "cyclonedds", "zenoh")
 
 
-def provenance(declaration: Mapping[str, Any], streams: Iterable[Stream]) -> dict[str, Any]:
-    """Return it as plain data; `streams` are those that the driver has had, open or not. Of each topic `clocks` has
-    the median of receive time minus stamp, and the width of the middle 90 % of them, in seconds.
+def provenance(declaration: Mapping[str, Any], graph: Graph, streams: Iterable[Stream]) -> dict[str, Any]:
+    """Return it as plain data; `graph` is the one that the robot is in.
+
+    `streams` are those that the driver has had, open or not. Of each topic `clocks` has the median of receive time
+    minus stamp, and the width of the middle 90 % of them, in seconds.
     """
     from rclpy.utilities import get_rmw_implementation_identifier
 
@@ -29,7 +32,7 @@ def provenance(declaration: Mapping[str, Any], streams: Iterable[Stream]) -> dic
     return {
         "distribution": distribution(),
         "middleware": get_rmw_implementation_identifier(),
-        "domain": int(os.environ.get("ROS_DOMAIN_ID") or 0),
+        "domain": int(os.environ.get("ROS_DOMAIN_ID") or 0) if graph.domain is None else graph.domain,
         "discovery_range": discovery_range(),
         "packages": dict(packages()),
         "declaration_sha256": sha256(json.dumps(declaration, sort_keys=True).encode()).hexdigest(),

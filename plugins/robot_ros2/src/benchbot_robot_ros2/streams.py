@@ -19,7 +19,13 @@ HISTORY_NS = 1_000_000_000
 # Of so many messages the offset of the clocks is known: enough for its median, few enough for every step.
 OFFSETS = 400
 # Published once, or now and then, and true until the next one (AMCL tells where the robot is when it has moved).
-HOLDING = frozenset({"sensor_msgs/msg/CameraInfo", "geometry_msgs/msg/PoseWithCovarianceStamped"})
+HOLDING = frozenset(
+    {
+        "sensor_msgs/msg/BatteryState",
+        "sensor_msgs/msg/CameraInfo",
+        "geometry_msgs/msg/PoseWithCovarianceStamped",
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -42,7 +48,7 @@ class Stream:
 
     A message whose stamp is not newer than those before it is counted as nothing new. Of messages that hold until the
     next one (`holds`), and of those without a stamp, only the newest is kept. `changed` is the lock of everything
-    received, and is notified; `told` is called with each new message.
+    received, and is notified; `told` is called with each message, be its stamp new or not.
     """
 
     def __init__(
@@ -183,6 +189,8 @@ class Stream:
         with self._changed:
             if stamp is not None:
                 self._offsets_s.append(sample.skew_s)
+            if self._told is not None:
+                self._told(message)
             if not self.holds and self._samples and sample.stamp_ns <= self._samples[-1].stamp_ns:
                 self._repeated += 1
                 return
@@ -192,6 +200,4 @@ class Stream:
             self._samples.append(sample)
             while sample.stamp_ns - self._samples[0].stamp_ns > self._history_ns:
                 self._samples.popleft()
-            if self._told is not None:
-                self._told(message)
             self._changed.notify_all()

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from benchbot.plugin import Pose, Quaternion, did_you_mean
+from benchbot_robot_ros2.ros import HERE
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -181,8 +182,12 @@ class TransformTree:
         return pose
 
 
-def listen(node: "Node", now_s: Callable[[], float] = time.monotonic) -> TransformTree | None:
+def listen(
+    node: "Node", now_s: Callable[[], float] = time.monotonic, topics: tuple[str, str] = HERE.transforms
+) -> TransformTree | None:
     """Return a tree that takes in what is published on /tf and /tf_static; None when tf2_msgs is not installed.
+
+    `topics` are the names of these two for a robot that has its own.
 
     The subscriptions live as long as the node, with the quality of service of tf2_ros's listener. `now_s` tells the
     time at which a transform arrives. A transform that is none is left out, with a warning.
@@ -205,9 +210,9 @@ def listen(node: "Node", now_s: Callable[[], float] = time.monotonic) -> Transfo
             except ValueError as error:
                 node.get_logger().warning(f"A transform was left out: {error}.", throttle_duration_sec=10.0)
 
-    node.create_subscription(TFMessage, "/tf", lambda message: take(message, static=False), QoSProfile(depth=100))
+    node.create_subscription(TFMessage, topics[0], lambda message: take(message, static=False), QoSProfile(depth=100))
     latched = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    node.create_subscription(TFMessage, "/tf_static", lambda message: take(message, static=True), latched)
+    node.create_subscription(TFMessage, topics[1], lambda message: take(message, static=True), latched)
     return tree
 
 

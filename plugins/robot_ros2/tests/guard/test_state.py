@@ -180,3 +180,70 @@ def test_whatever_happens_the_limits_are_kept_and_a_trip_is_for_good(
             assert abs(velocity.angular_radps) <= 1.0
             assert abs(velocity.linear_mps - last.linear_mps) <= 2.0 * min(elapsed_s, 0.1) + 1e-9
         last = velocity or REST
+
+
+def hold(state: GuardState, start_s: float, duration_s: float) -> list[Velocity | None]:
+    """Return what is published while a person holds the take-over switch, and the driver commands on."""
+    published = []
+    for tick in range(1, round(duration_s / TICK_S) + 1):
+        now_s = start_s + tick * TICK_S
+        state.take_over(held=True, now_s=now_s)
+        state.command(FULL, now_s)
+        published.append(state.step(now_s))
+    return published
+
+
+def test_a_robot_that_is_taken_over_is_told_to_stop_and_then_left_to_the_person(moving: GuardState) -> None:
+    published = hold(moving, 2.0, 1.0)
+    zeros = published.count(REST)
+    assert zeros == pytest.approx(0.1 / TICK_S, abs=1)
+    assert published == [REST] * zeros + [None] * (50 - zeros)
+    assert not moving.moving
+    assert moving.trip is None
+
+
+def test_it_is_left_to_them_until_the_driver_resumes(moving: GuardState) -> None:
+    hold(moving, 2.0, 1.0)
+    moving.resume()
+    assert moving.yielded  # they hold it still
+    moving.take_over(held=False, now_s=3.0)
+    assert drive(moving, FULL, 3.0, 1.0) == [None] * 50
+    moving.resume()
+    assert drive(moving, FULL, 4.0, 1.0)[-1] == FULL
+
+
+def test_a_take_over_switch_that_falls_silent_while_it_is_held_trips() -> None:
+    state = GuardState(MOTION, 0.15, take_over_timeout_s=0.5)
+    hold(state, 0.0, 1.0)
+    assert watch(state, 1.0, 1.0)[-1] == REST
+    assert state.trip is not None
+    assert "fell silent for 0.52 s while it was held" in state.trip.why
+
+    released = GuardState(MOTION, 0.15, take_over_timeout_s=0.5)
+    released.take_over(held=False, now_s=0.0)
+    assert drive(released, FULL, 5.0, 1.0)[-1] == FULL
+
+
+def test_the_emergency_stop_counts_while_a_person_has_the_robot(moving: GuardState) -> None:
+    hold(moving, 2.0, 1.0)
+    moving.e_stop(pressed=True)
+    assert moving.step(3.02) == REST
+
+
+@given(st.lists(st.sampled_from(["command", "hold", "release", "resume", "step"]), max_size=60))
+def test_no_velocity_is_published_from_a_take_over_until_the_driver_resumes_after_it(events: list[str]) -> None:
+    state, now_s, theirs, held = GuardState(MOTION, 5.0), 0.0, False, False
+    for event in events:
+        now_s += TICK_S
+        if event == "command":
+            state.command(FULL, now_s)
+        elif event in ("hold", "release"):
+            held = event == "hold"
+            theirs = theirs or held
+            state.take_over(held=held, now_s=now_s)
+        elif event == "resume":
+            theirs = theirs and held
+            state.resume()
+        velocity = state.step(now_s)
+        assert not theirs or velocity in (REST, None)
+        assert state.yielded == theirs

@@ -1,4 +1,4 @@
-"""Build tf2_msgs and nav2_msgs, which PyPI lacks, from their interface files, and install them beside this Python.
+"""Build the interfaces that PyPI lacks (tf2_msgs, nav2_msgs, …) from their files, and install them beside this Python.
 
     python build.py [options for pip, such as -c constraints.txt]
 
@@ -40,6 +40,7 @@ LIBRARIES = (
     *("rosidl_runtime_c", "rosidl_typesupport_c", "rosidl_typesupport_fastrtps_c", "rosidl_typesupport_fastrtps_cpp"),
     *("rosidl_typesupport_introspection_c", "fastcdr", "rmw", "rcutils"),
 )
+INDEX = "share/ament_index/resource_index/rosidl_interfaces"
 # What rmw_fastrtps asks of a type: how to send it, and what it looks like.
 TYPESUPPORTS = ["rosidl_typesupport_fastrtps_c", "rosidl_typesupport_introspection_c"]
 
@@ -136,10 +137,19 @@ def _libraries(package: str, headers: Iterable[Path]) -> list[str]:
     return [first, second]
 
 
+def _listed(package: str) -> str:
+    """Write the list of a package's interfaces by which ROS 2 knows that they are installed; return its path."""
+    listed = Path("index") / package
+    listed.parent.mkdir(exist_ok=True)
+    listed.write_text("".join(f"{path}\n" for name, path in _interfaces() if name == package))
+    return str(listed)
+
+
 def _wheel(folder: Path, wheel_version: str) -> Path:
     import numpy as np
     from setuptools import Extension, find_packages, setup
 
+    packages = sorted({package for package, _ in _interfaces()})
     # Where the generators find their templates.
     os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
     # The generators tell of each file they write.
@@ -149,7 +159,6 @@ def _wheel(folder: Path, wheel_version: str) -> Path:
     os.chdir(folder)
     installed = [path for path in (PREFIX / "include").iterdir() if path.is_dir()]
     headers = [folder, folder / "introspection", PREFIX / "include", *installed, Path(np.get_include())]
-    packages = sorted({package for package, _ in _interfaces()})
     libraries = {package: _libraries(package, headers) for package in packages}
     extensions = [
         Extension(
@@ -169,7 +178,10 @@ def _wheel(folder: Path, wheel_version: str) -> Path:
         version=wheel_version,
         packages=find_packages("."),
         ext_modules=extensions,
-        data_files=[("lib", [library for package in packages for library in libraries[package]])],
+        data_files=[
+            ("lib", [library for package in packages for library in libraries[package]]),
+            (INDEX, [_listed(package) for package in packages]),
+        ],
         script_args=["--quiet", "bdist_wheel", "--dist-dir", "dist"],
     )
     (wheel,) = (folder / "dist").glob("*.whl")

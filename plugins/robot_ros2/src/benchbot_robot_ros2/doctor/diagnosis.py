@@ -2,11 +2,10 @@
 
 import os
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchbot.plugin import BenchbotError, Finding, Level, MotionConfig, PlatformSpec
-from benchbot_robot_ros2 import callbacks, obstacles, ros, transforms
+from benchbot_robot_ros2 import battery, callbacks, obstacles, ros, signals, transforms
 from benchbot_robot_ros2.declaration import Ros2Robot, Topic
 from benchbot_robot_ros2.doctor import graph_checks, live_watch, message_checks, sensor_agreement, transform_checks
 from benchbot_robot_ros2.doctor.live_watch import Stream
@@ -33,28 +32,29 @@ def diagnose(spec: PlatformSpec) -> Iterator[Finding]:
     robot = Ros2Robot.from_declaration(spec.robot)
     seconds = float(spec.options.get("seconds", LOOK_S))
     obstacles.check_declared(robot, MotionConfig.from_robot(spec.robot, spec.localisation))
+    signals.check(robot)
     ros.prepare()
-    surroundings = list(environment())
+    surroundings = list(environment(robot.graph))
     yield from surroundings
     if any(finding.level is Level.BROKEN for finding in surroundings):
         return
     simulated = robot.settings.use_sim_time
-    with ros.running_node("benchbot_doctor", use_sim_time=simulated) as node:
+    with ros.running_node("benchbot_doctor", use_sim_time=simulated, graph=robot.graph) as node:
         found = live_watch.others(node, seconds)
         if not found:
-            yield _nobody()
+            yield _nobody(robot.graph)
             return
         yield Finding(Level.OK, "graph", f"{len(found)} other node{'s' * (len(found) != 1)}: {_some(found)}")
-        tree = transforms.listen(node)
+        tree = transforms.listen(node, topics=robot.graph.transforms)
         publisher = VelocityPublisher(node, robot.command, robot.base_frame)
         began_ns = node.get_clock().now().nanoseconds
         patience_s = seconds if "seconds" in spec.options else max(seconds, robot.settings.timing.wait_s)
         streams = live_watch.watch(node, list(live_watch.uses(robot)), seconds, patience_s)
-        clock = list(_clock(node, simulated=simulated, began_ns=began_ns))
+        clock = list(_clock(node, robot.graph.clock, simulated=simulated, began_ns=began_ns))
         yield from clock
         yield from _topics(node, robot, streams, patience_s, timed=all(f.level is not Level.BROKEN for f in clock))
         yield from _observations(robot, tree, streams)
-        published = node.count_publishers("/tf") + node.count_publishers("/tf_static") > 0
+        published = any(map(node.count_publishers, robot.graph.transforms))
         yield from transform_checks.check(robot, tree, published=published)
         yield from graph_checks.velocity(node, robot, publisher, seconds)
         yield from graph_checks.safety_devices(robot.settings.safety)
@@ -63,11 +63,11 @@ def diagnose(spec: PlatformSpec) -> Iterator[Finding]:
         yield from graph_checks.navigation(node, robot)
 
 
-def environment() -> Iterator[Finding]:
-    """Say which domain, discovery range and middleware ROS 2 uses in this process."""
-    domain = os.environ.get("ROS_DOMAIN_ID") or "0"
+def environment(graph: ros.Graph = ros.HERE) -> Iterator[Finding]:
+    """Say which domain, discovery range and middleware ROS 2 uses in this process to reach a robot's graph."""
+    domain = _domain(graph)
     reach = discovery_range()
-    middleware = os.environ["RMW_IMPLEMENTATION"]
+    middleware = graph.rmw or os.environ["RMW_IMPLEMENTATION"]
     if not domain.isdecimal() or int(domain) > 232:
         fix = f"Set it to a number from 0 to {HIGHEST_DOMAIN}, the same as on the robot."
         yield Finding(Level.BROKEN, "ROS_DOMAIN_ID", f"'{domain}' is not a domain", fix)
@@ -86,36 +86,37 @@ def environment() -> Iterator[Finding]:
         yield Finding(Level.OK, "discovery", "only this machine; for a robot on the network: SUBNET")
     else:
         yield Finding(Level.OK, "discovery", reach)
-    prefixes = os.environ["AMENT_PREFIX_PATH"].split(os.pathsep)
-    index = Path("share/ament_index/resource_index/rmw_typesupport") / middleware
-    if any((Path(prefix) / index).exists() for prefix in prefixes):
+    if ros.is_installed(middleware):
         yield Finding(Level.OK, "middleware", middleware)
     else:
         fix = "Unset RMW_IMPLEMENTATION, or install it: sudo apt install ros-jazzy-" + middleware.replace("_", "-")
         yield Finding(Level.BROKEN, "middleware", f"{middleware} is not installed here", fix)
 
 
-def _nobody() -> Finding:
-    domain = os.environ.get("ROS_DOMAIN_ID") or "0"
+def _domain(graph: ros.Graph) -> str:
+    return os.environ.get("ROS_DOMAIN_ID") or "0" if graph.domain is None else str(graph.domain)
+
+
+def _nobody(graph: ros.Graph) -> Finding:
     fix = (
         "Switch the robot on; use its ROS_DOMAIN_ID; be in its network with multicast allowed; "
         "unset ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST when it is not on this machine (docs/ros2.md, network)."
     )
-    return Finding(Level.BROKEN, "graph", f"no other node is in domain {domain}", fix)
+    return Finding(Level.BROKEN, "graph", f"no other node is in domain {_domain(graph)}", fix)
 
 
-def _clock(node: "Node", *, simulated: bool, began_ns: int) -> Iterator[Finding]:
-    published = node.count_publishers("/clock") > 0
+def _clock(node: "Node", topic: str, *, simulated: bool, began_ns: int) -> Iterator[Finding]:
+    published = node.count_publishers(topic) > 0
     if simulated and not published:
         fix = "Start the simulator, or set driver.use_sim_time: false for a robot in the real world."
-        yield Finding(Level.BROKEN, "clock", "simulated time is declared, but nothing publishes /clock", fix)
+        yield Finding(Level.BROKEN, "clock", f"simulated time is declared, but nothing publishes {topic}", fix)
     elif simulated and node.get_clock().now().nanoseconds <= began_ns:
-        yield Finding(Level.BROKEN, "clock", "/clock stands still", "Unpause the simulator, or start it again.")
+        yield Finding(Level.BROKEN, "clock", f"{topic} stands still", "Unpause the simulator, or start it again.")
     elif simulated:
-        yield Finding(Level.OK, "clock", "simulated time, from /clock")
+        yield Finding(Level.OK, "clock", f"simulated time, from {topic}")
     elif published:
-        fix = "Set driver.use_sim_time: true for a simulated robot, or end what publishes /clock."
-        yield Finding(Level.WARNING, "clock", "/clock is published, but simulated time is not declared", fix)
+        fix = "Set driver.use_sim_time: true for a simulated robot, or end what publishes it."
+        yield Finding(Level.WARNING, "clock", f"{topic} is published, but simulated time is not declared", fix)
     else:
         yield Finding(Level.OK, "clock", "this machine's")
 
@@ -183,19 +184,27 @@ def _unreadable(channel: str, parts: Mapping[str, Topic], callback: callbacks.Ca
 def _devices(robot: Ros2Robot, streams: list[Stream]) -> Iterator[Finding]:
     """Say what the safety devices said last."""
     last = {stream.use.role: stream.last for stream in streams}
-    e_stop, dead_man, collision = last.get("e_stop"), last.get("dead_man"), last.get("collision")
-    if e_stop is not None and e_stop.data:
+    safety, dead_man = robot.settings.safety, last.get("dead_man")
+    e_stop, collision, charge = last.get("e_stop"), last.get("collision"), last.get("battery")
+    if e_stop is not None and safety.e_stop is not None and signals.says(safety.e_stop, e_stop):
         fix = "Release it before a run; a run that meets it pressed is stopped."
         yield Finding(Level.WARNING, "e-stop", "it is pressed", fix)
     elif e_stop is not None:
         yield Finding(Level.OK, "e-stop", "released")
-    switch = robot.settings.safety.dead_man
+    switch = safety.dead_man
     buttons = getattr(dead_man, "buttons", None)
     if switch is not None and buttons is not None and switch.button >= len(buttons):
         detail = f"button {switch.button} is declared, but the joystick has {len(buttons)}"
         fix = "Declare another button, counted from 0: ros2 topic echo shows which one changes when it is pressed."
         yield Finding(Level.BROKEN, "dead-man switch", detail, fix)
-    if collision is not None and collision.data:
+    if safety.battery is not None and charge is not None:
+        problem = battery.problem(safety.battery, charge)
+        fix = "Charge it before a run; a trial does not begin like this."
+        if problem is None:
+            yield Finding(Level.OK, "battery", battery.charge(safety.battery, charge))
+        else:
+            yield Finding(Level.WARNING, "battery", problem, fix)
+    if collision is not None and safety.collision is not None and signals.says(safety.collision, collision):
         yield Finding(Level.WARNING, "collision", "the robot touches something", "Free it, and reset its bumper.")
 
 

@@ -76,8 +76,13 @@ def uses(robot: Ros2Robot) -> Iterator[Use]:
     if safety.dead_man is not None:
         held = safety.dead_man
         yield Use("dead_man", Topic(ros_topic=held.ros_topic, ros_type=held.ros_type), rate_hz=1 / held.timeout_s)
+    if safety.take_over is not None:
+        hand = safety.take_over
+        yield Use("take_over", Topic(ros_topic=hand.ros_topic, ros_type=hand.ros_type), rate_hz=1 / hand.timeout_s)
     if safety.collision is not None:
         yield Use("collision", safety.collision, optional=True)
+    if safety.battery is not None:
+        yield Use("battery", safety.battery)
 
 
 def others(node: "Node", seconds: float) -> list[str]:

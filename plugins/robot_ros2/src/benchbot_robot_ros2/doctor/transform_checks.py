@@ -16,7 +16,7 @@ def check(robot: Ros2Robot, tree: TransformTree | None, *, published: bool) -> I
     """
     needed = isinstance(robot.settings.localisation, LocalisedByTransforms)
     if tree is None or not published:
-        missing = "nothing publishes /tf or /tf_static" if tree else "tf2_msgs is not installed"
+        missing = f"nothing publishes {' or '.join(robot.graph.transforms)}" if tree else "tf2_msgs is not installed"
         fix = (
             "Start robot_state_publisher with the robot's URDF."
             if tree
@@ -27,7 +27,7 @@ def check(robot: Ros2Robot, tree: TransformTree | None, *, published: bool) -> I
         else:
             yield Finding(Level.WARNING, "transforms", f"{missing}: mounts are used as declared, unchecked", fix)
         for name in _frames(robot):
-            if name not in robot.mounts:
+            if robot.names.frame(name) not in robot.mounts:
                 mend = f"Measure it, and add under frames: {name}: {{xyz: [x, y, z], rpy_deg: [roll, pitch, yaw]}}"
                 yield Finding(Level.BROKEN, f"frame {name}", "its mount is neither declared nor known from tf", mend)
         return
@@ -46,10 +46,12 @@ def mounted(robot: Ros2Robot, tree: TransformTree | None, name: str | None) -> P
 
 
 def _frames(robot: Ros2Robot) -> list[str]:
-    """Return the frames whose place on the robot must be known."""
-    camera = [robot.camera_frame] if robot.camera_frame is not None else []
-    names = dict.fromkeys([*robot.mounts, *robot.reported, *camera])
-    return [name for name in names if name not in (robot.base_frame, "initial_pose", "camera") or name in camera]
+    """Return the frames, as they are declared, whose place on the robot must be known."""
+    declared = {frame.removeprefix(robot.names.frame_prefix): None for frame in robot.mounts}
+    camera = robot.camera_frame and robot.camera_frame.removeprefix(robot.names.frame_prefix)
+    names = dict.fromkeys([*declared, *robot.reported, *([camera] if camera else [])])
+    base = robot.base_frame.removeprefix(robot.names.frame_prefix)
+    return [name for name in names if name not in (base, "initial_pose", "camera") or name == camera]
 
 
 def _localised(robot: Ros2Robot, tree: TransformTree) -> Finding:
@@ -62,10 +64,11 @@ def _localised(robot: Ros2Robot, tree: TransformTree) -> Finding:
 
 
 def _mount(robot: Ros2Robot, tree: TransformTree, name: str) -> Finding:
-    declared = robot.mounts.get(name)
+    frame = robot.names.frame(name)
+    declared = robot.mounts.get(frame)
     try:
-        measured = tree.lookup(robot.base_frame, name)
-        fixed = tree.newest_ns(robot.base_frame, name) is None
+        measured = tree.lookup(robot.base_frame, frame)
+        fixed = tree.newest_ns(robot.base_frame, frame) is None
     except TwoTreesError as error:
         fix = "Publish the transform between the two (robot_state_publisher, with the robot's whole URDF)."
         return Finding(Level.BROKEN, f"frame {name}", _sentence(error), fix)

@@ -18,6 +18,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from benchbot.plugin import BenchbotError
+from benchbot_robot_ros2 import calls
 from benchbot_robot_ros2.guard import messages, standby
 from benchbot_robot_ros2.guard.state import FIND_OUT, GuardState, Trip
 from benchbot_robot_ros2.guard.velocity import STOPPED_PERIOD_S, Change, GuardedVelocity, stopping
@@ -46,7 +47,7 @@ def main() -> None:
         if not isinstance(begin, messages.Begin):
             return
         name = "benchbot_guard" if begin.stands_by_for is None else "benchbot_guard_standby"
-        with running_node(name, use_sim_time=begin.use_sim_time) as node:
+        with running_node(name, use_sim_time=begin.use_sim_time, graph=begin.graph) as node:
             try:
                 velocity = _armed(node, begin, connection, ending)
             except BenchbotError as error:
@@ -62,9 +63,11 @@ def main() -> None:
             messages.tell(connection, messages.Armed())
             if begin.stands_by_for is None:
                 _guard(velocity, connection, peer, ending)
+                calls.after(node, begin.robot, begin.after)
             else:
                 other = standby.Other(peer, begin.stands_by_for, begin.safety.command_timeout_s * SILENCE_SHARE)
-                standby.watch(velocity, connection, other, ending)
+                if standby.watch(velocity, connection, other, ending):
+                    calls.after(node, begin.robot, begin.after)
 
 
 def _armed(
@@ -104,7 +107,7 @@ def _lacking(velocity: GuardedVelocity, begin: messages.Begin) -> BenchbotError 
 
 def _guard(velocity: GuardedVelocity, connection: socket.socket, peer: socket.socket, ending: threading.Event) -> None:
     """Publish until the driver's end, and the last zeros after it."""
-    told = False
+    told, hand = False, velocity.hand
     end: Trip | None = None
     watched = [connection, peer]
     try:
@@ -128,11 +131,16 @@ def _guard(velocity: GuardedVelocity, connection: socket.socket, peer: socket.so
             velocity.update(*(_change(message) for message in arrived if message is not None))
             if end is not None and velocity.moving:
                 velocity.update(stopping(end))
+            if velocity.hand != hand:
+                hand = velocity.hand
+                messages.tell(connection, messages.Hand(*hand))
             if velocity.trip is not None and not told:
                 told = True
                 messages.tell(connection, messages.Tripped(velocity.trip))
     finally:
         velocity.finish()
+        # The other one need not see to a robot that rests, while this one calls the services of the end.
+        messages.tell(peer, messages.Beat(moving=False))
 
 
 def _change(message: messages.ToGuard) -> Change:
@@ -143,6 +151,8 @@ def _change(message: messages.ToGuard) -> Change:
             return GuardState.attend
         case messages.Stop(trip):
             return stopping(trip)
+        case messages.Resume():
+            return lambda state, _now_s: state.resume()
         case messages.Begin():
             raise ValueError("a guard begins once")
 

@@ -28,7 +28,7 @@ def guard(
     robot: Annotated[str, typer.Option(metavar="ROBOT", help="The robot: benchbot list robots.")],
     source: Annotated[
         str, typer.Option("--in", metavar="TOPIC", help="Where BenchBot publishes velocities.")
-    ] = "/benchbot/cmd_vel",
+    ] = "benchbot/cmd_vel",
     target: Annotated[
         str | None,
         typer.Option("--out", metavar="TOPIC", help="Where the base listens. [default: as the robot declares]"),
@@ -53,7 +53,8 @@ def guard(
     from benchbot_robot_ros2.declaration import Ros2Robot
 
     ros2_robot = Ros2Robot.from_declaration(declaration)
-    target = target or ros2_robot.command.ros_topic
+    source = ros2_robot.names.resolved(source)
+    target = ros2_robot.command.ros_topic if target is None else ros2_robot.names.resolved(target)
     if source == target:
         raise BenchbotError(
             f"The guard would listen to itself: both topics are {source}.",
@@ -73,11 +74,11 @@ def _stand_between(robot: "Ros2Robot", motion: "MotionConfig", source: str, targ
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda *_: ended.set())
-    with running_node("benchbot_base_guard", use_sim_time=settings.use_sim_time) as node:
+    with running_node("benchbot_base_guard", use_sim_time=settings.use_sim_time, graph=robot.graph) as node:
         command = msgspec.structs.replace(robot.command, ros_topic=target)
-        velocity = GuardedVelocity(
-            node, command, robot.base_frame, settings.safety, motion, use_sim_time=settings.use_sim_time
-        )
+        # A person's take-over is the driver's to heed: it commands nothing then.
+        safety = msgspec.structs.replace(settings.safety, take_over=None)
+        velocity = GuardedVelocity(node, command, robot.base_frame, safety, motion, use_sim_time=settings.use_sim_time)
         deadline_s = time.monotonic() + settings.timing.wait_s
         while (problem := velocity.missing(robot.name, settings.timing.wait_s)) is not None:
             if ended.wait(PERIOD_S):

@@ -42,6 +42,7 @@ class Guard:
         self._begin = begin
         self._lock = threading.Lock()
         self._trip: Trip | None = None
+        self._hand = messages.Hand(held=False, yielded=False)
         self._closed = False
         self._over = threading.Event()
         theirs, standbys = messages.pair()
@@ -70,6 +71,8 @@ class Guard:
                 settings.use_sim_time,
                 motion,
                 settings.motion.ros_action if isinstance(settings.motion, MovedByNavigation) else None,
+                robot.graph,
+                settings.after,
             )
         )
         try:
@@ -84,6 +87,15 @@ class Guard:
     def tripped(self) -> str | None:
         """Why the robot was stopped for good, None when it was not."""
         return self._trip.why if self._trip is not None else None
+
+    @property
+    def hand(self) -> messages.Hand:
+        """Whether a person has taken the robot over."""
+        return self._hand
+
+    def resume(self) -> None:
+        """Ask for the robot back after a person has let go of it; `hand` says when it is."""
+        self._send(messages.Resume())
 
     @property
     def pid(self) -> int:
@@ -137,8 +149,9 @@ class Guard:
                 spawned.connection.shutdown(socket.SHUT_RDWR)
         if self._reader.is_alive() and self._reader is not threading.current_thread():
             self._reader.join()
+        patience_s = END_S + sum(call.timeout_s for call in self._begin.after)
         for spawned in (self._guard, self._standby):
-            _end(spawned)
+            _end(spawned, patience_s)
 
     def _send(self, message: messages.ToGuard, patience_s: float = 0.0) -> bool:
         """Send a message, within a time, and say whether the guard can get it."""
@@ -189,6 +202,8 @@ class Guard:
                 message = messages.receive_from_guard(connection)
                 if message is None:
                     watched.remove(connection)
+                elif isinstance(message, messages.Hand):
+                    self._hand = message
                 elif isinstance(message, messages.Tripped):
                     at_rest = True
                     self._tripped(message.trip)
@@ -252,13 +267,14 @@ def _spawn(begin: messages.Begin, peer: socket.socket) -> _Spawned:
     return _Spawned(process, ours, log)
 
 
-def _end(spawned: _Spawned) -> None:
-    """Wait for a guard to end, killing one that hangs, and let go of it."""
+def _end(spawned: _Spawned, patience_s: float = END_S) -> None:
+    """Wait for a guard to end, killing one that hangs, and let go of it; the run's log gets what it has said."""
     process, connection, log = spawned
     try:
-        process.wait(END_S)
+        process.wait(patience_s)
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()
     connection.close()
+    sys.stderr.write(os.pread(log.fileno(), MAX_LOG_BYTES, 0).decode(errors="replace"))
     log.close()

@@ -6,8 +6,9 @@ from contextlib import suppress
 import msgspec
 
 from benchbot.plugin import MotionConfig
-from benchbot_robot_ros2.declaration import Safety, Topic
+from benchbot_robot_ros2.declaration import Call, Safety, Topic
 from benchbot_robot_ros2.guard.state import Trip
+from benchbot_robot_ros2.ros import HERE, Graph
 
 MAX_MESSAGE_BYTES = 65536
 
@@ -16,8 +17,9 @@ class Begin(msgspec.Struct, tag="begin", frozen=True):
     """The first message to a guard: the robot to guard.
 
     `navigation` is the action by which something else may drive it; its goals are called off when the robot is stopped.
-    `stopped` when it is to be kept at rest from the beginning; `stands_by_for` is the process of the other
-    guard, of the one that publishes nothing for as long as that one does well.
+    `after` are the services that it calls when all is over, also when the driver was killed. `stopped` when it is to be
+    kept at rest from the beginning; `stands_by_for` is the process of the other guard, of the one that publishes
+    nothing for as long as that one does well.
     """
 
     robot: str
@@ -28,6 +30,8 @@ class Begin(msgspec.Struct, tag="begin", frozen=True):
     use_sim_time: bool
     motion: MotionConfig
     navigation: str | None = None
+    graph: Graph = HERE
+    after: tuple[Call, ...] = ()
     stopped: Trip | None = None
     stands_by_for: int | None = None
 
@@ -54,7 +58,11 @@ class Stop(msgspec.Struct, tag="stop", frozen=True):
     trip: Trip
 
 
-ToGuard = Begin | Command | Attend | Stop
+class Resume(msgspec.Struct, tag="resume", frozen=True):
+    """Heed commands again after a person had taken the robot over."""
+
+
+ToGuard = Begin | Command | Attend | Stop | Resume
 
 
 class Beat(msgspec.Struct, tag="beat", frozen=True):
@@ -81,7 +89,14 @@ class Tripped(msgspec.Struct, tag="tripped", frozen=True):
     trip: Trip
 
 
-FromGuard = Armed | Refused | Tripped
+class Hand(msgspec.Struct, tag="hand", frozen=True):
+    """A person holds the take-over switch or not; the robot is theirs (`yielded`) until the driver resumes."""
+
+    held: bool
+    yielded: bool
+
+
+FromGuard = Armed | Refused | Tripped | Hand
 
 _to_guard: msgspec.msgpack.Decoder[ToGuard] = msgspec.msgpack.Decoder(ToGuard)
 _beats: msgspec.msgpack.Decoder[Beat] = msgspec.msgpack.Decoder(Beat)

@@ -26,11 +26,11 @@ class Other:
     longest_silence_s: float
 
 
-def watch(velocity: GuardedVelocity, connection: socket.socket, other: Other, ending: threading.Event) -> None:
+def watch(velocity: GuardedVelocity, connection: socket.socket, other: Other, ending: threading.Event) -> bool:
     """Stop the robot when the other guard dies, or says nothing for too long, while it moves the robot.
 
-    One that is silent is killed first: it could wake up and publish a velocity. Returns when it ends with the robot at
-    rest, and after a stop at the driver's end.
+    One that is silent is killed first: it could wake up and publish a velocity. Returns False when it ends with the
+    robot at rest, and after a stop, at the driver's end, True.
     """
     watched, moving, heard_s = [connection, other.peer], False, time.monotonic()
     while not ending.is_set():
@@ -44,13 +44,14 @@ def watch(velocity: GuardedVelocity, connection: socket.socket, other: Other, en
         if None in beats:
             if moving:
                 _stop(velocity, connection, GUARD_DIED)
-            return
+            return moving
         if moving and time.monotonic() - heard_s > other.longest_silence_s:
             messages.tell(connection, messages.Tripped(GUARD_HUNG))
             with suppress(ProcessLookupError):
                 os.kill(other.pid, signal.SIGKILL)
             _stop(velocity, connection, GUARD_HUNG)
-            return
+            return True
+    return False
 
 
 def _stop(velocity: GuardedVelocity, connection: socket.socket, trip: Trip) -> None:

@@ -1,12 +1,14 @@
 """A robot's guarded velocity: the published commands, and the state of the robot's safety devices."""
 
+import math
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from benchbot.plugin import BenchbotError, FailureClass, MotionConfig
-from benchbot_robot_ros2.declaration import DeadMan, Safety, Topic
+from benchbot_robot_ros2.declaration import DeadMan, Safety, Signal, Topic
 from benchbot_robot_ros2.guard.state import GuardState, Trip
 from benchbot_robot_ros2.guard.topic import VelocityPublisher
 from benchbot_robot_ros2.ramp import REST
@@ -57,7 +59,10 @@ class GuardedVelocity:
         self._safety = safety
         self._calling_off = _calling_off(node, navigation)
         self._state = GuardState(
-            motion, safety.command_timeout_s, safety.dead_man.timeout_s if safety.dead_man is not None else None
+            motion,
+            safety.command_timeout_s,
+            safety.dead_man.timeout_s if safety.dead_man is not None else None,
+            safety.take_over.timeout_s if safety.take_over is not None else math.inf,
         )
         # A device's callback may stop the robot while the main thread is about to publish another velocity.
         self._lock = threading.Lock()
@@ -74,12 +79,17 @@ class GuardedVelocity:
         """True while the robot is commanded to move, or still brakes."""
         return self._state.moving
 
+    @property
+    def hand(self) -> tuple[bool, bool]:
+        """Whether a person holds the take-over switch, and whether the robot is left to them."""
+        return self._state.held, self._state.yielded
+
     def now_s(self) -> float:
         """Return the robot's time in seconds: simulated, or this computer's monotonic clock, which cannot be set."""
         return self._node.get_clock().now().nanoseconds / 1e9 if self.use_sim_time else time.monotonic()
 
     def listen_to_devices(self) -> None:
-        """Subscribe to the declared e-stop, whose publisher must be there, and dead-man switch."""
+        """Subscribe to the declared devices; e-stop and take-over switch must have publishers."""
         from rclpy.qos import qos_profile_sensor_data
 
         if self._safety.e_stop is not None:
@@ -89,24 +99,27 @@ class GuardedVelocity:
             self._node.create_subscription(
                 _switch_type(switch), switch.ros_topic, self._on_dead_man, qos_profile_sensor_data
             )
+        if self._safety.take_over is not None:
+            switch = self._safety.take_over
+            self._node.create_subscription(
+                _switch_type(switch), switch.ros_topic, self._on_take_over, qos_profile_sensor_data
+            )
 
-    def _subscribe_e_stop(self, topic: Topic) -> None:
-        from std_msgs.msg import Bool
-
+    def _subscribe_e_stop(self, signal: Signal) -> None:
+        from benchbot_robot_ros2.messages import message_type
         from benchbot_robot_ros2.qos import mismatch, profile_for, wrong_type
 
-        profile = profile_for(self._node, topic)
-        problem = wrong_type(self._node, topic) or mismatch(self._node, topic, profile)
-        if topic.ros_type != "std_msgs/msg/Bool":
-            problem = f"it must be std_msgs/msg/Bool, true when the button is pressed, not {topic.ros_type}"
+        profile = profile_for(self._node, signal)
+        problem = wrong_type(self._node, signal) or mismatch(self._node, signal, profile)
         if problem:
             raise BenchbotError(
-                f"The emergency stop {topic.ros_topic} cannot be heard.",
+                f"The emergency stop {signal.ros_topic} cannot be heard.",
                 f"The robot would not stop when it is pressed: {problem}.",
                 "Mend driver.safety.e_stop in the robot's declaration, or what publishes it.",
                 failure=FailureClass.PLATFORM,
             )
-        self._node.create_subscription(Bool, topic.ros_topic, self._on_e_stop, profile)
+        kind = message_type(signal.ros_type)
+        self._node.create_subscription(kind, signal.ros_topic, partial(self._on_e_stop, signal), profile)
 
     def missing(self, robot: str, waited_s: float) -> BenchbotError | None:
         """Return the error for what a robot needs before it may move, and lacks: a base, a clock, its e-stop."""
@@ -119,18 +132,27 @@ class GuardedVelocity:
                 "Start the simulator, or write use_sim_time: false for a robot that is not simulated.",
                 failure=FailureClass.PLATFORM,
             )
-        if not self._has_e_stop:
+        if (device := self._absent) is not None:
+            name, key = device
             return BenchbotError(
-                f"The robot '{robot}' has no emergency stop.",
+                f"The robot '{robot}' has no {name}.",
                 f"Its declaration names one, but in {waited_s:g} s nobody published on its topic.",
-                "Start its node, or mend driver.safety.e_stop in the robot's declaration.",
+                f"Start its node, or mend driver.safety.{key} in the robot's declaration.",
                 failure=FailureClass.PLATFORM,
             )
         return None
 
     @property
-    def _has_e_stop(self) -> bool:
-        return self._safety.e_stop is None or self._node.count_publishers(self._safety.e_stop.ros_topic) > 0
+    def _absent(self) -> tuple[str, str] | None:
+        """A declared device that nobody publishes: its name, and its key in the declaration."""
+        safety = self._safety
+        for topic, name, key in (
+            (safety.e_stop, "emergency stop", "e_stop"),
+            (safety.take_over, "take-over switch", "take_over"),
+        ):
+            if topic is not None and self._node.count_publishers(topic.ros_topic) == 0:
+                return name, key
+        return None
 
     def update(self, *changes: Change) -> None:
         """Pass new events to the state machine, and publish its velocity; it is called at least every 20 ms."""
@@ -182,18 +204,25 @@ class GuardedVelocity:
             )
         if self._state.moving and wall_s - self._looked_wall_s > GRAPH_PERIOD_S:
             self._looked_wall_s = wall_s
-            if not self._has_e_stop:
+            if (device := self._absent) is not None:
                 self._state.stop(
-                    "The emergency stop is gone: nobody publishes it any more.",
+                    f"The {device[0]} is gone: nobody publishes it any more.",
                     "See that its node runs and is in reach, then start the run again.",
                 )
 
-    def _on_e_stop(self, message: Any) -> None:
-        self._from_device(lambda state, _: state.e_stop(pressed=bool(message.data)))
+    def _on_e_stop(self, signal: Signal, message: Any) -> None:
+        from benchbot_robot_ros2.signals import says
+
+        pressed = says(signal, message)
+        self._from_device(lambda state, _: state.e_stop(pressed=pressed))
 
     def _on_dead_man(self, message: Any) -> None:
         held = _held(message, self._safety.dead_man)
         self._from_device(lambda state, now_s: state.dead_man(held=held, now_s=now_s))
+
+    def _on_take_over(self, message: Any) -> None:
+        held = _held(message, self._safety.take_over)
+        self._from_device(lambda state, now_s: state.take_over(held=held, now_s=now_s))
 
     def _from_device(self, change: Change) -> None:
         with self._lock:
