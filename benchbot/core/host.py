@@ -7,7 +7,7 @@ from typing import Protocol, cast
 from benchbot.core.channels import Observations
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, Outcome, execute
-from benchbot.core.platform import Platform, Scene
+from benchbot.core.platform import Attended, Platform, Scene
 from benchbot.core.track import DrivenPath, TrackedPlatform
 
 
@@ -51,6 +51,11 @@ class InProcessHost:
         self._scenes = scenes
         self._motion = motion
         self._tracked = TrackedPlatform(platform)
+
+    @property
+    def heartbeat_timeout_s(self) -> float | None:
+        """The longest silence of the supervisor in which the robot may move; None for a platform that needs none."""
+        return self._platform.heartbeat_timeout_s if isinstance(self._platform, Attended) else None
 
     def change_scenes(self, scenes: Sequence[Scene]) -> None:
         """Use other scenes from the next `load` on."""

@@ -5,28 +5,28 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from benchbot.core import results
+from benchbot.core import plugin_manager, results
 from benchbot.core.declarations import formats
 from benchbot.core.digest import BackgroundDigest
-from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.core.host import Host
 from benchbot.core.progress import Progress, Step
 from benchbot.core.provenance import timings
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
-from benchbot.supervisor import RefusedError, description
+from benchbot.supervisor import Caller, RefusedError, description, ended, vigil
 from benchbot.supervisor.events import Events
-from benchbot.supervisor.gate import Gate
+from benchbot.supervisor.gate import Gate, busy
 from benchbot.supervisor.observation_tap import ObservationTap
 from benchbot.supervisor.platform import borrowed
 from benchbot.supervisor.platform.host import ChildHost, Operator
 from benchbot.supervisor.recording.host import Recordings
+from benchbot.wire import joining
 
 ACTION_WAIT_S = 150.0
 RELEASE_WAIT_S = 30.0
@@ -40,17 +40,6 @@ T = TypeVar("T")
 log = logging.getLogger("benchbot.supervisor")
 
 
-@dataclass(eq=False)
-class Caller:
-    """The client of one request, who waits for the answer until it has disconnected and is `gone`.
-
-    Requests of one `solution` have the same token; those of clients that need none have an empty one.
-    """
-
-    solution: str = ""
-    gone: bool = False
-
-
 class Run:
     """A session behind a lock. Methods block: call them in worker threads. `describe` and `progress` never wait.
 
@@ -61,8 +50,17 @@ class Run:
     has been sent; otherwise the next request that uses the session does so first.
     """
 
-    def __init__(self, selection: Selection, start_host: Callable[[], Host], result_path: Path) -> None:
+    def __init__(
+        self,
+        selection: Selection,
+        start_host: Callable[[], Host],
+        result_path: Path,
+        starter: int | None = None,
+    ) -> None:
         self.selection = selection
+        self._starter = starter
+        """The process without which this one has no business: that which has started it and its solution."""
+        self._real = selection.robot.data["type"] in plugin_manager.load().pool("robot_drivers")
         self.events = Events()
         self.gate = Gate()
         self.observation_tap = ObservationTap()
@@ -325,18 +323,25 @@ class Run:
     def _moving(self, wait_s: float = 0.0, caller: Caller | None = None, *, moves: bool = True) -> Iterator[None]:
         """Pass the gate and use the robot."""
         passing = self.gate.passing(lambda: caller is not None and caller.gone, moves=moves)
-        with passing, self._exclusively(wait_s, caller):
+        watching = vigil.repeated(self._look_for_frozen) if self._real and moves else nullcontext()
+        with passing, self._exclusively(wait_s, caller), watching:
             yield
+
+    def _look_for_frozen(self) -> None:
+        """Stop a real robot, for good, when somebody is frozen who would have to stop it; not while it waits."""
+        if self.progress.waiting_for is not None or self.progress.failure is not None:
+            return
+        asks = self._caller.process if self._caller is not None else None
+        found = vigil.frozen(self._starter, joining.lease_of(self.result_path.parent), asks)
+        if found is not None:
+            log.warning("%s", found.why)
+            self.session.fail(*found)
+            self.session.halt(found.why)
 
     @contextmanager
     def _exclusively(self, wait_s: float = 0.0, caller: Caller | None = None) -> Iterator[None]:
         if not self._lock.acquire(timeout=wait_s):
-            raise RefusedError(
-                409,
-                "The robot is busy.",
-                "Another request is using the session, and there is one robot.",
-                "Wait for the answer to the request before, then send this one again.",
-            )
+            raise busy("Another request is using the session, and there is one robot.")
         try:
             self.follow_up()
             if self.stop_asked.is_set():
@@ -387,14 +392,3 @@ class Run:
     def _step_document(self, step: Step) -> dict[str, Any]:
         state = description.state_document(self.session)
         return {"observations": step.observations, "outcome": step.outcome, **state}
-
-
-def ended() -> BenchbotError:
-    """Return the error of a request that arrives when the run is over."""
-    return BenchbotError(
-        "The run has ended.",
-        "The supervisor is shutting down.",
-        "Start another run: benchbot run …",
-        exit_code=ExitCode.INTERNAL,
-        failure=FailureClass.INFRASTRUCTURE,
-    )

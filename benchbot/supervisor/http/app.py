@@ -21,14 +21,14 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 import benchbot
 from benchbot.core import plugin_manager
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.supervisor import RefusedError
+from benchbot.supervisor import Caller, RefusedError
 from benchbot.supervisor.events import stream
 from benchbot.supervisor.http import bodies
 from benchbot.supervisor.http.access import OPERATOR, Access, Endpoint, check_head, check_share
 from benchbot.supervisor.http.server import in_thread, while_connected
 from benchbot.supervisor.platform import borrowed
 from benchbot.supervisor.recording.host import Recordings
-from benchbot.supervisor.run import Caller, Run
+from benchbot.supervisor.run import Run
 from benchbot.wire import encoding
 
 NOT_THE_SOLUTIONS = (FailureClass.PLATFORM, FailureClass.INFRASTRUCTURE)

@@ -6,7 +6,7 @@ import socket
 import subprocess
 import threading
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import NoneType
@@ -21,7 +21,8 @@ from benchbot.core.geometry import Pose
 from benchbot.core.host import Status
 from benchbot.core.motion import Outcome
 from benchbot.core.selection import Selection
-from benchbot.process import how_it_ended, last_words, start_module
+from benchbot.process import how_it_ended, is_stopped, last_words, start_module
+from benchbot.supervisor import vigil
 from benchbot.supervisor.platform import borrowed, messages
 from benchbot.wire import arena
 
@@ -29,6 +30,7 @@ CLOSE_TIMEOUT_S = 3.0
 
 T = TypeVar("T")
 
+_ALIVE = messages.encode(messages.Alive())
 _NOTHING = messages.decoder(NoneType)
 _STATUS = messages.decoder(Status)
 _OUTCOME = messages.decoder(tuple[Outcome, Status])
@@ -128,7 +130,7 @@ class ChildHost:
             options=dict(options or {}),
             can_ask=operator is not None,
         )
-        self._looked = False
+        self._looked = self._froze = False
 
     @property
     def pid(self) -> int:
@@ -157,12 +159,14 @@ class ChildHost:
             self._call(self._start, _NOTHING, self._timeouts.load_s)
             self._start = None
         self._looked = False
-        return self._call(messages.Load(scene_index, str(seed)), _STATUS, self._timeouts.load_s)
+        with self._attended():
+            return self._call(messages.Load(scene_index, str(seed)), _STATUS, self._timeouts.load_s)
 
     def act(self, action: str, arguments: Mapping[str, float], goal: Pose | None) -> tuple[Outcome, Status]:
         """Execute one action to its end."""
         request = messages.Act(action, dict(arguments), goal)
-        return self._call(request, _OUTCOME, self._timeouts.call_s)
+        with self._attended():
+            return self._call(request, _OUTCOME, self._timeouts.call_s)
 
     def observe(self, channels: Iterable[str]) -> Observations:
         """Return the asked channels, all of one instant."""
@@ -195,6 +199,23 @@ class ChildHost:
                 os.close(self._lifeline)
                 os.close(self._arena_handle)
                 self._arena_handle = -1
+
+    def _attended(self) -> AbstractContextManager[None]:
+        """Give a real robot's driver signs of life, and end one that is frozen: its guard then stops the robot."""
+        return vigil.repeated(self._attend) if self._real else nullcontext()
+
+    def _attend(self) -> None:
+        if is_stopped(self.pid):
+            self._froze = True
+            self._kill()
+        # It comes again in a moment: it does not wait for another message, nor for a driver that reads none.
+        elif self._sending.acquire(blocking=False):
+            try:
+                self._socket.send(messages.framed(_ALIVE), socket.MSG_DONTWAIT)
+            except OSError:
+                pass
+            finally:
+                self._sending.release()
 
     def _call(self, request: messages.Request, decoder: messages.Decoder[T], timeout_s: float) -> T:
         with self._busy:
@@ -254,7 +275,7 @@ class ChildHost:
         except subprocess.TimeoutExpired:
             self._kill()
             code = self._process.returncode
-        return self._error("died", f"Its process {how_it_ended(code)}.")
+        return self._error("died", f"Its process {vigil.FROZEN if self._froze else how_it_ended(code)}.")
 
     def _error(self, what: str, why: str) -> BenchbotError:
         # Lines of an earlier child in the same log are not this one's last words.
