@@ -31,7 +31,7 @@ from benchbot.wire import joining
 ACTION_WAIT_S = 150.0
 RELEASE_WAIT_S = 30.0
 DRIVE_WAIT_S = 10.0
-STOPPED = "The run was stopped by its user (benchbot stop)."
+STOPPED = "The run was stopped by its user"
 STOPPED_BY_SOLUTION = "The solution stopped its run (/api/v1/stop)."
 HUNG_UP = "The solution hung up while the robot was moving."
 
@@ -241,8 +241,10 @@ class Run:
             )
         return request
 
-    def stop(self, *, by_solution: bool = False) -> None:
+    def stop(self, by: str = "", *, by_solution: bool = False) -> None:
         """End the run at a client's request: the emergency stop, also in the middle of another client's action.
+
+        The result says `by` what. A real robot is halted at once, and what drives it called off.
 
         A solution that stops its own run has failed: otherwise it could have an episode that goes badly tried again.
         """
@@ -252,7 +254,10 @@ class Run:
         if by_solution:
             self.session.fail(FailureClass.AGENT, STOPPED_BY_SOLUTION)
         elif under_way:
-            self.session.fail(FailureClass.PLATFORM, STOPPED)
+            why = f"{STOPPED} ({by})." if by else f"{STOPPED}."
+            self.session.fail(FailureClass.PLATFORM, why)
+            self.stop_asked.set()
+            self.session.halt(why)
         self.close()
 
     def close(self) -> None:

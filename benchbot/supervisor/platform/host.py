@@ -27,6 +27,8 @@ from benchbot.supervisor.platform import borrowed, messages
 from benchbot.wire import arena
 
 CLOSE_TIMEOUT_S = 3.0
+CALL_OFF_S = 4.0
+"""The time to call off what drives a halted robot, such as Nav2; then its driver is killed."""
 
 T = TypeVar("T")
 
@@ -180,9 +182,14 @@ class ChildHost:
         self._send_control(messages.Halt(why))
 
     def close(self) -> None:
-        """End the child: politely when it is idle, at once when it is busy. Safe to call twice."""
+        """End the child: politely when it is idle, at once when it is busy. Safe to call twice.
+
+        With a real robot what is under way is called off first, since others may drive it: Nav2, to its start.
+        """
         if self._process.returncode is None:
-            if self._busy.acquire(blocking=False):
+            if self._real:
+                self.halt("The run has ended.")
+            if self._busy.acquire(timeout=CALL_OFF_S if self._real else 0.0):
                 try:
                     self._send(messages.Close())
                     messages.receive(self._socket, CLOSE_TIMEOUT_S)
