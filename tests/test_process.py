@@ -20,7 +20,7 @@ def test_a_process_that_a_signal_has_stopped_is_found_among_those_that_another_o
         os.kill(sleeper, signal.SIGSTOP)
         assert eventually(lambda: [pid for pid in tree(shell.pid) if is_stopped(pid)] == [sleeper])
     finally:
-        for pid in tree(shell.pid):
+        for pid in [*tree(shell.pid)]:
             os.kill(pid, signal.SIGKILL)
         shell.communicate()
     assert list(tree(os.getpid())) == []

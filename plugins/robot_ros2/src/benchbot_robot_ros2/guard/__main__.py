@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from benchbot.plugin import BenchbotError
 from benchbot_robot_ros2.guard import messages, standby
+from benchbot_robot_ros2.guard.peer import Peer
 from benchbot_robot_ros2.guard.state import FIND_OUT, GuardState, Trip
 from benchbot_robot_ros2.guard.velocity import STOPPED_PERIOD_S, Change, GuardedVelocity, stopping
 from benchbot_robot_ros2.ramp import Velocity
@@ -33,6 +34,7 @@ SILENCE_SHARE = 2 / 3
 
 DRIVER_ENDED = Trip("The robot's driver ended while the robot moved.", FIND_OUT)
 STANDBY_DIED = Trip("The guard that stands by died.", FIND_OUT)
+STANDBY_HUNG = Trip("The guard that stands by hung.", FIND_OUT)
 ENDED_BY_SIGNAL = Trip("The guard process was asked to end while the robot moved.", FIND_OUT)
 
 
@@ -58,13 +60,13 @@ def main() -> None:
             gc.collect()
             gc.freeze()
             connection.setblocking(False)
-            peer.setblocking(False)
             messages.tell(connection, messages.Armed())
+            timeout_s = begin.safety.command_timeout_s
             if begin.stands_by_for is None:
-                _guard(velocity, connection, peer, ending)
+                _guard(velocity, connection, Peer(peer, timeout_s), ending)
             else:
-                other = standby.Other(peer, begin.stands_by_for, begin.safety.command_timeout_s * SILENCE_SHARE)
-                standby.watch(velocity, connection, other, ending)
+                other = Peer(peer, timeout_s * SILENCE_SHARE)
+                standby.watch(velocity, connection, other, begin.stands_by_for, ending)
 
 
 def _armed(
@@ -96,26 +98,29 @@ def _lacking(velocity: GuardedVelocity, begin: messages.Begin) -> BenchbotError 
     return None if enough else velocity.missing(begin.robot, begin.wait_s)
 
 
-def _guard(velocity: GuardedVelocity, connection: socket.socket, peer: socket.socket, ending: threading.Event) -> None:
+def _guard(velocity: GuardedVelocity, connection: socket.socket, other: Peer, ending: threading.Event) -> None:
     """Publish until the driver's end, and the last zeros after it."""
     told = False
     end: Trip | None = None
-    watched = [connection, peer]
+    watched = [connection, other.connection]
     try:
         while end is None:
-            ready, _, _ = select.select(watched, [], [], ARMED_PERIOD_S if velocity.trip is None else STOPPED_PERIOD_S)
+            select.select(watched, [], [], ARMED_PERIOD_S if velocity.trip is None else STOPPED_PERIOD_S)
             arrived = list(_arrived(connection))
             if None in arrived:
                 end = DRIVER_ENDED
             elif ending.is_set():
                 end = ENDED_BY_SIGNAL
-            if peer in ready:
-                # It says nothing: this is its end. It outlives this process where all is well.
+            other.listen()
+            if other.ended:
+                # It outlives this process where all is well.
                 watched = [connection]
                 velocity.update(stopping(STANDBY_DIED))
+            elif velocity.moving and other.hangs:
+                velocity.update(stopping(STANDBY_HUNG))
             # Said before it is done, so that a death in between is that of a guard that moves the robot.
             commanded = any(isinstance(message, messages.Command) and message.moves for message in arrived)
-            messages.tell(peer, messages.Beat(velocity.moving or commanded))
+            other.tell(moving=velocity.moving or commanded)
             velocity.update(*(_change(message) for message in arrived if message is not None))
             if end is not None and velocity.moving:
                 velocity.update(stopping(end))
