@@ -49,6 +49,7 @@ DEFAULTS: dict[str, Any] = {
     "motion_pace": None,  # from the first velocity command on; its own clock is what is looked at then
     "amcl": False,  # publishes where it is on /amcl_pose, ten times a second
     "transforms": False,  # publishes on /tf where "odom" is in "map", and "base_link" in "odom"
+    "depth": False,  # publishes on /depth what is far away
     "untold": [],  # frames whose transform does not come any more
     "place_off_m": 0.0,  # how far localisation is wrong
     "strike": None,  # what the robot does `beyond_m` of its way: {"kill": [signal, pid, …]}, {"run": […]}, {"set": {…}}
@@ -60,6 +61,7 @@ TOPICS = {
     "/truth": Odometry,
     "/scan": LaserScan,
     "/image": Image,
+    "/depth": Image,
     "/camera_info": CameraInfo,
     "/collision": Bool,
     "/e_stop": Bool,
@@ -68,7 +70,9 @@ TOPICS = {
     "/tf": TFMessage,
     "/amcl_pose": PoseWithCovarianceStamped,
 }
-FRAMES = {"/odom": "odom", "/truth": "map", "/scan": "lidar", "/image": "camera", "/camera_info": "camera"}
+FAR = np.full(48, 20.0, np.float32).tobytes()
+CAMERA = dict.fromkeys(("/image", "/depth", "/camera_info"), "camera")
+FRAMES = {"/odom": "odom", "/truth": "map", "/scan": "lidar", **CAMERA}
 
 
 class Robot:
@@ -93,7 +97,7 @@ class Robot:
 
     def _publisher(self, topic: str, kind: Any) -> Any:
         unpublished = {"/clock": not self.options["simulated"], "/tf": not self.options["transforms"]}
-        unpublished["/amcl_pose"] = not self.options["amcl"]
+        unpublished |= {"/amcl_pose": not self.options["amcl"], "/depth": not self.options["depth"]}
         if topic in self.options["absent"] or unpublished.get(topic):
             return None
         if topic == "/image" and self.options["compressed"]:
@@ -167,6 +171,7 @@ class Robot:
             self.send("/amcl_pose", PoseWithCovarianceStamped(header=truth.header, pose=truth.pose))
             self.send("/scan", self.scan())
             self.send("/image", self.image())
+            self.send("/depth", self.headed(Image(height=6, width=8, encoding="32FC1", step=32, data=FAR), "/depth"))
             info = CameraInfo(width=8, height=6, k=[4.0, 0, 3.5, 0, 4.0, 2.5, 0, 0, 1.0])
             info.p = [4.0, 0, 3.5, 0, 0, 4.0, 2.5, 0, 0, 0, 1.0, 0]
             self.send("/camera_info", self.headed(info, "/camera_info"))
