@@ -38,20 +38,20 @@ NEVER_S = 4.0
 FREE = {"wall_x_m": 30.0, "transforms": True, "depth": True, "silent": [], "untold": [], "place_off_m": 0.0}
 WELL = FREE | {"held": True}
 BOOL = "std_msgs/msg/Bool"
+DEVICES = {
+    "e_stop": {"ros_topic": "/button", "ros_type": BOOL},
+    "dead_man": {"ros_topic": "/dead_man", "ros_type": BOOL},
+}
 STATE = "BENCHBOT_STATE_DIR"
 BARS = "▁▂▃▄▅▆▇█"
 
 
-def robot_declaration() -> dict[str, Any]:
-    """Return a robot with all safety devices, and the time-outs that a declaration has by default."""
+def robot_declaration(*, devices: bool) -> dict[str, Any]:
+    """Return a robot, with all safety devices or none, and the time-outs that a declaration has by default."""
     info = {"connection": "ros_to_api", "ros_topic": "/camera_info", "ros_type": "sensor_msgs/msg/CameraInfo"}
     robot = declaration(
         localisation={"by": "tf"},
-        safety={
-            "e_stop": {"ros_topic": "/button", "ros_type": BOOL},
-            "dead_man": {"ros_topic": "/dead_man", "ros_type": BOOL},
-            "obstacles": ["laser", "image_depth"],
-        },
+        safety={"obstacles": ["laser", "image_depth"], **(DEVICES if devices else {})},
         timing={},
     )
     robot["limits"] |= {"linear_mps": [-SPEED_MPS, SPEED_MPS]}
@@ -64,7 +64,7 @@ def robot_declaration() -> dict[str, Any]:
 
 def be_a_driver() -> None:
     """Drive ahead, as told by a line on stdin, until something stops it; then wait for stdin's end."""
-    robot = robot_declaration()
+    robot = robot_declaration(devices=True)
     with driver(robot, Path()) as platform:
         platform.load(scene(), 0)
         guard = platform._here().guard
@@ -262,7 +262,7 @@ def submitted(recorder: Recorder, robot: Unicycle) -> Iterator[Trial]:
         home, site = Path(folder), Path(folder, "site")
         site.mkdir()
         robot_files = plugin_files()
-        robot_files["robots/unicycle.yaml"] = json.dumps(robot_declaration() | {"runs_in": ["real"]})
+        robot_files["robots/unicycle.yaml"] = json.dumps(robot_declaration(devices=False) | {"runs_in": ["real"]})
         PluginFactory(site).make("benchbot-hall", PLUGIN, robot_files)
         variables = {
             **os.environ,
