@@ -32,7 +32,7 @@ from plugins.robot_ros2.tests.unicycle import Unicycle, act, declaration, driver
 from tests.command_line import CommandLine
 from tests.plugin_factory import PluginFactory
 
-SPEED_MPS, TRIALS, PATIENCE_S, REST_S, MOST_NOT_DRIVEN = 0.4, 20, 20.0, 0.3, 20
+SPEED_MPS, TRIALS, PATIENCE_S, REST_S, MOST_NOT_DRIVEN = 0.4, 20, 20.0, 0.2, 20
 NEVER_S = 4.0
 """A robot that still drives so long after an event is not stopped by it."""
 FREE = {"wall_x_m": 30.0, "transforms": True, "depth": True, "silent": [], "untold": [], "place_off_m": 0.0}
@@ -54,7 +54,7 @@ def robot_declaration(*, devices: bool) -> dict[str, Any]:
         safety={"obstacles": ["laser", "image_depth"], **(DEVICES if devices else {})},
         timing={},
     )
-    robot["limits"] |= {"linear_mps": [-SPEED_MPS, SPEED_MPS]}
+    robot["limits"] |= {"linear_mps": [-SPEED_MPS, SPEED_MPS], "linear_acceleration_mps2": 2.0}
     robot["connections"] |= {
         "image_depth": {"connection": "ros_to_api", "ros_topic": "/depth", "ros_type": "sensor_msgs/msg/Image"},
         "image_depth_info": info,
@@ -208,7 +208,7 @@ def measure(event: Event, trial: Trial) -> Measured:
     """Let a robot drive, strike at any moment, and return how it stopped."""
     recorder = trial.recorder
     until(lambda: recorder.speed_mps > 0.99 * SPEED_MPS, trial.said)
-    time.sleep(random.uniform(0.1, 0.3))
+    time.sleep(random.uniform(0.05, 0.15))
     struck_s = time.monotonic()
     event.strike(trial)
     while time.monotonic() < struck_s + NEVER_S:

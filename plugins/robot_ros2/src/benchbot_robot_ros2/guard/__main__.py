@@ -6,6 +6,7 @@ joined to it by the socket PEER_FD, stands by: see `guard.standby`.
 """
 
 import gc
+import os
 import select
 import signal
 import socket
@@ -18,6 +19,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from benchbot.plugin import BenchbotError
+from benchbot.process import is_stopped
 from benchbot_robot_ros2.guard import messages, standby
 from benchbot_robot_ros2.guard.peer import Peer
 from benchbot_robot_ros2.guard.state import FIND_OUT, GuardState, Trip
@@ -29,10 +31,11 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
 ARMED_PERIOD_S = 0.02
-# A guard hangs when it gives no sign of life for this share of the time that a command holds: 0.1 of 0.15 s.
-SILENCE_SHARE = 2 / 3
+# Without the one that stands by the robot is still guarded, so that a busy machine has more time.
+STANDBY_SILENCE_S = 1.0
 
 DRIVER_ENDED = Trip("The robot's driver ended while the robot moved.", FIND_OUT)
+DRIVER_FROZEN = Trip("The robot's driver was frozen (SIGSTOP, or Ctrl-Z) while the robot moved.", FIND_OUT)
 STANDBY_DIED = Trip("The guard that stands by died.", FIND_OUT)
 STANDBY_HUNG = Trip("The guard that stands by hung.", FIND_OUT)
 ENDED_BY_SIGNAL = Trip("The guard process was asked to end while the robot moved.", FIND_OUT)
@@ -61,11 +64,10 @@ def main() -> None:
             gc.freeze()
             connection.setblocking(False)
             messages.tell(connection, messages.Armed())
-            timeout_s = begin.safety.command_timeout_s
             if begin.stands_by_for is None:
-                _guard(velocity, connection, Peer(peer, timeout_s), ending)
+                _guard(velocity, connection, Peer(peer, STANDBY_SILENCE_S), ending)
             else:
-                other = Peer(peer, timeout_s * SILENCE_SHARE)
+                other = Peer(peer, begin.safety.command_timeout_s)
                 standby.watch(velocity, connection, other, begin.stands_by_for, ending)
 
 
@@ -100,7 +102,7 @@ def _lacking(velocity: GuardedVelocity, begin: messages.Begin) -> BenchbotError 
 
 def _guard(velocity: GuardedVelocity, connection: socket.socket, other: Peer, ending: threading.Event) -> None:
     """Publish until the driver's end, and the last zeros after it."""
-    told = False
+    driver, told = os.getppid(), False
     end: Trip | None = None
     watched = [connection, other.connection]
     try:
@@ -118,6 +120,8 @@ def _guard(velocity: GuardedVelocity, connection: socket.socket, other: Peer, en
                 velocity.update(stopping(STANDBY_DIED))
             elif velocity.moving and other.hangs:
                 velocity.update(stopping(STANDBY_HUNG))
+            if velocity.moving and is_stopped(driver):
+                velocity.update(stopping(DRIVER_FROZEN))
             # Said before it is done, so that a death in between is that of a guard that moves the robot.
             commanded = any(isinstance(message, messages.Command) and message.moves for message in arrived)
             other.tell(moving=velocity.moving or commanded)

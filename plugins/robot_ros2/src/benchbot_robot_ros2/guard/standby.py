@@ -12,6 +12,7 @@ from benchbot_robot_ros2.guard.peer import Peer
 from benchbot_robot_ros2.guard.state import FIND_OUT, Trip
 from benchbot_robot_ros2.guard.velocity import STOPPED_PERIOD_S, GuardedVelocity, stopping
 
+WATCH_PERIOD_S = 0.02
 GUARD_DIED = Trip("The guard process died.", FIND_OUT)
 GUARD_HUNG = Trip("The guard process hung.", FIND_OUT)
 
@@ -24,7 +25,7 @@ def watch(velocity: GuardedVelocity, connection: socket.socket, other: Peer, pid
     """
     watched = [connection, other.connection]
     while not ending.is_set():
-        ready, _, _ = select.select(watched, [], [], other.longest_silence_s / 4)
+        ready, _, _ = select.select(watched, [], [], WATCH_PERIOD_S)
         if connection in ready and not _is_there(connection):
             watched = [other.connection]  # the other guard sees to the driver's end
         if other.listen():
