@@ -1,10 +1,12 @@
-"""Child processes: starting a module of ours, what one printed last, and how it ended."""
+"""Processes: starting a module of ours, what one printed last, how it ended, and whether a signal has stopped it."""
 
 import os
 import signal
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
 from typing import IO
 
 QUOTED_LINES = 15
@@ -54,6 +56,25 @@ def last_words(log: IO[bytes], start: int = 0) -> str:
     log.seek(max(start, size - QUOTED_BYTES))
     lines = log.read().decode("utf-8", "replace").strip().splitlines()
     return "\n".join(["Its last words:", *lines[-QUOTED_LINES:]]) if lines else "It left no last words."
+
+
+def is_stopped(pid: int) -> bool:
+    """Return whether SIGSTOP, or Ctrl-Z in its terminal, has stopped a process; False without /proc."""
+    with suppress(OSError):
+        # The name of the program, in brackets, may hold anything.
+        return Path(f"/proc/{pid}/stat").read_text("utf-8", "replace").rpartition(")")[2].split()[0] == "T"
+    return False
+
+
+def tree(pid: int) -> Iterator[int]:
+    """Yield a process and all that it has started, but for this process and what it has started; as /proc tells."""
+    if pid == os.getpid():
+        return
+    yield pid
+    with suppress(OSError):  # it has ended meanwhile
+        for thread in os.scandir(f"/proc/{pid}/task"):
+            for child in Path(thread.path, "children").read_text("ascii").split():
+                yield from tree(int(child))
 
 
 class LastWords:

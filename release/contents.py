@@ -8,7 +8,8 @@ from pathlib import Path
 from release.building import Built
 
 SCRIPTS = frozenset({
-    "benchbot", "benchbot_batch", "benchbot_eval", "benchbot_install", "benchbot_run", "benchbot_submit",
+    "benchbot", "benchbot-stop",
+    "benchbot_batch", "benchbot_eval", "benchbot_install", "benchbot_run", "benchbot_submit",
 })  # fmt: skip
 LARGEST_BYTES = 100_000_000
 """What PyPI takes, for one file: https://docs.pypi.org/project-management/storage-limits/"""

@@ -1,9 +1,30 @@
 import os
+import signal
+import subprocess
 from pathlib import Path
 
 import pytest
 
-from benchbot.process import how_it_ended, last_words, start_module
+from benchbot.process import how_it_ended, is_stopped, last_words, start_module, tree
+from tests.supervisor.harness import eventually
+
+
+def test_a_process_that_a_signal_has_stopped_is_found_among_those_that_another_one_has_started() -> None:
+    shell = subprocess.Popen(["sh", "-c", "sleep 60 & echo $!; wait"], stdout=subprocess.PIPE, text=True)
+    try:
+        assert shell.stdout is not None
+        sleeper = int(shell.stdout.readline())
+        assert list(tree(shell.pid)) == [shell.pid, sleeper]
+        assert not any(map(is_stopped, tree(shell.pid)))
+
+        os.kill(sleeper, signal.SIGSTOP)
+        assert eventually(lambda: [pid for pid in tree(shell.pid) if is_stopped(pid)] == [sleeper])
+    finally:
+        for pid in [*tree(shell.pid)]:
+            os.kill(pid, signal.SIGKILL)
+        shell.communicate()
+    assert list(tree(os.getpid())) == []
+    assert not is_stopped(shell.pid)
 
 
 @pytest.mark.parametrize(

@@ -81,9 +81,9 @@ class Client:
         body = {"args": list(args), "kwargs": dict(kwargs or {})}
         return self._call("POST", f"results_functions/{quote(name, safe='')}", body)["value"]
 
-    def stop(self) -> None:
-        """End the run."""
-        self._call("POST", "stop")
+    def stop(self, by: str = "") -> None:
+        """End the run; `by` says who does, where it is the run's user."""
+        self._call("POST", "stop", {"by": by})
 
     def confirm(self) -> str:
         """Confirm that the operator has done the requested work, and return the request.

@@ -363,7 +363,7 @@ def _back_end(
     from benchbot.wire.run_state import SUBMIT, Connection
 
     if not isinstance(target, RunRequest):
-        connection = target if isinstance(target, Connection) else joining.join(target)
+        connection = target if isinstance(target, Connection) else joining.join(target, by_command=True)
         if mode.needs_socket:
             unix_socket_of(mode, connection)
         return connection, lambda: None, None if isinstance(target, Connection) else target

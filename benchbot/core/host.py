@@ -7,7 +7,7 @@ from typing import Any, Protocol, cast
 from benchbot.core.channels import Observations
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, Outcome, execute
-from benchbot.core.platform import Platform, Scene, TakeOver, Traceable, WholeActions
+from benchbot.core.platform import Attended, Platform, Scene, TakeOver, Traceable, WholeActions
 from benchbot.core.track import DrivenPath, TrackedPlatform
 
 
@@ -69,6 +69,11 @@ class InProcessHost:
 
     def prepare(self) -> None:
         """Do nothing: whoever made the platform has looked at it."""
+
+    @property
+    def heartbeat_timeout_s(self) -> float | None:
+        """The longest silence of the supervisor in which the robot may move; None for a platform that needs none."""
+        return self._platform.heartbeat_timeout_s if isinstance(self._platform, Attended) else None
 
     def change_scenes(self, scenes: Sequence[Scene]) -> None:
         """Use other scenes from the next `load` on."""

@@ -163,6 +163,15 @@ class TakeOver(Protocol):
 
 
 @runtime_checkable
+class Attended(Protocol):
+    """A driver whose robot may move only while the supervisor gives signs of life."""
+
+    @property
+    def heartbeat_timeout_s(self) -> float:
+        """The longest silence of the supervisor, in wall time; after that the robot is halted."""
+
+
+@runtime_checkable
 class ManyCameras(Protocol):
     """A simulator of which many robots of one process can share the scenes and be observed at once."""
 

@@ -150,6 +150,13 @@ def _watch(
             except BenchbotError as error:
                 return error
             seen.update(progress)
+            if progress["ends_run"] and progress["failure"] == FailureClass.AGENT:
+                return BenchbotError(
+                    "The solution was frozen, and the robot was stopped.",
+                    progress["failure_why"],
+                    "Let it run: what is to pause a run is its own pause, in benchbot watch.",
+                    failure=FailureClass.AGENT,
+                )
             ended_by = watcher.look(progress, session["scene_count"])
             if ended_by is not None:
                 return ended_by
@@ -211,7 +218,7 @@ def _safety_stop(client: Client, result: Path) -> BenchbotError | None:
         progress = client.session()["progress"]
     except BenchbotError:
         return None
-    if not progress["ends_run"]:
+    if not progress["ends_run"] or progress["failure"] == FailureClass.AGENT:
         return None
     return BenchbotError(
         "The robot was stopped for safety, and the run is over.",

@@ -101,12 +101,12 @@ class Gate:
                     "Pause the run first.",
                 )
             if self._driving:
-                raise _busy("Another action by hand is under way, and there is one robot.")
+                raise busy("Another action by hand is under way, and there is one robot.")
             self._driving = True
             if not self._changed.wait_for(lambda: not self._inside, DRIVE_WAIT_S):
                 self._driving = False
                 self._changed.notify_all()
-                raise _busy("The solution's action before is still under way, and there is one robot.")
+                raise busy("The solution's action before is still under way, and there is one robot.")
         try:
             yield
         finally:
@@ -126,7 +126,7 @@ class Gate:
 
     def _wait(self, is_gone: Callable[[], bool], *, moves: bool) -> None:
         if self._waiting >= MOST_WAITING:
-            raise _busy("The run is paused, and other requests wait already until it goes on.")
+            raise busy("The run is paused, and other requests wait already until it goes on.")
         self._waiting += 1
         try:
             while self._holds(moves=moves) and not is_gone():
@@ -135,7 +135,8 @@ class Gate:
             self._waiting -= 1
 
 
-def _busy(why: str) -> RefusedError:
+def busy(why: str) -> RefusedError:
+    """Return the refusal of a request for which the robot is not free."""
     return RefusedError(
         409, "The robot is busy.", why, "Wait for the answer to the request before, then send this one again."
     )

@@ -5,50 +5,39 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from benchbot.core import results
+from benchbot.core import plugin_manager, results
 from benchbot.core.declarations import formats
 from benchbot.core.digest import BackgroundDigest
-from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.core.host import Host
 from benchbot.core.progress import Progress, Step
 from benchbot.core.provenance import timings
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
-from benchbot.supervisor import RefusedError, description
+from benchbot.supervisor import Caller, RefusedError, description, ended, vigil
 from benchbot.supervisor.events import Events
-from benchbot.supervisor.gate import Gate
+from benchbot.supervisor.gate import Gate, busy
 from benchbot.supervisor.observation_tap import ObservationTap
 from benchbot.supervisor.platform import borrowed
 from benchbot.supervisor.platform.host import ChildHost, Operator
 from benchbot.supervisor.recording.host import Recordings
+from benchbot.wire import joining
 
 ACTION_WAIT_S = 150.0
 RELEASE_WAIT_S = 30.0
 DRIVE_WAIT_S = 10.0
-STOPPED = "The run was stopped by its user (benchbot stop)."
+STOPPED = "The run was stopped by its user"
 STOPPED_BY_SOLUTION = "The solution stopped its run (/api/v1/stop)."
 HUNG_UP = "The solution hung up while the robot was moving."
 
 T = TypeVar("T")
 
 log = logging.getLogger("benchbot.supervisor")
-
-
-@dataclass(eq=False)
-class Caller:
-    """The client of one request, who waits for the answer until it has disconnected and is `gone`.
-
-    Requests of one `solution` have the same token; those of clients that need none have an empty one.
-    """
-
-    solution: str = ""
-    gone: bool = False
 
 
 class Run:
@@ -61,8 +50,17 @@ class Run:
     has been sent; otherwise the next request that uses the session does so first.
     """
 
-    def __init__(self, selection: Selection, start_host: Callable[[], Host], result_path: Path) -> None:
+    def __init__(
+        self,
+        selection: Selection,
+        start_host: Callable[[], Host],
+        result_path: Path,
+        starter: int | None = None,
+    ) -> None:
         self.selection = selection
+        self._starter = starter
+        """The process without which this one has no business: that which has started it and its solution."""
+        self._real = selection.robot.data["type"] in plugin_manager.load().pool("robot_drivers")
         self.events = Events()
         self.gate = Gate()
         self.observation_tap = ObservationTap()
@@ -243,8 +241,10 @@ class Run:
             )
         return request
 
-    def stop(self, *, by_solution: bool = False) -> None:
+    def stop(self, by: str = "", *, by_solution: bool = False) -> None:
         """End the run at a client's request: the emergency stop, also in the middle of another client's action.
+
+        The result says `by` what. A real robot is halted at once, and what drives it called off.
 
         A solution that stops its own run has failed: otherwise it could have an episode that goes badly tried again.
         """
@@ -254,7 +254,10 @@ class Run:
         if by_solution:
             self.session.fail(FailureClass.AGENT, STOPPED_BY_SOLUTION)
         elif under_way:
-            self.session.fail(FailureClass.PLATFORM, STOPPED)
+            why = f"{STOPPED} ({by})." if by else f"{STOPPED}."
+            self.session.fail(FailureClass.PLATFORM, why)
+            self.stop_asked.set()
+            self.session.halt(why)
         self.close()
 
     def close(self) -> None:
@@ -325,18 +328,25 @@ class Run:
     def _moving(self, wait_s: float = 0.0, caller: Caller | None = None, *, moves: bool = True) -> Iterator[None]:
         """Pass the gate and use the robot."""
         passing = self.gate.passing(lambda: caller is not None and caller.gone, moves=moves)
-        with passing, self._exclusively(wait_s, caller):
+        watching = vigil.repeated(self._look_for_frozen) if self._real and moves else nullcontext()
+        with passing, self._exclusively(wait_s, caller), watching:
             yield
+
+    def _look_for_frozen(self) -> None:
+        """Stop a real robot, for good, when somebody is frozen who would have to stop it; not while it waits."""
+        if self.progress.waiting_for is not None or self.progress.failure is not None:
+            return
+        asks = self._caller.process if self._caller is not None else None
+        found = vigil.frozen(self._starter, joining.lease_of(self.result_path.parent), asks)
+        if found is not None:
+            log.warning("%s", found.why)
+            self.session.fail(*found)
+            self.session.halt(found.why)
 
     @contextmanager
     def _exclusively(self, wait_s: float = 0.0, caller: Caller | None = None) -> Iterator[None]:
         if not self._lock.acquire(timeout=wait_s):
-            raise RefusedError(
-                409,
-                "The robot is busy.",
-                "Another request is using the session, and there is one robot.",
-                "Wait for the answer to the request before, then send this one again.",
-            )
+            raise busy("Another request is using the session, and there is one robot.")
         try:
             self.follow_up()
             if self.stop_asked.is_set():
@@ -387,14 +397,3 @@ class Run:
     def _step_document(self, step: Step) -> dict[str, Any]:
         state = description.state_document(self.session)
         return {"observations": step.observations, "outcome": step.outcome, **state}
-
-
-def ended() -> BenchbotError:
-    """Return the error of a request that arrives when the run is over."""
-    return BenchbotError(
-        "The run has ended.",
-        "The supervisor is shutting down.",
-        "Start another run: benchbot run …",
-        exit_code=ExitCode.INTERNAL,
-        failure=FailureClass.INFRASTRUCTURE,
-    )

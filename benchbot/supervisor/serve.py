@@ -49,7 +49,10 @@ class ConsecutiveRuns:
     the logs, and stays until the end. Of each run's folder the result is kept.
     """
 
-    def __init__(self, options: Mapping[str, Any] | None, timeouts: Timeouts | None) -> None:
+    def __init__(
+        self, options: Mapping[str, Any] | None, timeouts: Timeouts | None, starter: int | None = None
+    ) -> None:
+        self._starter = starter
         self._options = options
         self._timeouts = timeouts
         self._base = RunFolder()
@@ -74,7 +77,7 @@ class ConsecutiveRuns:
             self._note_failure()
             self._leave_folder()
             self.folder = RunFolder()
-        self._run = run = Run(plan.selection, lambda: self._start_host(run), self.folder.result)
+        self._run = run = Run(plan.selection, lambda: self._start_host(run), self.folder.result, self._starter)
         run.recordings.begin(plan.record)
         return run
 
@@ -158,7 +161,7 @@ def serve(
         )
     with ExitStack() as stack:
         received = stack.enter_context(_received_signals())
-        runs = ConsecutiveRuns(options, timeouts)
+        runs = ConsecutiveRuns(options, timeouts, None if following is None else os.getppid())
         stack.callback(runs.close)
         run = runs.begin(RunPlan(selection, record or {}))
         stack.enter_context(_logging_to(runs.supervisor_log))

@@ -27,11 +27,15 @@ _leases: dict[str, tuple[int, Connection]] = {}
 
 @dataclass(frozen=True)
 class Lease:
-    """The process that acts in a run, since when (seconds since the epoch), and the token of its solution."""
+    """The process that acts in a run, since when (seconds since the epoch), and the token of its solution.
+
+    `by_command` says that the process is not the solution itself, but has started it.
+    """
 
     pid: int
     since_s: float
     token: str
+    by_command: bool = False
 
 
 def given() -> Connection | None:
@@ -90,7 +94,7 @@ def named(name: str, states: Sequence[RunState]) -> RunState:
     return found[0]
 
 
-def join(state: RunState) -> Connection:
+def join(state: RunState, *, by_command: bool = False) -> Connection:
     """Lease the robot of a run until this process ends; return the connection of its solution.
 
     A process that has the lease already gets the same again. Raises BenchbotError when another one has it.
@@ -109,7 +113,7 @@ def join(state: RunState) -> Connection:
     else:
         os.close(handle)
         raise taken(lease_of(Path(state.folder)))
-    lease = Lease(os.getpid(), time.time(), secrets.token_urlsafe(32))
+    lease = Lease(os.getpid(), time.time(), secrets.token_urlsafe(32), by_command)
     os.ftruncate(handle, 0)
     os.write(handle, json.dumps(asdict(lease)).encode())
     _leases[state.folder] = handle, replace(state.connection, token=lease.token)

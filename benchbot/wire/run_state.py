@@ -16,13 +16,14 @@ from typing import Any, Self
 from benchbot.core import resources
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.findings import Finding, Level
+from benchbot.emergency_stop import OWNERS, is_locked
 
 DEFAULT_PORT = 10000
 KEPT_FOLDERS = 20
 STATE_FILE = "run.json"
 LEASE_FILE = "lease.json"
 """Beside the state file: which process has leased the robot (benchbot.wire.joining)."""
-RUN, SUBMIT = "benchbot run", "benchbot submit"
+RUN, SUBMIT = OWNERS
 """Owners of back ends: solutions may join those of `benchbot run`, and what others start is for their own solutions."""
 
 
@@ -204,18 +205,3 @@ def _folders() -> Iterator[Path]:
     for entry in os.scandir(runs_dir()):
         if entry.is_dir(follow_symlinks=False) and entry.stat(follow_symlinks=False).st_uid == os.geteuid():
             yield Path(entry)
-
-
-def is_locked(path: Path) -> bool:
-    """Say whether a process that is alive holds the lock of a file or folder; False where there is none."""
-    try:
-        handle = os.open(path, os.O_RDONLY)
-    except OSError:
-        return False
-    try:
-        fcntl.flock(handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    finally:
-        os.close(handle)
-    return False

@@ -1,9 +1,20 @@
 """Who has failed: a solution cannot lay its failure on the simulator, or on the machine, to be let try again."""
 
+import os
+import signal
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
 import pytest
 
+from benchbot.api.client import Client
 from benchbot.core.errors import FailureClass
-from tests.supervisor.harness import OPERATOR_TOKEN
+from benchbot.core.request import RunRequest
+from benchbot.submission.modes import private_socket
+from benchbot.supervisor.backend import Backend
+from tests.supervisor.harness import OPERATOR_TOKEN, eventually, sample_selection
 from tests.supervisor.http.test_app import Serve, post, read
 
 
@@ -43,6 +54,58 @@ def test_the_one_who_runs_it_may_stop_it_and_nobody_has_failed(serve: Serve) -> 
         assert served.run.stop_asked.wait(60)
 
     assert (served.run.progress.failure, served.run.stopped_in_use) == (None, False)
+
+
+def test_the_result_says_who_has_stopped_a_run_in_the_middle_of_an_action(serve: Serve) -> None:
+    served = serve(sample_selection("sample:active", "faulty:halts"))
+    turn = {"action": "move_angle", "arguments": {"angle": 36000}}
+    with served.http() as http, served.http(OPERATOR_TOKEN) as operator, ThreadPoolExecutor() as executor:
+        post(http, "reset")
+        turning = executor.submit(post, http, "step", turn)
+        assert eventually(lambda: served.run.last_action is not None)
+        assert post(operator, "stop", {"by": 81 * "x"})[0] == 400
+        assert post(operator, "stop", {"by": "the red key"}) == (200, {"stopping": True})
+        assert turning.result()[0] == 500
+
+    assert served.run.progress.failure is FailureClass.PLATFORM
+    assert served.run.progress.failure_why == "The run was stopped by its user (the red key)."
+
+
+LONG_TURN = """\
+import os, sys
+from benchbot.api.client import Client
+from benchbot.wire.run_state import Connection
+if os.fork():
+    os._exit(0)
+print(os.getpid(), flush=True)
+client = Client(Connection(None, *sys.argv[1:]))
+client.reset()
+client.step("move_angle", {"angle": 36000})
+"""
+"""A client that is nobody's child any more."""
+
+
+def test_a_frozen_client_of_a_unix_socket_stops_a_real_robot_and_has_failed() -> None:
+    wanted = RunRequest("sample:active", "sample_real_robot", "faulty:halts")
+    with private_socket() as path, Backend.start(wanted, port=None, unix_socket=path) as backend:
+        where = backend.state.connection
+        with subprocess.Popen(
+            [sys.executable, "-c", LONG_TURN, str(where.socket), where.token], stdout=subprocess.PIPE, text=True
+        ) as process:
+            assert process.stdout is not None
+            client = int(process.stdout.readline())
+            watching = Client(replace(where, token=backend.state.operator_token))
+            assert eventually(lambda: watching.session()["progress"]["last_action"] == "move_angle")
+
+            os.kill(client, signal.SIGSTOP)
+            try:
+                assert eventually(lambda: watching.session()["progress"]["ends_run"])
+                progress = watching.session()["progress"]
+            finally:
+                os.kill(client, signal.SIGKILL)
+
+    assert progress["failure"] == "agent"
+    assert progress["failure_why"].startswith(f"The solution (process {client}) was frozen")
 
 
 def test_a_stranger_stops_nothing(serve: Serve) -> None:

@@ -126,7 +126,7 @@ class HomeScreen(Screen[None]):
     def _end_run(self, state: RunState) -> None:
         def stop() -> None:
             with closing(WatchClient(state, ANSWER_TIMEOUT_S)) as client:
-                client.stop()
+                client.stop("a key of its screen")
 
         self.app.in_thread(stop, lambda _: self.notify(f"The run of {state.environment} is ending."))
 

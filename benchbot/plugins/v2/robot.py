@@ -8,8 +8,8 @@ from typing import Any
 from benchbot.core import plugin_manager
 from benchbot.core.errors import BenchbotError
 from benchbot.core.progress import Progress, State
-from benchbot.supervisor import RefusedError
-from benchbot.supervisor.run import Caller, Run, ended
+from benchbot.supervisor import Caller, RefusedError, ended
+from benchbot.supervisor.run import Run
 
 Mover = Callable[[Callable[[Caller], dict[str, Any]]], Awaitable[dict[str, Any]]]
 """Runs a blocking call that may move the robot in another thread, while its caller is connected."""

@@ -126,7 +126,7 @@ class RunFeed:
     def stop(self) -> None:
         """End the run."""
         with self._client() as client:
-            client.stop()
+            client.stop("a key of its screen")
 
     def confirm(self) -> str:
         """Confirm that the operator has done what the robot asked, and return what that was."""

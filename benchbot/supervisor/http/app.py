@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import msgspec
 from starlette.applications import Starlette
@@ -21,14 +21,14 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 import benchbot
 from benchbot.core import plugin_manager
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.supervisor import RefusedError
+from benchbot.supervisor import Caller, RefusedError
 from benchbot.supervisor.events import stream
 from benchbot.supervisor.http import bodies
 from benchbot.supervisor.http.access import OPERATOR, Access, Endpoint, check_head, check_share
 from benchbot.supervisor.http.server import in_thread, while_connected
 from benchbot.supervisor.platform import borrowed
 from benchbot.supervisor.recording.host import Recordings
-from benchbot.supervisor.run import Caller, Run
+from benchbot.supervisor.run import Run
 from benchbot.wire import encoding
 
 NOT_THE_SOLUTIONS = (FailureClass.PLATFORM, FailureClass.INFRASTRUCTURE)
@@ -60,6 +60,12 @@ class ResultRequest(msgspec.Struct, forbid_unknown_fields=True):
     result: dict[str, Any] | None = None
     solution: dict[str, Any] | None = None
     failure: Failure | None = None
+
+
+class StopRequest(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of a stop: who asks for it, in words, where that is the run's user."""
+
+    by: Annotated[str, msgspec.Meta(max_length=80)] = ""
 
 
 class FunctionRequest(msgspec.Struct, forbid_unknown_fields=True):
@@ -155,9 +161,9 @@ def create_app(
         by_solution = not access.is_operator(request)
         if by_solution:
             access.check_acting(request)
-        await bodies.read(request, EmptyRequest)
+        body = await bodies.read(request, StopRequest)
         # It is the emergency stop: the robot does not wait until the thread that serves the run ends it in order.
-        asyncio.get_running_loop().run_in_executor(None, partial(run.stop, by_solution=by_solution))
+        asyncio.get_running_loop().run_in_executor(None, partial(run.stop, body.by, by_solution=by_solution))
         return bodies.respond(request, {"stopping": True})
 
     async def operator(request: Request) -> Response:

@@ -1,6 +1,8 @@
 """Connections of the server: deadlines for what a client has begun, and a bound on how many there are."""
 
 import asyncio
+import socket
+import struct
 import time
 from typing import Any
 
@@ -29,6 +31,11 @@ class BoundedProtocol(H11Protocol):
     def connection_made(self, transport: Any) -> None:
         """Wait for the first head; close another connection where this one is too much."""
         super().connection_made(transport)
+        taken = transport.get_extra_info("socket")
+        if taken.family == socket.AF_UNIX:
+            # The number of the process in the place of a port.
+            process, _, _ = struct.unpack("3i", taken.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))
+            self.client = ("", process)
         self._heard_s = time.monotonic()
         self._deadline: asyncio.TimerHandle | None = None
         self._aborted = False

@@ -18,9 +18,10 @@ from starlette.requests import Request
 from starlette.types import ASGIApp
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.supervisor import Caller
 from benchbot.supervisor.http.access import SOLUTION
 from benchbot.supervisor.http.connections import BACKLOG, BoundedProtocol
-from benchbot.supervisor.run import Caller, Run
+from benchbot.supervisor.run import Run
 from benchbot.wire.run_state import is_listening, live
 
 # A solution may think for hours between two steps: its connection stays open.
@@ -154,7 +155,8 @@ async def in_thread(call: Callable[..., T], *arguments: Any) -> T:
 
 async def while_connected(request: Request, run: Run, call: Callable[[Caller], T]) -> T:
     """Return the value of a blocking call that may move the robot; tell the run if the client disconnects meanwhile."""
-    caller = Caller(getattr(request.state, SOLUTION, ""))
+    where = request.client
+    caller = Caller(getattr(request.state, SOLUTION, ""), where.port if where and not where.host else None)
 
     async def watch() -> None:
         while (await request.receive())["type"] != "http.disconnect":

@@ -6,7 +6,7 @@ import socket
 import subprocess
 import threading
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import NoneType
@@ -22,14 +22,18 @@ from benchbot.core.geometry import Pose
 from benchbot.core.host import Status
 from benchbot.core.motion import Outcome
 from benchbot.core.selection import Selection
-from benchbot.process import how_it_ended, last_words, start_module
+from benchbot.process import how_it_ended, is_stopped, last_words, start_module
+from benchbot.supervisor import vigil
 from benchbot.supervisor.platform import borrowed, messages
 from benchbot.wire import arena
 
 CLOSE_TIMEOUT_S = 3.0
+CALL_OFF_S = 4.0
+"""The time to call off what drives a halted robot, such as Nav2; then its driver is killed."""
 
 T = TypeVar("T")
 
+_ALIVE = messages.encode(messages.Alive())
 _NOTHING = messages.decoder(NoneType)
 _STATUS = messages.decoder(Status)
 _FINDINGS = messages.decoder(list[Finding])
@@ -133,7 +137,7 @@ class ChildHost:
         )
         self.findings: list[Finding] = []
         """Those of the diagnosis of a real robot, once it was made."""
-        self._looked = False
+        self._looked = self._froze = False
 
     @property
     def pid(self) -> int:
@@ -164,12 +168,14 @@ class ChildHost:
         """Put the robot into the clean start state of a scene of the selection."""
         self._create()
         self._looked = False
-        return self._call(messages.Load(scene_index, str(seed)), _STATUS, self._timeouts.load_s)
+        with self._attended():
+            return self._call(messages.Load(scene_index, str(seed)), _STATUS, self._timeouts.load_s)
 
     def act(self, action: str, arguments: Mapping[str, float], goal: Pose | None) -> tuple[Outcome, Status]:
         """Execute one action to its end."""
         request = messages.Act(action, dict(arguments), goal)
-        return self._call(request, _OUTCOME, self._timeouts.call_s)
+        with self._attended():
+            return self._call(request, _OUTCOME, self._timeouts.call_s)
 
     def observe(self, channels: Iterable[str]) -> Observations:
         """Return the asked channels, all of one instant."""
@@ -183,9 +189,14 @@ class ChildHost:
         self._send_control(messages.Halt(why))
 
     def close(self) -> None:
-        """End the child: politely when it is idle, at once when it is busy. Safe to call twice."""
+        """End the child: politely when it is idle, at once when it is busy. Safe to call twice.
+
+        With a real robot what is under way is called off first, since others may drive it: Nav2, to its start.
+        """
         if self._process.returncode is None:
-            if self._busy.acquire(blocking=False):
+            if self._real:
+                self.halt("The run has ended.")
+            if self._busy.acquire(timeout=CALL_OFF_S if self._real else 0.0):
                 try:
                     self._send(messages.Close())
                     messages.receive(self._socket, CLOSE_TIMEOUT_S)
@@ -208,6 +219,23 @@ class ChildHost:
         if self._start is not None:
             self.findings = self._call(self._start, _FINDINGS, self._timeouts.load_s)
             self._start = None
+
+    def _attended(self) -> AbstractContextManager[None]:
+        """Give a real robot's driver signs of life, and end one that is frozen: its guard then stops the robot."""
+        return vigil.repeated(self._attend) if self._real else nullcontext()
+
+    def _attend(self) -> None:
+        if is_stopped(self.pid):
+            self._froze = True
+            self._kill()
+        # It comes again in a moment: it does not wait for another message, nor for a driver that reads none.
+        elif self._sending.acquire(blocking=False):
+            try:
+                self._socket.send(messages.framed(_ALIVE), socket.MSG_DONTWAIT)
+            except OSError:
+                pass
+            finally:
+                self._sending.release()
 
     def _call(self, request: messages.Request, decoder: messages.Decoder[T], timeout_s: float) -> T:
         with self._busy:
@@ -272,7 +300,7 @@ class ChildHost:
         except subprocess.TimeoutExpired:
             self._kill()
             code = self._process.returncode
-        return self._error("died", f"Its process {how_it_ended(code)}.")
+        return self._error("died", f"Its process {vigil.FROZEN if self._froze else how_it_ended(code)}.")
 
     def _error(self, what: str, why: str) -> BenchbotError:
         # Lines of an earlier child in the same log are not this one's last words.

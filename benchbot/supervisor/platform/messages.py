@@ -91,7 +91,11 @@ class Answered(msgspec.Struct, tag="answered", frozen=True):
     """The operator has done what the last `Question` asks."""
 
 
-ControlMessage = Halt | Answered
+class Alive(msgspec.Struct, tag="alive", frozen=True):
+    """A sign of life of the supervisor, while a request is under way that may move a real robot."""
+
+
+ControlMessage = Halt | Answered | Alive
 """A message to the child in the middle of a request."""
 
 
@@ -211,7 +215,12 @@ def _scalar(value: Any) -> Any:
 
 def send(connection: socket.socket, data: bytes) -> None:
     """Send one message; raises OSError when the other end is gone."""
-    connection.sendall(struct.pack("<I", len(data)) + data)
+    connection.sendall(framed(data))
+
+
+def framed(data: bytes) -> bytes:
+    """Return a message as it is sent, behind its length."""
+    return struct.pack("<I", len(data)) + data
 
 
 def receive(connection: socket.socket, timeout_s: float | None = None) -> bytearray:

@@ -11,6 +11,7 @@ import faulthandler
 import fcntl
 import os
 import queue
+import select
 import signal
 import socket
 import sys
@@ -31,6 +32,8 @@ from benchbot.supervisor.platform import messages
 from benchbot.wire.arena import ArenaWriter
 
 GRACE_S = 0.5
+SILENT = "The supervisor gave no sign of life"
+MOVING = (messages.Load, messages.Act)
 
 Requests = queue.SimpleQueue[messages.Request | None]
 
@@ -58,18 +61,27 @@ def main() -> None:
 class ControlChannel:
     """Handles what reaches this process in the middle of an action: the order to halt, and the operator's answer.
 
-    `handle` is called in the thread that reads, `attach` and `ask` in the one that serves requests. `send` sends a
-    message to the supervisor, from any thread.
+    While a request is `moving` a robot that must be attended to, the supervisor's silence halts it, too. `handle` is
+    called in the thread that reads, `attach` and `ask` in the one that serves requests. `send` sends a message to the
+    supervisor, from any thread.
     """
 
     def __init__(self, send: Callable[[bytes], None]) -> None:
         self._send = send
         self._lock = threading.Lock()
-        self._host: Host | None = None
+        self._host: InProcessHost | None = None
+        self.moving = False
         self._halted: str | None = None
         self._answers: queue.SimpleQueue[messages.ControlMessage] = queue.SimpleQueue()
 
-    def attach(self, host: Host) -> None:
+    @property
+    def patience_s(self) -> float | None:
+        """The longest time in which the supervisor has to say something, None while it has not."""
+        with self._lock:
+            attended = self.moving and self._host is not None and self._halted is None
+            return self._host.heartbeat_timeout_s if attended and self._host is not None else None
+
+    def attach(self, host: InProcessHost) -> None:
         """Set the host that is to be halted: at once, if the order to halt came before."""
         with self._lock:
             self._host = host
@@ -85,7 +97,8 @@ class ControlChannel:
                 host = self._host
             if host is not None:
                 _halt(host, message.why)
-        self._answers.put(message)
+        if not isinstance(message, messages.Alive):
+            self._answers.put(message)
 
     def ask(self, request: str) -> None:
         """Ask the operator for something, and wait until it is done: `PlatformSpec.ask`.
@@ -93,8 +106,10 @@ class ControlChannel:
         Raises the BenchbotError of a safety stop when the robot is halted instead.
         """
         if self._halted is None:
+            moving, self.moving = self.moving, False
             self._send(messages.encode(messages.Question(request)))
             self._answers.get()
+            self.moving = moving
         if self._halted is not None:
             raise BenchbotError(
                 "The robot was halted before it could start.",
@@ -130,7 +145,14 @@ def _watch(lifeline: int) -> None:
 def _read(connection: socket.socket, requests: Requests, control: ControlChannel) -> None:
     try:
         while True:
+            patience_s = control.patience_s
+            if not _readable(connection, patience_s):
+                if control.patience_s is not None:
+                    control.handle(messages.Halt(f"{SILENT} for {patience_s:g} s while the robot moved."))
+                continue
             message = messages.decode_request(messages.receive(connection))
+            if isinstance(message, MOVING):
+                control.moving = True
             if isinstance(message, messages.ControlMessage):
                 control.handle(message)
             else:
@@ -140,6 +162,14 @@ def _read(connection: socket.socket, requests: Requests, control: ControlChannel
     # The supervisor is gone: closing is given its time, no more.
     time.sleep(GRACE_S)
     os._exit(ExitCode.INTERRUPTED)
+
+
+def _readable(connection: socket.socket, timeout_s: float | None) -> bool:
+    """Wait until there is something to read; say whether there is. It is looked for once more at the end.
+
+    This thread may have had to wait for Python's lock, while what it waited for had long come.
+    """
+    return any(select.select([connection], [], [], seconds)[0] for seconds in (timeout_s, 0.0))
 
 
 def _serve(
@@ -168,6 +198,7 @@ def _serve(
             traceback.print_exc()
             data = messages.encode(messages.Failed.of(_failure(error, real=real)))
         signal.signal(signal.SIGIO, signal.SIG_IGN)
+        control.moving = False
         send(data)
         if isinstance(request, messages.Close):
             return

@@ -102,7 +102,7 @@ def declaration(**driver: Any) -> dict[str, Any]:
                 "collision": {"ros_topic": "/collision", "ros_type": "std_msgs/msg/Bool"},
                 "command_timeout_s": 1.0,
             },
-            "timing": {"feedback_timeout_s": 1.0},
+            "timing": {"feedback_timeout_s": 1.0, "heartbeat_timeout_s": 2.0},
             **driver,
         },
     }

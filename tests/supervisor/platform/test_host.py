@@ -261,6 +261,32 @@ def test_a_real_robot_whose_driver_dies_or_fails_is_not_moved_again(start_host: 
         assert "reset()" not in error.fix
 
 
+def test_a_driver_that_is_frozen_while_its_robot_moves_is_ended(start_host: StartHost) -> None:
+    host = start_host(sample_selection("sample:active", "faulty:halts", "sample_real_robot"))
+    host.load(0, 0)
+    with ThreadPoolExecutor() as executor:
+        turning = executor.submit(host.act, "move_angle", {"angle": 36000.0}, None)
+        assert not turning.done()
+        os.kill(host.pid, signal.SIGSTOP)
+        error = turning.exception()
+    assert isinstance(error, BenchbotError)
+    assert error.failure is FailureClass.PLATFORM
+    assert error.ends_run
+    assert error.why.startswith("Its process was frozen (SIGSTOP, or Ctrl-Z) while the robot moved.")
+
+
+def test_a_simulator_that_is_frozen_goes_on_where_it_was(start_host: StartHost) -> None:
+    host = start_host(sample_selection("sample:active"))
+    host.load(0, 0)
+    os.kill(host.pid, signal.SIGSTOP)
+    with ThreadPoolExecutor() as executor:
+        moving = executor.submit(host.act, "move_distance", {"distance": 0.5}, None)
+        time.sleep(0.3)
+        assert not moving.done()
+        os.kill(host.pid, signal.SIGCONT)
+        assert moving.result()[0] is Outcome.REACHED
+
+
 def test_the_solutions_folder_cannot_replace_modules_of_the_child(
     start_host: StartHost, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -190,12 +190,14 @@ class Timing(_Declared, frozen=True):
     """Limits on the age of messages and on the time between them, in seconds.
 
     Messages of one observation are at most `sync_tolerance_s` apart by their stamps. Feedback (odometry, obstacles)
-    older than `feedback_timeout_s` stops a moving robot. A stamp more than `skew_s` from the node's clock is an error.
+    older than `feedback_timeout_s` stops a moving robot, and so does a supervisor that is silent for longer than
+    `heartbeat_timeout_s`, in wall time. A stamp more than `skew_s` from the node's clock is an error.
     `wait_s` is the time limit of waiting for a message, a service or a publisher.
     """
 
     sync_tolerance_s: float = 0.05
     feedback_timeout_s: float = 0.5
+    heartbeat_timeout_s: float = 0.15
     skew_s: float = 2.0
     wait_s: float = 10.0
 

@@ -71,6 +71,11 @@ class Ros2Driver:
         """20 Hz, as in v2."""
         return CONTROL_PERIOD_S
 
+    @property
+    def heartbeat_timeout_s(self) -> float:
+        """The declared `timing.heartbeat_timeout_s`."""
+        return self._robot.settings.timing.heartbeat_timeout_s
+
     def load(self, scene: Scene, seed: int) -> None:
         """Bring the robot to the start pose of the scene; raises BenchbotError when it does not get there."""
         if self._connected is None:

@@ -49,6 +49,14 @@ def test_a_killed_guard_stops_the_robot_too(base: Base) -> None:
         base.until_stopped()
 
 
+def test_a_frozen_standby_stops_the_robot_too(base: Base) -> None:
+    with guarded.guarded(declaration()) as guard, Driving(guard) as driving:
+        base.until_moving()
+        os.kill(guard.standby_pid, signal.SIGSTOP)
+        assert "The guard that stands by hung." in driving.until_refused().why
+        base.until_stopped()
+
+
 def test_a_guard_that_hangs_is_noticed(base: Base) -> None:
     with guarded.guarded(declaration()) as guard, Driving(guard) as driving:
         base.until_moving()

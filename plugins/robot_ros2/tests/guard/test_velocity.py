@@ -35,6 +35,37 @@ def test_the_emergency_stop_stops_the_robot(base: Base) -> None:
         assert guard.tripped
 
 
+def test_anybody_can_stop_the_robot_by_a_service(base: Base) -> None:
+    from std_srvs.srv import Trigger
+
+    client = base.node.create_client(Trigger, "/benchbot/stop")
+    with guarded.guarded(declaration()) as guard, Driving(guard) as driving:
+        base.until_moving()
+        until(client.service_is_ready, "the guard offers to stop")
+        answer = client.call(Trigger.Request(), timeout_sec=guarded.DEADLINE_S)
+        assert answer is not None
+        assert answer.success
+        assert driving.until_refused().why == "Somebody stopped it by the service /benchbot/stop."
+        base.until_stopped()
+
+
+def test_anybody_can_stop_the_robot_by_a_topic_that_says_true(base: Base) -> None:
+    from std_msgs.msg import Bool
+
+    button = base.node.create_publisher(Bool, "/benchbot/stop", 1)
+    with guarded.guarded(declaration()) as guard, Driving(guard) as driving:
+        base.until_moving()
+        # The guard, and the one that stands by.
+        until(lambda: button.get_subscription_count() == 2, "the guards listen")
+        button.publish(Bool(data=False))
+        base.forget()
+        base.until_moving()
+        assert guard.tripped is None
+        button.publish(Bool(data=True))
+        assert driving.until_refused().why == "Somebody stopped it by the topic /benchbot/stop."
+        base.until_stopped()
+
+
 def test_an_emergency_stop_that_is_gone_stops_the_robot(base: Base) -> None:
     from std_msgs.msg import Bool
 

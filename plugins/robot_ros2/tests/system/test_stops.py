@@ -1,5 +1,6 @@
 """Who stops a moving robot on purpose, and a solution that hangs: the robot rests, and the run says why."""
 
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -68,6 +69,22 @@ def test_a_run_that_is_stopped_stops_its_robot(declared: Declared) -> None:
             assert back_end.wait(PATIENCE_S) == 0
             assert (code, failure["class"]) == (ExitCode.INTERNAL, "platform")
             assert "stopped by its user" in failure["why"]
+
+
+@pytest.mark.parametrize("light", [True, False], ids=["benchbot-stop", "benchbot stop"])
+def test_a_submission_is_stopped_from_another_terminal(declared: Declared, light: bool) -> None:
+    cli = declared(use_sim_time=True)
+    words = ["-m", "benchbot.emergency_stop"] if light else ["-m", "benchbot", "stop"]
+    # By the robot itself, which runs it to its end: its clock, that tells how quick it is, stands still for as long.
+    command = ["env", f"BENCHBOT_STATE_DIR={cli.variables['BENCHBOT_STATE_DIR']}", sys.executable, *words]
+    with unicycle(**ROBOT) as robot, submission(cli) as submitted:
+        until_under_way(robot, submitted)
+        strike(robot, run=command)
+        assert_stopped_in_time(robot)
+
+        code, failure = submitted.ended()
+        assert (code, failure["class"]) == (ExitCode.INTERNAL, "platform")
+        assert f"stopped by its user ({'benchbot-stop' if light else 'benchbot stop'})." in failure["why"]
 
 
 def test_a_solution_that_hangs_leaves_the_robot_at_rest_until_its_time_is_up(declared: Declared) -> None:

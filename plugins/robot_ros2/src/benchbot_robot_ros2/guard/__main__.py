@@ -6,6 +6,7 @@ joined to it by the socket PEER_FD, stands by: see `guard.standby`.
 """
 
 import gc
+import os
 import select
 import signal
 import socket
@@ -18,8 +19,10 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from benchbot.plugin import BenchbotError
+from benchbot.process import is_stopped
 from benchbot_robot_ros2 import calls
 from benchbot_robot_ros2.guard import messages, standby
+from benchbot_robot_ros2.guard.peer import Peer
 from benchbot_robot_ros2.guard.state import FIND_OUT, GuardState, Trip
 from benchbot_robot_ros2.guard.velocity import STOPPED_PERIOD_S, Change, GuardedVelocity, stopping
 from benchbot_robot_ros2.ramp import Velocity
@@ -29,11 +32,13 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
 ARMED_PERIOD_S = 0.02
-# A guard hangs when it gives no sign of life for this share of the time that a command holds: 0.1 of 0.15 s.
-SILENCE_SHARE = 2 / 3
+# Without the one that stands by the robot is still guarded, so that a busy machine has more time.
+STANDBY_SILENCE_S = 1.0
 
 DRIVER_ENDED = Trip("The robot's driver ended while the robot moved.", FIND_OUT)
+DRIVER_FROZEN = Trip("The robot's driver was frozen (SIGSTOP, or Ctrl-Z) while the robot moved.", FIND_OUT)
 STANDBY_DIED = Trip("The guard that stands by died.", FIND_OUT)
+STANDBY_HUNG = Trip("The guard that stands by hung.", FIND_OUT)
 ENDED_BY_SIGNAL = Trip("The guard process was asked to end while the robot moved.", FIND_OUT)
 
 
@@ -59,14 +64,13 @@ def main() -> None:
             gc.collect()
             gc.freeze()
             connection.setblocking(False)
-            peer.setblocking(False)
             messages.tell(connection, messages.Armed())
             if begin.stands_by_for is None:
-                _guard(velocity, connection, peer, ending)
+                _guard(velocity, connection, Peer(peer, STANDBY_SILENCE_S), ending)
                 calls.after(node, begin.robot, begin.after)
             else:
-                other = standby.Other(peer, begin.stands_by_for, begin.safety.command_timeout_s * SILENCE_SHARE)
-                if standby.watch(velocity, connection, other, ending):
+                other = Peer(peer, begin.safety.command_timeout_s)
+                if standby.watch(velocity, connection, other, begin.stands_by_for, ending):
                     calls.after(node, begin.robot, begin.after)
 
 
@@ -105,29 +109,34 @@ def _lacking(velocity: GuardedVelocity, begin: messages.Begin) -> BenchbotError 
     return None if enough else velocity.missing(begin.robot, begin.wait_s)
 
 
-def _guard(velocity: GuardedVelocity, connection: socket.socket, peer: socket.socket, ending: threading.Event) -> None:
+def _guard(velocity: GuardedVelocity, connection: socket.socket, other: Peer, ending: threading.Event) -> None:
     """Publish until the driver's end, and the last zeros after it."""
-    told, hand = False, velocity.hand
+    driver, told, hand = os.getppid(), False, velocity.hand
     end: Trip | None = None
-    watched = [connection, peer]
+    watched = [connection, other.connection]
     try:
         while end is None:
-            ready, _, _ = select.select(watched, [], [], ARMED_PERIOD_S if velocity.trip is None else STOPPED_PERIOD_S)
+            select.select(watched, [], [], ARMED_PERIOD_S if velocity.trip is None else STOPPED_PERIOD_S)
             arrived = list(_arrived(connection))
             if None in arrived:
                 end = DRIVER_ENDED
             elif ending.is_set():
                 end = ENDED_BY_SIGNAL
-            if peer in ready:
-                # It says nothing: this is its end. It outlives this process where all is well.
+            other.listen()
+            if other.ended:
+                # It outlives this process where all is well.
                 watched = [connection]
                 velocity.update(stopping(STANDBY_DIED))
+            elif velocity.moving and other.hangs:
+                velocity.update(stopping(STANDBY_HUNG))
+            if velocity.moving and is_stopped(driver):
+                velocity.update(stopping(DRIVER_FROZEN))
             # Said before it is done, so that a death in between is that of a guard that moves the robot.
             commanded = any(
                 isinstance(message, messages.Attend) or (isinstance(message, messages.Command) and message.moves)
                 for message in arrived
             )
-            messages.tell(peer, messages.Beat(velocity.moving or commanded))
+            other.tell(moving=velocity.moving or commanded)
             velocity.update(*(_change(message) for message in arrived if message is not None))
             if end is not None and velocity.moving:
                 velocity.update(stopping(end))
@@ -140,7 +149,7 @@ def _guard(velocity: GuardedVelocity, connection: socket.socket, peer: socket.so
     finally:
         velocity.finish()
         # The other one need not see to a robot that rests, while this one calls the services of the end.
-        messages.tell(peer, messages.Beat(moving=False))
+        other.tell(moving=False)
 
 
 def _change(message: messages.ToGuard) -> Change:

@@ -66,8 +66,9 @@ ToGuard = Begin | Command | Attend | Stop | Resume
 
 
 class Beat(msgspec.Struct, tag="beat", frozen=True):
-    """A sign of life from the guard to the one that stands by: whether it publishes a motion now."""
+    """A sign of life from one guard to the other: its process, and whether it publishes a motion now."""
 
+    pid: int
     moving: bool
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from benchbot.plugin import BenchbotError, FailureClass, MotionConfig
 from benchbot_robot_ros2.declaration import DeadMan, Safety, Signal, Topic
-from benchbot_robot_ros2.guard.state import GuardState, Trip
+from benchbot_robot_ros2.guard.state import FIND_OUT, GuardState, Trip
 from benchbot_robot_ros2.guard.topic import VelocityPublisher
 from benchbot_robot_ros2.ramp import REST
 
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 # A simulated robot whose clock stands still does not move either; for longer than this, something else is wrong.
 CLOCK_STALL_S = 2.0
+STOP = "benchbot/stop"
+"""A std_srvs/srv/Trigger, and a topic of std_msgs/msg/Bool: whoever can reach the robot can stop it."""
 # Looking at the graph costs little, but not nothing.
 GRAPH_PERIOD_S = 0.1
 LAST_ZEROS_STOPPED, LAST_ZEROS_AT_REST, LAST_ZEROS_PERIOD_S = 20, 4, 0.05
@@ -89,9 +91,13 @@ class GuardedVelocity:
         return self._node.get_clock().now().nanoseconds / 1e9 if self.use_sim_time else time.monotonic()
 
     def listen_to_devices(self) -> None:
-        """Subscribe to the declared devices; e-stop and take-over switch must have publishers."""
+        """Subscribe to the declared devices; e-stop and take-over switch must have publishers. Offer to stop."""
         from rclpy.qos import qos_profile_sensor_data
+        from std_msgs.msg import Bool
+        from std_srvs.srv import Trigger
 
+        self._node.create_service(Trigger, STOP, self._on_stop_service)
+        self._node.create_subscription(Bool, STOP, self._on_stop, 1)
         if self._safety.e_stop is not None:
             self._subscribe_e_stop(self._safety.e_stop)
         if self._safety.dead_man is not None:
@@ -215,6 +221,17 @@ class GuardedVelocity:
 
         pressed = says(signal, message)
         self._from_device(lambda state, _: state.e_stop(pressed=pressed))
+
+    def _on_stop(self, message: Any) -> None:
+        if message.data:
+            topic = self._node.resolve_topic_name(STOP)
+            self._from_device(stopping(Trip(f"Somebody stopped it by the topic {topic}.", FIND_OUT)))
+
+    def _on_stop_service(self, _request: Any, response: Any) -> Any:
+        service = self._node.resolve_service_name(STOP)
+        self._from_device(stopping(Trip(f"Somebody stopped it by the service {service}.", FIND_OUT)))
+        response.success, response.message = True, "The robot was stopped, and the run is over."
+        return response
 
     def _on_dead_man(self, message: Any) -> None:
         held = _held(message, self._safety.dead_man)
