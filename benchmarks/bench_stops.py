@@ -354,7 +354,7 @@ def main() -> None:
         robot = stack.enter_context(unicycle(**WELL))
         recorder = Recorder(stack.enter_context(ros.running_node("bench_recorder")))
         for event in events:
-            measured = []
+            measured: list[Measured] = []
             for number in range(options.trials):
                 progress(f"{event.name}: {number + 1} of {options.trials}")
                 while len(measured) <= number:

@@ -16,7 +16,8 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.wire.run_state import LEASE_FILE, RUN, Connection, RunState, is_locked, live
+from benchbot.emergency_stop import is_locked
+from benchbot.wire.run_state import LEASE_FILE, RUN, Connection, RunState, live
 
 PROBES, PROBE_PERIOD_S = 10, 0.02
 """Whoever looks whether a file is locked holds its lock for an instant."""

@@ -27,6 +27,7 @@ import msgspec
 
 from benchbot.core import atomic, resources
 from benchbot.core.errors import BenchbotError, ExitCode
+from benchbot.emergency_stop import is_locked
 from benchbot.plugins.tui import result_rows
 from benchbot.plugins.watching.batch_feed import batches
 from benchbot.plugins.watching.logs import end_of
@@ -63,7 +64,7 @@ class Job:
     @property
     def alive(self) -> bool:
         """Whether it still runs: its log is locked as long as it does."""
-        return run_state.is_locked(self.log)
+        return is_locked(self.log)
 
     @property
     def title(self) -> str:
