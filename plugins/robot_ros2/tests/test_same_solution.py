@@ -137,6 +137,7 @@ def rooms(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         PLUGIN,
         {
             "robots/twin.yaml": json.dumps(twin()),
+            "robots/stamped_twin.yaml": json.dumps(stamped_twin()),
             "environments/nook_1.yaml": json.dumps(environment(arena, "nook", NOOK)),
             "environments/look_around_1.yaml": json.dumps(look_around),
             "ground_truths/look_around_1.json": json.dumps({**truth, "environment": look_around}),
@@ -168,6 +169,14 @@ def twin() -> Document:
         "camera": {"frame": "camera"},
         "footprint": {"radius_m": 0.2, "z_min_m": 0.03, "z_max_m": 1.0},
     }
+
+
+def stamped_twin() -> Document:
+    """Return the twin whose base takes stamped velocities."""
+    data = twin()
+    for action in ("move_next", "move_distance", "move_angle"):
+        data["connections"][action] = {**data["connections"][action], "ros_type": "geometry_msgs/msg/TwistStamped"}
+    return {**data, "name": "sample_stamped_twin"}
 
 
 @contextmanager
@@ -218,6 +227,21 @@ def test_a_first_solution_runs_on_both(in_the_nook: Platforms, example: str, tas
         away_m, turned_deg = off(there, here)
         assert away_m < 0.05
         assert turned_deg < 4.0
+
+
+@pytest.mark.xdist_group("bridge")
+def test_a_first_solution_runs_where_velocities_are_stamped(rooms: Path) -> None:
+    with bridge_on_a_domain(
+        "--robot", "sample_careful_robot", "--env", "nook:1", "--camera-rate-hz", "20", "--stamped"
+    ):
+        platforms = Platforms("sample_careful_robot", "sample_stamped_twin", "nook:1", rooms / "stamped")
+        platforms.folder.mkdir()
+        simulated, real = platforms.both("semantic_slam:passive:ground_truth", "hello_passive")
+
+    assert same_solution(simulated, real)
+    assert real.result["provenance"]["failure"] is None
+    for here, there in zip(simulated.visited(), real.visited(), strict=True):
+        assert off(there, here)[0] < 0.05
 
 
 @pytest.fixture(scope="module")

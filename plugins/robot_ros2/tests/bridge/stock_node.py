@@ -113,10 +113,11 @@ def scan(heard: Heard, messages: Messages) -> list[str]:
 def occupancy(heard: Heard, messages: Messages) -> list[str]:
     grid = messages[-1]
     cells = np.array(grid.data, np.int8).reshape(grid.info.height, grid.info.width)
-    robot = heard.topics["/tf"][0].transforms
-    place = next(t.transform.translation for t in robot if t.child_frame_id == "odom")
-    column = int((place.x - grid.info.origin.position.x) / grid.info.resolution)
-    row = int((place.y - grid.info.origin.position.y) / grid.info.resolution)
+    starts = [t.transform.translation for t in heard.topics["/tf"][0].transforms if t.child_frame_id == "odom"]
+    if not starts:
+        return ["the place of odom in the map is not known"]
+    column = int((starts[0].x - grid.info.origin.position.x) / grid.info.resolution)
+    row = int((starts[0].y - grid.info.origin.position.y) / grid.info.resolution)
     facts = {
         "in the frame map": grid.header.frame_id == "map",
         "a resolution": 0.01 <= grid.info.resolution <= 0.1,
@@ -239,7 +240,9 @@ def transforms(heard: Heard, messages: Messages) -> list[str]:
     complaints = [] if roots == {"map"} else [f"the tree has the roots {sorted(roots)}"]
     complaints += [f"{child} has {len(them)} parents" for child, them in heard.parents.items() if len(them) != 1]
     expected = {"odom": {"map"}, "base_link": {"odom"}, "base_footprint": {"base_link"}}
-    complaints += [f"the parent of {child} is another" for child in expected if heard.parents[child] != expected[child]]
+    complaints += [
+        f"the parent of {child} is another" for child in expected if heard.parents.get(child) != expected[child]
+    ]
     used = {m.header.frame_id for topic in ("/scan", "/camera/color/image_raw") for m in heard.topics[topic]}
     return complaints + [f"{frame} is not in the tree" for frame in used - frames]
 

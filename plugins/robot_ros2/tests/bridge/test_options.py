@@ -1,6 +1,9 @@
 """The options of `benchbot bridge ros2`, and what it says when other nodes do not fit to it."""
 
+import json
+import os
 from collections.abc import Iterator
+from pathlib import Path
 from queue import Empty, Queue
 from threading import Thread
 from typing import Any
@@ -8,9 +11,12 @@ from typing import Any
 import pytest
 from tf2_msgs.msg import TFMessage
 
+from benchbot.core.declarations import schema
 from benchbot_robot_ros2 import qos
 from benchbot_robot_ros2.messages import message_type
 from plugins.robot_ros2.tests.bridge.bridged import DEADLINE_S, SAMPLE, Listener, bridge, listener, until
+from tests.conftest import SAMPLE_PLUGIN
+from tests.plugin_factory import DECLARES, PluginFactory
 
 pytestmark = pytest.mark.xdist_group("bridge")
 
@@ -23,7 +29,11 @@ class Said:
 
     def __init__(self, process: Any) -> None:
         self._lines: Queue[str] = Queue()
-        Thread(target=lambda: [self._lines.put(line) for line in process.stderr], daemon=True).start()
+        Thread(target=self._read, args=(process.stderr,), daemon=True).start()
+
+    def _read(self, stream: Any) -> None:
+        for line in stream:
+            self._lines.put(line)
 
     def line_with(self, words: str) -> str:
         """Wait for a line with these words."""
@@ -121,6 +131,40 @@ def test_frames_without_prefix_in_a_namespace_are_a_tree_there(publishing: Liste
         assert publishing.node.count_publishers("/tf") == 0
     frames = {transform.child_frame_id for message in heard for transform in message.transforms}
     assert frames >= {"odom", "base_link"}
+
+
+@pytest.fixture
+def halls(plugin_factory: PluginFactory) -> str:
+    """A plug-in with two variants of the arena, hall:1 and hall:2, each with a map of its own; the path to it."""
+    arena = Path(SAMPLE_PLUGIN) / "benchbot_sample" / "environments" / "arena_1.yaml"
+    data = schema.read(arena)
+    place = {**data, "name": "hall", "map_path": str((arena.parent / data["map_path"]).resolve())}
+    about = {"image": "hall.pgm", "resolution": 2, "origin": [-3, -2, 0], "occupied_thresh": 0.65, "free_thresh": 0.196}
+    made = {"maps/hall.pgm": "P2 3 2 255 0 205 254 254 254 254\n"}
+    for variant, negate in ((1, 0), (2, 1)):
+        made[f"environments/hall_{variant}.yaml"] = json.dumps({**place, "variant": variant})
+        made[f"maps/hall_{variant}.yaml"] = json.dumps({**about, "negate": negate})
+    plugin_factory.make("halls", DECLARES.format(kind="environments"), made)
+    return os.pathsep.join([str(plugin_factory.folder), os.environ["PYTHONPATH"]])
+
+
+def test_a_map_is_there_for_who_comes_late_by_topic_and_by_service(publishing: Listener, halls: str) -> None:
+    from nav_msgs.srv import GetMap
+
+    grids: list[Any] = []
+    with bridge("--robot", "sample_robot", "--env", "hall:1", "--map", PYTHONPATH=halls):
+        kind = message_type("nav_msgs/msg/OccupancyGrid")
+        publishing.node.create_subscription(kind, "/map", grids.append, qos.latched())
+        until(lambda: grids, "the map")
+        assert (grids[0].header.frame_id, list(grids[0].data)) == ("map", [0, 0, 0, 100, -1, 0])
+        assert publishing.call(GetMap, "/map_server/map", GetMap.Request()).map == grids[0]
+        # In another scene there is another map, and none where the scene has none: the robot stays.
+        assert publishing.reset(environment="hall:2").success
+        until(lambda: len(grids) > 1, "the other map")
+        assert list(grids[1].data) == [100, 100, 100, 0, 100, 100]
+        answer = publishing.reset(environment="arena:1")
+        assert "There is no map of arena:1 to publish." in answer.message
+        assert publishing.call(GetMap, "/map_server/map", GetMap.Request()).map.data == grids[1].data
 
 
 def test_a_scene_without_a_map_is_refused_in_words(domain: int) -> None:

@@ -3,7 +3,6 @@
 import operator
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,10 +10,10 @@ import pytest
 from benchbot.core import plugin_manager, resources
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.platform import PlatformSpec
-from benchbot_robot_ros2 import images, qos
+from benchbot_robot_ros2 import images
 from benchbot_robot_ros2.bridge.robot import find_scene, topics
 from benchbot_robot_ros2.encoders import encode
-from benchbot_robot_ros2.messages import message_type, pose_of
+from benchbot_robot_ros2.messages import pose_of
 from plugins.robot_ros2.tests.bridge.bridged import bridge, listener, time_of, until
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("renderer")]
@@ -31,7 +30,9 @@ def test_carter_in_the_miniroom_publishes_what_the_ray_tracer_shows(domain: int,
     loaded = plugin_manager.load()
     catalog = Catalog(loaded)
     carter = catalog.get("robots", "carter_lowres").data
-    with bridge("--robot", "carter_lowres", "--env", "miniroom:1"), listener() as robot:
+    with bridge("--robot", "carter_lowres", "--env", "miniroom:1") as process, listener() as robot:
+        assert process.stderr
+        assert "The robot carter_ros2 fits it: benchbot submit --robot carter_ros2" in process.stderr.readline()
         go = robot.velocities()
         until(lambda: go(0.3, 0.5) or robot.truth().yaw_rad > -1.3, "it has turned")
         until(lambda: not any(velocity(robot.newer("/odom", "nav_msgs/msg/Odometry"))), "it rests")
@@ -54,22 +55,6 @@ def test_carter_in_the_miniroom_publishes_what_the_ray_tracer_shows(domain: int,
         assert scan.header.frame_id == "lidar"
         assert np.allclose(scan.ranges, observed["laser"]["scans"][:, 0], atol=1e-4)
         platform.close()
-
-
-def test_a_map_is_there_for_who_comes_late_by_topic_and_by_service(domain: int, cache: Path) -> None:
-    from nav_msgs.srv import GetMap
-
-    grids: list[Any] = []
-    with bridge("--robot", "carter_lowres", "--env", "miniroom:1", "--map") as process, listener() as robot:
-        assert process.stderr
-        assert "The robot carter_ros2 fits it: benchbot submit --robot carter_ros2" in process.stderr.readline()
-        robot.node.create_subscription(message_type("nav_msgs/msg/OccupancyGrid"), "/map", grids.append, qos.latched())
-        until(lambda: grids, "the map")
-        assert robot.call(GetMap, "/map_server/map", GetMap.Request()).map == grids[0]
-        # In another scene there is another map.
-        assert robot.reset(environment="miniroom:2").success
-        until(lambda: len(grids) > 1, "the other map")
-        assert grids[1].data != grids[0].data
 
 
 def test_compressed_pictures_are_taken_for_who_subscribes_to_nothing_else(domain: int, cache: Path) -> None:

@@ -4,6 +4,7 @@ import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
+from functools import partial
 from typing import Any
 
 import pytest
@@ -61,7 +62,7 @@ def commands(robots: Listener, name: str, ros_type: str) -> Callable[[float], No
 def test_each_obeys_its_own_velocities_only(robots: Listener) -> None:
     for name, other, ros_type in (("tb1", "tb2", TWIST), ("tb2", "tb1", STAMPED)):
         for robot in (name, other):
-            until(lambda robot=robot: rests(robots, robot), f"{robot} rests")
+            until(partial(rests, robots, robot), f"{robot} rests")
         go, before, others = commands(robots, name, ros_type), where(robots, name), where(robots, other)
 
         def driven(go: Callable[[float], None] = go, name: str = name, before: float = before) -> bool:

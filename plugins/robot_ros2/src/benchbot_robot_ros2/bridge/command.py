@@ -58,7 +58,7 @@ def ros2(
     from benchbot_robot_ros2.bridge.fitting import drivers
     from benchbot_robot_ros2.bridge.node import Bridge
     from benchbot_robot_ros2.bridge.occupancy_map import MapServer
-    from benchbot_robot_ros2.bridge.pace import WallTime
+    from benchbot_robot_ros2.bridge.pace import SimulatedTime, WallTime
     from benchbot_robot_ros2.bridge.robot import NODE, BridgedRobot, find_robot, find_scene
     from benchbot_robot_ros2.bridge.state import StatePublisher
     from benchbot_robot_ros2.bridge.transforms import Transforms, transforms_installed
@@ -83,11 +83,13 @@ def ros2(
             )
             platform = stack.enter_context(closing(bridged.create(catalog.plugins)))
             period_s = platform.control_period_s
-            robot_time, clock = (WallTime(period_s), None) if wall_time else simulated_time(node, period_s)
-            world = World(platform, robot_time, declaration.get("noise", {}))
+            world = World(platform, SimulatedTime(period_s), declaration.get("noise", {}))
             maps = MapServer(node, bridged) if has_map else None
             the_bridge = Bridge(catalog, bridged, world, camera, maps, (scene, seed))
             the_bridge.load()
+            # Only now, since who claims /clock publishes on it at once: another bridge may be waiting to hear that.
+            robot_time, clock = (WallTime(period_s), None) if wall_time else simulated_time(node, period_s)
+            world.live_in(robot_time)
             has_transforms = transforms_installed()
             transforms = Transforms(node, bridged, map_transform=map_transform) if has_transforms else None
             state = StatePublisher(node, bridged, clock=clock, transforms=transforms, laser_rate_hz=laser_rate_hz)

@@ -34,6 +34,10 @@ class World:
         """The length of a tick, in seconds."""
         return self._platform.control_period_s
 
+    def live_in(self, time: RobotTime) -> None:
+        """Let another time be the robot's, before its first tick."""
+        self._time = time
+
     def left_s(self) -> float:
         """Return how long to wait for the next tick, at most, in seconds."""
         return self._time.left_s()
