@@ -127,6 +127,20 @@ def test_a_robot_with_an_outline_comes_nearer_than_the_disc_that_holds_it(tmp_pa
         assert abs(there.state["yaw"]) < 2.5
 
 
+def test_a_scan_that_comes_seldom_is_waited_for_before_the_robot_moves(tmp_path: Path) -> None:
+    robot = declaration(timing={"wait_s": 3.0, "feedback_timeout_s": 2.0})
+    with unicycle() as there, driver(robot, tmp_path) as platform:
+        platform.load(scene(), 0)
+        there.set(silent=["/scan"])
+        with pytest.raises(BenchbotError, match="nothing came on /scan"):
+            platform.load(scene(), 0)
+        there.set(silent=[])
+        for _ in range(5):
+            platform.load(scene(), 0)
+            # Nothing was observed since.
+            assert act(platform, robot, "move_distance", distance=0.02) is Outcome.REACHED
+
+
 def test_contact_ends_the_action_and_a_load_forgets_it(tmp_path: Path) -> None:
     robot = declaration()
     with unicycle() as there, driver(robot, tmp_path) as platform:

@@ -100,3 +100,16 @@ def test_a_base_that_is_pushed_aside_is_neither_at_rest_nor_where_it_was(lateral
 
     ahead, _ = Prediction(MOTION).carry_on([pushed], 1.2)
     assert ahead.translation_xyz == pytest.approx((0.0, 0.2 * lateral_mps, 0.0))
+
+
+def test_a_base_that_another_drives_leaves_the_measured_dead_time_as_it_is() -> None:
+    prediction = Prediction(MOTION)
+    samples, _ = _driven(prediction, 0.2, Velocity(0.4, 0.0), 1.5)
+    prediction.carry_on(samples, 1.5)
+    measured_s = prediction.dead_time_s
+    prediction.note(REST, 1.5)
+
+    prediction.note(Velocity(0.3, 0.0), 5.0, is_seen=True)
+    prediction.carry_on([_sample(5.01, Velocity(0.3, 0.0))], 5.02)
+
+    assert prediction.dead_time_s == measured_s > 0.1

@@ -105,12 +105,14 @@ class ConnectedRobot:
                 or self._is_told
                 or (place is not None and (self.place.holds or place.stamp_ns >= since_ns))
             )
-            if placed and rested(odometry, odometry[0].arrived_s if odometry else math.inf):
+            # Without a scan of now the robot would stop at its first move: it may come seldom.
+            unheard = [stream for stream in self.feedback if stream.newest is None]
+            if placed and not unheard and rested(odometry, odometry[0].arrived_s if odometry else math.inf):
                 self.contact.clear()
                 return
             if wait.over():
                 self.check_feedback()
-                raise self._restless(odometry, placed=placed)
+                raise missing(unheard) if unheard else self._restless(odometry, placed=placed)
 
     def channel(self, name: str) -> Channel:
         """Return the channel of an observation; raises BenchbotError when the robot has none."""

@@ -302,7 +302,8 @@ class Ros2Driver:
             measured = robot.odometry.newest
             # What it does is what it was commanded, as far as can be known here.
             moves = measured is not None and not still(measured.message)
-            self._note(Velocity(*twist(measured.message)) if measured and moves else REST, robot.clock.now_s())
+            seen = Velocity(*twist(measured.message)) if measured and moves else REST
+            self._note(seen, robot.clock.now_s(), is_seen=True)
             robot.guard.attend()
             with self._changed:
                 self._changed.wait(min(left_s, REPEAT_S))
@@ -353,13 +354,13 @@ class Ros2Driver:
             frames["camera"] = base @ robot.mount(self._robot.camera_frame)
         return {frame: pose.record(self._robot.map_name) for frame, pose in frames.items()}
 
-    def _note(self, command: Velocity, now_s: float) -> None:
+    def _note(self, command: Velocity, now_s: float, *, is_seen: bool = False) -> None:
         if command == REST and self._command != REST:
             self._rest_commanded_s = now_s
         if command != REST:
             self._motion_command = command
         self._command = command
-        self._prediction.note(command, now_s)
+        self._prediction.note(command, now_s, is_seen=is_seen)
 
     def _carry_on(self) -> tuple[Pose, Velocity]:
         robot = self._here()

@@ -29,15 +29,18 @@ class Prediction:
         self._commands: deque[tuple[float, Velocity]] = deque([(-math.inf, REST)])
         self._started_s: float | None = None
 
-    def note(self, command: Velocity, now_s: float) -> None:
-        """Note what is commanded from now on."""
+    def note(self, command: Velocity, now_s: float, *, is_seen: bool = False) -> None:
+        """Note what is commanded from now on.
+
+        Where another commands the base, that is the velocity that is seen: it says nothing of the dead time.
+        """
         command = clipped(command, self._motion)
         last = self._commands[-1][1]
         if command == last:
             return
         if last == REST:
             clear = abs(command[0]) > CLEAR_FACTOR * STILL_MPS or abs(command[1]) > CLEAR_FACTOR * STILL_RADPS
-            self._started_s = now_s if clear else None
+            self._started_s = now_s if clear and not is_seen else None
         self._commands.append((now_s, command))
         while len(self._commands) > 1 and self._commands[1][0] < now_s - 2 * LONGEST_DEAD_TIME_S:
             self._commands.popleft()

@@ -247,3 +247,42 @@ def test_no_velocity_is_published_from_a_take_over_until_the_driver_resumes_afte
         velocity = state.step(now_s)
         assert not theirs or velocity in (REST, None)
         assert state.yielded == theirs
+
+
+def attend(state: GuardState, start_s: float, duration_s: float) -> list[Velocity | None]:
+    """Return what is published while the robot's navigation drives it, and that is said at every tick."""
+    published = []
+    for tick in range(1, round(duration_s / TICK_S) + 1):
+        now_s = start_s + tick * TICK_S
+        state.attend(now_s)
+        published.append(state.step(now_s))
+    return published
+
+
+def test_nothing_is_published_while_navigation_drives_and_silence_stops_it() -> None:
+    state = GuardState(MOTION, 0.15)
+    assert attend(state, 0.0, 1.0) == [None] * 50
+    assert state.moving
+    assert watch(state, 1.0, 0.2)[-1] == REST
+    assert state.trip is not None
+    assert "No velocity command came" in state.trip.why
+
+
+def test_a_command_ends_the_navigation_and_at_rest_needs_no_follower() -> None:
+    state = GuardState(MOTION, 0.15)
+    attend(state, 0.0, 0.5)
+    state.command(REST, 0.52)
+    assert not state.moving
+    assert watch(state, 0.52, 1.0) == [None] * 50
+    assert state.trip is None
+
+
+@pytest.mark.parametrize("device", ["e-stop", "dead-man"])
+def test_devices_stop_a_robot_that_navigation_drives(device: str) -> None:
+    state = GuardState(MOTION, 0.15, dead_man_timeout_s=0.3)
+    state.dead_man(held=True, now_s=0.9)
+    assert attend(state, 0.9, 0.2)[-1] is None
+    if device == "e-stop":
+        state.e_stop(pressed=True)
+    assert attend(state, 1.1, 0.4)[-1] == REST
+    assert not state.moving
