@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from benchbot.wire.run_state import RunState
 
 Task = Annotated[str, typer.Option("--task", "-t", metavar="TASK", help="What the solution is asked to do.")]
-Robot = Annotated[str, typer.Option("--robot", "-r", metavar="ROBOT", help="The robot that does it.")]
+Robot = Annotated[
+    str, typer.Option("--robot", "-r", metavar="ROBOT", help="The robot; one of a fleet: NAME@NAMESPACE.")
+]
 Environment = Annotated[
     str,
     typer.Option(

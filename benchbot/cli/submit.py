@@ -86,7 +86,9 @@ def submit(
     task: Annotated[
         str | None, typer.Option("--task", "-t", metavar="TASK", help="Start a back end for this submission: the task,")
     ] = None,
-    robot: Annotated[str | None, typer.Option("--robot", metavar="ROBOT", help="the robot,")] = None,
+    robot: Annotated[
+        str | None, typer.Option("--robot", metavar="ROBOT", help="the robot (one of a fleet: NAME@NAMESPACE),")
+    ] = None,
     environment: Annotated[
         str | None, typer.Option("--env", "--environment", metavar="NAME:VARIANT", help="and the environment.")
     ] = None,

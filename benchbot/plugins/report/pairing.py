@@ -44,8 +44,9 @@ def pair(
     """Return the rows by pairs, whatever their order.
 
     A row that does not say its seed pairs with one of its environment that is left, in the order of seeds; with
-    `ignore_seeds` all do. Rows whose runs overrode their environment differently (`--set`) do not pair unless
-    `ignore_settings`. A row of no known environment has no counterpart.
+    `ignore_seeds` all do. Of several robots, as of a fleet, equal ones pair first. Rows whose runs overrode their
+    environment differently (`--set`) do not pair unless `ignore_settings`. A row of no known environment has no
+    counterpart.
     """
     pairs: list[Pair] = []
     left_a: list[Row] = []
@@ -55,6 +56,7 @@ def pair(
     for condition in sorted({*all_a, *all_b}):
         here_a, here_b = all_a.get(condition, []), all_b.get(condition, [])
         if not ignore_seeds:
+            pairs += _take_pairs(here_a, here_b, lambda a, b: _numbers(a) == _numbers(b) and _robot(a) == _robot(b))
             pairs += _take_pairs(here_a, here_b, lambda a, b: _numbers(a) == _numbers(b))
         pairs += _take_pairs(
             here_a, here_b, lambda a, b: ignore_seeds or a.get("seed") is None or b.get("seed") is None
@@ -98,6 +100,11 @@ def _take_pairs(rows_a: list[Row], rows_b: list[Row], match: Callable[[Row, Row]
             rows_b[:] = [kept for kept in rows_b if kept is not other]
             pairs.append(Pair(row, other))
     return pairs
+
+
+def _robot(row: Row) -> str | None:
+    selection = (row.get("provenance") or {}).get("selection") or {}
+    return selection.get("robot")
 
 
 def _numbers(row: Row) -> dict[str, Any]:

@@ -97,3 +97,15 @@ def test_settings_can_be_ignored_to_ask_what_they_change() -> None:
         ("flat:1, seed 1", DAY, NIGHT),
     ]
     assert [item.label for item in pair(night, day, ignore_settings=True).pairs] == ["flat:1, seed 0", "flat:1, seed 1"]
+
+
+def test_of_a_fleet_each_robot_pairs_with_itself_and_where_there_is_none_with_another() -> None:
+    def of(robot: str, source: str) -> Row:
+        return row("room:1", seed=0, source=source) | {"provenance": {"selection": {"robot": robot}}}
+
+    before = [of("cart@r1", "1.json"), of("cart@r2", "2.json"), of("cart@r3", "3.json")]
+    after = [of("cart@r2", "1.json"), of("cart@r1", "2.json"), of("cart@r4", "3.json")]
+    paired = pair(before, after)
+    robots = [[side["provenance"]["selection"]["robot"] for side in (item.a, item.b)] for item in paired.pairs]
+    assert robots == [["cart@r1", "cart@r1"], ["cart@r2", "cart@r2"], ["cart@r3", "cart@r4"]]
+    assert (paired.only_a, paired.only_b) == ([], [])
