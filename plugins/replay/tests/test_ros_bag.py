@@ -135,8 +135,20 @@ def test_instants_without_a_pose_are_counted(ros_lab: Lab, driven: Kept) -> None
 
     bag = bag_of(driven.recording, ros_lab.cli.folder / "bag", change=keep)
     replayed = ros_lab.replay("replayed", bag, *HERE)
-    assert "Warning: 1 instants of the bag are left out" in replayed.said
+    assert "Warning: 1 instants are left out" in replayed.said
     assert replayed.provenance["steps"] == driven.provenance["steps"] - 1
+
+
+def test_a_bag_that_begins_elsewhere_is_warned_of(ros_lab: Lab, driven: Kept) -> None:
+    def shifted(message: Message) -> Message:
+        if message[0] == "/tf":
+            for one in message[2].transforms:
+                one.transform.translation.x += 3.0
+        return message
+
+    bag = bag_of(driven.recording, ros_lab.cli.folder / "bag", change=shifted)
+    replayed = ros_lab.replay("replayed", bag, *HERE)
+    assert "It begins 3.00 m and 0° away from the start of arena:1" in replayed.said
 
 
 def test_steps_may_be_thinned(ros_lab: Lab, driven: Kept) -> None:

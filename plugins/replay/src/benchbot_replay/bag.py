@@ -45,9 +45,10 @@ class Bag:
 
         from mcap.exceptions import McapError
         from rosbags.rosbag2 import Reader, ReaderError
+        from rosbags.serde import SerdeError
 
         try:
             with Reader(self.path) as reader:
                 yield reader
-        except (ReaderError, McapError, Error, OSError, AssertionError) as error:
+        except (ReaderError, SerdeError, McapError, Error, OSError, ValueError, AssertionError) as error:
             raise self.refused(f"It cannot be read: {error}.") from error

@@ -124,9 +124,9 @@ def _of_bag(path: Path, words: Sequence[str]) -> Path:
     if len(place) != 1:
         raise BenchbotError("A bag is of one scene.", f"{environment} names {len(place)}.", "Name one: --env NAME:1")
     about = bag.Bag(path, catalog.get("robots", robot), catalog.get("tasks", task), place[0], every_s)
-    folder, left_out = ros_bag.converted(about)
-    if left_out:
-        console.note(f"Warning: {left_out} instants of the bag are left out: where the robot was then is not known.")
+    folder, odd = ros_bag.converted(about)
+    for sentence in odd:
+        console.note(f"Warning: {sentence}")
     return folder
 
 

@@ -4,7 +4,7 @@ import math
 import shutil
 from hashlib import sha256
 from itertools import chain
-from json import dumps
+from json import dumps, loads
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,18 +18,21 @@ from benchbot.plugin import (
     cache_dir,
     misfits,
     public_environment,
+    wrap_angle_rad,
     write_text,
 )
 from benchbot_record_mcap.recording import McapRecording
 from benchbot_replay.bag import Bag
 from benchbot_replay.bag_instants import Findings, Instant, instants
 
-LEFT_OUT = "left_out"
-"""A file beside a recording that was made of a bag: how many of its instants have no pose."""
+NOTES = "notes.json"
+"""A file beside a recording that was made of a bag: what there is to know of it."""
+AWAY_M, TURNED_DEG = 0.2, 10.0
+"""How far from the environment's start a bag may begin without a word."""
 
 
-def converted(bag: Bag) -> tuple[Path, int]:
-    """Return the folder of a recording made of a bag, in BenchBot's cache, and how many instants were left out.
+def converted(bag: Bag) -> tuple[Path, list[str]]:
+    """Return the folder of a recording made of a bag, in BenchBot's cache, and in sentences what is odd about it.
 
     It is made once of the same. Raises BenchbotError for a bag that cannot be read, and for one without what the task
     observes.
@@ -42,14 +45,13 @@ def converted(bag: Bag) -> tuple[Path, int]:
     if not folder.is_dir():
         part = folder.with_suffix(".part")
         shutil.rmtree(part, ignore_errors=True)
-        left_out = convert(bag, part / "mcap", content)
-        write_text(part / LEFT_OUT, str(left_out))
+        write_text(part / NOTES, dumps(convert(bag, part / "mcap", content)))
         part.rename(folder)
-    return folder / "mcap", int((folder / LEFT_OUT).read_text("utf-8"))
+    return folder / "mcap", loads((folder / NOTES).read_text("utf-8"))
 
 
-def convert(bag: Bag, folder: Path, content_sha256: str) -> int:
-    """Write a recording of a bag into a folder, and return how many instants were left out, without a pose.
+def convert(bag: Bag, folder: Path, content_sha256: str) -> list[str]:
+    """Write a recording of a bag into a folder, and return in sentences what is odd about it.
 
     Raises BenchbotError as `converted` does.
     """
@@ -71,7 +73,22 @@ def convert(bag: Bag, folder: Path, content_sha256: str) -> int:
         if instant.collided:
             break
     recording.close()
-    return findings.without_pose
+    return _odd(bag, first, findings)
+
+
+def _odd(bag: Bag, first: Instant, findings: Findings) -> list[str]:
+    start = Pose.from_wxyz_xyz(bag.environment.data["start_pose"])
+    away_m = math.dist(start.translation_xyz[:2], first.base.translation_xyz[:2])
+    turned_deg = abs(math.degrees(wrap_angle_rad(first.base.yaw_rad - start.yaw_rad)))
+    said = []
+    if findings.without_pose:
+        said.append(f"{findings.without_pose} instants are left out: where the robot was then is not known.")
+    if away_m > AWAY_M or turned_deg > TURNED_DEG:
+        said.append(
+            f"It begins {away_m:.2f} m and {turned_deg:.0f}° away from the start of {bag.environment.name}: "
+            "if its map frame is another one, scores are wrong."
+        )
+    return said
 
 
 def _write(recording: McapRecording, progress: Progress, instant: Instant, first_ns: int, before: Pose | None) -> None:
