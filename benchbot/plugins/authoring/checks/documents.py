@@ -15,6 +15,7 @@ from benchbot.core.declarations.positions import Positions
 from benchbot.core.declarations.problems import pointer
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.findings import Problem
+from benchbot.plugins.formats import occupancy_map
 
 SUFFIXES = (".yaml", ".yml", ".json")
 FOLDERS = {**KINDS, "ground_truths": "ground_truth", "evaluation_methods": "evaluation_method"}
@@ -162,3 +163,17 @@ def _problems_of_environment(document: Document) -> Iterator[Problem]:
                 "Write [qw, qx, qy, qz, x, y, z]; no rotation is 1, 0, 0, 0"
             )
             yield problem(keys, message, warning=norm > 0)
+    named = next((key for key in ("map_path", "occupancy_map") if key in document.data), None)
+    if named is None or document.data["type"] != occupancy_map.REAL:
+        return
+    path = document.path.parent / str(document.data[named])
+    if path.is_file():
+        try:
+            found = occupancy_map.read(path)
+        except BenchbotError as error:
+            yield problem([named], f"{error.title} {error.why} {error.fix}", warning=False)
+            return
+        for keys, pose in poses:
+            there = found.place(pose[4], pose[5])
+            if there != "free":
+                yield problem(keys, f"its place is {there} in the map {path.name}", warning=keys != ["start_pose"])

@@ -128,6 +128,38 @@ def test_a_mistake_is_told_with_its_line_and_what_to_write(kind: str, text: str,
     assert any(message.startswith(said) for message in found), found
 
 
+@pytest.mark.parametrize(
+    ("mode", "found"),
+    [
+        (
+            "trinary",
+            [
+                ("its place is occupied in the map hall.yaml at /start_pose", False),
+                ("its place is outside in the map hall.yaml at /trajectory_poses/1", True),
+            ],
+        ),
+        ("raw", [("cannot be used. Its mode is 'raw'", False)]),
+    ],
+)
+def test_the_poses_of_a_real_room_are_looked_up_in_its_map(
+    tmp_path: Path, mode: str, found: list[tuple[str, bool]]
+) -> None:
+    (tmp_path / "hall.pgm").write_text("P2\n2 1\n255\n254 0\n")
+    (tmp_path / "hall.yaml").write_text(
+        f"image: hall.pgm\nmode: {mode}\nresolution: 1.0\norigin: [0, 0, 0]\n"
+        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+    text = "name: hall\nvariant: 1\ntype: real\nmap_path: ../hall.yaml\nstart_pose: [1, 0, 0, 0, 1.5, 0.5, 0]\n"
+    text += "trajectory_poses: [[1, 0, 0, 0, 0.5, 0.5, 0], [1, 0, 0, 0, 0.5, 1.5, 0]]\n"
+
+    problems = check(tmp_path, "environments", text)
+
+    assert len(problems) == len(found)
+    for problem, (said, warning) in zip(problems, found, strict=True):
+        assert said in str(problem)
+        assert problem.warning is warning
+
+
 @pytest.mark.parametrize(("kind", "text", "said"), DOUBTFUL)
 def test_names_that_another_machine_may_have_are_warnings(kind: str, text: str, said: str, tmp_path: Path) -> None:
     assert all(problem.warning for problem in check(tmp_path, kind, text))
