@@ -190,5 +190,5 @@ def _wrong(name: str, value: Any, form: str) -> BenchbotError:
     return BenchbotError(
         f"The parameter {name} is wrong.",
         f"It is {value!r}; it must be {form}.",
-        f"For example: ros2 param set /benchbot_bridge {name} …",
+        f"For example, of a bridge without a namespace: ros2 param set /benchbot_bridge {name} …",
     )
