@@ -1,10 +1,10 @@
 """Motion reaches its goal within 1 cm and 1 degree on anything that drives like a unicycle, and stops before harm."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -19,6 +19,7 @@ from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose, wrap_angle_rad
 from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import Platform, PlatformSpec, Scene
+from benchbot.core.track import TrackedPlatform
 
 SAMPLE = Path(__file__).parent.parent / "sample_plugin" / "benchbot_sample"
 
@@ -339,6 +340,53 @@ def test_a_phase_that_takes_too_long_times_out_at_rest(action: str, argument: st
     assert execute(platform, action, {argument: 5000.0}, None, MotionConfig()) is Outcome.TIMEOUT
     assert 30.0 <= platform.clock() <= 32.0
     assert platform.velocity == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+class Navigated(OpenFloor):
+    """A floor whose robot is navigated: it appears 0.1 m before its goal, and the navigation ends as it is told."""
+
+    def __init__(self, ending: Outcome | None) -> None:
+        super().__init__(PERFECT, State(0.0, 0.0, 0.0))
+        self.ending = ending
+
+    def navigate(self, goal: Pose) -> Iterator[Outcome | None]:
+        if self.ending is not None:
+            self.state = replace(self.state, x=goal.translation_xyz[0] / 2)
+            yield None
+            self.state = replace(self.state, x=goal.translation_xyz[0] - 0.1)
+            yield self.ending
+
+
+def test_what_navigation_leaves_of_the_way_is_driven() -> None:
+    platform = Navigated(Outcome.REACHED)
+    tracked = TrackedPlatform(platform)
+    tracked.begin()
+    assert (
+        execute(cast(Platform, tracked), "move_next", {}, Pose.planar(2.0, 0.0, 0.3), MotionConfig()) is Outcome.REACHED
+    )
+    assert_stands_at(platform, Pose.planar(2.0, 0.0, 0.3))
+    assert platform.clock() < 3.0
+    assert tracked.take().length_m == pytest.approx(2.0, abs=0.01)
+
+
+@pytest.mark.parametrize("ending", [Outcome.BLOCKED, Outcome.COLLIDED, Outcome.TIMEOUT])
+def test_a_navigation_that_does_not_arrive_ends_the_action(ending: Outcome) -> None:
+    platform = Navigated(ending)
+    assert execute(platform, "move_next", {}, Pose.planar(2.0, 0.0, 0.0), MotionConfig()) is ending
+    assert platform.commands == []
+
+
+def test_other_actions_and_platforms_without_navigation_are_steered() -> None:
+    platform = Navigated(Outcome.BLOCKED)
+    assert execute(platform, "move_distance", {"distance": 0.5}, None, MotionConfig()) is Outcome.REACHED
+    for floor in (Navigated(None), OpenFloor(PERFECT, State(0.0, 0.0, 0.0))):
+        tracked = TrackedPlatform(floor)
+        tracked.begin()
+        assert (
+            execute(cast(Platform, tracked), "move_next", {}, Pose.planar(0.5, 0.0, 0.0), MotionConfig())
+            is Outcome.REACHED
+        )
+        assert_stands_at(floor, Pose.planar(0.5, 0.0, 0.0))
 
 
 def test_driving_into_a_wall_collides_at_contact() -> None:

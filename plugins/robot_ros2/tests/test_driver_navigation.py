@@ -35,8 +35,10 @@ def nav2(**options: Any) -> Iterator[list[dict[str, Any]]]:
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdin is not None
         assert process.stdout is not None
-        said.append(json.loads(process.stdout.readline()))
-        listening = threading.Thread(target=lambda: said.extend(map(json.loads, process.stdout or ())))
+        # Fast DDS writes to the same stream when the machine has too much to do.
+        lines = (json.loads(line) for line in process.stdout if line.startswith("{"))
+        assert next(lines) == {"ready": True}
+        listening = threading.Thread(target=lambda: said.extend(lines))
         listening.start()
         try:
             yield said
