@@ -3,8 +3,12 @@
 Names, shapes and units are those of BenchBot v2, so that its solutions run unchanged.
 """
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NotRequired, TypedDict
+
+from benchbot.core.errors import BenchbotError, FailureClass
 
 if TYPE_CHECKING:
     import numpy as np
@@ -169,3 +173,24 @@ ACTIONS: dict[str, Action] = {
         Action("move_angle", "angle", "deg", "turn on the spot; positive is counter-clockwise"),
     )
 }
+
+
+def check_argument(action: str, arguments: Mapping[str, object]) -> None:
+    """Raise BenchbotError for arguments that an action does not have, and for a value that is no finite number."""
+    known = ACTIONS[action].argument
+    wrong = [name for name in arguments if name != known]
+    if wrong:
+        raise BenchbotError(
+            f"'{action}' has no argument '{wrong[0]}'.",
+            f"Its argument: {known or 'none'}.",
+            f"Call it like this: {action}" + (f" with {{'{known}': 1.0}}" if known else " with no argument"),
+            failure=FailureClass.AGENT,
+        )
+    value = arguments.get(known, 0.0) if known else 0.0
+    if not isinstance(value, int | float) or isinstance(value, bool) or not math.isfinite(value):
+        raise BenchbotError(
+            f"The {known} of '{action}' is {value!r}.",
+            f"It must be a finite number, in {ACTIONS[action].unit}.",
+            "Pass a number, for example 0.5.",
+            failure=FailureClass.AGENT,
+        )

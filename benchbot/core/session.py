@@ -1,7 +1,6 @@
 """The session: one solution's run through the scenes of a selection, as a state machine."""
 
 import logging
-import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
@@ -9,7 +8,7 @@ from typing import Any, TypeVar, cast
 
 from benchbot.core import randomness
 from benchbot.core.budget import LIMITED, Spent
-from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, Observations
+from benchbot.core.channels import GIVEN_BY_EPISODES, Observations, check_argument
 from benchbot.core.digest import ActionLog, ObservationDigest
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass, did_you_mean
 from benchbot.core.geometry import Pose
@@ -321,24 +320,7 @@ class Session:
                 f"The scene '{self.selection.environments[self.progress.scene_number].name}' declares none.",
                 "Choose an environment that declares trajectory_poses.",
             )
-        known = ACTIONS[action].argument
-        wrong = [name for name in arguments if name != known]
-        if wrong:
-            raise BenchbotError(
-                f"'{action}' has no argument '{wrong[0]}'.",
-                f"Its argument: {known or 'none'}.",
-                f"Call it like this: {action}" + (f" with {{'{known}': 1.0}}" if known else " with no argument"),
-                failure=FailureClass.AGENT,
-            )
-        value = arguments.get(known, 0.0) if known else 0.0
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not number or not math.isfinite(value):
-            raise BenchbotError(
-                f"The {known} of '{action}' is {value!r}.",
-                f"It must be a finite number, in {ACTIONS[action].unit}.",
-                "Pass a number, for example 0.5.",
-                failure=FailureClass.AGENT,
-            )
+        check_argument(action, arguments)
 
     def _check_limits(self, *names: str) -> None:
         why = self.progress.spent.used_up(self.selection.limits, *names)

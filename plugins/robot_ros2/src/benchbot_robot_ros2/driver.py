@@ -22,7 +22,7 @@ from benchbot_robot_ros2.connected import ConnectedRobot
 from benchbot_robot_ros2.declaration import LocalisedByOdometry, MovedByNavigation, Ros2Robot
 from benchbot_robot_ros2.failures import failed, safety_stop
 from benchbot_robot_ros2.guard.state import FIND_OUT
-from benchbot_robot_ros2.navigation import Navigation, refuse_rivals
+from benchbot_robot_ros2.navigation import Navigation, moved_by
 from benchbot_robot_ros2.observing import STILL_FACTOR, Moment, callback_of, gather, missing
 from benchbot_robot_ros2.prediction import Prediction
 from benchbot_robot_ros2.provenance import provenance
@@ -81,7 +81,8 @@ class Ros2Driver:
         if self._connected is None:
             self._connected = ConnectedRobot(self._robot, self._motion, self._callbacks, self._changed)
             self._obstacles = obstacles.Obstacles(self._connected)
-            self._navigation = self._navigation_of(self._connected)
+            robot = self._connected
+            self._navigation = moved_by(robot.node, self._robot, lambda: self._refuse_when_stopped(robot))
         robot = self._connected
         self._refuse_when_stopped(robot)
         battery.check(robot)
@@ -278,19 +279,6 @@ class Ros2Driver:
         self._note(REST, robot.clock.now_s())
         self._hand.wait(robot, lambda: self._refuse_when_stopped(robot), self._spec.tell)
         self._begin(robot.clock.now_s())
-
-    def _navigation_of(self, robot: ConnectedRobot) -> Navigation | None:
-        way = self._robot.settings.motion
-        if not isinstance(way, MovedByNavigation):
-            return None
-
-        def lost(why: str, fix: str) -> BenchbotError:
-            return failed(f"The robot '{self._robot.name}' cannot be navigated.", why, fix)
-
-        navigation = Navigation(robot.node, self._robot, way.ros_action, way.ros_type, lost)
-        navigation.await_server(lambda: self._refuse_when_stopped(robot))
-        refuse_rivals(robot.node, self._robot, lost)
-        return navigation
 
     def _watch_navigation(self, robot: ConnectedRobot) -> None:
         """Watch over the robot for one control tick; the guards do as well."""

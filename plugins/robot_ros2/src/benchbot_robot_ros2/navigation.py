@@ -7,7 +7,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from benchbot.plugin import BenchbotError, Outcome, Pose
-from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2 import failures
+from benchbot_robot_ros2.declaration import MovedByNavigation, Ros2Robot
 from benchbot_robot_ros2.messages import pose_message
 from benchbot_robot_ros2.qos import UNNAMED, node_name, publishers
 
@@ -160,7 +161,25 @@ class Navigation:
         return message
 
 
-def refuse_rivals(node: "Node", robot: Ros2Robot, failed: Failed) -> None:
+def moved_by(node: "Node", robot: Ros2Robot, check: Callable[[], None]) -> Navigation | None:
+    """Return the navigation that drives a robot to its next pose, or None where its own controller does.
+
+    `check` is called again and again. Raises BenchbotError when it is not there, or something else commands velocities.
+    """
+    way = robot.settings.motion
+    if not isinstance(way, MovedByNavigation):
+        return None
+
+    def lost(why: str, fix: str) -> BenchbotError:
+        return failures.failed(f"The robot '{robot.name}' cannot be navigated.", why, fix)
+
+    navigation = Navigation(node, robot, way.ros_action, way.ros_type, lost)
+    navigation.await_server(check)
+    _refuse_rivals(node, robot, lost)
+    return navigation
+
+
+def _refuse_rivals(node: "Node", robot: Ros2Robot, failed: Failed) -> None:
     """Raise an error when another node commands velocities on the guard's topic: the guard could not stop it there."""
     topic = robot.command.ros_topic
 
