@@ -121,6 +121,18 @@ def test_a_stop_ends_the_wait(tmp_path: Path) -> None:
         assert there.state["x"] < 0.5
 
 
+def begin_and_walk(platform: Ros2Driver, declared: dict[str, Any]) -> None:
+    platform.load(scene(), 0)
+    act(platform, declared, "move_distance", distance=0.5)
+
+
+def test_a_joystick_without_the_button_stops_the_robot_and_is_no_switch_that_is_never_held(tmp_path: Path) -> None:
+    declared = robot(safety={"take_over": JOYSTICK | {"button": 7}})
+    with unicycle(), driver(declared, tmp_path) as platform, pytest.raises(BenchbotError) as caught:
+        begin_and_walk(platform, declared)
+    assert "its switch is button 7, of 2" in caught.value.why
+
+
 def test_a_joystick_that_is_not_there_is_missed_before_the_robot_moves(tmp_path: Path) -> None:
     with (
         unicycle(absent=["/joy"]),

@@ -144,6 +144,7 @@ def test_the_way_that_is_left_goes_around_what_is_between() -> None:
         {"failure": {"class": "collision", "why": "The robot hit something."}, "collisions": 1},
         {"restarts": 1},
         {"driven_by_hand": 2},
+        {"taken_over": {"times": 1, "duration_s": 3.5}},
     ],
 )
 def test_who_hits_something_runs_out_of_time_begins_anew_or_is_helped_has_no_success(changes: dict[str, Any]) -> None:

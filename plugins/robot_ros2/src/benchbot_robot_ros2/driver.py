@@ -64,6 +64,7 @@ class Ros2Driver:
         self._start_pose = Pose()
         self._loaded_s = self._due_s = 0.0
         self._hand = take_over.TakenOver()
+        self._hand_when_believed = 0
         self._begin(0.0)
 
     @property
@@ -132,7 +133,6 @@ class Ros2Driver:
 
         Raises BenchbotError(ends_run=True) when the robot was stopped for safety. After contact it only brakes.
         """
-        times = self._hand.times
         robot = self._here()
         battery.warn(robot)
         now_s = robot.clock.now_s()
@@ -140,11 +140,10 @@ class Ros2Driver:
         moves = abs(linear_mps) >= REST_MPS or abs(angular_radps) >= REST_RADPS
         while True:
             self._give_way(robot)
-            if self._hand.times > times:
-                return  # this velocity was for where the robot was before
-            self._note(
-                Velocity(linear_mps, angular_radps) if moves and not self.collided else REST, robot.clock.now_s()
-            )
+            if moves and self._hand.times > self._hand_when_believed:
+                return  # this velocity is for where the robot was before a person had it
+            command = Velocity(linear_mps, angular_radps) if moves and not robot.contact.is_set() else REST
+            self._note(command, robot.clock.now_s())
             self._refuse_when_stopped(robot)
             if self._command != REST:
                 self._refuse_when_blind(robot)
@@ -200,6 +199,7 @@ class Ros2Driver:
     def pose(self) -> Pose:
         """Return the best known pose of the base: corrected by localisation where that is declared."""
         robot = self._here()
+        self._hand_when_believed = self._hand.times
         try:
             self._refuse_when_jumped(robot)
             return robot.localisation.pose() @ self._carry_on()[0]
@@ -209,6 +209,7 @@ class Ros2Driver:
     def odometry(self) -> Pose:
         """Return the base's pose by dead reckoning."""
         robot = self._here()
+        self._hand_when_believed = self._hand.times
         try:
             return robot.localisation.odometry() @ self._carry_on()[0]
         except ValueError as error:

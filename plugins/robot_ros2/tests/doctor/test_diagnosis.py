@@ -215,13 +215,28 @@ def test_safety_devices_that_will_not_work_are_named(cart: Cart) -> None:
     cart.pressed = True
     safety = {
         "dead_man": {"ros_topic": "/joy", "ros_type": "sensor_msgs/msg/Joy", "button": 4},
+        "take_over": {"ros_topic": "/joy", "ros_type": "sensor_msgs/msg/Joy", "button": 2},
         "collision": {"ros_topic": "/bumper", "ros_type": "std_msgs/msg/Bool"},
     }
     with cart.running():
         found = examine({"driver": {"safety": safety}})
     assert "the joystick has 2" in found["dead-man switch"][0].detail
+    assert "button 2 is declared, but the joystick has 2" in found["take-over switch"][0].detail
     assert found["collision"][0].level is Level.WARNING
     assert "none is declared" in found["e-stop"][0].detail
+
+
+def test_the_services_of_a_runs_beginning_and_end_are_looked_for_and_not_called(cart: Cart) -> None:
+    cart.services = ["/reset", "/claim"]
+    power = {"ros_service": "/claim", "ros_type": "std_srvs/srv/SetBool"}
+    with cart.running():
+        found = examine(
+            {"driver": {"before": [{"ros_service": "/claim"}], "after": [{"ros_service": "/let_go"}, power]}}
+        )
+    right, wrong = found["service /claim"]
+    assert right.level is Level.OK
+    assert wrong.detail == "it is no std_srvs/srv/SetBool"
+    assert found["service /let_go"][0].detail == "nobody offers it"
 
 
 def test_a_robot_that_cannot_see_ahead_is_refused_before_anything_is_looked_at(domain: int) -> None:

@@ -122,7 +122,7 @@ def _left(ways: Ways, end: Point, goal: Mapping[str, Any], success_m: float) -> 
 
 def _meddled(provenance: Mapping[str, Any]) -> bool:
     """Return whether the solution had another attempt before, or was not alone at it."""
-    return bool(provenance.get("restarts") or provenance.get("driven_by_hand"))
+    return any(provenance.get(key) for key in ("restarts", "driven_by_hand", "taken_over"))
 
 
 def _listed(chosen: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -61,6 +61,7 @@ def diagnose(spec: PlatformSpec) -> Iterator[Finding]:
         yield from _devices(robot, streams)
         yield from graph_checks.return_to_start(node, robot)
         yield from graph_checks.navigation(node, robot)
+        yield from graph_checks.calls(node, robot)
 
 
 def environment(graph: ros.Graph = ros.HERE) -> Iterator[Finding]:
@@ -184,19 +185,22 @@ def _unreadable(channel: str, parts: Mapping[str, Topic], callback: callbacks.Ca
 def _devices(robot: Ros2Robot, streams: list[Stream]) -> Iterator[Finding]:
     """Say what the safety devices said last."""
     last = {stream.use.role: stream.last for stream in streams}
-    safety, dead_man = robot.settings.safety, last.get("dead_man")
+    safety = robot.settings.safety
     e_stop, collision, charge = last.get("e_stop"), last.get("collision"), last.get("battery")
     if e_stop is not None and safety.e_stop is not None and signals.says(safety.e_stop, e_stop):
         fix = "Release it before a run; a run that meets it pressed is stopped."
         yield Finding(Level.WARNING, "e-stop", "it is pressed", fix)
     elif e_stop is not None:
         yield Finding(Level.OK, "e-stop", "released")
-    switch = safety.dead_man
-    buttons = getattr(dead_man, "buttons", None)
-    if switch is not None and buttons is not None and switch.button >= len(buttons):
-        detail = f"button {switch.button} is declared, but the joystick has {len(buttons)}"
-        fix = "Declare another button, counted from 0: ros2 topic echo shows which one changes when it is pressed."
-        yield Finding(Level.BROKEN, "dead-man switch", detail, fix)
+    for switch, role, name in (
+        (safety.dead_man, "dead_man", "dead-man switch"),
+        (safety.take_over, "take_over", "take-over switch"),
+    ):
+        buttons = getattr(last.get(role), "buttons", None)
+        if switch is not None and buttons is not None and switch.button >= len(buttons):
+            detail = f"button {switch.button} is declared, but the joystick has {len(buttons)}"
+            fix = "Declare another button, counted from 0: ros2 topic echo shows which one changes when it is pressed."
+            yield Finding(Level.BROKEN, name, detail, fix)
     if safety.battery is not None and charge is not None:
         problem = battery.problem(safety.battery, charge)
         fix = "Charge it before a run; a trial does not begin like this."

@@ -125,6 +125,21 @@ def return_to_start(node: "Node", robot: Ros2Robot) -> Iterator[Finding]:
         yield Finding(Level.OK, subject, "a person puts the robot there, when asked")
 
 
+def calls(node: "Node", robot: Ros2Robot) -> Iterator[Finding]:
+    """Say whether the services that are called before and after a run are there; none is called."""
+    services = dict(_services(node))
+    for call in (*robot.settings.before, *robot.settings.after):
+        kinds = services.get(call.ros_service)
+        if kinds is None:
+            fix = "Start the node that offers it, or correct driver.before and driver.after."
+            yield Finding(Level.BROKEN, f"service {call.ros_service}", "nobody offers it", fix)
+        elif call.ros_type not in kinds:
+            fix = f"Declare it as {' or '.join(kinds)}."
+            yield Finding(Level.BROKEN, f"service {call.ros_service}", f"it is no {call.ros_type}", fix)
+        else:
+            yield Finding(Level.OK, f"service {call.ros_service}", call.ros_type)
+
+
 def _services(node: "Node") -> Iterator[tuple[str, list[str]]]:
     # A graph's list of services has those of clients, too; a node's own list has what it serves.
     for name, namespace in node.get_node_names_and_namespaces():

@@ -238,8 +238,13 @@ class GuardedVelocity:
         self._from_device(lambda state, now_s: state.dead_man(held=held, now_s=now_s))
 
     def _on_take_over(self, message: Any) -> None:
-        held = _held(message, self._safety.take_over)
+        switch = self._safety.take_over
+        held = _held(message, switch)
         self._from_device(lambda state, now_s: state.take_over(held=held, now_s=now_s))
+        buttons = getattr(message, "buttons", None)
+        if switch is not None and buttons is not None and switch.button >= len(buttons):
+            why = f"Nobody could take the robot over: its switch is button {switch.button}, of {len(buttons)}."
+            self._from_device(lambda state, _: state.stop(why, "Mend driver.safety.take_over.button; 0 is the first."))
 
     def _from_device(self, change: Change) -> None:
         with self._lock:
