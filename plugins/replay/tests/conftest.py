@@ -1,6 +1,8 @@
 """Runs take place in the sample plug-in's arena, which needs no renderer."""
 
 import json
+import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -180,7 +182,33 @@ class Kept:
         return provenance
 
 
+PLUGINS = "benchbot-sample,benchbot-eval-omq,benchbot-record-mcap,benchbot-replay"
+
+
+@pytest.fixture(scope="session")
+def driven_once(tmp_path_factory: pytest.TempPathFactory) -> Kept:
+    """What is left of a run along the whole trajectory of arena:1."""
+    home = tmp_path_factory.mktemp("driven")
+    variables = {
+        **{name: value for name, value in os.environ.items() if not name.startswith("BENCHBOT_")},
+        "BENCHBOT_STATE_DIR": str(home / "state"),
+        "BENCHBOT_CACHE_DIR": str(home / "cache"),
+        "BENCHBOT_PLUGINS": PLUGINS,
+    }
+    cli = CommandLine(home, variables, home)
+    return Lab(cli, cli.script("looking.py", LOOKING), lambda: home).drive("driven")
+
+
+@pytest.fixture
+def driven(driven_once: Kept, cli: CommandLine) -> Kept:
+    """The same, where the command line under test is."""
+    path = Path(shutil.copy(driven_once.path, cli.folder))
+    folder = cli.folder / "driven-recordings" / "mcap"
+    shutil.copytree(driven_once.recording, folder)
+    return Kept(driven_once.result, path, folder, driven_once.said)
+
+
 @pytest.fixture
 def lab(cli: CommandLine, make_plugin: Callable[..., Path]) -> Lab:
-    cli.variables["BENCHBOT_PLUGINS"] += ",benchbot-record-mcap,benchbot-replay"
+    cli.variables["BENCHBOT_PLUGINS"] = PLUGINS
     return Lab(cli, cli.script("looking.py", LOOKING), make_plugin)

@@ -8,11 +8,6 @@ import pytest
 from plugins.replay.tests.conftest import Kept, Lab
 
 
-@pytest.fixture
-def driven(lab: Lab) -> Kept:
-    return lab.drive("driven", argument="2")
-
-
 def mcap(recording: Path) -> Path:
     (file,) = recording.glob("*.mcap")
     return file

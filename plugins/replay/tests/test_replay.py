@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from plugins.replay.tests.conftest import Lab
+from plugins.replay.tests.conftest import Kept, Lab
 
 
 @pytest.mark.parametrize(
@@ -31,8 +31,7 @@ def test_a_replay_shows_the_same_bytes_and_leaves_the_same_result(lab: Lab, task
     assert replayed.provenance["selection"]["seed"] == 7
 
 
-def test_a_result_says_that_it_is_a_replay_and_of_what(lab: Lab) -> None:
-    driven = lab.drive("driven")
+def test_a_result_says_that_it_is_a_replay_and_of_what(lab: Lab, driven: Kept) -> None:
     replayed = lab.replay("replayed", driven.recording)
 
     said = replayed.provenance["replay"]["arena:1"]
@@ -43,8 +42,7 @@ def test_a_result_says_that_it_is_a_replay_and_of_what(lab: Lab) -> None:
     assert "Replays " in replayed.said
 
 
-def test_a_recording_of_a_replay_is_replayed_to_the_same_bytes(lab: Lab) -> None:
-    driven = lab.drive("driven")
+def test_a_recording_of_a_replay_is_replayed_to_the_same_bytes(lab: Lab, driven: Kept) -> None:
     again = lab.replay("again", driven.recording, "--record", "mcap")
     third = lab.replay("third", again.recording)
 
@@ -63,8 +61,7 @@ def test_where_the_recorded_solution_stopped_the_scene_is_at_its_end(lab: Lab) -
     assert len(replayed.result["environment_details"][0]["trajectory_poses"]) > replayed.provenance["steps"]
 
 
-def test_a_solution_may_stop_before_the_recording_does(lab: Lab) -> None:
-    driven = lab.drive("driven")
+def test_a_solution_may_stop_before_the_recording_does(lab: Lab, driven: Kept) -> None:
     replayed = lab.replay("replayed", driven.recording, argument="1")
     assert replayed.provenance["steps"] == 1 < driven.provenance["steps"]
 

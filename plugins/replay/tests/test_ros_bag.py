@@ -40,11 +40,6 @@ def ros_lab(lab: Lab) -> Lab:
     return lab
 
 
-@pytest.fixture
-def driven(ros_lab: Lab) -> Kept:
-    return ros_lab.drive("driven")
-
-
 def bag_of(
     recording: Path,
     target: Path,

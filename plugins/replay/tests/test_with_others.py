@@ -25,11 +25,6 @@ print(steps)
 """
 
 
-@pytest.fixture
-def driven(lab: Lab) -> Kept:
-    return lab.drive("driven")
-
-
 def test_a_batch_runs_over_recordings(lab: Lab, driven: Kept) -> None:
     second = lab.drive("second", env="arena:2")
     recordings = ["--recording", str(driven.recording), "--recording", str(second.recording)]

@@ -242,6 +242,12 @@ def _moments(file: Path, reader: Any, names: list[str]) -> tuple[tuple[str, ...]
             raise refused(file, why)
         taken = actions.get(message.log_time, {})
         scenes[document["scene_number"]].append(_moment(message.log_time, taken, document))
+    # Chunks that a damaged index does not name are passed over in silence.
+    summary = reader.get_summary()
+    counts = summary.statistics.channel_message_counts
+    written = sum(counts.get(key, 0) for key, one in summary.channels.items() if one.topic == PROGRESS)
+    if written != frames:
+        raise refused(file, f"It is damaged: {frames} of {written} observations can be read.")
     if len(channels) != frames or not frames:
         why = "There is not one observation in it." if not frames else "It is a recording of an older BenchBot."
         raise refused(file, why)
