@@ -17,6 +17,10 @@ OPTIONAL: dict[str, dict[str, str]] = {
         "IPython": "the notebook that a solution runs in has it",
         "pytest": "only pytest reads its plug-in",
     },
+    "benchbot-replay": {
+        "benchbot_robot_ros2": "without it, an error says that bags need it",
+        "rclpy": "benchbot_robot_ros2 brings it",
+    },
     "benchbot-robot-ros2": {
         "nav2_msgs": "not on PyPI; without it, an error says which package of ROS brings it",
         "tf2_msgs": "not on PyPI; without it, there are no transforms",
