@@ -66,6 +66,21 @@ def test_anybody_can_stop_the_robot_by_a_topic_that_says_true(base: Base) -> Non
         base.until_stopped()
 
 
+@pytest.mark.parametrize("topic", ["/benchbot/stop", "/r1/benchbot/stop"])
+def test_a_robot_of_a_fleet_is_stopped_by_its_own_topic_and_by_that_of_all(domain: int, topic: str) -> None:
+    from geometry_msgs.msg import Twist
+    from std_msgs.msg import Bool
+
+    with running_node("base") as node:
+        base, button = Base(node, Twist, "/r1/cmd_vel"), node.create_publisher(Bool, topic, 1)
+        with guarded.guarded(declaration(namespace="r1")) as guard, Driving(guard) as driving:
+            base.until_moving()
+            until(lambda: button.get_subscription_count() == 2, "the guards listen")
+            button.publish(Bool(data=True))
+            assert driving.until_refused().why == f"Somebody stopped it by the topic {topic}."
+            base.until_stopped()
+
+
 def test_an_emergency_stop_that_is_gone_stops_the_robot(base: Base) -> None:
     from std_msgs.msg import Bool
 

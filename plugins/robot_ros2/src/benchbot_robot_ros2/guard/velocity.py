@@ -97,7 +97,9 @@ class GuardedVelocity:
         from std_srvs.srv import Trigger
 
         self._node.create_service(Trigger, STOP, self._on_stop_service)
-        self._node.create_subscription(Bool, STOP, self._on_stop, 1)
+        # In a namespace, a fleet's robot is stopped alone and by the one topic that stops all.
+        for topic in dict.fromkeys((self._node.resolve_topic_name(STOP), f"/{STOP}")):
+            self._node.create_subscription(Bool, topic, partial(self._on_stop, topic), 1)
         if self._safety.e_stop is not None:
             self._subscribe_e_stop(self._safety.e_stop)
         if self._safety.dead_man is not None:
@@ -222,9 +224,8 @@ class GuardedVelocity:
         pressed = says(signal, message)
         self._from_device(lambda state, _: state.e_stop(pressed=pressed))
 
-    def _on_stop(self, message: Any) -> None:
+    def _on_stop(self, topic: str, message: Any) -> None:
         if message.data:
-            topic = self._node.resolve_topic_name(STOP)
             self._from_device(stopping(Trip(f"Somebody stopped it by the topic {topic}.", FIND_OUT)))
 
     def _on_stop_service(self, _request: Any, response: Any) -> Any:
