@@ -100,6 +100,7 @@ if TYPE_CHECKING:
     from benchbot.core.results import read as _read_result
     from benchbot.core.results import write_json as write_json
     from benchbot.core.selection import misfits as misfits
+    from benchbot.evaluation import occupancy_map as occupancy_map
     from benchbot.evaluation.ground_truths import GroundTruths as GroundTruths
     from benchbot.submission.modes import NATIVE as NATIVE
     from benchbot.submission.modes import Holder as Holder
@@ -159,6 +160,7 @@ _HOMES = {
     "core.resources": "cache_dir data_dir",
     "core.results": "public_environment read=read_result write_json",
     "core.selection": "misfits",
+    "evaluation": "occupancy_map",
     "evaluation.ground_truths": "GroundTruths",
     "submission.modes": "NATIVE Holder Mode ProcessLimits Running SolutionSpec",
     "supervisor.http.access": "Access",

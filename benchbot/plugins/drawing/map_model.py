@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
-from benchbot.plugins.formats import occupancy_map
+from benchbot.evaluation import occupancy_map
 
 Document = Mapping[str, Any]
 Point = tuple[float, float]
@@ -227,7 +227,7 @@ def occupancy_of(environment: Declaration | None) -> Occupancy | None:
     if environment is None:
         return None
     try:
-        return _cropped(occupancy_map.read(occupancy_map.map_file(environment)))
+        return _cropped(occupancy_map.read(occupancy_map.map_file(environment.data, environment.path.parent)))
     except BenchbotError:
         return None
 

@@ -1,3 +1,1 @@
-"""Formats: object maps and their ground truths, with and without states; the occupancy maps of environments."""
-
-__all__ = ["occupancy_map"]
+"""Formats of results and ground truths: object maps, with and without states."""

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from benchbot.cli.kit.preflight import Intent
+from benchbot.evaluation import occupancy_map
 from benchbot.plugin import BenchbotError, Catalog, Declaration, Finding, GroundTruths, Level, Pose, Scene
-from benchbot.plugins.formats import occupancy_map
 
 FILES = ("map_path", "occupancy_map")
 """The keys of an environment that name a file."""
@@ -37,7 +37,7 @@ def starts(_catalog: Catalog, intent: Intent) -> Iterator[Finding]:
     for scene in intent.scenes:
         if scene.data["type"] != occupancy_map.REAL or not ({"map_path", "occupancy_map"} & scene.data.keys()):
             continue
-        path = occupancy_map.map_file(scene)
+        path = occupancy_map.map_file(scene.data, scene.path.parent)
         if not path.is_file():
             continue  # `scenes` tells it
         try:

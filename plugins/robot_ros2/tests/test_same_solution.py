@@ -6,7 +6,8 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from hashlib import sha256
 from importlib.resources import files
@@ -104,13 +105,14 @@ class Platforms:
 
     def both(self, task: str, example: str, *words: str) -> tuple[Run, Run]:
         """Submit an example to the one and to the other."""
-        return self._submit(task, self.simulated, example, words), self._submit(task, self.real, example, words)
+        return self.submit(task, self.simulated, example, words), self.submit(task, self.real, example, words)
 
     def replay(self, run: Run, example: str, *words: str) -> Run:
         """Submit an example to the recording of a run."""
         return self._run(run.folder.with_name(f"{run.folder.name}_again"), example, words, "replay", run.folder / "bag")
 
-    def _submit(self, task: str, robot: str, example: str, words: tuple[str, ...]) -> Run:
+    def submit(self, task: str, robot: str, example: str, words: tuple[str, ...] = ()) -> Run:
+        """Submit an example to a robot."""
         selection = ("--task", task, "--robot", robot, "--env", self.environment)
         return self._run(self.folder / f"{example}_{robot}", example, words, "submit", *selection)
 
@@ -180,13 +182,19 @@ def stamped_twin() -> Document:
 
 
 @contextmanager
-def bridge_on_a_domain(*words: str) -> Iterator[None]:
-    """Start a bridge that has a ROS domain to itself, where what is started meanwhile finds it."""
+def domain_of_its_own() -> Iterator[None]:
+    """Let what is started meanwhile find one another, and nobody else."""
     with pytest.MonkeyPatch.context() as patch, _free_domain() as (number, _):
         patch.setenv("ROS_DOMAIN_ID", str(number))
         patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        with bridge(*words):
-            yield
+        yield
+
+
+@contextmanager
+def bridge_on_a_domain(*words: str) -> Iterator[None]:
+    """Start a bridge that has a ROS domain to itself, where what is started meanwhile finds it."""
+    with domain_of_its_own(), bridge(*words):
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -206,6 +214,28 @@ def off(reached: Pose, goal: Pose) -> tuple[float, float]:
     """Return how far one pose is from another: metres in the plane, degrees."""
     difference = goal.inverse() @ reached
     return math.hypot(*difference.translation_xyz[:2]), math.degrees(abs(difference.yaw_rad))
+
+
+@pytest.mark.xdist_group("bridge")
+def test_two_bridged_robots_of_one_declaration_are_driven_at_once(rooms: Path) -> None:
+    names = ("tb1", "tb2")
+    nook = ("--robot", "sample_careful_robot", "--env", "nook:1")
+    with ExitStack() as stack, ThreadPoolExecutor() as pool:
+        words = [(*nook, "--namespace", name) for name in names]
+        stack.enter_context(domain_of_its_own())
+        list(pool.map(lambda arguments: stack.enter_context(bridge(*arguments)), words))
+        fleet = [Platforms("", f"sample_twin@{name}", "nook:1", rooms) for name in names]
+        task = "semantic_slam:passive:ground_truth"
+        runs = list(pool.map(lambda one: one.submit(task, one.real, "hello_passive"), fleet))
+
+    assert [run.result["provenance"]["selection"]["robot"] for run in runs] == ["sample_twin@tb1", "sample_twin@tb2"]
+    goals = [Pose.from_wxyz_xyz(pose) for pose in NOOK["trajectory_poses"]]
+    for run in runs:
+        assert run.result["provenance"]["failure"] is None
+        for reached, goal in zip(run.visited()[1:], goals, strict=True):
+            away_m, turned_deg = off(reached, goal)
+            assert away_m < 2 * POSITION_TOLERANCE_M
+            assert turned_deg < 2 * ANGLE_TOLERANCE_DEG
 
 
 @pytest.mark.xdist_group("bridge")

@@ -6,11 +6,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from benchbot.core.declarations import schema
 from benchbot.core.provenance import distribution_hash
+from benchbot_task_navigation.floor_plan import FloorPlan
 from plugins.task_navigation.tests.floors import LASER_TASK, arena_truth
+from tests.plugin_factory import PluginFactory
 
 # Moves, is put back, and hands in its result as if nothing had been.
 TWICE = """
@@ -138,7 +141,6 @@ def test_an_episode_is_driven_in_the_ray_traced_room(tmp_path: Path, kernel_cach
 @pytest.mark.slow
 def test_the_shipped_plan_and_episodes_are_made_again_from_the_scene(tmp_path: Path) -> None:
     import benchbot_task_navigation
-    from benchbot_task_navigation.floor_plan import FloorPlan
 
     words = [sys.executable, "-m", "benchbot_task_navigation.make_episodes", "miniroom:1", "--output", str(tmp_path)]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
@@ -158,7 +160,51 @@ def test_the_shipped_plan_and_episodes_are_made_again_from_the_scene(tmp_path: P
     assert (made.clearance_m == kept.clearance_m).all()
 
 
-def test_only_ray_traced_scenes_can_be_planned(folder: Path) -> None:
+HALL = """\
+from importlib.resources import files
+from benchbot.plugin import hookimpl
+
+@hookimpl
+def benchbot_environments():
+    yield files(__name__) / "environments"
+"""
+SIDE_M = 0.05
+
+
+def hall() -> dict[str, str]:
+    """A real room of 6 m x 4 m and its map, with a wall from (3, 0) to (3, 2.5)."""
+    free = np.full((80, 120), 254)
+    free[[0, -1]] = free[:, [0, -1]] = free[30:, 60] = 0
+    about = {"image": "hall.pgm", "resolution": SIDE_M, "origin": [0.0, 0.0, 0.0], "negate": 0}
+    declared = {"name": "hall", "variant": 1, "type": "real", "map_path": "../maps/hall.yaml"}
+    pixels = "\n".join(" ".join(map(str, row)) for row in free)
+    return {
+        "environments/hall_1.yaml": json.dumps({**declared, "start_pose": [1, 0, 0, 0, 1.0, 1.0, 0.0]}),
+        "maps/hall.yaml": json.dumps({**about, "occupied_thresh": 0.65, "free_thresh": 0.196}),
+        "maps/hall.pgm": f"P2\n120 80\n255\n{pixels}\n",
+    }
+
+
+def test_a_real_room_is_planned_by_its_map(tmp_path: Path, plugin_factory: PluginFactory) -> None:
+    plugin_factory.make("benchbot-hall", HALL, hall())
+    module = [sys.executable, "-m", "benchbot_task_navigation.make_episodes", "hall:1", "--count", "4"]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(plugin_factory.folder), os.environ["PYTHONPATH"]])}
+    done = subprocess.run(module, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+
+    assert done.returncode == 0, done.stderr
+    assert "No episodes of object_goal: a map does not say" in done.stderr
+    plan = FloorPlan.from_ground_truth(
+        json.loads((tmp_path / "ground_truths/floor_plan_hall_1.json").read_text())["ground_truth"]
+    )
+    # To the wall in the middle, to the outer one, round the wall's end, behind it.
+    points = np.array([[2.0, 1.0], [1.0, 3.0], [3.0, 3.0], [5.0, 1.0]])
+    assert plan.clearance_at(points) == pytest.approx([1.0, 0.95, 0.5, 0.95], abs=SIDE_M)
+    assert plan.clearance_at(np.array([[3.02, 1.0], [-0.5, 1.0]])) == pytest.approx([0.0, 0.0])
+    episodes = json.loads((tmp_path / "episodes/point_goal/hall_1.json").read_text())["episodes"]
+    assert len(episodes) == 4
+
+
+def test_no_other_scenes_can_be_planned(folder: Path) -> None:
     words = [sys.executable, "-m", "benchbot_task_navigation.make_episodes", "arena:1", "--robot", "sample_robot"]
     done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
 

@@ -15,7 +15,7 @@ from benchbot.core.declarations.positions import Positions
 from benchbot.core.declarations.problems import pointer
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.findings import Problem
-from benchbot.plugins.formats import occupancy_map
+from benchbot.evaluation import occupancy_map
 
 SUFFIXES = (".yaml", ".yml", ".json")
 FOLDERS = {**KINDS, "ground_truths": "ground_truth", "evaluation_methods": "evaluation_method"}

@@ -30,6 +30,12 @@ def test_a_robot_with_a_lidar_is_driven_by_the_one_that_observes_it() -> None:
     assert next(iter(drivers(bridged("carter_lidar")).items())) == ("carter_lidar_ros2", [])
 
 
+def test_a_robot_in_a_namespace_is_driven_by_that_member_of_the_fleet() -> None:
+    found = drivers(bridged("carter", "tb1", "tb1/"))
+    assert next(iter(found.items())) == ("carter_ros2@tb1", [])
+    assert "carter_ros2" not in found
+
+
 def test_robots_of_other_places_are_not_asked() -> None:
     assert drivers(bridged("sample_robot")) == {}
     assert {"turtlebot4", "jackal"}.isdisjoint(drivers(bridged("carter")))
@@ -38,8 +44,7 @@ def test_robots_of_other_places_are_not_asked() -> None:
 @pytest.mark.parametrize(
     ("robot", "how", "lacks"),
     [
-        (bridged("carter", "tb1"), {}, "/cmd_vel (geometry_msgs/msg/Twist)"),
-        (bridged("carter", "tb1"), {}, "the service /benchbot/reset"),
+        (bridged("carter", "tb1"), {}, "robot_frame: tb1/base_link, not base_link"),
         (bridged("carter", "", "tb1/"), {}, "robot_frame: base_link, not tb1/base_link"),
         (bridged("carter", "", "tb1/"), {}, "the frame lidar of laser, which is tb1/lidar"),
         (bridged("carter", stamped=True), {}, "/cmd_vel (geometry_msgs/msg/Twist)"),
@@ -55,4 +60,5 @@ def test_robots_of_other_places_are_not_asked() -> None:
     ],
 )
 def test_what_a_driver_asks_in_vain_is_said(robot: BridgedRobot, how: dict[str, bool], lacks: str) -> None:
-    assert lacks in drivers(robot, **how)["carter_ros2"]
+    name = f"carter_ros2@{robot.namespace}" if robot.namespace else "carter_ros2"
+    assert lacks in drivers(robot, **how)[name]

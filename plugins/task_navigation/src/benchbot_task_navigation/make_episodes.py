@@ -1,6 +1,7 @@
 """Make floor plans and episodes: `python -m benchbot_task_navigation.make_episodes miniroom:1 house:1`.
 
-The same environment, robot and seed give the same bytes. Needs benchbot-sim-taichi, which knows the scene's obstacles.
+The same environment, robot and seed give the same bytes. The obstacles of a real environment are those of its map;
+those of a ray-traced scene benchbot-sim-taichi knows.
 """
 
 import argparse
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy import ndimage
 
 from benchbot.cli.kit import console
 from benchbot.plugin import (
@@ -21,6 +23,7 @@ from benchbot.plugin import (
     Scene,
     cache_dir,
     load_plugins,
+    occupancy_map,
     write_atomically,
 )
 from benchbot_task_navigation.floor_plan import Floats, FloorPlan, Mask
@@ -60,9 +63,28 @@ def floor_plan(scene: Scene, geometry: "SceneGeometry", robot: Mapping[str, Any]
             for i in range(low[0], high[0] + 1)
         ]
     )
-    # Inside of furniture there is room, too, but no way in.
+    return _reached(low, clearance_m, (x, y), footprint["radius_m"])
+
+
+def mapped_plan(found: occupancy_map.OccupancyMap, start_xy: tuple[float, float], radius_m: float) -> FloorPlan:
+    """Return the plan of what a disc can reach in a map: all that is not known to be free is in its way.
+
+    Distances are those to the nearest such cell, from the middle of a cell less half a side, and so exact to a cell.
+    """
+    side_m = found.resolution_m
+    # What is beyond the picture is not known either.
+    inside_m = ndimage.distance_transform_edt(np.pad(found.free, 1))[1:-1, 1:-1] * side_m - side_m / 2
+    corners = found.corners()
+    low, high = np.floor(corners.min(0) / RESOLUTION_M).astype(int), np.ceil(corners.max(0) / RESOLUTION_M).astype(int)
+    nodes = np.stack(np.meshgrid(np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1), indexing="ij"), 2)
+    clearance_m = found.at(np.maximum(inside_m, 0.0), nodes.reshape(-1, 2) * RESOLUTION_M).reshape(nodes.shape[:2])
+    return _reached(low, clearance_m, start_xy, radius_m)
+
+
+def _reached(low: Any, clearance_m: Floats, start_xy: tuple[float, float], radius_m: float) -> FloorPlan:
+    """Return the part of a plan about what a disc can reach from its start: inside of furniture there is room, too."""
     whole = FloorPlan(_place(low), RESOLUTION_M, clearance_m)
-    inside = np.argwhere(Ways(whole, footprint["radius_m"], reach=1).reachable((x, y)))
+    inside = np.argwhere(Ways(whole, radius_m, reach=1).reachable(start_xy))
     first = np.maximum(inside.min(0) - BORDER_NODES, 0)
     last = inside.max(0) + BORDER_NODES + 1
     cut = FloorPlan(_place(low + first), RESOLUTION_M, clearance_m[first[0] : last[0], first[1] : last[1]])
@@ -99,7 +121,12 @@ def main() -> int:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("environments", nargs="+", metavar="NAME:VARIANT", help="environments of type sim_taichi")
+    parser.add_argument(
+        "environments",
+        nargs="+",
+        metavar="NAME:VARIANT",
+        help="real environments with a map, or ones of type sim_taichi",
+    )
     parser.add_argument("--robot", default="carter", help="whose radius and height count (carter)")
     parser.add_argument("--seed", type=int, default=0, help="what the episodes are drawn from (0)")
     parser.add_argument("--count", type=int, default=20, help="how many episodes of each task (20)")
@@ -118,20 +145,29 @@ def _make(environment: str, robot_name: str, seed: int, count: int, folder: Path
     catalog = Catalog(load_plugins())
     (declared,) = catalog.environments(environment)[:1]
     robot = catalog.get("robots", robot_name).data
-    if declared.data["type"] != "sim_taichi" or robot["type"] != "sim_taichi":
+    scene = Scene(declared.data, declared.path.parent)
+    start_xyz, radius_m = scene.start_pose.translation_xyz, robot["footprint"]["radius_m"]
+    file_name = declared.name.replace(":", "_")
+    if declared.data["type"] == occupancy_map.REAL:
+        found = occupancy_map.read(occupancy_map.map_file(declared.data, declared.path.parent))
+        plan = mapped_plan(found, start_xyz[:2], radius_m)
+        geometry = None
+    elif declared.data["type"] == robot["type"] == "sim_taichi":
+        geometry = geometry_of(scene)
+        plan = floor_plan(scene, geometry, robot)
+    else:
         raise BenchbotError(
             f"'{environment}' cannot be planned for '{robot_name}'.",
-            "Obstacles are known of ray-traced scenes and robots, those of type sim_taichi.",
+            "Obstacles are known of real environments with a map, and of ray-traced scenes for ray-traced robots: "
+            "those of type sim_taichi.",
             "Choose such ones, or make a plan with benchbot_task_navigation.floor_plan and generate.",
         )
-    scene = Scene(declared.data, declared.path.parent)
-    geometry = geometry_of(scene)
-    plan = floor_plan(scene, geometry, robot)
-    start_xyz = scene.start_pose.translation_xyz
-    place = Place(declared.name, plan, start_xyz, robot["footprint"]["radius_m"])
-    file_name = declared.name.replace(":", "_")
+    place = Place(declared.name, plan, start_xyz, radius_m)
     _write(folder / "ground_truths" / f"floor_plan_{file_name}.json", _ground_truth(catalog, declared, plan))
     _write(folder / "episodes" / "point_goal" / f"{file_name}.json", point_goals(place, seed, count))
+    if geometry is None:
+        console.note("No episodes of object_goal: a map does not say from where an object is seen.")
+        return
     try:
         objects = GroundTruths.of(catalog, None).find(declared.name, {"object_map_ground_truth"})
     except BenchbotError as error:

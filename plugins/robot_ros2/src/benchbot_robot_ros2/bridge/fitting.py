@@ -26,17 +26,19 @@ def drivers(catalog: Catalog, robot: BridgedRobot, *, simulated: bool, transform
     The robots of which the list is empty drive it; those that observe most come first.
     """
     found: dict[str, tuple[int, list[str]]] = {}
-    for name, declared in catalog.pool("robots").items():
+    for base, common in catalog.pool("robots").items():
+        name = f"{base}@{robot.namespace}" if robot.namespace else base
+        declared = catalog.find("robots", name) or common
         if declared.data["type"] != "ros2" or robot.declaration["type"] not in declared.data.get("runs_in", ()):
             continue
         try:
             driver = Ros2Robot.from_declaration(declared.data)
         except BenchbotError as error:
-            found[name] = 0, [error.title]
+            found[declared.name] = 0, [error.title]
             continue
         lacks = [*_lacks(driver, robot, simulated=simulated, transforms=transforms)]
         lacks += _differs(driver, MotionConfig.from_robot(declared.data, "ground_truth"), robot)
-        found[name] = len(driver.observations), lacks
+        found[declared.name] = len(driver.observations), lacks
     ranked = sorted(found.items(), key=lambda item: (len(item[1][1]), -item[1][0], item[0]))
     return {name: lacks for name, (_, lacks) in ranked}
 

@@ -3,14 +3,11 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
-import yaml
-from PIL import Image
 
-from benchbot.plugin import BenchbotError, Scene
+from benchbot.plugin import BenchbotError, Pose, Scene, occupancy_map
 from benchbot_robot_ros2 import qos
 from benchbot_robot_ros2.bridge.robot import BridgedRobot, scene_name
-from benchbot_robot_ros2.messages import message_type, set_stamp
+from benchbot_robot_ros2.messages import message_type, pose_message, set_stamp
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -46,41 +43,24 @@ class MapServer:
 def read(scene: Scene) -> Any:
     """Return a scene's map as a nav_msgs/msg/OccupancyGrid, its cells free, occupied or unknown.
 
-    The map is the file of ROS's map_server that the environment names as `occupancy_map`, or `maps/NAME_VARIANT.yaml`
-    beside the folder of its declaration; https://docs.nav2.org/configuration/packages/configuring-map-server.html.
-    Raises BenchbotError when there is none, or it is of a mode other than trinary.
+    Raises BenchbotError when the environment has no map of ROS's map_server, or one that cannot be used.
     """
-    name = scene_name(scene)
-    beside = f"../maps/{name.replace(':', '_')}.yaml"
-    path = scene.folder / str(scene.environment.get("occupancy_map", beside))
+    path, name = occupancy_map.map_file(scene.environment, scene.folder), scene_name(scene)
     try:
-        about = yaml.safe_load(path.read_text("utf-8"))
-        with Image.open(path.parent / str(about["image"])) as image:
-            return _grid(about, np.asarray(image.convert("L"), float) / 255)
-    except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError) as error:
+        found = occupancy_map.read(path)
+    except BenchbotError as error:
         raise BenchbotError(
             f"There is no map of {name} to publish.",
-            f"{path} cannot be read as a map of ROS's map_server: {type(error).__name__}: {error}.",
+            f"{error.title} {error.why}",
             f"Write one with 'benchbot map {name} --output-location FOLDER', name its YAML file as occupancy_map in "
             "the environment's declaration, and start again; or leave out --map.",
         ) from error
-
-
-def _grid(about: dict[str, Any], grey: npt.NDArray[np.float64]) -> Any:
-    """Return the map of a picture; raises ValueError, KeyError or TypeError for what map_server's YAML cannot say."""
-    if about.get("mode", "trinary") != "trinary":
-        raise ValueError(f"its mode is {about['mode']}, and only trinary is read here")
-    x, y, yaw_rad = (float(value) for value in about["origin"])
-    resolution_m = float(about["resolution"])
-    if yaw_rad or not 0 < resolution_m < np.inf:
-        raise ValueError(f"its origin {about['origin']} is turned, or its resolution {resolution_m:g} is no length")
-    taken = grey if about.get("negate") else 1 - grey
-    occupied, free = taken > float(about["occupied_thresh"]), taken < float(about["free_thresh"])
     # A picture begins at the top, a map at its lowest y.
-    cells = np.where(occupied, OCCUPIED, np.where(free, FREE, UNKNOWN)).astype(np.int8)[::-1]
+    cells = np.where(found.occupied, OCCUPIED, np.where(found.free, FREE, UNKNOWN)).astype(np.int8)[::-1]
     grid = message_type("nav_msgs/msg/OccupancyGrid")()
     grid.info.height, grid.info.width = cells.shape
-    grid.info.resolution = resolution_m
-    grid.info.origin.position.x, grid.info.origin.position.y = x, y
+    grid.info.resolution = found.resolution_m
+    x, y, yaw_rad = found.origin_xyyaw
+    grid.info.origin = pose_message(Pose.planar(x, y, yaw_rad))
     grid.data.frombytes(np.ascontiguousarray(cells).tobytes())
     return grid

@@ -11,9 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.formats.occupancy_map import OccupancyMap, map_file, read
+from benchbot.evaluation.occupancy_map import OccupancyMap, map_file, read
 
 ABOUT = {
     "image": "room.pgm",
@@ -145,5 +144,5 @@ def test_other_files_are_no_maps(tmp_path: Path, text: str | None, why: str) -> 
     ],
 )
 def test_of_a_real_environment_map_path_names_the_map(tmp_path: Path, data: dict[str, str], file: str) -> None:
-    declared = Declaration("environments", "hall:1", tmp_path / "environments" / "hall_1.yaml", "halls", data)
-    assert map_file(declared).resolve() == (tmp_path / file).resolve()
+    hall = {"name": "hall", "variant": 1, **data}
+    assert map_file(hall, tmp_path / "environments").resolve() == (tmp_path / file).resolve()

@@ -7,14 +7,15 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from benchbot.plugin import BenchbotError, Declaration
+from benchbot.core.errors import BenchbotError
 
+T = TypeVar("T", bound=np.generic)
 Cells = NDArray[np.bool_]
 MOST_PIXELS = 1 << 24
 REAL = "real"
@@ -45,14 +46,14 @@ class OccupancyMap:
         placed: NDArray[np.float64] = inside @ turned.T + (x, y)
         return placed
 
-    def at(self, cells: Cells, points_xy: NDArray[np.float64]) -> Cells:
-        """Return the values of `cells`, `occupied` or `free`, at points (N, 2) in the map frame; False beyond it."""
+    def at(self, cells: NDArray[T], points_xy: NDArray[np.float64]) -> NDArray[T]:
+        """Return the values of `cells`, such as `free`, at points (N, 2) in the map frame; zero beyond it."""
         rows, columns = cells.shape
         x, y, yaw = self.origin_xyyaw
         turned = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
         across, up = np.floor((points_xy - (x, y)) @ turned / self.resolution_m).astype(np.int64).T
         inside = (across >= 0) & (across < columns) & (up >= 0) & (up < rows)
-        found = np.zeros(len(points_xy), bool)
+        found = np.zeros(len(points_xy), cells.dtype)
         found[inside] = cells[rows - 1 - up[inside], across[inside]]
         return found
 
@@ -64,17 +65,16 @@ class OccupancyMap:
         return "free" if self.at(self.free, point)[0] else "occupied" if self.at(self.occupied, point)[0] else "unknown"
 
 
-def map_file(environment: Declaration) -> Path:
-    """Return where the map of an environment is, or would be.
+def map_file(environment: Mapping[str, Any], folder: Path) -> Path:
+    """Return where the map of an environment is, or would be; `folder` is that of its declaration.
 
     Of a real one `map_path` names it. `occupancy_map` does of any, and else it is `maps/NAME_VARIANT.yaml` beside the
-    folder of the declaration.
+    folder.
     """
-    beside = f"../maps/{environment.name.replace(':', '_')}.yaml"
-    named = environment.data.get("occupancy_map", beside)
-    if environment.data.get("type") == REAL:
-        named = environment.data.get("map_path", named)
-    return environment.path.parent / str(named)
+    named = environment.get("occupancy_map", f"../maps/{environment['name']}_{environment['variant']}.yaml")
+    if environment.get("type") == REAL:
+        named = environment.get("map_path", named)
+    return folder / str(named)
 
 
 def read(path: Path) -> OccupancyMap:
