@@ -26,7 +26,7 @@ Usage: benchbot-stop [--all | --run ID]
   End the newest run or submission, in the middle of an action too: the emergency stop. As benchbot stop does.
 
   --all     End every back end of this user, also those of batches, which then start others.
-  --run ID  End this one: a part of its name that no other has."""
+  --run ID  End this one: a part of its name that no other has, or its robot."""
 
 
 class CannotStopError(Exception):
@@ -74,13 +74,13 @@ def stop(*, every: bool, run: str | None, by: str) -> list[str]:
     """
     alive, there = _alive(), _given()
     if run is not None:
-        ending = [state for state in alive if run in _name(state)]
+        ending = [state for state in alive if run in _name(state) or run == state["robot"]]
         if len(ending) != 1:
             names = ", ".join(map(_name, alive)) or "none"
             raise CannotStopError(
                 f"{'Several runs are' if ending else 'No run is'} called '{run}'.",
                 f"Alive are: {names}.",
-                "Give the name of one of them, or a part that no other has.",
+                "Give the name of one of them, a part that no other has, or its robot if that has one run only.",
             )
     elif every:
         ending = alive

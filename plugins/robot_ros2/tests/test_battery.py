@@ -48,7 +48,7 @@ def test_a_battery_that_tells_its_voltage_only(voltage: float, why: str | None) 
 def test_a_battery_without_a_minimum_is_refused() -> None:
     with pytest.raises(BenchbotError) as caught:
         Ros2Robot.from_declaration(declaration(safety={"battery": {"ros_topic": "/battery"}}))
-    assert "it says neither minimum nor minimum_v" in caught.value.why
+    assert "It says neither minimum nor minimum_v" in caught.value.why
 
 
 def robot(**safety: Any) -> dict[str, Any]:

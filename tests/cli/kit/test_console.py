@@ -15,7 +15,10 @@ CHOKE_POINTS = {"benchbot/cli/kit/console.py", "benchbot/cli/kit/status_line.py"
 OTHERS = {
     "benchbot/api/benchbot.py": "the output of a solution",
     "benchbot/api/tools/__init__.py": "the output of a solution",
+    "benchbot/emergency_stop.py": "it imports the standard library alone, and writes foreign characters out by itself",
     "benchbot/plugins/preflight/probe.py": "what a child process answers, as JSON",
+    "plugins/robot_ros2/src/benchbot_robot_ros2/calls.py": "the log of a run",
+    "plugins/robot_ros2/src/benchbot_robot_ros2/guard/link.py": "the log of a run",
     "plugins/scenes/src/benchbot_scenes/packs/command.py": "a bar, without a word of others",
 }
 """What else prints, and why that may be."""

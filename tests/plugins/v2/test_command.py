@@ -56,4 +56,4 @@ def test_killing_the_controller_is_stopping_the_run(cli: CommandLine) -> None:
     done = old(cli, "run", "--kill-controller")
 
     assert done.returncode == 2
-    assert "No BenchBot run is there" in done.stderr
+    assert "No run of yours is there to stop" in done.stderr

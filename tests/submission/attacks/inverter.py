@@ -20,7 +20,7 @@ from benchbot_sim_taichi.odometry import Odometry
 
 CONTROL_PERIOD_S = 0.05
 CLOSE_M = 1e-9
-MOVES = 40
+MOVES = 16
 """The length of its way, which touches nothing."""
 
 

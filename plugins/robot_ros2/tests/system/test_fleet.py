@@ -38,7 +38,7 @@ def test_one_of_two_runs_is_stopped_by_its_robot_and_the_results_say_which_was_w
         chosen = ("--task", "walk", "--robot", robot, "--env", "hall:1")
         return cli.start("submit", *chosen, "--native", script, "-r", f"{robot}.json")
 
-    with unicycle(namespace="r1", wall_x_m=100.0) as first, unicycle(namespace="r2") as second:
+    with unicycle(namespace="r1", wall_x_m=28.0) as first, unicycle(namespace="r2") as second:
         slow = submit("unicycle@r1", 25.0)
         until(lambda: first.state["x"] > 0.02, 2 * PATIENCE_S)
         other = submit("unicycle@r2", 1.0)

@@ -47,7 +47,9 @@ def test_what_is_wrong_with_a_task_is_found_out(changes: dict[str, Any], subject
     assert words in broken(check_task(PASSIVE | changes))[subject]
 
 
-def test_what_is_odd_about_a_task_is_a_warning() -> None:
+def test_what_is_odd_about_a_task_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
+    # The sample robot alone, which has no inertial measurement unit.
+    monkeypatch.setenv("BENCHBOT_PLUGINS", "benchbot-sample")
     odd = PASSIVE | {"description": "", "observations": ["imu"]}
     assert "people choose by it" in warned(check_task(odd))["description"]
     assert "No installed robot" in warned(check_task(odd))["robots"]

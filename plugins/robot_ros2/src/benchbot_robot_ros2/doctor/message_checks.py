@@ -30,12 +30,14 @@ CLOCKS = (
     "Synchronise the clocks of both computers, for example with chrony (docs/ros2.md, time); "
     "for a simulator set driver.use_sim_time: true."
 )
+DEVICES = frozenset({"e_stop", "dead_man", "take_over", "collision", "battery"})
+"""What counts as of when it arrives, whatever its stamp says: many such messages have none."""
 
 
 def freshness(stream: Stream, timing: Timing, *, simulated: bool) -> Iterator[Finding]:
     """Say how often a topic's messages come, how old they are, and which frame they name."""
     use, subject = stream.use, f"topic {stream.use.topic.ros_topic}"
-    rate_hz, age_s = stream.rate_hz, stream.age_s
+    rate_hz, age_s = stream.rate_hz, None if use.role in DEVICES else stream.age_s
     rate = "1 message" if rate_hz is None else f"{rate_hz:.1f} Hz"
     clean = True
     if use.rate_hz is not None and (rate_hz is None or rate_hz < use.rate_hz):
