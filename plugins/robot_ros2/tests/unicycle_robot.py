@@ -73,6 +73,7 @@ DEFAULTS: dict[str, Any] = {
     "untold": [],  # frames whose transform does not come any more
     "scanner_yaw_deg": 0.0,  # how the scanner is really mounted
     "depth": None,  # publishes 32FC1 pictures on /depth, and how many units a metre has in them
+    "depth_rows": 96,  # of these pictures
     "mounts": {},  # what /tf_static says: [parent, x, y, z, yaw_deg] by frame
     "place_off_m": 0.0,  # how far localisation is wrong
     "amcl_off_m": 0.0,  # how far AMCL is wrong until it is told the pose on /initialpose; None where it is silent
@@ -105,7 +106,7 @@ TOPICS = {
 SERVICES = {"claim": Trigger, "release": Trigger, "power": SetBool}
 FRAMES = {"/odom": "odom", "/truth": "map", "/scan": "lidar", "/image": "camera", "/camera_info": "camera"}
 FRAMES |= {"/depth": "camera", "/depth_info": "camera", "/points": "lidar"}
-DEPTH_WIDTH, DEPTH_HEIGHT, DEPTH_FOCAL, CAMERA_X_M = 64, 96, 64.0, 0.1
+DEPTH_WIDTH, DEPTH_FOCAL, CAMERA_X_M = 64, 64.0, 0.1
 
 
 class Robot:
@@ -257,8 +258,9 @@ class Robot:
             info.p = [4.0, 0, 3.5, 0, 0, 4.0, 2.5, 0, 0, 0, 1.0, 0]
             self.send("/camera_info", self.headed(info, "/camera_info"))
             self.send("/depth", self.depth())
-            k = [DEPTH_FOCAL, 0, (DEPTH_WIDTH - 1) / 2, 0, DEPTH_FOCAL, (DEPTH_HEIGHT - 1) / 2, 0, 0, 1.0]
-            info = CameraInfo(width=DEPTH_WIDTH, height=DEPTH_HEIGHT, k=k, p=[*k[:3], 0, *k[3:6], 0, *k[6:], 0])
+            rows = self.options["depth_rows"]
+            k = [DEPTH_FOCAL, 0, (DEPTH_WIDTH - 1) / 2, 0, DEPTH_FOCAL, (rows - 1) / 2, 0, 0, 1.0]
+            info = CameraInfo(width=DEPTH_WIDTH, height=rows, k=k, p=[*k[:3], 0, *k[3:6], 0, *k[6:], 0])
             self.send("/depth_info", self.headed(info, "/depth_info"))
             self.send("/collision", Bool(data=self.collided))
 
@@ -326,8 +328,8 @@ class Robot:
         camera_x = self.x + CAMERA_X_M * math.cos(self.yaw)
         with np.errstate(divide="ignore"):
             row = np.where(away > 1e-6, (self.options["wall_x_m"] - camera_x) / away, np.inf)
-        pixels = np.tile((row * (self.options["depth"] or 1.0)).astype("<f4"), (DEPTH_HEIGHT, 1))
-        picture = Image(height=DEPTH_HEIGHT, width=DEPTH_WIDTH, encoding="32FC1", step=4 * DEPTH_WIDTH)
+        pixels = np.tile((row * (self.options["depth"] or 1.0)).astype("<f4"), (self.options["depth_rows"], 1))
+        picture = Image(height=self.options["depth_rows"], width=DEPTH_WIDTH, encoding="32FC1", step=4 * DEPTH_WIDTH)
         picture.data = pixels.tobytes()
         return self.headed(picture, "/depth")
 

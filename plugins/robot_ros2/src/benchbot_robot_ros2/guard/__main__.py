@@ -31,6 +31,7 @@ from benchbot_robot_ros2.ros import running_node
 if TYPE_CHECKING:
     from rclpy.node import Node
 
+FIRST_WORD_S = 1.0
 ARMED_PERIOD_S = 0.02
 # Without the one that stands by the robot is still guarded, so that a busy machine has more time.
 STANDBY_SILENCE_S = 1.0
@@ -100,6 +101,10 @@ def _armed(
         if time.monotonic() > deadline_s:
             raise problem
     velocity.listen_to_devices()
+    # A switch that somebody holds takes a moment to be heard; of one that is silent the first motion tells.
+    first_word_s = time.monotonic() + FIRST_WORD_S
+    while velocity.dead_man_unheard and begin.stopped is None and time.monotonic() < first_word_s:
+        time.sleep(ARMED_PERIOD_S)
     return velocity
 
 

@@ -58,6 +58,7 @@ class GuardedVelocity:
         self.publisher = VelocityPublisher(node, command, base_frame)
         self.use_sim_time = use_sim_time
         self._node = node
+        self.dead_man_unheard = False
         self._safety = safety
         self._calling_off = _calling_off(node, navigation)
         self._state = GuardState(
@@ -103,6 +104,7 @@ class GuardedVelocity:
         if self._safety.e_stop is not None:
             self._subscribe_e_stop(self._safety.e_stop)
         if self._safety.dead_man is not None:
+            self.dead_man_unheard = True
             switch = self._safety.dead_man
             self._node.create_subscription(
                 _switch_type(switch), switch.ros_topic, self._on_dead_man, qos_profile_sensor_data
@@ -235,6 +237,7 @@ class GuardedVelocity:
         return response
 
     def _on_dead_man(self, message: Any) -> None:
+        self.dead_man_unheard = False
         held = _held(message, self._safety.dead_man)
         self._from_device(lambda state, now_s: state.dead_man(held=held, now_s=now_s))
 
