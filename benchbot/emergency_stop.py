@@ -74,14 +74,10 @@ def stop(*, every: bool, run: str | None, by: str) -> list[str]:
     """
     alive, there = _alive(), _given()
     if run is not None:
-        ending = [state for state in alive if run in _name(state) or run == state["robot"]]
-        if len(ending) != 1:
-            names = ", ".join(map(_name, alive)) or "none"
-            raise CannotStopError(
-                f"{'Several runs are' if ending else 'No run is'} called '{run}'.",
-                f"Alive are: {names}.",
-                "Give the name of one of them, a part that no other has, or its robot if that has one run only.",
-            )
+        found = called(run, [(_name(state), state["robot"]) for state in alive])
+        if isinstance(found, tuple):
+            raise CannotStopError(*found)
+        ending = [alive[found]]
     elif every:
         ending = alive
     elif there is not None:
@@ -100,6 +96,21 @@ def stop(*, every: bool, run: str | None, by: str) -> list[str]:
     if failures:
         raise CannotStopError(failures[0].title, "\n".join([failures[0].why, *lines]), failures[0].fix)
     return lines
+
+
+def called(name: str, runs: Sequence[tuple[str, str]]) -> int | tuple[str, str, str]:
+    """Return which run, of names and robots, has `name` in its name or as its robot.
+
+    Unless it is exactly one: what is wrong, why, and the fix.
+    """
+    found = [number for number, (run, robot) in enumerate(runs) if name in run or name == robot]
+    if len(found) == 1:
+        return found[0]
+    return (
+        f"{'Several runs are' if found else 'No run is'} called '{name}'.",
+        f"Alive are: {', '.join(run for run, _ in runs) or 'none'}.",
+        "Give the name of one of them, a part that no other has, or its robot if that has one run only.",
+    )
 
 
 def is_locked(path: str | os.PathLike[str]) -> bool:

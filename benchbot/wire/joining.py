@@ -16,7 +16,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.emergency_stop import is_locked
+from benchbot.emergency_stop import called, is_locked
 from benchbot.wire.run_state import LEASE_FILE, RUN, Connection, RunState, live
 
 PROBES, PROBE_PERIOD_S = 10, 0.02
@@ -85,14 +85,10 @@ def chosen(name: str | None = None) -> RunState:
 
 def named(name: str, states: Sequence[RunState]) -> RunState:
     """Return the run with `name` in its name, or as its robot; raises BenchbotError unless it is exactly one."""
-    found = [state for state in states if name in state.name or name == state.robot]
-    if len(found) != 1:
-        raise BenchbotError(
-            f"{'Several runs are' if found else 'No run is'} called '{name}'.",
-            f"Alive are: {', '.join(state.name for state in states) or 'none'}.",
-            "Give the name of one of them, a part that no other has, or its robot if that has one run only.",
-        )
-    return found[0]
+    found = called(name, [(state.name, state.robot) for state in states])
+    if isinstance(found, tuple):
+        raise BenchbotError(*found)
+    return states[found]
 
 
 def join(state: RunState, *, by_command: bool = False) -> Connection:

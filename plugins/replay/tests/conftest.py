@@ -16,6 +16,7 @@ import yaml
 
 from tests import conftest
 from tests.command_line import BOTTLE, SAMPLE, CommandLine, Finished
+from tests.plugin_factory import DECLARES
 
 assert conftest.SAMPLE_PLUGIN
 
@@ -53,22 +54,7 @@ BenchBot(agent=Looking()).run()
 """
 
 
-PLUGIN = """\
-from importlib.resources import files
-from benchbot.plugin import hookimpl
-
-@hookimpl
-def benchbot_environments():
-    yield files(__name__) / "environments"
-
-@hookimpl
-def benchbot_tasks():
-    yield files(__name__) / "tasks"
-
-@hookimpl
-def benchbot_robots():
-    yield files(__name__) / "robots"
-"""
+PLUGIN = "\n".join(DECLARES.format(kind=kind) for kind in ("environments", "tasks", "robots"))
 
 
 @dataclass

@@ -23,7 +23,7 @@ from plugins.record_mcap.tests.bags import by_rosbags
 from plugins.robot_ros2.tests.bridge.bridged import bridge
 from plugins.robot_ros2.tests.conftest import _free_domain
 from tests.conftest import SAMPLE_PLUGIN
-from tests.plugin_factory import PluginFactory
+from tests.plugin_factory import DECLARES, PluginFactory
 
 Document = dict[str, Any]
 
@@ -36,22 +36,7 @@ EXAMPLES = {
 }
 POSITION_TOLERANCE_M, ANGLE_TOLERANCE_DEG = 0.01, 1.0
 
-PLUGIN = """\
-from importlib.resources import files
-from benchbot.plugin import hookimpl
-
-@hookimpl
-def benchbot_robots():
-    yield files(__name__) / "robots"
-
-@hookimpl
-def benchbot_environments():
-    yield files(__name__) / "environments"
-
-@hookimpl
-def benchbot_ground_truths():
-    yield files(__name__) / "ground_truths"
-"""
+PLUGIN = "\n".join(DECLARES.format(kind=kind) for kind in ("robots", "environments", "ground_truths"))
 
 # Two short ways: past the arena's furniture, and once around in the middle of the room.
 NOOK: Document = {

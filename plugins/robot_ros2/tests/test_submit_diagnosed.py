@@ -12,26 +12,11 @@ import pytest
 
 from benchbot.core.declarations import schema
 from plugins.robot_ros2.tests.unicycle import BY_TRUTH, declaration, unicycle, until
-from tests.plugin_factory import PluginFactory
+from tests.plugin_factory import DECLARES, PluginFactory
 
 Document = dict[str, Any]
 
-PLUGIN = """\
-from importlib.resources import files
-from benchbot.plugin import hookimpl
-
-@hookimpl
-def benchbot_robots():
-    yield files(__name__) / "robots"
-
-@hookimpl
-def benchbot_environments():
-    yield files(__name__) / "environments"
-
-@hookimpl
-def benchbot_tasks():
-    yield files(__name__) / "tasks"
-"""
+PLUGIN = "\n".join(DECLARES.format(kind=kind) for kind in ("robots", "environments", "tasks"))
 TASK = "name: 'hall:walk'\nactions: [move_distance]\nobservations: [laser, poses]\nlocalisation: ground_truth\n"
 HALL = {"name": "hall", "variant": 1, "type": "real", "start_pose": [1, 0, 0, 0, 0, 0, 0], "object_labels": []}
 SOLUTION = """

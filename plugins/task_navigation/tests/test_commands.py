@@ -13,7 +13,7 @@ from benchbot.core.declarations import schema
 from benchbot.core.provenance import distribution_hash
 from benchbot_task_navigation.floor_plan import FloorPlan
 from plugins.task_navigation.tests.floors import LASER_TASK, arena_truth
-from tests.plugin_factory import PluginFactory
+from tests.plugin_factory import DECLARES, PluginFactory
 
 # Moves, is put back, and hands in its result as if nothing had been.
 TWICE = """
@@ -160,14 +160,7 @@ def test_the_shipped_plan_and_episodes_are_made_again_from_the_scene(tmp_path: P
     assert (made.clearance_m == kept.clearance_m).all()
 
 
-HALL = """\
-from importlib.resources import files
-from benchbot.plugin import hookimpl
-
-@hookimpl
-def benchbot_environments():
-    yield files(__name__) / "environments"
-"""
+HALL = DECLARES.format(kind="environments")
 SIDE_M = 0.05
 
 

@@ -8,13 +8,10 @@ import msgspec
 
 from benchbot.plugin import ACTIONS, OBSERVATIONS, BenchbotError, Pose
 from benchbot_robot_ros2.footprint import Footprint
-from benchbot_robot_ros2.names import Names
+from benchbot_robot_ros2.names import Names, prefix_in
 from benchbot_robot_ros2.ros import Graph
 
 T = TypeVar("T")
-
-NAMESPACE = "{namespace}"
-"""What stands for the robot's namespace in its `frame_prefix`."""
 
 
 class _Declared(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -286,7 +283,7 @@ class Ros2Robot:
         """Read a robot's declaration; raises BenchbotError saying which key is wrong, and how."""
         name = str(robot.get("name"))
         settings = _convert(robot.get("driver", {}), DriverSettings, name, "driver")
-        names = Names(name, settings.namespace, _prefix(settings), settings.remap)
+        names = Names(name, settings.namespace, prefix_in(settings.namespace, settings.frame_prefix), settings.remap)
         connections = {
             channel: _convert(names.in_all(connection), Connection, name, f"connections.{channel}")
             for channel, connection in robot["connections"].items()
@@ -341,12 +338,6 @@ class _Mount(_Declared, frozen=True):
 
     def pose(self) -> Pose:
         return Pose.from_xyz_rpy_deg(self.xyz, self.rpy_deg)
-
-
-def _prefix(settings: DriverSettings) -> str:
-    """Return what is put before frames; a prefix that is made of the namespace is none where there is none."""
-    made_of_it = NAMESPACE in settings.frame_prefix
-    return "" if made_of_it and not settings.namespace else settings.frame_prefix.replace(NAMESPACE, settings.namespace)
 
 
 def _graph(names: Names, settings: DriverSettings) -> Graph:

@@ -15,6 +15,8 @@ from benchbot.plugin import BenchbotError
 KEYS = frozenset({"ros_topic", "ros_service", "ros_action", "initial_pose", "scene_node"})
 """The keys of a declaration that hold the name of a topic, a service, an action or a node."""
 
+# What stands for the namespace in a declared `frame_prefix`.
+_NAMESPACE = "{namespace}"
 _NAME = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 
 
@@ -57,3 +59,8 @@ class Names(msgspec.Struct, frozen=True):
             "digit.",
             "Correct it in the robot's declaration, or the namespace: --robot NAME@robot_1",
         )
+
+
+def prefix_in(namespace: str, declared: str) -> str:
+    """Return what is put before frames; a prefix that is made of the namespace is none where there is none."""
+    return "" if _NAMESPACE in declared and not namespace else declared.replace(_NAMESPACE, namespace)
