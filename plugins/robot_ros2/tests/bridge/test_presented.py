@@ -120,6 +120,12 @@ def test_a_map_begins_at_its_lowest_corner(scene: Scene) -> None:
     assert list(grid.data) == [0, 0, 0, 100, -1, 0]
 
 
+def test_a_turned_map_is_published_turned(scene: Scene) -> None:
+    describe(scene.folder.parent / "maps" / "hall_1.yaml", origin=[0, 0, 0.3])
+    turn = read(scene).info.origin.orientation
+    assert (turn.z, turn.w) == pytest.approx((np.sin(0.15), np.cos(0.15)))
+
+
 def test_an_environment_may_name_its_map(scene: Scene) -> None:
     describe(scene.folder / "other.yaml", image="../maps/hall_1.pgm", resolution=0.1, negate=1)
     named = Scene({**scene.environment, "occupancy_map": "other.yaml"}, scene.folder)
@@ -131,11 +137,10 @@ def test_an_environment_may_name_its_map(scene: Scene) -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"image": "none.pgm"}, "FileNotFoundError"),
-        ({"mode": "raw"}, "its mode is raw"),
-        ({"origin": [0, 0, 0.3]}, "is turned"),
-        ({"origin": [0, 0]}, "not enough values"),
-        ({"resolution": 0}, "is no length"),
+        ({"image": "none.pgm"}, "No such file"),
+        ({"mode": "raw"}, "Its mode is 'raw'"),
+        ({"origin": [0, 0]}, "Its origin is the pose of the lower left corner"),
+        ({"resolution": 0}, "Its resolution is 0"),
         ({"free_thresh": "some"}, "could not convert"),
     ],
 )
