@@ -3,7 +3,7 @@
 python -m benchmarks fidelity [--only NAME:VARIANT ...] [--times day evening night] [--quality fast] [--device cuda]
     [--width 480] [--samples 256] [--views 1] [--cache FOLDER] [--json FILE] [--pictures FOLDER]
 
-Of each environment the view of its trajectory's median pose (`views.median_poses`), 16 : 9 and 90° wide, in the light
+Of each environment the view of its trajectory's median pose (`views.median_places`), 16 : 9 and 90° wide, in the light
 of docs/gallery.md. The reference is the mean of two path traced pictures of half of --samples a pixel each, denoised
 where `pyoidn` is installed; half of the difference between the two, `noise`, is what is left of its error.
 
@@ -128,7 +128,8 @@ def main() -> None:
 def measure(environment: Declaration, cache: Path, options: argparse.Namespace) -> Iterator[Row]:
     """Every view of an environment at every time of day."""
     scene = views.scene_of(environment, cache)
-    poses = views.median_poses(environment, scene, cache, options.device, options.views)
+    places = views.median_places(environment, scene, cache, options.device, options.views)
+    poses = views.camera_poses(environment)[places]
     camera = Intrinsics.from_horizontal_fov(options.width, options.width * 9 // 16, 90.0)
     for at in options.times:
         lighting = Lighting.from_mapping(light_at(TIMES[at], environment.data.get("lighting") or {}))

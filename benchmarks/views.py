@@ -55,19 +55,19 @@ def camera_pose(robot_to_map: Poses) -> Poses:
     return pose
 
 
-def median_poses(environment: Declaration, scene: SceneGeometry, cache: Path, arch: str, count: int = 1) -> Poses:
-    """The trajectory's camera poses in the middle of `count` equal parts, from the emptiest view to the fullest.
+def median_places(environment: Declaration, scene: SceneGeometry, cache: Path, arch: str, count: int = 1) -> list[int]:
+    """Places in the trajectory in the middle of `count` equal parts, from the emptiest view to the fullest.
 
     A view is the fuller the more instances its picture shows, and among equals the farther away they are (the median
-    of depth). One pose is the median.
+    of depth). One place is the median.
     """
-    poses = camera_poses(environment)
-    seen = Renderer(scene, Lighting(), cache_dir=cache, arch=arch).render_batch(poses, LOOK, rgb=False)
-    fullness = [
+    renderer = Renderer(scene, Lighting(), cache_dir=cache, arch=arch)
+    seen = renderer.render_batch(camera_poses(environment), LOOK, rgb=False)
+    fullness = (
         (len(np.unique(instance)), float(np.median(depth_m)))
         for instance, depth_m in zip(seen.instance, seen.depth_m, strict=True)
-    ]
-    return poses[middling(fullness, count)]
+    )
+    return middling(fullness, count)
 
 
 def middling(values: Iterable[tuple[float, ...]], count: int) -> list[int]:
