@@ -20,22 +20,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from PIL import Image
 
-from benchbot.core import plugin_manager
-from benchbot.core.declarations.catalog import Catalog, Declaration
-from benchbot.core.platform import Scene
-from benchbot_scenes.gltf import load_scene
-from benchbot_scenes.scene_file import scene_file
+from benchbot.core.declarations.catalog import Declaration
 from benchbot_scenes.top_down import top_down
 from benchbot_sim_taichi import _ti
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
+from benchmarks.views import LOOK, camera_poses, declared, scene_of, shipped
 
-CAMERA_HEIGHT_M = 1.05
 SEEN_PIXELS = 4
-LOOK = Intrinsics.from_horizontal_fov(240, 135, 90.0)
 SHOW = Intrinsics.from_horizontal_fov(400, 225, 90.0)
 VIEWS = 3
 
@@ -52,10 +46,7 @@ def main() -> None:
     if options.alone:
         print(json.dumps(measure(declared(options.environment[0]), options, Path(options.alone))))
         return
-    pool = Catalog(plugin_manager.load()).pool("environments")
-    names = options.environment or sorted(
-        name for name, found in pool.items() if found.data["type"] == "sim_taichi" and "trajectory_poses" in found.data
-    )
+    names = options.environment or shipped()
     rows = []
     print(f"{'':14} {'triangles':>9} {'lamps':>6} {'load s':>7} {'MB':>6} {'objects':>7} {'poses':>5}  not seen")
     with tempfile.TemporaryDirectory() as folder:
@@ -82,22 +73,16 @@ def alone(name: str, options: argparse.Namespace, folder: str) -> dict[str, Any]
     return row
 
 
-def declared(name: str) -> Declaration:
-    """The environment of this name."""
-    (environment,) = Catalog(plugin_manager.load()).environments(name)
-    return environment
-
-
 def measure(environment: Declaration, options: argparse.Namespace, folder: Path) -> dict[str, Any]:
     """One environment's figures; leaves its row of pictures in `folder`."""
     cache = options.cache or folder
     data = environment.data
     started_s = time.process_time()
-    scene = load_scene(scene_file(environment.path.parent / data["map_path"], cache))
+    scene = scene_of(environment, cache)
     loaded_s = time.process_time() - started_s
     glowing = np.array([material.is_emissive for material in scene.materials], bool)[scene.triangle_material]
     renderer = Renderer(scene, Lighting.from_mapping(data.get("lighting")), cache_dir=cache, arch=options.arch)
-    poses = np.stack([camera_pose(pose.matrix()) for pose in Scene(data, environment.path.parent).trajectory])
+    poses = camera_poses(environment)
     instances = renderer.render_batch(poses, LOOK, rgb=False).instance
     objects = {known.index: known.name for known in scene.instances if known.class_name is not None}
     seen = [
@@ -122,15 +107,6 @@ def measure(environment: Declaration, options: argparse.Namespace, folder: Path)
         "poses": len(poses),
         "not_seen": sorted(name for index, name in objects.items() if not any(index in view for view in seen)),
     }
-
-
-def camera_pose(robot_to_map: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """A level optical frame above a robot's base."""
-    forward, left = robot_to_map[:3, 0], robot_to_map[:3, 1]
-    pose = np.eye(4)
-    pose[:3, :3] = np.stack([-left, [0.0, 0.0, -1.0], forward], axis=1)
-    pose[:3, 3] = robot_to_map[:3, 3] + [0.0, 0.0, CAMERA_HEIGHT_M]
-    return pose
 
 
 def best_views(seen: list[set[int]], objects: set[int]) -> Iterator[int]:

@@ -20,17 +20,14 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from benchbot.core import plugin_manager
-from benchbot.core.declarations.catalog import Catalog, Declaration
-from benchbot.core.platform import Scene
-from benchbot_scenes.gltf import load_scene
-from benchbot_scenes.scene_file import scene_file
+from benchbot.core.declarations.catalog import Declaration
 from benchbot_sim_taichi import _ti, denoise
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.quality import REALTIME, Quality
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
-from benchmarks.bench_environments import LOOK, SEEN_PIXELS, best_views, camera_pose
+from benchmarks.bench_environments import SEEN_PIXELS, best_views
 from benchmarks.bench_quality import compare
+from benchmarks.views import LOOK, camera_poses, declared, scene_of, shipped
 
 DOCS = Path(__file__).parents[1] / "docs"
 TIMES = {
@@ -54,10 +51,7 @@ def main() -> None:
     parser.add_argument("--strips", type=Path, metavar="FOLDER", help="keep the rows of pictures there")
     parser.add_argument("--docs", type=Path, default=DOCS, help="the folder with gallery.md and images (default: docs)")
     options = parser.parse_args()
-    pool = Catalog(plugin_manager.load()).pool("environments")
-    names = options.only or sorted(
-        name for name, found in pool.items() if found.data["type"] == "sim_taichi" and "trajectory_poses" in found.data
-    )
+    names = options.only or shipped()
     if not denoise.is_installed():
         print("pyoidn is not installed: the path traced pictures keep their noise, and so do the figures")
     page = options.docs / "gallery.md"
@@ -66,7 +60,7 @@ def main() -> None:
         strips.mkdir(parents=True, exist_ok=True)
         for name in names:
             started_s = time.perf_counter()
-            (environment,) = Catalog(plugin_manager.load()).environments(name)
+            environment = declared(name)
             pictures, cells = [], []
             for at, fast, slow in views(environment, cache, options):
                 figures = compare("fast", fast, slow)
@@ -83,8 +77,7 @@ def main() -> None:
 def views(environment: Declaration, cache: Path, options: argparse.Namespace) -> Iterator[tuple[str, Picture, Picture]]:
     """Name of a time of day, and both pictures taken then."""
     data = environment.data
-    scene = load_scene(scene_file(environment.path.parent / data["map_path"], cache))
-    poses = np.stack([camera_pose(pose.matrix()) for pose in Scene(data, environment.path.parent).trajectory])
+    scene, poses = scene_of(environment, cache), camera_poses(environment)
     camera = Intrinsics.from_horizontal_fov(options.width, options.width * 3 // 4, 90.0)
     pose = None
     for at in TIMES:
