@@ -2,15 +2,21 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
 from benchbot_sim_taichi import kernel_cache as kept
-from tests.ray_tracing import WARM
+from tests.ray_tracing import MINIROOM, WARM
 
 WITHOUT_HASTE = "import benchbot_sim_taichi._front_end as front_end; front_end.hasten = lambda taichi: None; " + WARM
+
+KILLED_AFTER_ITS_FIRST_FRAME = (
+    MINIROOM.replace('("image_rgb", "laser")', '("image_depth", "laser")')
+    + "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"
+)
 
 
 def kernels(cache: Path) -> dict[str, int]:
@@ -29,6 +35,16 @@ def test_several_processes_may_fill_the_cache_at_once(tmp_path: Path, kernel_cac
     assert filled.keys() <= kernels(kernel_cache).keys(), "where other tests of this process may have added theirs"
     assert warm(tmp_path).wait() == 0
     assert kernels(tmp_path) == filled, "all that were asked for were there"
+
+
+def test_processes_that_are_killed_after_their_first_frame_have_not_compiled_in_vain(tmp_path: Path) -> None:
+    processes = [warm(tmp_path, KILLED_AFTER_ITS_FIRST_FRAME) for _ in range(2)]
+    assert [process.wait() for process in processes] == [-signal.SIGKILL] * 2
+    compiled = kernels(tmp_path)
+    assert compiled
+    assert warm(tmp_path, KILLED_AFTER_ITS_FIRST_FRAME).wait() == -signal.SIGKILL
+    assert kernels(tmp_path) == compiled, "all that were asked for were there"
+    assert not (tmp_path / "kernels" / kept.LOCK).exists()
 
 
 def test_kernels_are_the_same_whether_or_not_taichis_front_end_is_hastened(tmp_path: Path, kernel_cache: Path) -> None:

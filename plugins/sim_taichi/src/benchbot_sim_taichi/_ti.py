@@ -70,6 +70,12 @@ def start(arch: str, cache_dir: Path) -> None:
     _started = arch
 
 
+def save_kernels() -> None:
+    """Write what was compiled to disk now, so that a process that is killed has not compiled in vain; not on a GPU."""
+    if _started == "cpu":
+        kernel_cache.save(ti.lang.impl.get_runtime().prog)
+
+
 def is_on_processor() -> bool:
     """Return whether kernels run on the processor; false before the runtime is started."""
     return _started == "cpu"

@@ -22,7 +22,7 @@ from benchbot.plugin import (
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.scene_file import scene_file
-from benchbot_sim_taichi import dynamics, lamps, quality
+from benchbot_sim_taichi import _ti, dynamics, lamps, quality
 from benchbot_sim_taichi.collision import Clearance, ObstacleMap, travel
 from benchbot_sim_taichi.dynamics import State
 from benchbot_sim_taichi.imu import Motion
@@ -118,6 +118,7 @@ class RayTracedSimulator:
             for number, (i, frame) in enumerate(zip(there, frames, strict=True)):
                 scanned = {name: scan[number] for name, scan in scans.items()}
                 observed[i] = platforms[i]._seen(wanted, frame, scanned)
+        _ti.save_kernels()
         return observed
 
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
