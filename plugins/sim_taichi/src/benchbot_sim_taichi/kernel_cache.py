@@ -1,4 +1,4 @@
-"""The cache of compiled kernels between runs: Taichi reads it when it starts, and adds to it when it ends or is saved."""
+"""The cache of compiled kernels between runs: Taichi reads it when it starts, and adds to it when it ends."""
 
 import os
 import select
@@ -11,7 +11,9 @@ from typing import Any
 LOCK = "ticache.lock"
 LONGEST_LOCK_S = 60.0
 LONGEST_SAVE_S = 10.0
-_known_s = 0.0
+WORTH_SAVING_S = 0.4
+"""Compiling takes seconds; what takes less is finding kernels that are on disk, which counts as compiling, too."""
+_saved_s = 0.0
 
 
 def prepare(cache_dir: Path) -> Path:
@@ -33,16 +35,16 @@ def prepare(cache_dir: Path) -> Path:
 
 
 def save(program: Any) -> None:
-    """Write the kernels to disk that a program has compiled since the last call: it may be killed before it ends.
+    """Write what a program has compiled to disk, if that is worth it: its process may be killed before it ends.
 
     Taichi 1.7 writes when a program ends, and offers no other way. So the program ends in a copy of this process, which
     takes hundredths of a second. The copy of a process that uses a GPU could not, as drivers do not follow into it.
     """
-    global _known_s
+    global _saved_s
     compiling_s = program.get_total_compilation_time()
-    if compiling_s == _known_s:
+    if compiling_s - _saved_s < WORTH_SAVING_S:
         return
-    _known_s = compiling_s
+    _saved_s = compiling_s
     with warnings.catch_warnings():
         # Python warns of copies of processes with threads: this one runs nothing but Taichi's end.
         warnings.simplefilter("ignore", DeprecationWarning)
