@@ -54,11 +54,15 @@ class Timeouts:
 class Operator:
     """The person beside a real robot, who may be asked to do what it cannot do by itself. Safe to use from any thread.
 
-    `changed` is called with the request that waits for them, or None when none does.
+    `changed` is called with the request that waits for them, or None when none does; `noted` with what a platform does
+    that takes long, or None when that is over.
     """
 
-    def __init__(self, changed: Callable[[str | None], None]) -> None:
+    def __init__(
+        self, changed: Callable[[str | None], None], noted: Callable[[str | None], None] = lambda text: None
+    ) -> None:
         self._changed = changed
+        self.noted = noted
         self._lock = threading.Lock()
         self._pending: tuple[str, Callable[[], None]] | None = None
 
@@ -263,13 +267,16 @@ class ChildHost:
                     return message
                 asks = isinstance(message, messages.Question)
                 patience_s = None if asks else timeout_s
-                if self._operator is not None and isinstance(message, messages.Question):
+                if self._operator is not None and isinstance(message, messages.Preparing):
+                    self._operator.noted(message.text)
+                elif self._operator is not None and isinstance(message, messages.Question):
                     self._operator.ask(message.text, self._answer if message.wants_answer else lambda: None)
                 elif self._operator is not None:
                     self._operator.withdraw()
         finally:
             if self._operator is not None:
                 self._operator.withdraw()
+                self._operator.noted(None)
 
     def _answer(self) -> None:
         self._send_control(messages.Answered())

@@ -211,6 +211,16 @@ def test_a_platform_that_says_what_it_waits_for_may_wait_longer_than_one_that_ha
     assert start_host(taken_over(timeouts.load_s + 1.0), timeouts).load(0, 0).clock_s == 0.0
 
 
+def test_what_a_platform_does_where_that_takes_long_is_told_and_logged(start_host: StartHost, tmp_path: Path) -> None:
+    noted: list[str | None] = []
+    host = start_host(operator=Operator(lambda request: None, noted.append))
+    host.load(0, 0)
+    assert [text for text in noted if text is not None] == ["the simulator reads its world"]
+    assert noted[-1] is None, "it is over with the answer"
+    (log,) = tmp_path.rglob("*.log")
+    assert "the simulator reads its world" in log.read_text("utf-8")
+
+
 def taken_over(seconds: float) -> Selection:
     """Return a selection whose simulator is taken over by a person for some seconds."""
     selection = sample_selection()
