@@ -47,6 +47,17 @@ def test_processes_that_are_killed_after_their_first_frame_have_not_compiled_in_
     assert not (tmp_path / "kernels" / kept.LOCK).exists()
 
 
+def test_a_run_after_warming_compiles_nothing(tmp_path: Path, kernel_cache: Path) -> None:
+    shutil.copytree(kernel_cache, tmp_path, ignore=shutil.ignore_patterns("kernels"), dirs_exist_ok=True)
+    assert warm(tmp_path).wait() == 0
+    warmed = kernels(tmp_path)
+    for options in ({}, {"quality": "fast"}, {"quality": "path", "samples": 1}):
+        run = MINIROOM.replace("Path(sys.argv[1]))", f"Path(sys.argv[1]), {options})")
+        assert run != MINIROOM
+        assert warm(tmp_path, run).wait() == 0
+        assert kernels(tmp_path) == warmed
+
+
 def test_kernels_are_the_same_whether_or_not_taichis_front_end_is_hastened(tmp_path: Path, kernel_cache: Path) -> None:
     cache = tmp_path / "cache"
     shutil.copytree(kernel_cache, cache)
