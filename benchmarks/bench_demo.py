@@ -162,7 +162,7 @@ def run(checkout: Path, folder: Path, cache: Path) -> Demo:
             raise SystemExit(done.stderr)
     wall_s, after = time.perf_counter() - started_s, getrusage(RUSAGE_CHILDREN)
     processor_s = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    rows = [row for path in spans.iterdir() for row in _rows(json.loads(path.read_text("utf-8")))]
+    rows = [row for path in spans.iterdir() for row in rows_of(json.loads(path.read_text("utf-8")))]
     rows.append(Row("all", END, 1, 0.0, processor_s - sum(row.processor_s for row in rows)))
     result = json.loads((folder / "result.json").read_text("utf-8"))
     scores = json.loads((folder / "scores.json").read_text("utf-8"))
@@ -170,7 +170,8 @@ def run(checkout: Path, folder: Path, cache: Path) -> Demo:
     return Demo(wall_s, processor_s, tuple(rows), f"OMQ {scores['scores']['OMQ']:.4f}, observations {digest[:12]}")
 
 
-def _rows(document: dict[str, Any]) -> list[Row]:
+def rows_of(document: dict[str, Any]) -> list[Row]:
+    """Return the rows of what a process wrote; together they have all of its processor seconds."""
     command = " ".join(document["command"])
     process = next((name for mark, name in PROCESSES.items() if mark in command), "others")
     rows = [Row(process, span, *taken) for span, taken in {START: document["start"], **document["spans"]}.items()]
