@@ -209,9 +209,9 @@ def test_what_takes_long_is_told_when_it_begins(room: Scene, tmp_path: Path, ker
     platform.load(room, 0)
     assert told == ["the simulator loads the scene room.glb"]
     platform.observe(("image_depth",))
-    shared, tree = told[1:]
-    assert "what pictures share" in shared
+    tree, light = told[1:]
     assert "builds the search tree" in tree
+    assert "works out the light" in light
     platform.observe(("image_depth",))
     assert told[3:] == [], "it was all there"
 

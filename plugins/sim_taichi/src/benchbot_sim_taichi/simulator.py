@@ -298,10 +298,9 @@ class _World:
 
     @cached_property
     def renderer(self) -> Renderer:
-        progress.tell(
-            "the simulator works out what pictures share: a search tree, textures, light and compiled kernels"
-        )
         arch = str(self._options.get("arch", "cpu"))
-        return Renderer(
+        renderer = Renderer(
             self._geometry, self._lighting, cache_dir=self._spec.cache_dir, arch=arch, quality=self._quality
         )
+        progress.tell("the simulator works out the light of the scene, and compiles what is not compiled yet")
+        return renderer
