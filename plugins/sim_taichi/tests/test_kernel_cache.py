@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -9,7 +10,7 @@ from pathlib import Path
 
 from benchbot_sim_taichi import kernel_cache as kept
 from plugins.sim_taichi.tests.rooms import ceiling_lamp
-from tests.ray_tracing import WARM
+from tests.ray_tracing import MINIROOM, WARM
 
 DEPTH = """
 import sys
@@ -25,6 +26,11 @@ renderer.render(Pose((0.0, 0.0, 1.0)).matrix(), Intrinsics(16, 16, 8.0, 8.0, 8.0
 """
 """Compiles some kernels, which takes a fraction of the time of all."""
 WITHOUT_HASTE = "import benchbot_sim_taichi._front_end as front_end; front_end.hasten = lambda taichi: None; " + WARM
+
+KILLED_AFTER_ITS_FIRST_FRAME = (
+    MINIROOM.replace('("image_rgb", "laser")', '("image_depth", "laser")')
+    + "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"
+)
 
 
 def kernels(cache: Path) -> dict[str, int]:
@@ -45,6 +51,27 @@ def test_several_processes_may_fill_the_cache_at_once(tmp_path: Path, kernel_cac
     assert filled.keys() <= kernels(kernel_cache).keys(), "where other tests of this process may have added theirs"
     assert warm(tmp_path, DEPTH, scene).wait() == 0
     assert kernels(tmp_path) == filled, "all that were asked for were there"
+
+
+def test_processes_that_are_killed_after_their_first_frame_have_not_compiled_in_vain(tmp_path: Path) -> None:
+    processes = [warm(tmp_path, KILLED_AFTER_ITS_FIRST_FRAME) for _ in range(2)]
+    assert [process.wait() for process in processes] == [-signal.SIGKILL] * 2
+    compiled = kernels(tmp_path)
+    assert compiled
+    assert warm(tmp_path, KILLED_AFTER_ITS_FIRST_FRAME).wait() == -signal.SIGKILL
+    assert kernels(tmp_path) == compiled, "all that were asked for were there"
+    assert not (tmp_path / "kernels" / kept.LOCK).exists()
+
+
+def test_a_run_after_warming_compiles_nothing(tmp_path: Path, kernel_cache: Path) -> None:
+    shutil.copytree(kernel_cache, tmp_path, ignore=shutil.ignore_patterns("kernels"), dirs_exist_ok=True)
+    assert warm(tmp_path).wait() == 0
+    warmed = kernels(tmp_path)
+    for options in ({}, {"quality": "fast"}, {"quality": "path", "samples": 1}):
+        run = MINIROOM.replace("Path(sys.argv[1]))", f"Path(sys.argv[1]), {options})")
+        assert run != MINIROOM
+        assert warm(tmp_path, run).wait() == 0
+        assert kernels(tmp_path) == warmed
 
 
 def test_kernels_are_the_same_whether_or_not_taichis_front_end_is_hastened(tmp_path: Path, kernel_cache: Path) -> None:

@@ -37,6 +37,7 @@ class SampleSimulator:
         self._localisation = spec.localisation
         self._ask = spec.ask
         self._tell = spec.tell
+        self._note = spec.note
         self._halted: str | None = None
 
     @property
@@ -60,6 +61,8 @@ class SampleSimulator:
             self._tell("A person has the robot.")
             time.sleep(float(str(self._options["taken_over_s"])))
             self._tell(None)
+        if self._note is not None:
+            self._note("the simulator reads its world")
         self._world = world.read(scene.folder / scene.environment["map_path"])
         self._class_ids = {name: number for number, name in enumerate(scene.environment.get("object_labels", ()), 1)}
         self._instances = _instance_ids(self._world.labels, self._class_ids)

@@ -4,6 +4,7 @@ import contextlib
 import importlib
 import io
 import os
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -68,6 +69,15 @@ def start(arch: str, cache_dir: Path) -> None:
     # waits for the others. The threads themselves are started by then.
     ti.lang.impl.current_cfg().cpu_max_num_threads *= CHUNKS_PER_THREAD
     _started = arch
+
+
+def save_kernels() -> None:
+    """Write what was compiled to disk now, so that a process that is killed has not compiled in vain.
+
+    On a processor and Linux; elsewhere a process cannot be copied for it, and writes when it ends.
+    """
+    if _started == "cpu" and sys.platform == "linux":
+        kernel_cache.save(ti.lang.impl.get_runtime().prog)
 
 
 def is_on_processor() -> bool:

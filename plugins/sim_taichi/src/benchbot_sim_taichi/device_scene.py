@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot_scenes.scene import SceneGeometry
-from benchbot_sim_taichi import _ti, bvh, disk_cache, lights, tables, textures
+from benchbot_sim_taichi import _ti, bvh, disk_cache, lights, progress, tables, textures
 from benchbot_sim_taichi.arrangement import Arrangement
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.two_levels import Levels
@@ -111,6 +111,7 @@ def _tree(scene: SceneGeometry, groups: tables.TriangleGroups, cache_dir: Path, 
     stored = disk_cache.load(path)
     if stored is not None and stored.keys() == {"nodes", "leaves", "roots"}:
         return bvh.Bvh(stored["nodes"], stored["leaves"], tuple(int(root) for root in stored["roots"]), width)
+    progress.tell(f"the simulator builds the search tree of {len(scene.triangles):,} triangles")
     tree = bvh.build(scene.vertices, scene.triangles, (groups.solid, groups.sheer), width)
     disk_cache.store(path, {"nodes": tree.nodes, "leaves": tree.leaves, "roots": np.array(tree.roots)})
     return tree

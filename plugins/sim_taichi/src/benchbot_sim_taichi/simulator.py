@@ -22,7 +22,7 @@ from benchbot.plugin import (
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.scene_file import scene_file
-from benchbot_sim_taichi import dynamics, lamps, quality
+from benchbot_sim_taichi import _ti, dynamics, lamps, progress, quality
 from benchbot_sim_taichi.collision import Clearance, ObstacleMap, travel
 from benchbot_sim_taichi.dynamics import State
 from benchbot_sim_taichi.imu import Motion
@@ -48,6 +48,7 @@ class RayTracedSimulator:
 
     def __init__(self, spec: PlatformSpec) -> None:
         self._spec = spec
+        progress.listen(spec.note)
         self._robot = Robot.from_declaration(spec.robot, MotionConfig.from_robot(spec.robot, spec.localisation))
         self._worlds: dict[tuple[Path, str, float], _World] = {}
 
@@ -118,6 +119,7 @@ class RayTracedSimulator:
             for number, (i, frame) in enumerate(zip(there, frames, strict=True)):
                 scanned = {name: scan[number] for name, scan in scans.items()}
                 observed[i] = platforms[i]._seen(wanted, frame, scanned)
+        _ti.save_kernels()
         return observed
 
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
@@ -268,6 +270,7 @@ class _World:
             )
         self._spec = spec
         source = scene.folder / environment["map_path"]
+        progress.tell(f"the simulator loads the scene {environment['map_path']}")
         self._geometry: SceneGeometry = load_scene(scene_file(source, spec.cache_dir, environment.get("assets")))
         self._lighting = Lighting.from_mapping(environment.get("lighting"))
         lamps.check(self._geometry, self._lighting.lamps)
@@ -296,6 +299,8 @@ class _World:
     @cached_property
     def renderer(self) -> Renderer:
         arch = str(self._options.get("arch", "cpu"))
-        return Renderer(
+        renderer = Renderer(
             self._geometry, self._lighting, cache_dir=self._spec.cache_dir, arch=arch, quality=self._quality
         )
+        progress.tell("the simulator works out the light of the scene, and compiles what is not compiled yet")
+        return renderer
