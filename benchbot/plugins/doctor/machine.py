@@ -56,7 +56,7 @@ print(json.dumps({"library": True, "cuda": version.value, "devices": devices}))
 """
 NO_DEVICE_ERRORS = ("CUDA_ERROR_NO_DEVICE", "100")
 NO_GPU = "none, and none is needed: the ray tracer runs on the processor"
-GPU_USE = "for the ray tracer with --set options.arch=cuda"
+GPU_USE = "which the ray tracer uses when it is free (--device)"
 
 
 def processors() -> Finding:

@@ -103,6 +103,20 @@ def test_the_same_command_goes_on_and_another_says_what_it_would_cost(batches: B
     assert batches.told("b", "began") == 4
 
 
+def test_workers_simulate_on_the_device_that_is_there_or_asked_for(batches: Batches) -> None:
+    refused = batches.run("none", "--device", "cuda")
+    assert (refused.returncode, "There is no GPU here." in refused.stderr) == (2, True)
+
+    batches.cli.variables["SAMPLE_GPU"] = "Test GPU"
+    free = batches.run("free", seeds="0")
+    assert batches.run("chosen", "--device", "cpu", seeds="0").returncode == 0
+
+    assert "Workers simulate on cuda: Test GPU" in free.stderr
+    for name, device in (("free", "cuda: Test GPU"), ("chosen", "cpu")):
+        results = map(json.loads, batches.results(name).values())
+        assert {result["provenance"]["machine"]["device"] for result in results} == {device}
+
+
 def test_repeats_are_told_apart_in_their_results(batches: Batches) -> None:
     assert batches.run("b", "--jobs", "1", "--repeats", "2", seeds="0", envs="arena:1").returncode == 0
     found = [json.loads(text)["provenance"]["selection"] for text in batches.results("b").values()]

@@ -19,7 +19,7 @@ os.environ.setdefault("ENABLE_QUADRANTS_HEADER_PRINT", "0")
 ti: Any = importlib.import_module(os.environ.get("BENCHBOT_TAICHI", "taichi"))
 _front_end.hasten(ti)
 
-ARCHS = ("cpu", "cuda")
+DEVICES = ("cpu", "cuda")
 # Taichi's own passes take five sixths of the time of compiling, and LLVM does that work again: on a processor, pictures
 # take no longer without them.
 OPT_LEVELS = {"cpu": 0, "cuda": 1}
@@ -34,20 +34,20 @@ def default_cache_dir() -> Path:
     return cache_dir() / "sim_taichi"
 
 
-def start(arch: str, cache_dir: Path) -> None:
-    """Start the runtime once per process; a second start with another `arch` raises `BenchbotError`."""
+def start(device: str, cache_dir: Path) -> None:
+    """Start the runtime once per process; a second start with another `device` raises `BenchbotError`."""
     global _started
-    if arch not in ARCHS:
+    if device not in DEVICES:
         raise BenchbotError(
-            f"There is no compute device called {arch!r}",
-            "The ray tracer runs on one of: " + ", ".join(ARCHS) + ".",
+            f"There is no compute device called {device!r}",
+            "The ray tracer runs on one of: " + ", ".join(DEVICES) + ".",
             "Choose one of those.",
         )
-    if _started == arch:
+    if _started == device:
         return
     if _started is not None:
         raise BenchbotError(
-            f"The ray tracer cannot run on {arch!r} here",
+            f"The ray tracer cannot run on {device!r} here",
             f"This process already runs it on {_started!r}, and the runtime is one per process.",
             f"Use {_started!r}, or start another process.",
         )
@@ -56,18 +56,18 @@ def start(arch: str, cache_dir: Path) -> None:
     # It prints a banner whatever the log level, and has this thread take tiny numbers for zero from then on.
     with contextlib.redirect_stdout(io.StringIO()), _float_mode.kept():
         ti.init(
-            arch=getattr(ti, arch),
+            arch=getattr(ti, device),
             offline_cache=True,
             offline_cache_file_path=str(kernels),
             log_level=ti.ERROR,
-            opt_level=OPT_LEVELS[arch],
-            real_matrix_scalarize=arch != "cpu",
+            opt_level=OPT_LEVELS[device],
+            real_matrix_scalarize=device != "cpu",
             enable_fallback=False,
         )
     # A loop is cut into this many pieces, by default one a thread, so that a thread whose part of the picture is easy
     # waits for the others. The threads themselves are started by then.
     ti.lang.impl.current_cfg().cpu_max_num_threads *= CHUNKS_PER_THREAD
-    _started = arch
+    _started = device
 
 
 def is_on_processor() -> bool:
