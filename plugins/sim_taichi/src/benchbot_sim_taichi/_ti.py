@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot.plugin import BenchbotError, cache_dir
+from benchbot.process import processors
 from benchbot_sim_taichi import _cuda, _float_mode, _front_end, kernel_cache
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
@@ -23,7 +24,10 @@ DEVICES = ("cpu", "cuda")
 # Taichi's own passes take five sixths of the time of compiling, and LLVM does that work again: on a processor, pictures
 # take no longer without them.
 OPT_LEVELS = {"cpu": 0, "cuda": 1}
-CHUNKS_PER_THREAD = 32
+PIECES = 512
+"""A loop is cut into this many, so that a thread whose part of the picture is easy does not wait for the others. It is
+part of kernels, and so the same for any number of threads: all workers of a batch then find them in the cache."""
+THREADS = "TI_CPU_MAX_NUM_THREADS"
 _SHORT_NAMES = {"float32": "f32", "int32": "i32", "uint8": "u8", "uint32": "u32"}
 _NAMES = {getattr(ti, short): name for name, short in _SHORT_NAMES.items()}
 _started: str | None = None
@@ -52,6 +56,8 @@ def start(device: str, cache_dir: Path) -> None:
             f"Use {_started!r}, or start another process.",
         )
     kernels = kernel_cache.prepare(cache_dir)
+    # By default Taichi starts a thread for each processor of the machine, whatever this process may use of them.
+    threads = {} if THREADS in os.environ else {"cpu_max_num_threads": processors()}
     # Vectors stay whole on a processor: see `kernels.lanes`.
     # It prints a banner whatever the log level, and has this thread take tiny numbers for zero from then on.
     with contextlib.redirect_stdout(io.StringIO()), _float_mode.kept():
@@ -63,10 +69,10 @@ def start(device: str, cache_dir: Path) -> None:
             opt_level=OPT_LEVELS[device],
             real_matrix_scalarize=device != "cpu",
             enable_fallback=False,
+            **threads,
         )
-    # A loop is cut into this many pieces, by default one a thread, so that a thread whose part of the picture is easy
-    # waits for the others. The threads themselves are started by then.
-    ti.lang.impl.current_cfg().cpu_max_num_threads *= CHUNKS_PER_THREAD
+    # The threads themselves are started by then; from here on, it is the number of pieces.
+    ti.lang.impl.current_cfg().cpu_max_num_threads = PIECES
     _started = device
 
 
