@@ -7,9 +7,13 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 
+import pytest
+
 from benchbot.plugins.batch.folder import Folder
+from benchbot.plugins.batch.worker import Worker
 from benchbot.plugins.batch.worker_pool import WorkerPool
 from tests.cli.solutions import CRASHING, PASSIVE, RESETTING
 from tests.plugins.batch.conftest import Batches, wait_until
@@ -115,6 +119,24 @@ def test_workers_simulate_on_the_device_that_is_there_or_asked_for(batches: Batc
     for name, device in (("free", "cuda: Test GPU"), ("chosen", "cpu")):
         results = map(json.loads, batches.results(name).values())
         assert {result["provenance"]["machine"]["device"] for result in results} == {device}
+
+
+def test_a_worker_on_a_cluster_uses_a_gpu_that_it_was_given_and_no_other(
+    batches: Batches, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert batches.run("b", seeds="0", envs="arena:1").returncode == 0
+    folder = Folder(batches.path("b"))
+
+    def device() -> str:
+        with ExitStack() as stack:
+            return Worker(folder, "w", stack)._backend._plan.device
+
+    monkeypatch.delenv("CUDA_VISIBLE_DEVICES", raising=False)
+    assert device() == "auto"
+    WorkerPool("slurm").write(folder)
+    assert device() == "cpu"
+    monkeypatch.setenv("CUDA_VISIBLE_DEVICES", "1")
+    assert device() == "auto"
 
 
 def test_repeats_are_told_apart_in_their_results(batches: Batches) -> None:
