@@ -1,6 +1,6 @@
 """Every environment: how large it is, what loading it costs, what its trajectory sees, and what it looks like.
 
-python -m benchmarks.bench_environments [NAME:VARIANT ...] [--arch cpu] [--json FILE] [--pictures FOLDER]
+python -m benchmarks.bench_environments [NAME:VARIANT ...] [--device cpu] [--json FILE] [--pictures FOLDER]
 
 An object counts as seen when the camera on the trajectory (that of `carter`, a quarter as wide) shows it in 4 pixels
 or more of a picture. `--pictures` also writes a sheet for each place: a row for each variant, from above and from three
@@ -37,7 +37,7 @@ VIEWS = 3
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("environment", nargs="*", metavar="NAME:VARIANT")
-    parser.add_argument("--arch", choices=_ti.ARCHS, default="cpu")
+    parser.add_argument("--device", choices=_ti.DEVICES, default="cpu")
     parser.add_argument("--cache", type=Path, help="keep what is made of the scenes there")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the table to this file")
     parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="also write environments-PLACE.jpg there")
@@ -65,7 +65,8 @@ def main() -> None:
 
 def alone(name: str, options: argparse.Namespace, folder: str) -> dict[str, Any]:
     """Measure one environment in a process of its own."""
-    command = [sys.executable, "-m", "benchmarks.bench_environments", name, "--alone", folder, "--arch", options.arch]
+    command = [sys.executable, "-m", "benchmarks.bench_environments", name, "--alone", folder]
+    command += ["--device", options.device]
     command += ["--cache", str(options.cache)] if options.cache else []
     command += ["--pictures", str(options.pictures)] if options.pictures else []
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
@@ -81,7 +82,7 @@ def measure(environment: Declaration, options: argparse.Namespace, folder: Path)
     scene = scene_of(environment, cache)
     loaded_s = time.process_time() - started_s
     glowing = np.array([material.is_emissive for material in scene.materials], bool)[scene.triangle_material]
-    renderer = Renderer(scene, Lighting.from_mapping(data.get("lighting")), cache_dir=cache, arch=options.arch)
+    renderer = Renderer(scene, Lighting.from_mapping(data.get("lighting")), cache_dir=cache, device=options.device)
     poses = camera_poses(environment)
     instances = renderer.render_batch(poses, LOOK, rgb=False).instance
     objects = {known.index: known.name for known in scene.instances if known.class_name is not None}

@@ -1,6 +1,6 @@
 """The pictures and the table of docs/gallery.md: every environment by day, evening and night, beside path tracing.
 
-python -m benchmarks.gallery [--only NAME:VARIANT ...] [--arch cuda] [--width 640] [--samples 512] [--strips FOLDER]
+python -m benchmarks.gallery [--only NAME:VARIANT ...] [--device cuda] [--width 640] [--samples 512] [--strips FOLDER]
 
 One view of each environment, from the pose of its trajectory that sees the most objects, in the quality `realtime` and
 path traced with so many samples a pixel (denoised where `pyoidn` is installed). Writes docs/images/gallery-PLACE.jpg, a
@@ -44,7 +44,7 @@ Picture = npt.NDArray[np.uint8]
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", nargs="+", metavar="NAME:VARIANT", help="these environments; otherwise all")
-    parser.add_argument("--arch", choices=_ti.ARCHS, default="cpu")
+    parser.add_argument("--device", choices=_ti.DEVICES, default="cpu")
     parser.add_argument("--width", type=int, default=640, help="of the pictures that are compared; 4 : 3")
     parser.add_argument("--samples", type=int, default=512, help="of the path tracer, per pixel")
     parser.add_argument("--cache", type=Path, help="keep what is made of the scenes there")
@@ -83,7 +83,7 @@ def views(environment: Declaration, cache: Path, options: argparse.Namespace) ->
     for at in TIMES:
         lighting = Lighting.from_mapping(light_at(at, data.get("lighting") or {}))
         fast, slow = (
-            Renderer(scene, lighting, cache_dir=cache, arch=options.arch, quality=chosen)
+            Renderer(scene, lighting, cache_dir=cache, device=options.device, quality=chosen)
             for chosen in (REALTIME, Quality("path", options.samples))
         )
         if pose is None:

@@ -131,10 +131,11 @@ class Simulation(Platform, Protocol):
 
 @runtime_checkable
 class Traceable(Protocol):
-    """A driver of a real robot that knows what a result on it depends on, beside declarations and software."""
+    """A platform that knows what a result on it depends on, beside declarations and software."""
 
     def provenance(self) -> Mapping[str, Any]:
-        """Return it as plain data for `provenance.robot.driver` of results: middleware, clocks, …; never waits."""
+        """Return it as plain data: of a driver for `provenance.robot.driver` of results (middleware, clocks, …), of a
+        simulator for `provenance.machine` (its device); never waits."""
 
 
 @runtime_checkable

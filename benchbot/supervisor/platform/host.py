@@ -136,7 +136,7 @@ class ChildHost:
             scenes=_scene_messages(selection),
             localisation=selection.localisation,
             cache_dir=str(resources.cache_dir()),
-            options=dict(options or {}),
+            options={**(options or {}), **selection.platform_options},
             can_ask=operator is not None,
             despite=selection.despite,
         )

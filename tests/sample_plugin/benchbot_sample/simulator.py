@@ -200,6 +200,20 @@ class SampleSimulator:
         return {name: offered[name].record("map") for name in self._frames}
 
 
+class TracedSimulator(SampleSimulator):
+    """The simulator, which says what device it runs on."""
+
+    def __init__(self, spec: PlatformSpec) -> None:
+        super().__init__(spec)
+        self._spec = spec
+
+    def provenance(self) -> dict[str, str]:
+        """Return the device, which changes nothing."""
+        from benchbot_sample.plugin import device
+
+        return {"device": device(self._spec.options)}
+
+
 def _safety_stop(why: str) -> BenchbotError:
     return BenchbotError(
         "The robot was stopped for safety.",

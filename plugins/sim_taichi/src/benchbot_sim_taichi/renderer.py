@@ -48,12 +48,12 @@ class Renderer:
         lighting: Lighting,
         *,
         cache_dir: Path | None = None,
-        arch: str = "cpu",
+        device: str = "cpu",
         seed: int = 0,
         quality: Quality = REALTIME,
     ) -> None:
         cache_dir = cache_dir or _ti.default_cache_dir()
-        _ti.start(arch, cache_dir)
+        _ti.start(device, cache_dir)
         self._buffers: dict[str, tuple[int, Any]] = {}
         self._seed = seed & 0x7FFFFFFF
         self._quality = quality

@@ -22,7 +22,7 @@ from benchbot.plugin import (
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.scene_file import scene_file
-from benchbot_sim_taichi import _ti, dynamics, lamps, progress, quality
+from benchbot_sim_taichi import _ti, devices, dynamics, lamps, progress, quality
 from benchbot_sim_taichi.collision import Clearance, ObstacleMap, travel
 from benchbot_sim_taichi.dynamics import State
 from benchbot_sim_taichi.imu import Motion
@@ -41,9 +41,10 @@ CHANNELS = [*PICTURES, *(f"{picture}_info" for picture in PICTURES), "laser", "l
 class RayTracedSimulator:
     """Implements `benchbot.core.platform.Platform` in simulated time.
 
-    Options of the environment, or of who starts the simulator (these win): `arch` chooses where rays are traced, cpu
-    (default), cuda, …; `quality` and `samples` how pictures are lit (see `quality`). The same pose in the same scene
-    gives the same colours and depth, whatever the seed; the seed is that of odometry and of the sensors' noise.
+    Options of the environment, or of who starts the simulator (these win): `device` chooses what rays are traced on
+    (see `devices`); `quality` and `samples` how pictures are lit (see `quality`). The same pose in the same scene gives
+    the same colours and depth on the same device, whatever the seed; the seed is that of odometry and of the sensors'
+    noise.
     """
 
     def __init__(self, spec: PlatformSpec) -> None:
@@ -177,6 +178,10 @@ class RayTracedSimulator:
         """
         self._world.move_object(name, transform)
 
+    def provenance(self) -> dict[str, str]:
+        """Return the device of the loaded scene, which pictures depend on to the byte."""
+        return {"device": str(self._world.device)}
+
     def halt(self, why: str) -> None:
         """Do nothing: a simulated robot moves inside `drive` only."""
 
@@ -275,6 +280,7 @@ class _World:
         self._lighting = Lighting.from_mapping(environment.get("lighting"))
         lamps.check(self._geometry, self._lighting.lamps)
         self._options = {**environment.get("options", {}), **spec.options}
+        self.device = devices.resolve(self._options)
         self._quality = quality.from_options(self._options)
         self.labels = Labels.of(self._geometry.instances, environment.get("object_labels", ()))
         # The base stands on the floor.
@@ -298,9 +304,7 @@ class _World:
 
     @cached_property
     def renderer(self) -> Renderer:
-        arch = str(self._options.get("arch", "cpu"))
-        renderer = Renderer(
-            self._geometry, self._lighting, cache_dir=self._spec.cache_dir, arch=arch, quality=self._quality
-        )
+        kind, cache_dir = self.device.kind, self._spec.cache_dir
+        renderer = Renderer(self._geometry, self._lighting, cache_dir=cache_dir, device=kind, quality=self._quality)
         progress.tell("the simulator works out the light of the scene, and compiles what is not compiled yet")
         return renderer
