@@ -13,7 +13,7 @@ from benchbot_sim_taichi.kernels.cell_lookup import nearest_cell
 from benchbot_sim_taichi.kernels.develop import bytes_, developed
 from benchbot_sim_taichi.kernels.first_hits import met
 from benchbot_sim_taichi.kernels.lanes import absolute
-from benchbot_sim_taichi.kernels.light import sky_radiance
+from benchbot_sim_taichi.kernels.light import outlook
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS
 from benchbot_sim_taichi.kernels.primary import INFINITY_BITS
 from benchbot_sim_taichi.kernels.reflectance import pane_reflectance
@@ -295,7 +295,7 @@ def glance(
                     light * INV_PI,
                 )
             else:
-                color = sky_radiance(env, direction)
+                color = outlook(env, direction, 1.0 / cameras[eye + 12])
             color *= seen.passed * load3(cameras, eye + 16)
             colors[pixel] = developed(color, tones, curve)
 
