@@ -97,7 +97,8 @@ def light_at(at: str, declared: Mapping[str, Any]) -> dict[str, Any]:
     """An environment's light at a time of midsummer at 45°, by night with its lamps on."""
     lamps = {**declared.get("lamps", {}), "on": TIMES[at]["lamps"]}
     kept = {key: declared[key] for key in ("north_deg", "turbidity") if key in declared and "time" in declared}
-    return {**kept, "time": TIMES[at]["time"], "lamps": lamps}
+    around = {"exterior": declared["exterior"]} if "exterior" in declared else {}
+    return {**kept, **around, "time": TIMES[at]["time"], "lamps": lamps}
 
 
 def seen(instances: npt.NDArray[np.integer]) -> set[int]:

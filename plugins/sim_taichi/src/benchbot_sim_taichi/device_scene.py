@@ -37,7 +37,7 @@ def upload(scene: SceneGeometry, lighting: Lighting, cache_dir: Path) -> tables.
             _ti.upload(texels.table),
         ),
         lights=(
-            _ti.upload(lights.environment_record(lighting)),
+            _ti.upload(lights.environment_record(lighting, cache_dir)),
             _ti.upload(table.records),
             table.portals,
             table.lamps,

@@ -61,7 +61,8 @@ def load_or_solve(
     scene: SceneGeometry, lighting: Lighting, device: DeviceScene, cache_dir: Path, seed: int
 ) -> Irradiance:
     """Return the irradiance of a scene, from `cache_dir` if it was computed before."""
-    key = hashlib.sha256(repr((VERSION, scene.content_hash, lighting.sun, lighting.sky, seed)).encode()).hexdigest()
+    light = (lighting.sun, lighting.sky, lighting.exterior)
+    key = hashlib.sha256(repr((VERSION, scene.content_hash, *light, seed)).encode()).hexdigest()
     path = cache_dir / f"irradiance-{key[:32]}.npz"
     names = {field.name for field in fields(Irradiance)}
     return Irradiance(**disk_cache.load_or_make(path, names, lambda: asdict(solve(scene, device, seed))))

@@ -21,7 +21,6 @@ from benchbot_sim_taichi import (
     light_grid,
     path_trace,
 )
-from benchbot_sim_taichi.colorimetry import LUMINANCE
 from benchbot_sim_taichi.frames import DeviceFrames, Frame, FrameBatch
 from benchbot_sim_taichi.intrinsics import Intrinsics, camera_records, common_size
 from benchbot_sim_taichi.lighting import Lighting
@@ -32,7 +31,6 @@ __all__ = ["DeviceFrames", "Frame", "FrameBatch", "Intrinsics", "Renderer"]
 
 PIXELS_AT_ONCE = 2**20  # 240 bytes of working memory each
 GLANCED_PIXELS_AT_ONCE = 2**24  # 4 bytes each
-WHITE_BALANCE_STRENGTH = 0.6
 
 
 class Renderer:
@@ -73,7 +71,7 @@ class Renderer:
     @cached_property
     def exposure(self) -> npt.NDArray[np.float64]:
         """Gain (3,) of red, green and blue that all pictures of this scene share."""
-        return _exposure(self.irradiance, self._lighting.exposure)
+        return camera_response.exposure(*self.irradiance.mean_light(), self._lighting.exposure)
 
     @property
     def device_for_paths(self) -> DeviceScene:
@@ -211,7 +209,7 @@ class Renderer:
             glance.see(*scene, cameras, hits, frames.words, *places, *size, *variant)
             return
         colors = self._buffer("colors", pixel_count, np.int32)
-        light = (self.device.lights[0], *self._cells, camera_response.curve(), camera_response.BRIGHTEST)
+        light = (self.device.lights[0], *self._cells, *camera_response.curves())
         glance.glance(*scene, *light, cameras, hits, frames.words, colors, *places, *size, *variant)
         glance.pack(colors, frames.words, frames.rgb_at(first), len(records), frames.width * frames.height)
 
@@ -318,18 +316,3 @@ class Renderer:
         if self._buffers.get(name, (0, None))[0] < size:
             self._buffers[name] = (size, _ti.upload(np.zeros(size, dtype)))
         return self._buffers[name][1]
-
-
-def _exposure(light: irradiance.Irradiance, declared: float | None) -> npt.NDArray[np.float64]:
-    """Gain of red, green and blue, once for all frames so that pictures do not flicker.
-
-    Unless declared, the scene's median radiance decides (see `camera_response.automatic_gain`). White balance: the
-    mean irradiance is taken for white, but only partly, as a photographer leaves evening light warm.
-    """
-    mean, irradiance_rgb = light.mean_light()
-    gain = declared or camera_response.automatic_gain(mean)
-    if irradiance_rgb.min() <= 0:
-        return np.full(3, gain)
-    balance = (LUMINANCE @ irradiance_rgb / irradiance_rgb) ** WHITE_BALANCE_STRENGTH
-    balanced: npt.NDArray[np.float64] = gain * balance / (LUMINANCE @ balance)
-    return balanced

@@ -14,7 +14,7 @@ from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray, locate
 from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells, nearest_cell
 from benchbot_sim_taichi.kernels.cells import INV_PI, NEAR_M, OFFSET_M
 from benchbot_sim_taichi.kernels.lanes import negated
-from benchbot_sim_taichi.kernels.light import sky_radiance
+from benchbot_sim_taichi.kernels.light import outlook
 from benchbot_sim_taichi.kernels.light_grid import density_in_row, row_near, sample_near, shifted
 from benchbot_sim_taichi.kernels.neighbours import fit, pixel_plane
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sent, sheerness
@@ -375,7 +375,8 @@ def reflect(
                 reflection = (surface.diffuse + surface.specular * 0.5) * other.total * INV_PI
                 reflection += surface.emission * power_share(mirrored.w, density * samples)
             else:
-                reflection = sky_radiance(env, toward) * power_share(mirrored.w, density * samples)
+                reflection = outlook(env, toward, 0.002 + roughness * roughness)
+                reflection *= power_share(mirrored.w, density * samples)
             reflection *= passed
             if kind == GLOSSY:
                 reflection = no_glare(cameras, eye, reflection * vec3(mirrored.x, mirrored.y, mirrored.z))

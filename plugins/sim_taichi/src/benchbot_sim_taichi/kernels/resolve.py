@@ -7,7 +7,7 @@ from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells
 from benchbot_sim_taichi.kernels.cells import INV_PI
 from benchbot_sim_taichi.kernels.illumination import LIGHT_PIXEL_STRIDE
 from benchbot_sim_taichi.kernels.lanes import negated
-from benchbot_sim_taichi.kernels.light import sky_radiance
+from benchbot_sim_taichi.kernels.light import outlook
 from benchbot_sim_taichi.kernels.panes import unpack
 from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE
 from benchbot_sim_taichi.kernels.reflectance import environment_brdf, pane_reflectance
@@ -135,7 +135,7 @@ def shade_centers(
                 ti.select(pixels[base + 14] < FAR, vec3(0.0), load3(light_pixels, at + 4)),
             )
         else:
-            center = sky_radiance(env, direction)
+            center = outlook(env, direction, 1.0 / cameras[eye + 12])
         if pixels[base + 14] < FAR:
             mirrored = pane_reflectance(pixels[base + 23], -load3(pixels, base + 15).dot(direction))
             center = center * unpack(ti.bit_cast(pixels[base + 18], ti.i32)) + load3(light_pixels, at + 4) * mirrored
@@ -181,7 +181,7 @@ def resolve(
                 py = ti.cast(y, ti.f32) + (ti.cast(s, ti.f32) + 0.5) * 0.25
                 sub_ray = camera_ray(cameras, eye, px, py)
                 sub_direction = sub_ray.normalized()
-                value = sky_radiance(env, sub_direction)
+                value = outlook(env, sub_direction, 1.0 / cameras[eye + 12])
                 pane = vec3(1.0)
                 pane_light = vec3(0.0)
                 root = 0
