@@ -100,7 +100,7 @@ def main() -> None:
     parser.add_argument("--only", nargs="+", metavar="NAME:VARIANT", help="these environments; otherwise all")
     parser.add_argument("--times", nargs="+", choices=TIMES, default=list(TIMES))
     parser.add_argument("--quality", choices=QUALITIES, default=REALTIME.name, help="of our pictures")
-    parser.add_argument("--device", choices=_ti.ARCHS, default="cpu")
+    parser.add_argument("--device", choices=_ti.DEVICES, default="cpu")
     parser.add_argument("--width", type=int, default=480)
     parser.add_argument("--samples", type=int, default=256, help="of the path tracer, per pixel")
     parser.add_argument("--views", type=int, default=1, help="of each environment")
@@ -133,10 +133,12 @@ def measure(environment: Declaration, cache: Path, options: argparse.Namespace) 
     camera = Intrinsics.from_horizontal_fov(options.width, options.width * 9 // 16, 90.0)
     for at in options.times:
         lighting = Lighting.from_mapping(light_at(TIMES[at], environment.data.get("lighting") or {}))
-        ours = Renderer(scene, lighting, cache_dir=cache, arch=options.device, quality=QUALITIES[options.quality])
+        ours = Renderer(scene, lighting, cache_dir=cache, device=options.device, quality=QUALITIES[options.quality])
         half = Quality("path", max(options.samples // 2, 1))
         paths = [
-            Renderer(scene, lighting, cache_dir=cache, arch=options.device, quality=half, seed=seed) for seed in (0, 1)
+            Renderer(scene, lighting, cache_dir=cache, device=options.device, quality=half, seed=number)
+            for number in (0, 1)
+            for seed in (0, 1)
         ]
         paths[1].irradiance = paths[0].irradiance
         for view, pose in enumerate(poses):

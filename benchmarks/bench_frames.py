@@ -48,7 +48,7 @@ def main() -> None:
     parser.add_argument("--only", nargs="+", metavar="NAME:VARIANT", help="these environments; otherwise all")
     parser.add_argument("--against", metavar="COMMIT|FOLDER", help="ask another commit, too, in turn")
     parser.add_argument("--threads", type=int, help="of each (default: as many as there are cores)")
-    parser.add_argument("--device", choices=_ti.ARCHS, default="cpu")
+    parser.add_argument("--device", choices=_ti.DEVICES, default="cpu")
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--robot", default="carter", help="whose camera takes the pictures")
     parser.add_argument("--cache", type=Path, help="keep what is made of the scenes there")

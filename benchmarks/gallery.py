@@ -36,7 +36,7 @@ TIMES = {
     "night": {"time": "23:00", "lamps": "all"},
 }
 THUMBNAIL_PIXELS = 256
-SHEET_BYTES = 280_000  # five of them
+SHEET_BYTES = 230_000  # five of them
 
 Picture = npt.NDArray[np.uint8]
 

@@ -55,13 +55,15 @@ def camera_pose(robot_to_map: Poses) -> Poses:
     return pose
 
 
-def median_places(environment: Declaration, scene: SceneGeometry, cache: Path, arch: str, count: int = 1) -> list[int]:
+def median_places(
+    environment: Declaration, scene: SceneGeometry, cache: Path, device: str, count: int = 1
+) -> list[int]:
     """Places in the trajectory in the middle of `count` equal parts, from the emptiest view to the fullest.
 
     A view is the fuller the more instances its picture shows, and among equals the farther away they are (the median
     of depth). One place is the median.
     """
-    renderer = Renderer(scene, Lighting(), cache_dir=cache, arch=arch)
+    renderer = Renderer(scene, Lighting(), cache_dir=cache, device=device)
     seen = renderer.render_batch(camera_poses(environment), LOOK, rgb=False)
     fullness = (
         (len(np.unique(instance)), float(np.median(depth_m)))
