@@ -61,11 +61,16 @@ def load_or_solve(
     scene: SceneGeometry, lighting: Lighting, device: DeviceScene, cache_dir: Path, seed: int
 ) -> Irradiance:
     """Return the irradiance of a scene, from `cache_dir` if it was computed before."""
-    light = (lighting.sun, lighting.sky, lighting.exterior)
-    key = hashlib.sha256(repr((VERSION, scene.content_hash, *light, seed)).encode()).hexdigest()
-    path = cache_dir / f"irradiance-{key[:32]}.npz"
+    path = cache_dir / f"irradiance-{cache_key(scene, lighting, seed)}.npz"
     names = {field.name for field in fields(Irradiance)}
     return Irradiance(**disk_cache.load_or_make(path, names, lambda: asdict(solve(scene, device, seed))))
+
+
+def cache_key(scene: SceneGeometry, lighting: Lighting, seed: int) -> str:
+    """Return a name of the light of a scene, as the kind of device that kernels run on works it out."""
+    light = (lighting.sun, lighting.sky, lighting.exterior)
+    described = repr((VERSION, _ti.device_kind(), scene.content_hash, *light, seed))
+    return hashlib.sha256(described.encode()).hexdigest()[:32]
 
 
 def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
