@@ -9,7 +9,10 @@ import typer
 
 from benchbot.core.errors import BenchbotError
 
-QUICK: dict[str, Any] = {"default_map": {"help": False, "install_completion": False, "show_completion": False}}
+QUICK: dict[str, Any] = {
+    "default_map": {"help": False, "install_completion": False, "show_completion": False},
+    "help_option_names": ["--help", "-h"],
+}
 """Context settings of commands that must start fast: typer imports pydantic to read a flag that defaults to None."""
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]

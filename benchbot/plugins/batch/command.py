@@ -31,7 +31,7 @@ class RunsByDefault(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Take words that begin with no sub-command for those of `run`."""
-        if args and args[0] not in self.commands and args != ["--help"]:
+        if args and args[0] not in self.commands and args[0] not in ctx.help_option_names:
             args = [DEFAULT, *args]
         return super().parse_args(ctx, args)
 
