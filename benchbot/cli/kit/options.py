@@ -153,10 +153,13 @@ def recordings(wanted: list[str] | None, result: Path | None = None) -> dict[str
         name, equals, folder = text.partition("=")
         named = {name: Path(folder)} if equals else {one: _beside(result) / one for one in text.split(",")}
         if not all(named) or (equals and (not folder or "," in text)) or found.keys() & named.keys():
+            mixed = equals and "," in text and all(part.strip("=") for part in text.split(","))
+            meant = text.split(",") if mixed else ["mcap,video", "frames=FOLDER"]
             raise BenchbotError(
                 f"--record {text} cannot be understood.",
                 "It names recorders, each once, or one recorder and the folder that it writes into.",
-                "Write it like this: --record mcap,video --record frames=FOLDER. There are: benchbot list recorders",
+                f"Write it like this: {' '.join(f'--record {part}' for part in meant)}. "
+                "There are: benchbot list recorders",
             )
         found |= named
     return found
