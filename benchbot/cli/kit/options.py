@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
+from typer.core import TyperGroup
 
 from benchbot.core.errors import BenchbotError
 
@@ -201,9 +202,10 @@ def tell_recordings(folders: dict[str, Path]) -> None:
             console.note(f"Warning: {problem}")
 
 
-def group(help_line: str) -> typer.Typer:
+def group(help_line: str, kind: type[TyperGroup] = TyperGroup) -> typer.Typer:
     """Return an app that holds sub-commands."""
     return typer.Typer(
+        cls=kind,
         help=help_line,
         add_completion=False,
         no_args_is_help=True,
