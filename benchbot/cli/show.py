@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict
+from itertools import chain
 from typing import Annotated, Any
 
 import typer
@@ -9,7 +10,7 @@ from typer.core import TyperGroup
 
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import Json, group
-from benchbot.core.errors import BenchbotError, did_you_mean
+from benchbot.core.errors import did_you_mean
 
 Name = Annotated[str, typer.Argument(metavar="NAME", help="Its name, as benchbot list prints it.")]
 
@@ -33,33 +34,21 @@ class AnyKind(TyperGroup):
     """A group whose sub-command need not be named for what alone has a name: `benchbot show carter`."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
-        """Put the sub-command before a name; raises BenchbotError for one that nothing has, or several have."""
-        if args[0] in self.commands or ctx.resilient_parsing:
-            return super().resolve_command(ctx, args)
-        from benchbot.core.declarations.catalog import Catalog
-        from benchbot.core.plugin_manager import load
+        """Put its kind before a name that is no sub-command."""
+        if args[0] not in self.commands:
+            from benchbot.core.declarations.catalog import Catalog
+            from benchbot.core.plugin_manager import load
 
-        catalog, name = Catalog(load()), args[0]
-        pools = {
-            word: list(load().pool(pool)) if pool in _RECORDS else catalog.names(pool)
-            for word, (pool, _) in SHOWN.items()
-            if not self.commands[word].hidden
-        }
-        kinds = [word for word, names in pools.items() if name in names]
-        if not kinds:
-            raise BenchbotError(
-                f"Nothing is called '{name}'.",
-                "It is no kind, and no name of anything that is installed."
-                f"{did_you_mean(name, [*self.commands, *(each for names in pools.values() for each in names)])}",
-                "See what there is: benchbot list --help",
-            )
-        if len(kinds) > 1:
-            raise BenchbotError(
-                f"It is not clear what is meant by '{name}'.",
-                f"There are several of this name: {', '.join(kinds)}.",
-                f"Say which: benchbot show {kinds[0]} {name}",
-            )
-        return super().resolve_command(ctx, [kinds[0], *args])
+            catalog = Catalog(load())
+            pools = {pool: (load().pool if pool in _RECORDS else catalog.pool)(pool) for pool, _ in SHOWN.values()}
+            kinds = [word for word, (pool, _) in SHOWN.items() if word != "env" and args[0] in pools[pool]]
+            if len(kinds) > 1:
+                ctx.fail(f"There is a {' and a '.join(kinds)} called '{args[0]}'. Say which: show {kinds[0]} {args[0]}")
+            if not kinds:
+                near = did_you_mean(args[0], [*self.commands, *chain(*pools.values())])
+                ctx.fail(f"Nothing that is installed is called '{args[0]}'.{near}")
+            args = [*kinds, *args]
+        return super().resolve_command(ctx, args)
 
 
 app = group("Print one declaration and where it is. What alone has a name needs no kind: show carter.", AnyKind)

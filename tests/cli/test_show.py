@@ -47,7 +47,7 @@ def test_a_name_that_nothing_has_is_refused_with_the_nearest(name: str, nearest:
     done = here("show", name)
 
     assert done.returncode == 2
-    assert f"Error: Nothing is called '{name}'." in done.stderr
+    assert f"Nothing that is installed is called '{name}'." in done.stderr
     assert ("Did you mean" in done.stderr) == (nearest is not None)
     assert nearest is None or f"Did you mean '{nearest}'?" in done.stderr
 
@@ -63,8 +63,7 @@ def test_a_name_that_several_have_asks_for_the_kind(cli: CommandLine, make_plugi
     done = cli("show", "omq")
 
     assert done.returncode == 2
-    assert "There are several of this name: format, method." in done.stderr
-    assert "Fix: Say which: benchbot show format omq" in done.stderr
+    assert "There is a format and a method called 'omq'. Say which: show format omq" in done.stderr
     assert cli("show", "format", "omq").stdout.endswith("name: omq\n")
 
 
