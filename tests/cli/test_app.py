@@ -1,5 +1,6 @@
 import json
 import pkgutil
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable
@@ -63,6 +64,18 @@ def test_h_is_help_everywhere(words: tuple[str, ...], here: Here) -> None:
     assert done.returncode == 0
     assert done.stdout == here(*words, "--help").stdout
     assert "-h, --help" in done.stdout
+
+
+def test_benchbot_alone_ends_with_a_first_run_that_works_as_typed(cli: CommandLine) -> None:
+    told = cli().stderr
+    _, _, offered = told.partition("A first run, ")
+    words = shlex.split(offered.partition("\n")[2].replace("\\\n", " "))
+    del cli.variables["BENCHBOT_PLUGINS"]  # with all that is installed
+
+    done = cli(*words[1:], "--dry-run")
+
+    assert words[:2] == ["benchbot", "submit"]
+    assert done.returncode == 0, done.stderr
 
 
 def test_version(here: Here) -> None:
