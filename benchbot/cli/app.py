@@ -46,6 +46,11 @@ Exit codes:
   3    internal error: BenchBot, the simulator or the machine failed
   4    scored below a --require threshold
   130  interrupted
+
+\b
+A first run, of an example in a small room (with what benchbot[full] brings):
+  benchbot submit --example hello_passive --env miniroom:1 \\
+      --robot carter_lowres --task semantic_slam:passive:ground_truth
 """
 
 
