@@ -178,6 +178,7 @@ def benchbot(
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit; every error ends as a panel on stderr and an exit code."""
     settings = Settings()
+    console.escape_unprintable()
     try:
         typer.main.get_command(app).main(args=arguments, prog_name="benchbot", obj=settings)
     except BenchbotError as error:
