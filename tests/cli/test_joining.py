@@ -214,6 +214,21 @@ def test_what_a_solution_has_spent_is_not_for_the_next_one_to_pay(cli: CommandLi
     assert (provenance["failure"], provenance["restarts"], "spent" in provenance) == (None, 0, False)
 
 
+def test_a_solution_that_fails_before_it_begins_has_done_nothing_that_the_one_before_did(cli: CommandLine) -> None:
+    start_run(cli)
+    wrong = 'from benchbot.api import BenchBot\nBenchBot().step("fly")'
+    for name, code in {"good": PASSIVE, "wrong": wrong, "broken": "import sys; sys.exit(7)"}.items():
+        cli("submit", "--native", cli.script(f"{name}.py", code), "-r", f"{name}.json")
+
+    good, wrong_one, broken = (read(cli.folder / f"{name}.json")["provenance"] for name in ("good", "wrong", "broken"))
+
+    assert (good["failure"], wrong_one["failure"]["class"]) == (None, "agent")
+    assert good["steps"] > 0
+    assert wrong_one["steps"] == 0
+    assert "exit status 7" in broken["failure"]["why"]
+    assert (broken["steps"], broken["restarts"]) == (0, 0)
+
+
 def test_a_submission_waits_while_a_run_starts_and_no_longer(cli: CommandLine) -> None:
     with joining.starting(), joining.starting():  # two at once
         waiting = cli.start("submit", "--example", "hello_passive", "--display", "plain")

@@ -80,6 +80,11 @@ class Access:
         """Say whether a request has the operator's token."""
         return _has_token(request, self.operator_token)
 
+    def leased_to(self) -> str | None:
+        """Return the token of the solution that has leased the robot, if one has."""
+        lease = None if self.folder is None else lease_of(self.folder)
+        return None if lease is None else lease.token
+
     def check_solution(self, request: Request) -> Lease | None:
         """Return the lease of the robot, if a solution has it.
 
