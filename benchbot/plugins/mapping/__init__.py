@@ -1,0 +1,14 @@
+"""The parts of mappers: points, boxes, voxels, planes, free floor, viewpoints; public as `benchbot.mapping`."""
+
+__all__ = [
+    "boxes",
+    "changes",
+    "drawing",
+    "objects",
+    "occupancy",
+    "paths",
+    "planes",
+    "projection",
+    "viewpoints",
+    "voxels",
+]

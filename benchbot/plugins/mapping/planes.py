@@ -1,0 +1,83 @@
+"""Floor and walls in a cloud of points: what a detector without a class for them has to leave out."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Mask = NDArray[np.bool_]
+_Doubles = NDArray[np.float64]
+
+CELL_M = 0.05
+_ANGLES = 180
+
+
+def floor_height_m(points: ArrayLike, lowest_m: float = -0.3, highest_m: float = 0.3) -> float:
+    """Return the height z of the floor: that of the fullest layer of points (N, 3) between two heights, metres.
+
+    It is 0 in simulation, and about 0 on a real robot, whose camera may be a degree or a centimetre off. Without
+    points at these heights it is 0.
+    """
+    z = np.asarray(points, np.float64).reshape(-1, 3)[:, 2]
+    z = np.sort(z[(z >= lowest_m) & (z <= highest_m)])
+    if not len(z):
+        return 0.0
+    # The window of 2 cm that holds most points; their median is finer than any bin.
+    ends = np.searchsorted(z, z + 0.02, side="right")
+    start = int(np.argmax(ends - np.arange(len(z))))
+    return float(np.median(z[start : ends[start]]))
+
+
+def on_floor(points: ArrayLike, height_m: float = 0.0, tolerance_m: float = 0.03) -> Mask:
+    """Say which points (N, 3) are on the floor, or below it, as reflections are."""
+    return np.asarray(np.asarray(points, np.float64).reshape(-1, 3)[:, 2] <= height_m + tolerance_m)
+
+
+def on_walls(
+    points: ArrayLike, least_height_m: float = 1.2, least_length_m: float = 1.0, tolerance_m: float = 0.06
+) -> Mask:
+    """Say which points (N, 3) are on large vertical planes, of which so much was seen upwards and along.
+
+    A wall is a straight line on the floor plan of columns that reach over `least_height_m`; lines are found the
+    longest first (Hough, "Method and means for recognizing complex patterns", US patent 3069654, 1962). The front of
+    a tall cupboard along a wall is one as well.
+    """
+    given = np.asarray(points, np.float64).reshape(-1, 3)
+    found = np.zeros(len(given), bool)
+    columns = _tall_columns(given, least_height_m)
+    normals_rad = np.arange(_ANGLES) * (np.pi / _ANGLES)
+    normals = np.stack([np.cos(normals_rad), np.sin(normals_rad)])
+    while len(columns) * CELL_M >= least_length_m:
+        offsets = np.rint(columns @ normals / tolerance_m).astype(np.int64)
+        lowest = offsets.min()
+        votes = np.zeros((_ANGLES, int(offsets.max() - lowest) + 1), np.int64)
+        np.add.at(votes, (np.broadcast_to(np.arange(_ANGLES), offsets.shape), offsets - lowest), 1)
+        angle, offset = np.unravel_index(int(votes.argmax()), votes.shape)
+        normal, distance = _fitted(columns[offsets[:, angle] == offset + lowest])
+        on_line = np.abs(columns @ normal - distance) <= tolerance_m
+        direction = np.array([-normal[1], normal[0]])
+        along = columns[on_line] @ direction
+        # Gaps do not count, or two posts far from each other would make a wall.
+        if len(np.unique(np.floor(along / CELL_M))) * CELL_M < least_length_m:
+            break
+        reach = given[:, :2] @ direction
+        between = (reach >= along.min() - CELL_M) & (reach <= along.max() + CELL_M)
+        found |= between & (np.abs(given[:, :2] @ normal - distance) <= tolerance_m)
+        columns = columns[~on_line]
+    return found
+
+
+def _tall_columns(points: _Doubles, least_height_m: float) -> _Doubles:
+    """Return the middles (M, 2) of the columns of cells over which points reach from low to high."""
+    if not len(points):
+        return np.zeros((0, 2))
+    cells, column = np.unique(np.floor(points[:, :2] / CELL_M), axis=0, return_inverse=True)
+    low, high = np.full(len(cells), np.inf), np.full(len(cells), -np.inf)
+    np.minimum.at(low, column.ravel(), points[:, 2])
+    np.maximum.at(high, column.ravel(), points[:, 2])
+    return np.asarray((cells[high - low >= least_height_m] + 0.5) * CELL_M)
+
+
+def _fitted(points: _Doubles) -> tuple[_Doubles, float]:
+    """Return the unit normal and the distance from the origin of the line through points (N, 2) by least squares."""
+    middle = points.mean(axis=0)
+    normal = np.linalg.svd(points - middle, full_matrices=len(points) < 2)[2][-1]
+    return normal, float(middle @ normal)
