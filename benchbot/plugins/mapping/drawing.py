@@ -24,9 +24,9 @@ Pixels = NDArray[np.float64]
 # Lines are drawn twice as large and scaled down, which smooths them.
 _SMOOTHING = 2
 _SAMPLES = 96
-_DASH_PX = 5.0
 _LEAST_VISIBLE = 0.05
-_SURFACE_M, _SURFACE_SHARE = 0.04, 0.02
+_SURFACE_M, _SURFACE_SHARE = 0.02, 0.01
+_LUMINANCE, _MIDDLE = (0.2126, 0.7152, 0.0722), 105
 # Corners by their bits (x, y, z); an edge joins two that differ in one.
 _CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)], bool)
 _EDGES = [(i, j) for i, j in combinations(range(8), 2) if (i ^ j) in (1, 2, 4)]
@@ -65,13 +65,15 @@ def draw_boxes(
     colors = class_colors(item.label for item in objects)
     overlay = Image.new("RGBA", (size[0] * _SMOOTHING, size[1] * _SMOOTHING))
     pencil = ImageDraw.Draw(overlay)
+    line_px = max(size[0] / 550, 1.5)
     # From the back to the front, so that near boxes are drawn over far ones.
     for wire in sorted(wires, key=lambda wire: -wire.distance_m):
-        for color, thickness in ((_shade(colors[wire.item.label]), 4), (colors[wire.item.label], 2)):
+        color = colors[wire.item.label]
+        for look, thick_px in (((*_shade(color), 150), 2 * line_px), ((*color, 255), line_px)):
             for points, hidden in wire.pieces:
-                for line in _dashes(points) if hidden else [points]:
+                for line in _dashes(points, 4 * line_px) if hidden else [_thinned(points)]:
                     ends = [tuple(point) for point in (line * _SMOOTHING).tolist()]
-                    pencil.line(ends, fill=(*color, 170 if hidden else 255), width=thickness * _SMOOTHING // 2)
+                    pencil.line(ends, fill=look, width=round(thick_px * _SMOOTHING), joint="curve")
     drawn = Image.fromarray(picture).convert("RGBA").resize(size, Image.Resampling.BICUBIC)
     drawn.alpha_composite(overlay.resize(size, Image.Resampling.LANCZOS))
     _draw_labels(drawn, wires, colors)
@@ -127,12 +129,17 @@ def _runs(points: Pixels, shown: NDArray[np.bool_], hidden: NDArray[np.bool_]) -
             yield piece, bool(state[start] == 2)
 
 
-def _dashes(points: Pixels) -> Iterator[Pixels]:
+def _dashes(points: Pixels, dash_px: float) -> Iterator[Pixels]:
     """Yield every other stretch of a line."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    for start in np.arange(0.0, along[-1], 2 * _DASH_PX):
-        ends = np.array([start, min(start + _DASH_PX, along[-1])])
+    for start in np.arange(0.0, along[-1], 2 * dash_px):
+        ends = np.array([start, min(start + dash_px, along[-1])])
         yield np.stack([np.interp(ends, along, points[:, axis]) for axis in range(2)], axis=1)
+
+
+def _thinned(points: Pixels) -> Pixels:
+    """Return every eighth point of a line, and its last: a lens bends it, but not much."""
+    return np.concatenate([points[:-1:8], points[-1:]])
 
 
 def _draw_labels(drawn: "Image.Image", wires: Sequence[_Wire], colors: dict[str, Color]) -> None:
@@ -158,7 +165,8 @@ def _draw_labels(drawn: "Image.Image", wires: Sequence[_Wire], colors: dict[str,
         if fits:
             spot, color = spots[index], colors[named[index].item.label]
             pencil.rounded_rectangle(spot.corners, radius=margin_px, fill=color, outline=_shade(color))
-            pencil.text(spot.center, texts[index], fill=(0, 0, 0), font=font, anchor="mm")
+            ink = (0, 0, 0) if np.dot(color, _LUMINANCE) > _MIDDLE else (255, 255, 255)
+            pencil.text(spot.center, texts[index], fill=ink, font=font, anchor="mm")
 
 
 def _text(item: MappedObject) -> str:
