@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchbot.plugins.mapping.objects import MappedObject, merged
+from benchbot.plugins.mapping.projection import Doubles
 
-Matrix = NDArray[np.float64]
 
-
-def iou(objects: Sequence[MappedObject], others: Sequence[MappedObject]) -> Matrix:
+def iou(objects: Sequence[MappedObject], others: Sequence[MappedObject]) -> Doubles:
     """Return the intersection over union of each pair of boxes, (N, M); 0 where both have no volume.
 
     It is the spatial quality of object map quality (OMQ).
@@ -20,7 +19,7 @@ def iou(objects: Sequence[MappedObject], others: Sequence[MappedObject]) -> Matr
     return np.divide(shared, unions, out=np.zeros_like(unions), where=unions > 0)
 
 
-def fuse(objects: Sequence[MappedObject], least_overlap: float = 0.25, margin_m: float = 0.02) -> list[MappedObject]:
+def fuse(objects: Sequence[MappedObject], least_overlap: float = 0.6, margin_m: float = 0.02) -> list[MappedObject]:
     """Return detections of many views as one object each: those of one class whose boxes share enough.
 
     Two are of one object when their boxes, `margin_m` larger on each side, share `least_overlap` of the smaller one;
@@ -81,7 +80,7 @@ def _place(item: MappedObject) -> tuple[str, list[float], list[float], list[tupl
     return item.label, lower, upper, sorted(item.label_probs.items()), item.points
 
 
-def _corners(objects: Sequence[MappedObject]) -> tuple[Matrix, Matrix]:
+def _corners(objects: Sequence[MappedObject]) -> tuple[Doubles, Doubles]:
     lower, upper = (
         np.array([getattr(item, corner) for item in objects], np.float64).reshape(-1, 3)
         for corner in ("lower", "upper")
@@ -89,12 +88,12 @@ def _corners(objects: Sequence[MappedObject]) -> tuple[Matrix, Matrix]:
     return lower, upper
 
 
-def _volumes(objects: Sequence[MappedObject]) -> Matrix:
+def _volumes(objects: Sequence[MappedObject]) -> Doubles:
     lower, upper = _corners(objects)
     return np.asarray(np.prod(upper - lower, axis=1))
 
 
-def _intersections(boxes: tuple[Matrix, Matrix], others: tuple[Matrix, Matrix]) -> Matrix:
+def _intersections(boxes: tuple[Doubles, Doubles], others: tuple[Doubles, Doubles]) -> Doubles:
     """Return the volumes that each pair of boxes shares, (N, M)."""
     lower = np.maximum(boxes[0][:, None], others[0][None])
     upper = np.minimum(boxes[1][:, None], others[1][None])

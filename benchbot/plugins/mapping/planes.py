@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from benchbot.plugins.mapping.projection import Doubles
+
 Mask = NDArray[np.bool_]
-_Doubles = NDArray[np.float64]
 
 CELL_M = 0.05
 _ANGLES = 180
@@ -65,7 +66,7 @@ def on_walls(
     return found
 
 
-def _tall_columns(points: _Doubles, least_height_m: float) -> _Doubles:
+def _tall_columns(points: Doubles, least_height_m: float) -> Doubles:
     """Return the middles (M, 2) of the columns of cells over which points reach from low to high."""
     if not len(points):
         return np.zeros((0, 2))
@@ -76,7 +77,7 @@ def _tall_columns(points: _Doubles, least_height_m: float) -> _Doubles:
     return np.asarray((cells[high - low >= least_height_m] + 0.5) * CELL_M)
 
 
-def _fitted(points: _Doubles) -> tuple[_Doubles, float]:
+def _fitted(points: Doubles) -> tuple[Doubles, float]:
     """Return the unit normal and the distance from the origin of the line through points (N, 2) by least squares."""
     middle = points.mean(axis=0)
     normal = np.linalg.svd(points - middle, full_matrices=len(points) < 2)[2][-1]

@@ -16,10 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 from benchbot.plugin import BenchbotError, CameraModel, FailureClass, FramePose, Observations, did_you_mean
 
 Floats = NDArray[np.float32]
+Doubles = NDArray[np.float64]
 
 NEAREST_M, FARTHEST_M = 0.05, 12.0
 _NEWTON_STEPS = 8
-_Doubles = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ def unproject(depth_m: Floats, info: CameraModel, pose: FramePose | None = None)
     return (points if pose is None else in_map_frame(points, pose)).reshape(*depth_m.shape, 3)
 
 
-def project(points: ArrayLike, info: CameraModel, pose: FramePose | None = None) -> tuple[_Doubles, _Doubles]:
+def project(points: ArrayLike, info: CameraModel, pose: FramePose | None = None) -> tuple[Doubles, Doubles]:
     """Return where points (N, 3) appear: pixels (u, v), (N, 2), and depth in metres, (N,).
 
     The inverse of `unproject`. Pixels of points that are not in front of the camera are NaN; those outside of the
@@ -182,7 +182,7 @@ def _same_camera(one: CameraModel, other: CameraModel) -> bool:
     )
 
 
-def _coefficients(info: CameraModel) -> _Doubles:
+def _coefficients(info: CameraModel) -> Doubles:
     """Return k1, k2, p1, p2, k3 of `plumb_bob`, all zero for a pinhole; raises BenchbotError for another model."""
     model = info.get("distortion_model", "plumb_bob")
     if model != "plumb_bob":
@@ -194,7 +194,7 @@ def _coefficients(info: CameraModel) -> _Doubles:
     return np.array(info.get("distortion_coefficients", np.zeros(5)), np.float64)
 
 
-def _distorted(x: _Doubles, y: _Doubles, coefficients: _Doubles) -> tuple[_Doubles, _Doubles]:
+def _distorted(x: Doubles, y: Doubles, coefficients: Doubles) -> tuple[Doubles, Doubles]:
     """Return where the lens shows points of the plane z = 1 (Brown, "Close-range camera calibration", 1971)."""
     k1, k2, p1, p2, k3 = coefficients
     square = x * x + y * y
@@ -205,7 +205,7 @@ def _distorted(x: _Doubles, y: _Doubles, coefficients: _Doubles) -> tuple[_Doubl
     )
 
 
-def _undistorted(shown_x: _Doubles, shown_y: _Doubles, coefficients: _Doubles) -> tuple[_Doubles, _Doubles]:
+def _undistorted(shown_x: Doubles, shown_y: Doubles, coefficients: Doubles) -> tuple[Doubles, Doubles]:
     """Return the points of the plane z = 1 that a lens shows there: `_distorted` undone, by Newton's method."""
     if not coefficients.any():
         return shown_x, shown_y

@@ -40,6 +40,8 @@ class VoxelMap:
         self._keys = np.zeros(0, np.int64)
         # Of each voxel: the number of points, the sums of red, green and blue, and those of the probabilities.
         self._sums = np.zeros((0, 4 + len(self.class_list)))
+        # The corners of the box around its points.
+        self._lower, self._upper = np.zeros((0, 3)), np.zeros((0, 3))
 
     def add(
         self, points: ArrayLike, colors: NDArray[np.uint8] | None = None, label_probs: ArrayLike | None = None
@@ -64,12 +66,17 @@ class VoxelMap:
         indices = np.floor(given / self.resolution_m)
         with np.errstate(invalid="ignore"):
             usable = (np.abs(indices) < _HALF).all(axis=1)
+        if not usable.any():
+            return
         i, j, k = (indices[usable].astype(np.int64) + _HALF).T
         keys = np.concatenate([self._keys, i << 2 * _BITS | j << _BITS | k])
+        order = np.argsort(keys, kind="stable")
+        starts = np.flatnonzero(np.diff(keys[order], prepend=-1))
+        self._keys = keys[order][starts]
         sums = np.concatenate([self._sums, np.concatenate(columns, axis=1)[usable]])
-        self._keys, places = np.unique(keys, return_inverse=True)
-        self._sums = np.zeros((len(self._keys), sums.shape[1]))
-        np.add.at(self._sums, places, sums)
+        self._sums = np.add.reduceat(sums[order], starts)
+        self._lower = np.minimum.reduceat(np.concatenate([self._lower, given[usable]])[order], starts)
+        self._upper = np.maximum.reduceat(np.concatenate([self._upper, given[usable]])[order], starts)
 
     @property
     def voxels(self) -> Voxels:
@@ -86,8 +93,8 @@ class VoxelMap:
     def objects(self, fewest_points: int = FEWEST_POINTS) -> list[MappedObject]:
         """Return the objects: neighbouring voxels of the same most likely class other than the background.
 
-        Voxels touch at faces, edges or corners. A box is that of whole voxels, up to a resolution too large on each
-        side; an object of fewer than `fewest_points` points is left out.
+        Voxels touch at faces, edges or corners. A box just holds the points in its voxels; an object of fewer than
+        `fewest_points` points is left out.
         """
         voxels = self.voxels
         found: list[MappedObject] = []
@@ -109,11 +116,9 @@ class VoxelMap:
         probabilities = np.average(voxels.label_probs[members], axis=0, weights=voxels.counts[members])
         # Points without a label say nothing about the class.
         probabilities /= probabilities.sum()
-        half = np.float32(self.resolution_m / 2)
-        centers = voxels.centers[members]
         named = dict(zip(self.class_list, probabilities.tolist(), strict=True))
         label_probs = {name: value for name, value in named.items() if value > 0}
-        return MappedObject(label_probs, centers.min(axis=0) - half, centers.max(axis=0) + half, points)
+        return MappedObject(label_probs, self._lower[members].min(axis=0), self._upper[members].max(axis=0), points)
 
 
 def clusters(points: Floats, gap_m: float) -> NDArray[np.int64]:

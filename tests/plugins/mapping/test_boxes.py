@@ -79,13 +79,13 @@ def test_fusing_makes_nothing_of_nothing(found: list[MappedObject]) -> None:
 
 def test_views_of_one_object_are_fused_and_those_of_two_are_not() -> None:
     left = MappedObject.around([[0.0, 0.0, 0.0], [0.5, 0.5, 1.0]], {"chair": 1.0})
-    right = MappedObject.around([[0.3, 0.0, 0.0], [0.8, 0.5, 1.0]], {"chair": 0.6, "table": 0.4})
+    right = MappedObject.around([[0.1, 0.0, 0.0], [0.6, 0.5, 1.0]], {"chair": 0.6, "table": 0.4})
     beside = MappedObject.around([[1.5, 0.0, 0.0], [2.0, 0.5, 1.0]], {"chair": 1.0})
     on_top = MappedObject.around([[0.0, 0.0, 0.0], [0.5, 0.5, 1.0]], {"table": 1.0})
     fused = fuse([left, right, beside, on_top])
 
     assert [item.label for item in fused] == ["chair", "chair", "table"]
-    np.testing.assert_allclose(fused[0].upper - fused[0].lower, [0.8, 0.5, 1])
+    np.testing.assert_allclose(fused[0].upper - fused[0].lower, [0.6, 0.5, 1])
     assert fused[0].label_probs == {"chair": 0.8, "table": 0.2}
 
 

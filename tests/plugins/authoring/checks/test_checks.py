@@ -98,6 +98,11 @@ WRONG: list[tuple[str, str, str]] = [
         "2: 'a b' does not match '^[A-Za-z_][\\\\w.]*[.:][A-Za-z_]\\\\w*$' (Wri",
     ),
     (
+        "formats",
+        "name: f\nschema: f.json\nfunctions: {validate: 'f:validate'}",
+        "2: there is no file 'f.json' beside this one at /schema",
+    ),
+    (
         "examples",
         "name: f\nnative_comand: x",
         "2: unknown key 'native_comand'. Did you mean 'native_command'? Allowed: c",
@@ -126,6 +131,19 @@ def test_a_mistake_is_told_with_its_line_and_what_to_write(kind: str, text: str,
     found = [str(problem).removeprefix(f"{tmp_path}/{kind}/a.yaml:") for problem in check(tmp_path, kind, text)]
 
     assert any(message.startswith(said) for message in found), found
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [('{"type": "objet"}', "'s.json' is no JSON Schema"), ("{", "s.json"), ('{"type": "object"}', None)],
+)
+def test_the_schema_of_a_format_is_looked_at(content: str, said: str | None, tmp_path: Path) -> None:
+    (tmp_path / "formats").mkdir()
+    (tmp_path / "formats" / "s.json").write_text(content)
+    found = check(tmp_path, "formats", "name: f\nschema: s.json\nfunctions: {validate: 'f:validate'}")
+
+    assert [said in str(problem) for problem in found if said] == ([True] if said else [])
+    assert bool(found) == bool(said)
 
 
 @pytest.mark.parametrize(
