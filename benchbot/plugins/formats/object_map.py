@@ -17,6 +17,9 @@ CLASS_LIST = (
     "bed", "toilet", "tv", "microwave", "toaster", "refrigerator", "oven", "sink", "person", "background",
 )  # fmt: skip
 
+Flaw = tuple[str, str]
+"""Why, and the fix."""
+
 BACKGROUND = "background"
 SUM_TOLERANCE = 1e-3
 """How far probabilities may sum from 1: those of a network are in single, or even in half precision."""
@@ -53,17 +56,16 @@ def create_object(
     names = CLASS_LIST if class_list is None else class_list
     count = len(names) if num_classes is None else checks.count(num_classes, "num_classes")
     given = {"label_probs": label_probs, "centroid": centroid, "extent": extent}
-    missing = [name for name, value in given.items() if value is None]
-    if len(missing) == len(given):
+    if all(value is None for value in given.values()):
         return {"label_probs": [0] * count, "centroid": [0, 0, 0], "extent": [0, 0, 0]}
-    if missing:
-        raise _mistake(f"{missing[0]}: is missing", "Give all three: label_probs, centroid and extent.")
-    item: ObjectEntry = {
-        "label_probs": _by_class(label_probs, names) if isinstance(label_probs, Mapping) else _listed(label_probs),
-        "centroid": _listed(centroid),
-        "extent": _listed(extent),
-    }
-    _check(item, count)
+    flaw = _missing(given) or _unknown_class(label_probs, names)
+    if isinstance(label_probs, Mapping):
+        label_probs = [label_probs.get(name, 0.0) for name in names]
+    item: ObjectEntry = {"label_probs": _listed(label_probs), "centroid": _listed(centroid), "extent": _listed(extent)}
+    flaw = flaw or _flaw(item, count)
+    # Raised here and not farther in, so that a traceback ends beside the line of the solution.
+    if flaw:
+        raise BenchbotError("This is no object of an object map.", *flaw, failure=FailureClass.AGENT)
     return item
 
 
@@ -89,20 +91,24 @@ def problems(instance: Any, path: str) -> Iterator[str]:
     yield from checks.each(instance["objects"], f"{path}.objects", of_object)
 
 
-def _by_class(label_probs: Mapping[str, float], class_list: Sequence[str]) -> list[float]:
-    for name in label_probs:
-        if name not in class_list:
-            known = did_you_mean(name, list(class_list)) or f" It has: {', '.join(class_list)}."
-            raise _mistake(
-                f"object.label_probs: the class '{name}' is not in class_list.{known}",
-                f"Name one that is, or count it as '{BACKGROUND}'.",
-            )
-    listed: list[float] = _listed([label_probs.get(name, 0.0) for name in class_list])
-    return listed
+def _missing(given: Mapping[str, Any]) -> Flaw | None:
+    missing = [name for name, value in given.items() if value is None]
+    return (f"{missing[0]}: is missing", "Give all three: label_probs, centroid and extent.") if missing else None
+
+
+def _unknown_class(label_probs: Any, class_list: Sequence[str]) -> Flaw | None:
+    unknown = [name for name in label_probs if name not in class_list] if isinstance(label_probs, Mapping) else []
+    if not unknown:
+        return None
+    known = did_you_mean(unknown[0], list(class_list)) or f" It has: {', '.join(class_list)}."
+    return (
+        f"object.label_probs: the class '{unknown[0]}' is not in class_list.{known}",
+        f"Name one that is, or count it as '{BACKGROUND}'.",
+    )
 
 
 def _listed(values: Any) -> Any:
-    """Return the numbers of a sequence or an array as JSON has them; anything else as it is, for `_check`."""
+    """Return the numbers of a sequence or an array as JSON has them; anything else as it is, for `_flaw`."""
     if hasattr(values, "tolist"):
         return values.tolist()
     if not isinstance(values, list | tuple):
@@ -110,7 +116,8 @@ def _listed(values: Any) -> Any:
     return [value.item() if hasattr(value, "item") else value for value in values]
 
 
-def _check(item: ObjectEntry, count: int) -> None:
+def _flaw(item: ObjectEntry, count: int) -> Flaw | None:
+    """Return why an object cannot be meant, and what to do; None for one that can."""
     wrong = list(checks.box(dict(item), "object"))
     if wrong:
         fix = "Both are x, y, z in metres: centroid = (lower + upper) / 2, extent = upper - lower."
@@ -118,15 +125,12 @@ def _check(item: ObjectEntry, count: int) -> None:
             fix = "Leave out pixels without depth (NaN, inf) before taking the smallest and the largest coordinates."
         elif "below 0" in wrong[0]:
             fix = "An extent is the full length along an axis, upper - lower: never negative."
-        raise _mistake("\n".join(wrong), fix)
+        return "\n".join(wrong), fix
     wrong = list(checks.probabilities(item["label_probs"], "object.label_probs", count, "class_list"))
     if wrong:
-        raise _mistake("\n".join(wrong[:3]), "Give each class of class_list a probability from 0 to 1, or name some.")
+        return "\n".join(wrong[:3]), "Give each class of class_list a probability from 0 to 1, or name some."
     total = math.fsum(item["label_probs"])
-    if abs(total - 1) > SUM_TOLERANCE:
-        fix = "Divide them by their sum." if total > 1 else f"Give the rest to '{BACKGROUND}', or divide by the sum."
-        raise _mistake(f"object.label_probs: sum to {total:.4g}, not to 1", fix)
-
-
-def _mistake(why: str, fix: str) -> BenchbotError:
-    return BenchbotError("This is no object of an object map.", why, fix, failure=FailureClass.AGENT)
+    if abs(total - 1) <= SUM_TOLERANCE:
+        return None
+    fix = "Divide them by their sum." if total > 1 else f"Give the rest to '{BACKGROUND}', or divide by the sum."
+    return f"object.label_probs: sum to {total:.4g}, not to 1", fix

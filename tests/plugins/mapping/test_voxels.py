@@ -63,8 +63,8 @@ def test_objects_are_neighbours_of_one_class() -> None:
 
     assert len(made.objects()) == 3, "neither the background, nor the unknown, nor a lone point"
     assert [item.label for item in (*chairs, table)] == ["chair", "chair", "table"]
-    np.testing.assert_allclose(chairs[1].lower, block.min(axis=0) + (1, 0, 0))
-    np.testing.assert_allclose(table.upper, block.max(axis=0) + (0, 0.5, 0))
+    np.testing.assert_allclose(chairs[1].lower, block.min(axis=0) + np.array([1, 0, 0]))
+    np.testing.assert_allclose(table.upper, block.max(axis=0) + np.array([0, 0.5, 0]))
     assert table.label_probs == {"table": 1.0}
 
 
