@@ -4,6 +4,7 @@ __all__ = [
     "boxes",
     "changes",
     "drawing",
+    "lens",
     "objects",
     "occupancy",
     "paths",

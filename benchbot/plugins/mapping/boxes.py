@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from benchbot.plugins.mapping.lens import Doubles
 from benchbot.plugins.mapping.objects import MappedObject, merged
-from benchbot.plugins.mapping.projection import Doubles
 
 
 def iou(objects: Sequence[MappedObject], others: Sequence[MappedObject]) -> Doubles:

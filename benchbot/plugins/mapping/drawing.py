@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from benchbot.plugin import CameraModel, FramePose
 from benchbot.plugins.drawing.palette import Color, class_colors
 from benchbot.plugins.mapping.objects import MappedObject
-from benchbot.plugins.mapping.projection import NEAREST_M, Floats, project
+from benchbot.plugins.mapping.projection import NEAREST_M, Floats, check_size, project
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -59,6 +59,9 @@ def draw_boxes(
     """
     from PIL import Image, ImageDraw
 
+    check_size(picture, info)
+    if depth_m is not None:
+        check_size(depth_m, info)
     scale = 1.0 if width_px is None else width_px / picture.shape[1]
     size = (round(picture.shape[1] * scale), round(picture.shape[0] * scale))
     wires = [wire for item in objects for wire in _wires(item, info, pose, depth_m, scale)]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from benchbot.plugin import Observations
+from benchbot.plugin import BenchbotError, FailureClass, Observations
 from benchbot.plugins.formats.object_map import BACKGROUND, ObjectEntry, create_object
 from benchbot.plugins.mapping.projection import (
     FARTHEST_M,
@@ -41,8 +41,15 @@ class MappedObject:
 
     @classmethod
     def around(cls, points: ArrayLike, label_probs: Mapping[str, float]) -> "MappedObject":
-        """Return the object whose box just holds all points (N, 3), N > 0, metres."""
+        """Return the object whose box just holds points (N, 3), metres; raises BenchbotError when there are none."""
         given = np.asarray(points, np.float32).reshape(-1, 3)
+        if not len(given):
+            raise BenchbotError(
+                "An object has no points.",
+                "A box around nothing has neither place nor size: no pixel of the mask has a valid depth.",
+                "Leave out masks with few points: if len(points) >= 10",
+                failure=FailureClass.AGENT,
+            )
         return cls(label_probs, given.min(axis=0), given.max(axis=0), len(given))
 
     @property

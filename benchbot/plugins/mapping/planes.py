@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from benchbot.plugins.mapping.projection import Doubles
+from benchbot.plugins.mapping.lens import Doubles
 
 Mask = NDArray[np.bool_]
 

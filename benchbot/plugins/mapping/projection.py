@@ -14,12 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from benchbot.plugin import BenchbotError, CameraModel, FailureClass, FramePose, Observations, did_you_mean
+from benchbot.plugins.mapping.lens import Doubles, coefficients_of, distort, undistort
 
 Floats = NDArray[np.float32]
-Doubles = NDArray[np.float64]
 
 NEAREST_M, FARTHEST_M = 0.05, 12.0
-_NEWTON_STEPS = 8
 
 
 @dataclass(frozen=True)
@@ -43,6 +42,7 @@ def point_cloud(observations: Observations, farthest_m: float = FARTHEST_M) -> P
     are left out. Raises BenchbotError for an observation that the task does not give.
     """
     depth_m, info, pose = depth_view(observations)
+    check_size(depth_m, info)
     rows, columns = np.nonzero((depth_m > NEAREST_M) & (depth_m < farthest_m))
     inside = pixel_rays(info).reshape(*depth_m.shape, 3)[rows, columns] * depth_m[rows, columns, None]
     points = in_map_frame(inside, pose)
@@ -50,8 +50,16 @@ def point_cloud(observations: Observations, farthest_m: float = FARTHEST_M) -> P
         return PointCloud(points, None, rows, columns)
     picture = observations["image_rgb"]
     color_info = observations.get("image_rgb_info", info)
+    check_size(picture, color_info)
     if _same_camera(info, color_info):
         return PointCloud(points, picture[rows, columns], rows, columns)
+    if info["frame_id"] != color_info["frame_id"]:
+        raise BenchbotError(
+            "Colour and depth are of two cameras.",
+            f"Depth is in the frame '{info['frame_id']}', colour in '{color_info['frame_id']}'.",
+            "Have the robot publish depth that is registered to colour; or map without colours, from an observation "
+            "that lacks image_rgb.",
+        )
     pixels, _ = project(inside, color_info)
     u, v = np.rint(pixels).T
     shown = (u >= 0) & (u < color_info["width"]) & (v >= 0) & (v < color_info["height"])
@@ -88,11 +96,24 @@ def needed(observations: Observations, *names: str) -> None:
             )
 
 
+def check_size(picture: NDArray[Any], info: CameraModel) -> None:
+    """Raise BenchbotError unless a picture (H, W, …) has the size of its camera model."""
+    height, width = picture.shape[:2]
+    if (height, width) != (info["height"], info["width"]):
+        raise BenchbotError(
+            "A picture has another size than its camera model.",
+            f"It has {width} x {height} pixels, and the model {info['width']} x {info['height']}.",
+            "Give the model of this very picture; of one that you have scaled, scale the intrinsics as well.",
+            failure=FailureClass.AGENT,
+        )
+
+
 def unproject(depth_m: Floats, info: CameraModel, pose: FramePose | None = None) -> Floats:
     """Return the point that each pixel shows, (H, W, 3), NaN where depth is invalid.
 
     Points are in the map frame with the `pose` of the camera's optical frame, else in the optical frame itself.
     """
+    check_size(depth_m, info)
     valid = np.isfinite(depth_m) & (depth_m > 0)
     depths = np.where(valid, depth_m, np.float32(np.nan))
     points = pixel_rays(info) * depths.reshape(-1, 1)
@@ -110,7 +131,7 @@ def project(points: ArrayLike, info: CameraModel, pose: FramePose | None = None)
     depth_m = inside[:, 2]
     with np.errstate(divide="ignore", invalid="ignore"):
         flat = np.where(depth_m[:, None] > 0, inside[:, :2] / depth_m[:, None], np.nan)
-    x, y = _distorted(flat[:, 0], flat[:, 1], _coefficients(info))
+    x, y = distort(flat[:, 0], flat[:, 1], coefficients_of(info))
     matrix = np.asarray(info["matrix_intrinsics"], np.float64)
     return np.stack([x, y, np.ones_like(x)], -1) @ matrix[:2].T, depth_m
 
@@ -121,7 +142,7 @@ def pixel_rays(info: CameraModel) -> Floats:
     Row by row, from the upper left. Not to be written to: it is the same array for the same camera.
     """
     matrix = np.asarray(info["matrix_intrinsics"], np.float64)
-    return _rays(info["height"], info["width"], matrix.tobytes(), _coefficients(info).tobytes())
+    return _rays(info["height"], info["width"], matrix.tobytes(), coefficients_of(info).tobytes())
 
 
 @lru_cache(maxsize=4)
@@ -129,7 +150,7 @@ def _rays(height: int, width: int, matrix: bytes, coefficients: bytes) -> Floats
     v, u = np.mgrid[0:height, 0:width]
     inverse = np.linalg.inv(np.frombuffer(matrix).reshape(3, 3))
     x, y, _ = (np.stack([u, v, np.ones_like(u)], axis=-1).reshape(-1, 3) @ inverse.T).T
-    x, y = _undistorted(x, y, np.frombuffer(coefficients))
+    x, y = undistort(x, y, np.frombuffer(coefficients))
     rays: Floats = np.stack([x, y, np.ones_like(x)], axis=-1).astype(np.float32)
     rays.flags.writeable = False
     return rays
@@ -177,50 +198,7 @@ def _rotated(points: NDArray[Any], rotation: NDArray[Any]) -> NDArray[Any]:
 def _same_camera(one: CameraModel, other: CameraModel) -> bool:
     return (
         (one["width"], one["height"]) == (other["width"], other["height"])
+        and one["frame_id"] == other["frame_id"]
         and np.array_equal(one["matrix_intrinsics"], other["matrix_intrinsics"])
-        and np.array_equal(_coefficients(one), _coefficients(other))
+        and np.array_equal(coefficients_of(one), coefficients_of(other))
     )
-
-
-def _coefficients(info: CameraModel) -> Doubles:
-    """Return k1, k2, p1, p2, k3 of `plumb_bob`, all zero for a pinhole; raises BenchbotError for another model."""
-    model = info.get("distortion_model", "plumb_bob")
-    if model != "plumb_bob":
-        raise BenchbotError(
-            f"The distortion of the pictures is of the model '{model}'.",
-            "Pixels can be taken back to points for pinholes and for 'plumb_bob', the model of ROS and OpenCV.",
-            "Rectify the pictures before they are published, for example with image_proc.",
-        )
-    return np.array(info.get("distortion_coefficients", np.zeros(5)), np.float64)
-
-
-def _distorted(x: Doubles, y: Doubles, coefficients: Doubles) -> tuple[Doubles, Doubles]:
-    """Return where the lens shows points of the plane z = 1 (Brown, "Close-range camera calibration", 1971)."""
-    k1, k2, p1, p2, k3 = coefficients
-    square = x * x + y * y
-    radial = 1 + square * (k1 + square * (k2 + square * k3))
-    return (
-        x * radial + 2 * p1 * x * y + p2 * (square + 2 * x * x),
-        y * radial + p1 * (square + 2 * y * y) + 2 * p2 * x * y,
-    )
-
-
-def _undistorted(shown_x: Doubles, shown_y: Doubles, coefficients: Doubles) -> tuple[Doubles, Doubles]:
-    """Return the points of the plane z = 1 that a lens shows there: `_distorted` undone, by Newton's method."""
-    if not coefficients.any():
-        return shown_x, shown_y
-    k1, k2, p1, p2, k3 = coefficients
-    x, y = shown_x, shown_y
-    for _ in range(_NEWTON_STEPS):
-        now_x, now_y = _distorted(x, y, coefficients)
-        square = x * x + y * y
-        radial = 1 + square * (k1 + square * (k2 + square * k3))
-        growth = 2 * (k1 + square * (2 * k2 + square * 3 * k3))
-        # The derivatives dx'/dx, dx'/dy = dy'/dx and dy'/dy of `_distorted`.
-        xx = radial + x * x * growth + 2 * p1 * y + 6 * p2 * x
-        xy = x * y * growth + 2 * p1 * x + 2 * p2 * y
-        yy = radial + y * y * growth + 6 * p1 * y + 2 * p2 * x
-        determinant = xx * yy - xy * xy
-        off_x, off_y = shown_x - now_x, shown_y - now_y
-        x, y = x + (yy * off_x - xy * off_y) / determinant, y + (xx * off_y - xy * off_x) / determinant
-    return x, y

@@ -16,8 +16,8 @@ _INTRODUCTION = """\
 
 `from benchbot.mapping import point_cloud, fuse, create_object, …`. How they are used together, and in which frames and
 units, is in [the object map](../mapping.md). `Floats` is a float32 array of NumPy, `Doubles` a float64 one,
-`Mask` one of booleans; an `ArrayLike` may be a list as well. Mistakes are `benchbot.api.BenchbotError`, which says what to
-do.
+`Mask` one of booleans; an `ArrayLike` may be a list as well. Mistakes are `benchbot.api.BenchbotError`, which
+says what to do.
 
 """
 _MODULES = (
@@ -61,8 +61,7 @@ def _made(cls: type) -> Iterator[list[str]]:
 def _methods(cls: type) -> Iterator[Callable[..., Any]]:
     for name, member in vars(cls).items():
         function = member.fget if isinstance(member, property) else getattr(member, "__func__", member)
-        ours = inspect.isfunction(function) and function.__module__ == cls.__module__ and function.__doc__ is not None
-        if ours and not name.startswith("_"):
+        if inspect.isfunction(function) and function.__module__ == cls.__module__ and not name.startswith("_"):
             yield function
 
 

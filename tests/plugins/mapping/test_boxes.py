@@ -3,9 +3,11 @@
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchbot.api import BenchbotError
 from benchbot.mapping import MappedObject, fuse, iou, merged, non_maximum_suppression
 from benchbot_eval_omq.boxes import Boxes, intersections_over_unions
 
@@ -87,6 +89,11 @@ def test_views_of_one_object_are_fused_and_those_of_two_are_not() -> None:
     assert [item.label for item in fused] == ["chair", "chair", "table"]
     np.testing.assert_allclose(fused[0].upper - fused[0].lower, [0.6, 0.5, 1])
     assert fused[0].label_probs == {"chair": 0.8, "table": 0.2}
+
+
+def test_a_box_around_nothing_is_told() -> None:
+    with pytest.raises(BenchbotError, match="An object has no points"):
+        MappedObject.around(np.zeros((0, 3)), {"chair": 1.0})
 
 
 def test_the_mean_of_class_probabilities_is_weighted_by_points() -> None:

@@ -183,6 +183,24 @@ def test_what_the_task_does_not_give_is_named(left_out: str, said: str) -> None:
         point_cloud(frame)  # type: ignore[arg-type]
 
 
+def test_a_picture_that_was_scaled_without_its_camera_model_is_told() -> None:
+    frame = observe(BOXES, views()[0])
+    frame["image_depth"] = frame["image_depth"][::2, ::2]
+
+    with pytest.raises(BenchbotError, match="another size than its camera model") as caught:
+        point_cloud(frame)
+
+    assert "It has 80 x 45 pixels, and the model 160 x 90." in caught.value.why
+
+
+def test_colour_of_another_camera_is_told() -> None:
+    frame = colored(views()[0])
+    frame["image_rgb_info"] = frame["image_rgb_info"] | {"frame_id": "other"}
+
+    with pytest.raises(BenchbotError, match="Colour and depth are of two cameras"):
+        point_cloud(frame)
+
+
 def test_a_robot_without_a_camera_frame_is_told() -> None:
     frame = observe(BOXES, views()[0])
     frame["poses"] = {"base_link": frame["poses"]["camera"]}

@@ -126,7 +126,7 @@ class _Writer:
         )
         if (truth <= 0).any() or (np.abs(extent / truth - 0.5) > HALF_TOLERANCE).any():
             return ""
-        return " The box is about half as long as the true one along each axis: an extent is a full length, not half of one."
+        return " It is half as long as the true one along each axis: an extent is a full length, not half of one."
 
     def _obstacle(self, row: int, column: int) -> str:
         """Return what keeps a pair of boxes that overlap from being any good."""
