@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchbot.plugins.mapping.lens import Doubles
 from benchbot.plugins.mapping.objects import MappedObject, merged
@@ -29,7 +28,7 @@ def fuse(objects: Sequence[MappedObject], least_overlap: float = 0.6, margin_m: 
     """
     found = list(objects)
     while True:
-        groups = _connected(_alike(found, least_overlap, margin_m))
+        groups = _of_one_object(found, least_overlap, margin_m)
         if len(groups) == len(found):
             return sorted(found, key=_place)
         found = [merged([found[i] for i in group]) for group in groups]
@@ -45,7 +44,8 @@ def non_maximum_suppression(
     found = sorted(objects, key=lambda item: (-item.score, _place(item)))
     doubled = iou(found, found) > largest_iou
     if not across_classes:
-        doubled &= _same_label(found)
+        labels = np.array([item.label for item in found], np.str_)
+        doubled &= labels[:, None] == labels
     kept: list[int] = []
     for i in range(len(found)):
         if not doubled[i, kept].any():
@@ -53,25 +53,23 @@ def non_maximum_suppression(
     return [found[i] for i in kept]
 
 
-def _alike(objects: Sequence[MappedObject], least_overlap: float, margin_m: float) -> NDArray[np.bool_]:
-    lower, upper = _corners(objects)
-    grown = lower - margin_m, upper + margin_m
-    volumes = np.prod(grown[1] - grown[0], axis=1)
-    enough = _intersections(grown, grown) >= least_overlap * np.minimum.outer(volumes, volumes)
-    return np.asarray(_same_label(objects) & enough)
-
-
-def _connected(alike: NDArray[np.bool_]) -> list[list[int]]:
-    """Return the groups of indices that a symmetric relation connects."""
+def _of_one_object(objects: Sequence[MappedObject], least_overlap: float, margin_m: float) -> list[list[int]]:
+    """Return the groups of indices of objects of one class that overlap, each by way of others perhaps."""
     from scipy.sparse.csgraph import connected_components
 
-    count, groups = connected_components(alike, directed=False)
-    return [np.flatnonzero(groups == group).tolist() for group in range(count)]
-
-
-def _same_label(objects: Sequence[MappedObject]) -> NDArray[np.bool_]:
-    labels = np.array([item.label for item in objects], np.str_)
-    return np.asarray(labels[:, None] == labels)
+    # Class by class: the thousands of detections of a long way have as many pairs as their square.
+    by_label: dict[str, list[int]] = {}
+    for i, item in enumerate(objects):
+        by_label.setdefault(item.label, []).append(i)
+    found = []
+    for indices in by_label.values():
+        lower, upper = _corners([objects[i] for i in indices])
+        grown = lower - margin_m, upper + margin_m
+        volumes = np.prod(grown[1] - grown[0], axis=1)
+        enough = _intersections(grown, grown) >= least_overlap * np.minimum.outer(volumes, volumes)
+        count, groups = connected_components(enough, directed=False)
+        found += [np.array(indices)[groups == group].tolist() for group in range(count)]
+    return found
 
 
 def _place(item: MappedObject) -> tuple[str, list[float], list[float], list[tuple[str, float]], int]:
@@ -95,6 +93,9 @@ def _volumes(objects: Sequence[MappedObject]) -> Doubles:
 
 def _intersections(boxes: tuple[Doubles, Doubles], others: tuple[Doubles, Doubles]) -> Doubles:
     """Return the volumes that each pair of boxes shares, (N, M)."""
-    lower = np.maximum(boxes[0][:, None], others[0][None])
-    upper = np.minimum(boxes[1][:, None], others[1][None])
-    return np.asarray(np.prod(np.maximum(upper - lower, 0.0), axis=-1))
+    shared = np.ones((len(boxes[0]), len(others[0])))
+    for axis in range(3):
+        upper = np.minimum.outer(boxes[1][:, axis], others[1][:, axis])
+        lower = np.maximum.outer(boxes[0][:, axis], others[0][:, axis])
+        shared *= np.maximum(upper - lower, 0.0)
+    return shared
