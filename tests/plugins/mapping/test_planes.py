@@ -40,6 +40,26 @@ def test_walls_are_found_and_furniture_is_left(turned_rad: float) -> None:
     assert floor.mean() < 0.2, "only where it meets a wall"
 
 
+def test_furniture_below_a_ceiling_is_no_wall() -> None:
+    """A column of floor, table and ceiling reaches as high as one of a wall, and is all but empty."""
+    parts = room()
+    ceiling = parts["floor"] + np.array([0, 0, 2.0])
+    points = np.concatenate([*parts.values(), ceiling, parts["table"] + np.array([0, 0, 0.3])])
+    found = on_walls(points)
+
+    assert found[len(parts["floor"]) :][: len(parts["walls"])].mean() > 0.97
+    assert not found[-len(parts["table"]) :].any()
+
+
+def test_walls_with_a_door_between_them_leave_what_stands_in_the_door() -> None:
+    left, right = surface((-3, -0.6), (0, 0), (0, 2)), surface((0.6, 3), (0, 0), (0, 2))
+    chair = surface((-0.2, 0.2), (-0.2, 0.2), (0.45, 0.45))
+    found = on_walls(np.concatenate([left, right, chair]))
+
+    assert found[: len(left) + len(right)].mean() > 0.97
+    assert not found[-len(chair) :].any()
+
+
 def test_two_posts_far_from_each_other_are_no_wall() -> None:
     posts = np.concatenate([surface((x, x + 0.2), (0, 0.1), (0, 2)) for x in (0, 3)])
 
