@@ -54,8 +54,8 @@ class MappedObject:
 
     @property
     def label(self) -> str:
-        """The most likely class, the first by name of several."""
-        return min(self.label_probs, key=lambda name: (-self.label_probs[name], name))
+        """The most likely class, the first by name of several; the background where none is named."""
+        return min(self.label_probs, key=lambda name: (-self.label_probs[name], name), default=BACKGROUND)
 
     @property
     def score(self) -> float:
