@@ -66,6 +66,9 @@ def examine(target: CheckTarget, kind: str | None, catalog: Catalog) -> Document
     except BenchbotError as error:
         surely = target.named or target.kind or kind or _kind_of_folder(path)
         return _unreadable(path, error) if surely or "expected a mapping" not in error.title else None
+    if str(data.get("$schema", "")).startswith("https://json-schema.org/"):
+        declared = "a JSON Schema declares nothing: name the format that brings it"
+        return Problem(path, None, "", declared) if target.named else None
     kind = kind or target.kind or (kind_of(data, path) if target.named else _kind_of_unnamed(data, path))
     if kind is None:
         known = f"cannot tell what this file declares; say it with --kind. Known: {', '.join(schema.KINDS)}"

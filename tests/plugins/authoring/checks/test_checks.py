@@ -14,6 +14,7 @@ from benchbot.core.declarations import schema
 from benchbot.core.findings import Problem
 from benchbot.plugins.authoring.checks import check_all
 from benchbot.plugins.authoring.checks.documents import FOLDERS
+from benchbot.plugins.formats import object_map
 
 TASK = "name: tour\nactions: [move_next]\nobservations: [image_rgb]\n"
 ROBOT = "name: rover\ntype: sim_sample\nglobal_frame: map\nrobot_frame: base\nposes: [base]\n"
@@ -144,6 +145,14 @@ def test_the_schema_of_a_format_is_looked_at(content: str, said: str | None, tmp
 
     assert [said in str(problem) for problem in found if said] == ([True] if said else [])
     assert bool(found) == bool(said)
+
+
+def test_a_schema_beside_the_format_that_names_it_is_no_declaration() -> None:
+    folder = Path(object_map.__file__).parent
+    named = check_all([str(folder / "object_map.json")]).problems
+
+    assert check_all([str(folder)]).problems == []
+    assert [problem.message for problem in named] == ["a JSON Schema declares nothing: name the format that brings it"]
 
 
 @pytest.mark.parametrize(
