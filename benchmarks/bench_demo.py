@@ -80,7 +80,7 @@ SPANS = {
     },
     "taichi.lang.kernel_impl": {"Kernel.ensure_compiled": "kernels"},
     "benchbot.api.transport": {"Transport.request": "waits for the supervisor"},
-    "benchbot_task_semslam.mapping.objects": {"ObjectMap.add": "mapping"},
+    "benchbot.plugins.mapping.objects": {"ObjectMap.add": "mapping"},
     "benchbot.plugins.recorders.frames": {"_write": "writing frames"},
     "benchbot.plugins.drawing.picture_command": {"picture": "drawing"},
 }

@@ -27,6 +27,10 @@ def test_a_solution_imports_no_server() -> None:
     assert not imported_by("import benchbot.api") & HEAVY
 
 
+def test_what_mappers_import_brings_neither_scipy_nor_opencv_nor_pillow() -> None:
+    assert not imported_by("import benchbot.mapping") & (HEAVY | {"PIL", "matplotlib"})
+
+
 def test_solutions_of_v2_find_what_they_import() -> None:
     import benchbot_api
     import benchbot_api.agent

@@ -1,8 +1,11 @@
 """The formats in the box, called as solutions call them: through their declarations."""
 
+import json
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -11,6 +14,7 @@ from benchbot.core.declarations import formats
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
+from benchbot.mapping import create_object
 
 FORMATS = ("object_map", "object_map_with_states", "object_map_ground_truth")
 
@@ -49,6 +53,56 @@ def test_sizes_may_be_chosen() -> None:
     assert call("object_map", "create", class_list=["a", "b"])["class_list"] == ["a", "b"]
     assert call("object_map", "create_object", num_classes=2)["label_probs"] == [0, 0]
     assert call("object_map_with_states", "create_object", num_classes=2, num_states=3)["state_probs"] == [0, 0, 0]
+
+
+CLASSES = ["chair", "table", "background"]
+MEANT: dict[str, Any] = {"label_probs": {"chair": 0.9, "background": 0.1}, "centroid": (1, 2, 0.5), "extent": (1, 1, 1)}
+
+
+@pytest.mark.parametrize("kwargs", [{}, {"num_classes": 2}, {"num_classes": 0}])
+def test_the_local_create_object_makes_what_the_format_makes(kwargs: dict[str, Any]) -> None:
+    assert json.dumps(create_object(**kwargs)) == json.dumps(call("object_map", "create_object", **kwargs))
+
+
+@pytest.mark.parametrize("listed", [list, tuple, np.float32])
+def test_an_object_is_filled_in_from_numbers_of_any_kind(listed: Callable[[Any], Any]) -> None:
+    by_name = create_object(class_list=CLASSES, **MEANT)
+    by_class = create_object(
+        class_list=CLASSES,
+        label_probs=listed([0.9, 0, 0.1]),
+        centroid=listed(MEANT["centroid"]),
+        extent=listed(MEANT["extent"]),
+    )
+
+    assert by_name == {"label_probs": [0.9, 0.0, 0.1], "centroid": [1, 2, 0.5], "extent": [1, 1, 1]}
+    assert by_class["label_probs"] == pytest.approx(by_name["label_probs"])
+    call("object_map", "validate", {"objects": [by_name, json.loads(json.dumps(by_class))], "class_list": CLASSES})
+
+
+@pytest.mark.parametrize(
+    ("keys", "why", "fix"),
+    [
+        ({"label_probs": {"chiar": 1.0}}, "the class 'chiar' is not in class_list. Did you mean 'chair'?", "Name one"),
+        ({"label_probs": {"sofa": 1.0}}, "It has: chair, table, background.", "count it as 'background'"),
+        ({"label_probs": {"chair": 0.4}}, "sum to 0.4, not to 1", "Give the rest to 'background'"),
+        ({"label_probs": [0.9, 0.9, 0]}, "sum to 1.8, not to 1", "Divide them by their sum."),
+        ({"label_probs": [1.0, 0.0]}, "2 numbers, class_list has 3", "Give each class of class_list a probability"),
+        ({"label_probs": {"chair": float("nan")}}, "not NaN", "from 0 to 1"),
+        ({"label_probs": "chair"}, "must be a list, not text", "or name some"),
+        ({"centroid": [0, float("nan"), 0]}, "object.centroid[1]", "Leave out pixels without depth"),
+        ({"centroid": np.array([0, 0, np.inf])}, "object.centroid[2]", "Leave out pixels without depth"),
+        ({"extent": [1, -1, 1]}, "object.extent[1]", "the full length along an axis, upper - lower: never negative"),
+        ({"extent": [1, 1]}, "object.extent: 2 numbers, must be 3", "extent = upper - lower"),
+        ({"extent": 2.0}, "object.extent: must be a list, not a number", "x, y, z in metres"),
+        ({"extent": None}, "extent: is missing", "Give all three"),
+    ],
+)
+def test_an_object_that_cannot_be_meant_is_told_where_it_is_made(keys: dict[str, Any], why: str, fix: str) -> None:
+    with pytest.raises(BenchbotError) as caught:
+        create_object(class_list=CLASSES, **{**MEANT, **keys})
+
+    assert why in caught.value.why
+    assert fix in caught.value.fix
 
 
 def test_maps_made_one_after_another_share_nothing() -> None:

@@ -1,1 +1,3 @@
 """Formats of results and ground truths: object maps, with and without states."""
+
+__all__ = ["object_map"]

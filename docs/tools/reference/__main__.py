@@ -2,11 +2,12 @@
 
 from pathlib import Path
 
-from docs.tools.reference import api, channels, commands, exit_codes, hooks, schemas
+from docs.tools.reference import api, channels, commands, exit_codes, hooks, mapping, schemas
 
 FOLDER = Path(__file__).parents[2] / "reference"
 PAGES = {
     "api.md": api.page,
+    "mapping.md": mapping.page,
     "commands.md": commands.page,
     "hooks.md": hooks.page,
     "channels.md": channels.page,

@@ -35,6 +35,13 @@ def test_a_match_names_both_objects_and_its_factors() -> None:
     )
 
 
+@pytest.mark.parametrize(("size", "hinted"), [(0.5, True), (0.47, True), (1.0, False), (0.7, False)])
+def test_extents_that_are_half_of_a_length_are_told(size: float, hinted: bool) -> None:
+    (item,) = explained(semantic_map(found("chair", size=size)), truth(thing("chair")))
+
+    assert ("an extent is a full length, not half of one" in item["why"]) == hinted
+
+
 @pytest.mark.parametrize(
     ("estimates", "why"),
     [

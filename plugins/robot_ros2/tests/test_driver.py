@@ -83,6 +83,22 @@ def test_an_observation_is_of_one_instant_after_the_call(tmp_path: Path) -> None
         assert seen["poses"]["camera"]["rotation_rpy"] == pytest.approx(np.radians([-90, 0, -90]))
 
 
+@pytest.mark.parametrize("delay_s", [0.0, 0.15])
+def test_poses_are_those_of_the_picture_also_while_the_robot_moves(tmp_path: Path, delay_s: float) -> None:
+    """They were those of the moment at which the observation was put together: 2 cm on at half a metre per second."""
+    with unicycle(odometry_delay_s=delay_s), driver(declaration(), tmp_path) as platform:
+        platform.load(scene(), 0)
+        platform.observe(["image_rgb", "poses"])
+        for _ in range(8):
+            platform.drive(0.5, 0.0, 0.1)
+        seen = platform.observe(["image_rgb", "poses"])
+
+    # The picture tells in centimetres where it was taken.
+    there_m = seen["image_rgb"][0, 0, 0] / 100
+    assert there_m > 0.2
+    assert seen["poses"]["base_link"]["translation_xyz"][0] == pytest.approx(there_m, abs=0.01)
+
+
 def test_it_stops_before_what_the_laser_sees(tmp_path: Path) -> None:
     robot = declaration()
     with unicycle(wall_x_m=1.5) as there, driver(robot, tmp_path) as platform:

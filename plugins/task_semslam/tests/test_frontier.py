@@ -11,7 +11,7 @@ import pytest
 from benchbot.api import ActionResult, Observations
 from benchbot.core.geometry import Pose
 from benchbot_task_semslam.examples.frontier import STEP_BUDGET, FrontierMapper
-from plugins.task_semslam.tests.casting import OPTICAL, Box, observe, scan
+from tests.plugins.mapping.casting import OPTICAL, Box, observe, scan
 
 RADIUS_M = 0.25
 WALLS: list[Box] = [

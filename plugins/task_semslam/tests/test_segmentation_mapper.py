@@ -8,7 +8,7 @@ import pytest
 
 from benchbot.api import ActionResult
 from benchbot_task_semslam.examples.segmentation_mapper import SegmentationMapper
-from plugins.task_semslam.tests.casting import BOXES, observe, views
+from tests.plugins.mapping.casting import BOXES, observe, views
 
 
 def empty_results(**keys: Any) -> dict[str, Any]:

@@ -66,6 +66,9 @@ def examine(target: CheckTarget, kind: str | None, catalog: Catalog) -> Document
     except BenchbotError as error:
         surely = target.named or target.kind or kind or _kind_of_folder(path)
         return _unreadable(path, error) if surely or "expected a mapping" not in error.title else None
+    if str(data.get("$schema", "")).startswith("https://json-schema.org/"):
+        declared = "a JSON Schema declares nothing: name the format that brings it"
+        return Problem(path, None, "", declared) if target.named else None
     kind = kind or target.kind or (kind_of(data, path) if target.named else _kind_of_unnamed(data, path))
     if kind is None:
         known = f"cannot tell what this file declares; say it with --kind. Known: {', '.join(schema.KINDS)}"
@@ -77,6 +80,8 @@ def examine(target: CheckTarget, kind: str | None, catalog: Catalog) -> Document
         found += _problems_of_results(document, catalog)
     elif not found and kind == "environment":
         found += _problems_of_environment(document)
+    elif not found and kind == "format" and "schema" in data:
+        found += _problems_of_format(document)
     return document
 
 
@@ -137,6 +142,21 @@ def _problems_of_results(document: Document, catalog: Catalog) -> Iterator[Probl
         formats.validate(catalog.get("formats", name), document.data["results"])
     except BenchbotError as error:
         yield Problem(document.path, None, "", f"{error.title} {error.why}")
+
+
+def _problems_of_format(document: Document) -> Iterator[Problem]:
+    """Yield what is wrong with the JSON Schema that a format names."""
+    from jsonschema import Draft202012Validator, SchemaError
+
+    path = document.path.parent / str(document.data["schema"])
+    try:
+        Draft202012Validator.check_schema(schema.read(path))
+    except BenchbotError as error:
+        message = f"{error.title} {error.why}" if path.is_file() else f"there is no file '{path.name}' beside this one"
+        yield Problem(document.path, document.positions.line(["schema"]), pointer(["schema"]), message)
+    except SchemaError as error:
+        message = f"'{path.name}' is no JSON Schema: {error.message}"
+        yield Problem(document.path, document.positions.line(["schema"]), pointer(["schema"]), message)
 
 
 def _problems_of_environment(document: Document) -> Iterator[Problem]:

@@ -4,11 +4,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from benchbot.plugin import GroundTruth, Result
 from benchbot_eval_omq.omq import matched
 from benchbot_eval_omq.qualities import ADDED, STATES, Array, Qualities, qualities
 
 Document = dict[str, Any]
+
+HALF_TOLERANCE = 0.06
 
 
 def explain(result: Result, ground_truths: Sequence[GroundTruth]) -> Document:
@@ -51,7 +55,7 @@ class _Writer:
         why += f"'{self._true_label(row)}' has the probability {factors['label']:.2f}"
         if "state" in factors:
             why += f", the state '{self._true_state(row)}' {factors['state']:.2f}"
-        return self._entry("match", row, column, factors, f"{why}.")
+        return self._entry("match", row, column, factors, f"{why}.{self._half(row, column)}")
 
     def false_negative(self, row: int) -> Document:
         column = _nearest(self.table.pairwise[row], self.table.spatial[row])
@@ -114,6 +118,15 @@ class _Writer:
         known = row is not None and column is not None
         # Sums of probabilities may exceed 1 by a rounding error.
         return {name: min(float(table[row, column]), 1.0) if known else 0.0 for name, table in tables.items()}
+
+    def _half(self, row: int, column: int) -> str:
+        """Return a hint for a box that is half as long as the true one along each axis, nothing for any other."""
+        extent, truth = (
+            np.array(item["extent"], float) for item in (self.table.estimates[column], self.table.true_objects[row])
+        )
+        if (truth <= 0).any() or (np.abs(extent / truth - 0.5) > HALF_TOLERANCE).any():
+            return ""
+        return " It is half as long as the true one along each axis: an extent is a full length, not half of one."
 
     def _obstacle(self, row: int, column: int) -> str:
         """Return what keeps a pair of boxes that overlap from being any good."""

@@ -23,7 +23,7 @@ from benchbot_robot_ros2.declaration import LocalisedByOdometry, MovedByNavigati
 from benchbot_robot_ros2.failures import failed, safety_stop
 from benchbot_robot_ros2.guard.state import FIND_OUT
 from benchbot_robot_ros2.navigation import Navigation, moved_by
-from benchbot_robot_ros2.observing import STILL_FACTOR, Moment, callback_of, gather, missing
+from benchbot_robot_ros2.observing import STILL_FACTOR, Moment, callback_of, catch_up, gather, missing, taken_ns
 from benchbot_robot_ros2.prediction import Prediction
 from benchbot_robot_ros2.provenance import provenance
 from benchbot_robot_ros2.ramp import REST, Velocity
@@ -125,7 +125,8 @@ class Ros2Driver:
             channel.name: channel.decode({part: sample.message for part, sample in samples[channel.name].items()})
             for channel in wanted
         }
-        observed = {name: self._poses(robot) if name == "poses" else decoded[name] for name in names}
+        stamp_ns = taken_ns(wanted, samples)
+        observed = {name: self._poses(robot, stamp_ns) if name == "poses" else decoded[name] for name in names}
         return cast(Observations, observed)
 
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
@@ -196,22 +197,22 @@ class Ros2Driver:
         command = (linear_mps, angular_radps)
         return contact_ahead(points_xy, self._robot.footprint, velocity, command, horizon_s, self._motion)
 
-    def pose(self) -> Pose:
-        """Return the best known pose of the base: corrected by localisation where that is declared."""
+    def pose(self, stamp_ns: int | None = None) -> Pose:
+        """Return the best known pose of the base, now or then: corrected by localisation where that is declared."""
         robot = self._here()
         self._hand_when_believed = self._hand.times
         try:
             self._refuse_when_jumped(robot)
-            return robot.localisation.pose() @ self._carry_on()[0]
+            return robot.localisation.pose(stamp_ns) @ self._carry_on(stamp_ns)[0]
         except (LookupError, ValueError) as error:
             raise self._lost(str(error)) from error
 
-    def odometry(self) -> Pose:
-        """Return the base's pose by dead reckoning."""
+    def odometry(self, stamp_ns: int | None = None) -> Pose:
+        """Return the base's pose by dead reckoning, now or then."""
         robot = self._here()
         self._hand_when_believed = self._hand.times
         try:
-            return robot.localisation.odometry() @ self._carry_on()[0]
+            return robot.localisation.odometry(stamp_ns) @ self._carry_on(stamp_ns)[0]
         except ValueError as error:
             raise self._lost(str(error)) from error
 
@@ -333,8 +334,10 @@ class Ros2Driver:
         if robot.guard.tripped is None:
             robot.guard.command(*REST)
 
-    def _poses(self, robot: ConnectedRobot) -> dict[str, FramePose]:
-        base = self.odometry() if self._spec.localisation == "noisy" else self.pose()
+    def _poses(self, robot: ConnectedRobot, stamp_ns: int | None) -> dict[str, FramePose]:
+        moving_ns = None if self.velocity == REST else stamp_ns
+        catch_up(robot.odometry, moving_ns, robot.wait(self._robot.settings.timing.feedback_timeout_s))
+        base = self.odometry(moving_ns) if self._spec.localisation == "noisy" else self.pose(moving_ns)
         frames = {
             frame: self._start_pose if frame == INITIAL_POSE else base @ robot.mount(self._robot.names.frame(frame))
             for frame in self._robot.reported
@@ -351,8 +354,10 @@ class Ros2Driver:
         self._command = command
         self._prediction.note(command, now_s, is_seen=is_seen)
 
-    def _carry_on(self) -> tuple[Pose, Velocity]:
+    def _carry_on(self, stamp_ns: int | None = None) -> tuple[Pose, Velocity]:
         robot = self._here()
+        if stamp_ns is not None:
+            return Pose(), REST  # odometry itself tells what has been
         return self._prediction.carry_on(robot.odometry.samples, robot.clock.now_s())
 
     def _refuse_when_stopped(self, robot: ConnectedRobot) -> None:

@@ -37,20 +37,24 @@ class Localisation:
         self._origin = start_pose @ self._travelled(None).inverse()
         self._corrected = self._held = None
 
-    def odometry(self) -> Pose:
-        """Return the base's pose by dead reckoning, in the map frame."""
-        return self._origin @ self._travelled(None)
+    def odometry(self, stamp_ns: int | None = None) -> Pose:
+        """Return the base's pose by dead reckoning, in the map frame: the newest, or that at a time."""
+        return self._origin @ self._travelled(stamp_ns)
 
-    def pose(self) -> Pose:
-        """Return the best known pose of the base in the map frame.
+    def pose(self, stamp_ns: int | None = None) -> Pose:
+        """Return the best known pose of the base in the map frame: the newest, or that at a time, by odometry.
 
         Raises LookupError, with a sentence, when the transform tree does not know it.
         """
         if self._place is not None:
-            return self._correct(self._place) @ self._travelled(None)
-        if self._by_transforms is not None:
+            return self._correct(self._place) @ self._travelled(stamp_ns)
+        if self._by_transforms is None:
+            return self.odometry(stamp_ns)
+        if stamp_ns is None:
             return self._by_transforms.lookup(*self._ends)
-        return self.odometry()
+        newest_ns = self._by_transforms.newest_ns(*self._ends)
+        way = self._travelled(newest_ns).inverse() @ self._travelled(stamp_ns)
+        return self._by_transforms.lookup(*self._ends, newest_ns) @ way
 
     def step(self) -> tuple[Pose, Pose] | None:
         """Return the base's pose as localisation said it last, carried on by odometry, and as it says it now.

@@ -164,6 +164,24 @@ def gather(channels: Iterable[Channel], since: Moment, timing: Timing, wait: Wai
             raise _incomplete(wanted, since, timing)
 
 
+def taken_ns(channels: Iterable[Channel], samples: Mapping[str, Mapping[str, Sample]]) -> int | None:
+    """Return when an observation was taken, by its pictures if it has any; None where all of it holds for long."""
+    stamps = {
+        channel.name: sample.stamp_ns
+        for channel in channels
+        for part, sample in samples[channel.name].items()
+        if not channel.streams[part].holds
+    }
+    return next((stamps[name] for name in sorted(stamps, key=lambda name: not name.startswith("image_"))), None)
+
+
+def catch_up(odometry: Stream, stamp_ns: int | None, wait: Wait) -> None:
+    """Wait until odometry tells of a time, if one is given: it comes later than pictures where its delay is longer."""
+    while stamp_ns is not None and (odometry.newest is None or odometry.newest.stamp_ns < stamp_ns):
+        if wait.over():
+            return
+
+
 def _stamped(channel: Channel) -> dict[str, Stream]:
     return {part: stream for part, stream in channel.streams.items() if not stream.holds}
 

@@ -14,6 +14,7 @@ from benchbot.core.declarations import schema
 from benchbot.core.findings import Problem
 from benchbot.plugins.authoring.checks import check_all
 from benchbot.plugins.authoring.checks.documents import FOLDERS
+from benchbot.plugins.formats import object_map
 
 TASK = "name: tour\nactions: [move_next]\nobservations: [image_rgb]\n"
 ROBOT = "name: rover\ntype: sim_sample\nglobal_frame: map\nrobot_frame: base\nposes: [base]\n"
@@ -98,6 +99,11 @@ WRONG: list[tuple[str, str, str]] = [
         "2: 'a b' does not match '^[A-Za-z_][\\\\w.]*[.:][A-Za-z_]\\\\w*$' (Wri",
     ),
     (
+        "formats",
+        "name: f\nschema: f.json\nfunctions: {validate: 'f:validate'}",
+        "2: there is no file 'f.json' beside this one at /schema",
+    ),
+    (
         "examples",
         "name: f\nnative_comand: x",
         "2: unknown key 'native_comand'. Did you mean 'native_command'? Allowed: c",
@@ -126,6 +132,27 @@ def test_a_mistake_is_told_with_its_line_and_what_to_write(kind: str, text: str,
     found = [str(problem).removeprefix(f"{tmp_path}/{kind}/a.yaml:") for problem in check(tmp_path, kind, text)]
 
     assert any(message.startswith(said) for message in found), found
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [('{"type": "objet"}', "'s.json' is no JSON Schema"), ("{", "s.json"), ('{"type": "object"}', None)],
+)
+def test_the_schema_of_a_format_is_looked_at(content: str, said: str | None, tmp_path: Path) -> None:
+    (tmp_path / "formats").mkdir()
+    (tmp_path / "formats" / "s.json").write_text(content)
+    found = check(tmp_path, "formats", "name: f\nschema: s.json\nfunctions: {validate: 'f:validate'}")
+
+    assert [said in str(problem) for problem in found if said] == ([True] if said else [])
+    assert bool(found) == bool(said)
+
+
+def test_a_schema_beside_the_format_that_names_it_is_no_declaration() -> None:
+    folder = Path(object_map.__file__).parent
+    named = check_all([str(folder / "object_map.json")]).problems
+
+    assert check_all([str(folder)]).problems == []
+    assert [problem.message for problem in named] == ["a JSON Schema declares nothing: name the format that brings it"]
 
 
 @pytest.mark.parametrize(

@@ -11,22 +11,28 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from benchbot.api import ActionResult, Agent, BenchBot, Observations
-from benchbot.plugin import FramePose
-from benchbot_task_semslam.mapping.changes import changes, describe_changes
-from benchbot_task_semslam.mapping.objects import ObjectMap, describe
-from benchbot_task_semslam.mapping.occupancy import Cell, OccupancyGrid, Point
-from benchbot_task_semslam.mapping.paths import first_corner, shortest_path
-from benchbot_task_semslam.mapping.projection import in_map_frame, pixel_rays, rotation_matrix
-from benchbot_task_semslam.mapping.viewpoints import Sight, best_viewpoint, look
+from benchbot.mapping import (
+    Cell,
+    ObjectMap,
+    OccupancyGrid,
+    Point,
+    Sight,
+    best_viewpoint,
+    changes,
+    describe,
+    describe_changes,
+    first_corner,
+    look,
+    planar,
+    point_cloud,
+    shortest_path,
+)
 
 Move = tuple[str, dict[str, float]]
 
 STEP_BUDGET = 200
 LEAST_GAIN_M2 = 0.25
-FAR_M = 4.0
 OBSTACLE_HEIGHT_M = (0.05, 1.15)
 OBSTACLE_REACH_M = 3.5
 MARGIN_M = 0.08
@@ -42,17 +48,17 @@ class Explorer:
         self.objects = ObjectMap()
         self._radius_m = robot_radius_m
         self._frame = robot_frame
-        x, y, _ = _planar(observations["poses"][robot_frame])
+        x, y, _ = planar(observations["poses"][robot_frame])
         self._grid = OccupancyGrid((x, y))
-        self._rays = pixel_rays(observations["image_depth_info"])
-        self._sight = _sight(observations)
+        camera_height_m = float(observations["poses"]["camera"]["translation_xyz"][2])
+        self._sight = Sight.of(observations["image_depth_info"], camera_height_m)
         self._looks = math.ceil(2 * math.pi / self._sight.field_of_view_rad)
         self._goal: tuple[Cell, float] | None = None
         self._drive: tuple[Point, float] | None = None
 
     def next_move(self, observations: Observations) -> Move | None:
         """Map what is seen; return the next move, or None when no frontier is left."""
-        x, y, yaw_rad = _planar(observations["poses"][self._frame])
+        x, y, yaw_rad = planar(observations["poses"][self._frame])
         self._take_in(observations)
         self._notice_contact((x, y), yaw_rad)
         if self._looks > 0:
@@ -79,14 +85,13 @@ class Explorer:
             look(self._grid, self._grid.center(cell), heading_rad, self._sight)
 
     def _take_in(self, observations: Observations) -> None:
-        poses, depth_m = observations["poses"], observations["image_depth"]
+        poses = observations["poses"]
         self.objects.add(observations)
         self._grid.add_laser(observations["laser"], poses["lidar"])
-        near = np.flatnonzero((depth_m > 0) & (depth_m < OBSTACLE_REACH_M))
-        points = in_map_frame(self._rays[near] * depth_m.reshape(-1, 1)[near], poses["camera"])
+        points = point_cloud(observations, OBSTACLE_REACH_M).points
         low_m, high_m = OBSTACLE_HEIGHT_M
         self._grid.add_points(points[(points[:, 2] > low_m) & (points[:, 2] < high_m)])
-        x, y, heading_rad = _planar(poses["camera"], axis=2)
+        x, y, heading_rad = planar(poses["camera"], axis=2)
         look(self._grid, (x, y), heading_rad, self._sight)
 
     def _notice_contact(self, position: Point, yaw_rad: float) -> None:
@@ -154,22 +159,6 @@ class FrontierMapper(Agent):
         elif len(scenes) == 2:
             results["objects"] = describe_changes(changes(*scenes), results)
         Path(filename).write_text(json.dumps(empty_results), encoding="utf-8")
-
-
-def _sight(observations: Observations) -> Sight:
-    """Return what the camera sees: from where its lowest row meets the floor, if it is level."""
-    info, height_m = observations["image_depth_info"], float(observations["poses"]["camera"]["translation_xyz"][2])
-    matrix = np.asarray(info["matrix_intrinsics"])
-    field_of_view_rad = 2 * math.atan(info["width"] / 2 / matrix[0, 0])
-    near_m = height_m * matrix[1, 1] / (info["height"] - matrix[1, 2])
-    return Sight(field_of_view_rad, min(near_m, FAR_M / 2), FAR_M)
-
-
-def _planar(pose: FramePose, axis: int = 0) -> tuple[float, float, float]:
-    """Return x, y in metres and the heading, in radians, of one of a frame's axes."""
-    x, y, _ = pose["translation_xyz"]
-    forwards = rotation_matrix(pose["rotation_xyzw"])[:, axis]
-    return float(x), float(y), math.atan2(forwards[1], forwards[0])
 
 
 def _wrap(angle_rad: float) -> float:

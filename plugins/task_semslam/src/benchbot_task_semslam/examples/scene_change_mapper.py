@@ -7,8 +7,7 @@ import json
 from pathlib import Path
 
 from benchbot.api import ActionResult, BenchBot
-from benchbot_task_semslam.mapping.changes import Views, changes, confirmed, describe_changes
-from benchbot_task_semslam.mapping.objects import ObjectMap
+from benchbot.mapping import ObjectMap, Views, changes, confirmed, describe_changes
 
 
 def visit(benchbot: BenchBot) -> tuple[ObjectMap, Views, ActionResult]:

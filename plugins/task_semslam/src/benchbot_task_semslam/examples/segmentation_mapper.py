@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from benchbot.api import ActionResult, Agent, BenchBot, Observations
-from benchbot_task_semslam.mapping.changes import changes, describe_changes
-from benchbot_task_semslam.mapping.objects import ObjectMap, describe
+from benchbot.mapping import ObjectMap, changes, describe, describe_changes
 
 LOOK_AROUND = 8
 

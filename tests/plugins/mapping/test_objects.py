@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from benchbot_task_semslam.mapping.objects import ObjectMap, on_surfaces
-from plugins.task_semslam.tests.casting import BOXES, observe, views
+from benchbot.plugins.mapping.objects import ObjectMap, on_surfaces
+from tests.plugins.mapping.casting import BOXES, observe, views
 
 
 def test_boxes_are_found_where_they_are() -> None:

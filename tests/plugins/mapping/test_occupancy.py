@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from benchbot.core.geometry import Pose
-from benchbot_task_semslam.mapping.occupancy import OccupancyGrid
-from plugins.task_semslam.tests.casting import Box, scan
+from benchbot.plugins.mapping.occupancy import OccupancyGrid
+from tests.plugins.mapping.casting import Box, scan
 
 POST: Box = (0, (2.0, -0.2, 0.0), (2.4, 0.2, 1.0))
 

@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from benchbot.core.geometry import Pose
+from benchbot.mapping import MappedObject, ObjectMap, Views, changes, confirmed, describe_changes
 from benchbot.plugins.formats import object_map_with_states
-from benchbot_task_semslam.mapping.changes import Views, changes, confirmed, describe_changes
-from benchbot_task_semslam.mapping.objects import MappedObject, ObjectMap
-from plugins.task_semslam.tests.casting import BOXES, OPTICAL, Box, observe, views
+from tests.plugins.mapping.casting import BOXES, OPTICAL, Box, observe, views
 
 
 def a_box(label: str, x: float, size_m: float = 1.0) -> MappedObject:
     lower = np.array([x, 0, 0], np.float32)
-    return MappedObject(label, lower, lower + np.float32(size_m), 100)
+    return MappedObject({label: 1.0}, lower, lower + np.float32(size_m), 100)
 
 
 def named(found: list[tuple[MappedObject, str]]) -> list[tuple[str, str]]:

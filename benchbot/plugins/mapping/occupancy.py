@@ -4,10 +4,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from benchbot.plugin import FramePose, LaserScan
-from benchbot_task_semslam.mapping.projection import Floats, rotation_matrix
+from benchbot.plugins.mapping.projection import Floats, rotation_matrix
 
 Mask = NDArray[np.bool_]
 Cell = tuple[int, int]
@@ -49,6 +48,9 @@ class OccupancyGrid:
 
         Around `robot`, where it evidently is, cells count as free.
         """
+        # Most solutions that import this module drive nowhere, and scipy takes as long to import as all else.
+        from scipy import ndimage
+
         free = self.free | (self._disc(robot, radius_m) & ~self.walls & ~self._obstacles)
         # Distances are worked out where something is free, and one cell around that.
         part = tuple(slice(max(extent.min() - 1, 0), extent.max() + 2) for extent in np.nonzero(free))

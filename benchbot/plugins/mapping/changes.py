@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from benchbot.plugin import FramePose, Observations
-from benchbot_task_semslam.mapping.objects import NEAREST_M, MappedObject, describe, overlap
-from benchbot_task_semslam.mapping.projection import Floats, in_frame
+from benchbot.plugin import CameraModel, FramePose, Observations
+from benchbot.plugins.mapping.boxes import iou
+from benchbot.plugins.mapping.objects import MappedObject, describe
+from benchbot.plugins.mapping.projection import NEAREST_M, Floats, depth_view, project
 
 SAME_OBJECT_IOU = 0.3
 BEHIND_M = 0.03
@@ -21,13 +22,12 @@ class Views:
     """The camera's views during a visit: coarse depth images and poses."""
 
     def __init__(self) -> None:
-        self._views: list[tuple[Floats, Floats, FramePose]] = []
+        self._views: list[tuple[Floats, CameraModel, FramePose]] = []
 
     def add(self, observations: Observations) -> None:
         """Keep a frame: `image_depth`, `image_depth_info` and the pose of `camera`."""
-        matrix = np.asarray(observations["image_depth_info"]["matrix_intrinsics"], np.float32)
-        depth_m = observations["image_depth"][::VIEW_STRIDE, ::VIEW_STRIDE].copy()
-        self._views.append((depth_m, matrix, observations["poses"]["camera"]))
+        depth_m, info, pose = depth_view(observations)
+        self._views.append((depth_m[::VIEW_STRIDE, ::VIEW_STRIDE].copy(), info, pose))
 
     def seen_empty(self, item: MappedObject) -> bool:
         """Return whether some frame shows free space throughout the object's box, so that the object was not there."""
@@ -42,7 +42,8 @@ def changes(before: Sequence[MappedObject], after: Sequence[MappedObject]) -> li
     # Most solutions that import this module compare no maps, and scipy takes as long to import as all else.
     from scipy.optimize import linear_sum_assignment
 
-    overlaps = np.array([[_alike(one, other) for other in after] for one in before]).reshape(len(before), len(after))
+    same_class = np.array([[one.label == other.label for other in after] for one in before], bool)
+    overlaps = np.where(same_class.reshape(len(before), len(after)), iou(before, after), 0.0)
     rows, columns = linear_sum_assignment(overlaps, maximize=True)
     found = overlaps[rows, columns] > SAME_OBJECT_IOU
     kept, again = set(rows[found].tolist()), set(columns[found].tolist())
@@ -67,20 +68,15 @@ def describe_changes(found: Sequence[Change], results: Mapping[str, Any]) -> lis
     ]
 
 
-def _alike(one: MappedObject, other: MappedObject) -> float:
-    return overlap(one, other) if one.label == other.label else 0.0
-
-
-def _looked_through(item: MappedObject, depth_m: Floats, matrix: Floats, camera: FramePose) -> bool:
+def _looked_through(item: MappedObject, depth_m: Floats, info: CameraModel, camera: FramePose) -> bool:
     """Return whether most rays into the box leave it again before they meet a surface."""
     steps = np.linspace(0.1, 0.9, 5, dtype=np.float32)
     inside = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1).reshape(-1, 3)
     targets = item.lower + inside * (item.upper - item.lower)
-    points = in_frame(targets, camera)
-    ahead = points[:, 2] > NEAREST_M
-    targets, points = targets[ahead], points[ahead]
-    pixels = points @ matrix.T
-    u, v = np.rint(pixels[:, :2] / pixels[:, 2:] / VIEW_STRIDE).astype(np.int64).T
+    pixels, away_m = project(targets, info, camera)
+    ahead = away_m > NEAREST_M
+    targets, away_m = targets[ahead], away_m[ahead]
+    u, v = np.rint(pixels[ahead] / VIEW_STRIDE).astype(np.int64).T
     height, width = depth_m.shape
     shown = (u >= 0) & (u < width) & (v >= 0) & (v < height)
 
@@ -89,5 +85,5 @@ def _looked_through(item: MappedObject, depth_m: Floats, matrix: Floats, camera:
     along = targets[shown] - origin
     with np.errstate(divide="ignore", invalid="ignore"):
         exits = np.fmax((item.lower - origin) / along, (item.upper - origin) / along).min(axis=1)
-    through = depth_m[v[shown], u[shown]] > points[shown, 2] * exits + BEHIND_M
+    through = depth_m[v[shown], u[shown]] > away_m[shown] * exits + BEHIND_M
     return bool(np.count_nonzero(through) >= SEEN_THROUGH * len(inside))

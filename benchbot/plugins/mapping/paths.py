@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchbot_task_semslam.mapping.occupancy import Cell, Mask
+from benchbot.plugins.mapping.occupancy import Cell, Mask
 
 NEIGHBOURS = tuple((i, j, math.hypot(i, j)) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j)
 

@@ -8,8 +8,8 @@ from hypothesis.extra import numpy as arrays
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from benchbot_task_semslam.mapping.occupancy import Cell, Mask
-from benchbot_task_semslam.mapping.paths import NEIGHBOURS, first_corner, shortest_path, straight_line_is_free
+from benchbot.plugins.mapping.occupancy import Cell, Mask
+from benchbot.plugins.mapping.paths import NEIGHBOURS, first_corner, shortest_path, straight_line_is_free
 
 SIZE = 8
 Grids = arrays.arrays(bool, (SIZE, SIZE), elements=st.booleans())

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
-from benchbot_task_semslam.mapping.occupancy import Cell, Mask, OccupancyGrid, Point
+from benchbot.plugin import CameraModel
+from benchbot.plugins.mapping.occupancy import Cell, Mask, OccupancyGrid, Point
 
 RAYS = 120
 SPACING_M = 0.25
@@ -26,6 +26,13 @@ class Sight:
     field_of_view_rad: float
     near_m: float
     far_m: float
+
+    @classmethod
+    def of(cls, info: CameraModel, height_m: float, far_m: float = 4.0) -> "Sight":
+        """Return the sight of a level camera at a height: from where its lowest row meets the floor."""
+        matrix = np.asarray(info["matrix_intrinsics"])
+        near_m = height_m * matrix[1, 1] / (info["height"] - matrix[1, 2])
+        return cls(2 * math.atan(info["width"] / 2 / matrix[0, 0]), min(float(near_m), far_m / 2), far_m)
 
 
 @dataclass(frozen=True)
@@ -47,6 +54,8 @@ def look(grid: OccupancyGrid, position: Point, heading_rad: float, sight: Sight)
 
 def best_viewpoint(grid: OccupancyGrid, drivable: Mask, robot: Cell, sight: Sight, least_gain: int) -> Viewpoint | None:
     """Return the best reachable viewpoint, or None when no frontier is left: none shows `least_gain` new cells."""
+    from scipy import ndimage
+
     labels, _ = ndimage.label(drivable, np.ones((3, 3)))
     reachable = (labels == labels[robot]) & drivable
     stride = max(1, round(SPACING_M / grid.resolution_m))
