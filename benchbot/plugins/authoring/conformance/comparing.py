@@ -50,14 +50,19 @@ def _found(place: str, check: Callable[[], list[Finding]]) -> list[Finding]:
 
 
 def _in_the_golden_room(bench: Bench, platform: Platform, channels: Sequence[str]) -> list[Finding]:
+    declared = bench.scene.environment
+    if "map_path" not in declared:
+        return [_not_loaded("its environment names no scene, no map_path")]
     with tempfile.TemporaryDirectory(prefix="benchbot-golden-room-") as folder:
-        declared = bench.scene.environment
         scenes = [golden_room.scene(Path(folder), start, declared) for start in golden_room.STARTS]
         try:
             platform.load(scenes[0], SEED)
         # Any error at all may come of a scene that a simulator with worlds of its own does not expect.
         except Exception as error:  # noqa: BLE001
-            return [_not_loaded(error)]
+            said = (
+                f"{error.title} {error.why}" if isinstance(error, BenchbotError) else f"{type(error).__name__}: {error}"
+            )
+            return [_not_loaded(said)]
         sights = look_around(platform, scenes, channels)
         found = checks.check_senses(sights, bench.spec.robot)
         found.append(
@@ -66,8 +71,7 @@ def _in_the_golden_room(bench: Bench, platform: Platform, channels: Sequence[str
         return found
 
 
-def _not_loaded(error: Exception) -> Finding:
-    why = f"{error.title} {error.why}" if isinstance(error, BenchbotError) else f"{type(error).__name__}: {error}"
+def _not_loaded(why: str) -> Finding:
     return Finding(
         Level.WARNING,
         "load",

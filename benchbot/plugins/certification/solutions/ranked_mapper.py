@@ -31,8 +31,9 @@ class RankedMapper(Agent):
         """Map what is seen, if it is its turn, and go on."""
         if self._seen % self._every == 0:
             depth_m = observations["image_depth"]
-            nearby = np.where(depth_m <= self._reach_m, depth_m, np.float32(np.inf))
-            self._map.add({**observations, "image_depth": nearby})
+            nearby = observations.copy()
+            nearby["image_depth"] = np.where(depth_m <= self._reach_m, depth_m, np.float32(np.inf))
+            self._map.add(nearby)
         self._seen += 1
         return "move_next", {}
 
