@@ -1,13 +1,14 @@
 """The ray tracer shows what stands in the golden room; what is wrong with a sensor is found, in words of the fault."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from benchbot.core.channels import Observations
 from benchbot.core.declarations import schema
 from benchbot.core.findings import Finding, Level
 from benchbot.evaluation import occupancy_map
@@ -17,7 +18,7 @@ from benchbot.plugins.authoring.comparability.checks import check_senses
 from benchbot.plugins.authoring.comparability.senses import Sight
 from benchbot.plugins.authoring.comparability.world import World
 from benchbot.plugins.authoring.conformance.bench import Bench, make_bench
-from benchbot.plugins.authoring.conformance.comparing import drive_at_the_wall, look_around
+from benchbot.plugins.authoring.conformance.comparing import check_comparability, drive_at_the_wall, look_around
 from benchbot.testing import as_text
 from benchbot_sim_taichi.collision import Clearance
 from benchbot_sim_taichi.simulator import RayTracedSimulator
@@ -107,6 +108,29 @@ def test_a_correct_simulator_agrees_with_ground_truth_and_map(bench: Bench, in_t
     findings = across(bench, in_the_miniroom)
     assert {one.level for one in findings} == {Level.OK}, as_text(findings)
     assert len(findings) == 3
+
+
+class Mirrored(RayTracedSimulator):
+    """Flips its pictures."""
+
+    def observe_many(self, platforms: Sequence[Any], channels: Iterable[str]) -> list[Observations]:
+        seen = super().observe_many(platforms, channels)
+        for one in seen:
+            for name in {"image_rgb", "image_depth"} & one.keys():
+                one[name] = one[name][:, ::-1]  # type: ignore[literal-required]
+            if "image_segment" in one:
+                labels = one["image_segment"]
+                labels["class_segment_img"] = labels["class_segment_img"][:, ::-1]
+                labels["instance_segment_img"] = labels["instance_segment_img"][:, ::-1]
+        return seen
+
+
+def test_the_kit_finds_it_in_a_simulator_in_the_golden_room_and_in_the_scene(bench: Bench) -> None:
+    mirrored = replace(bench, create=Mirrored)
+    with mirrored.fresh() as platform:
+        found = broken(check_comparability(mirrored, platform, "miniroom:1", []))
+    named = {subject for subject, detail in found.items() if detail.startswith("The picture is mirrored left to right")}
+    assert {"golden room: image_depth", "scene: image_depth", "image_segment: boxes"} <= named
 
 
 def test_walls_stop_the_robot(bench: Bench, tmp_path: Path) -> None:

@@ -104,7 +104,14 @@ def _files(kind: str, name: str, package: str) -> Iterator[tuple[Path, str]]:
     short = package.removeprefix("benchbot_")
     described = (_TEMPLATES / kind / "kind.yaml").read_text("utf-8")
     about = yaml.safe_load(environment.from_string(described).render(package=package, short=short))
-    values = {**about, "name": name, "package": package, "short": short, "places": about["places"].items()}
+    values = {
+        **about,
+        "kind": kind,
+        "name": name,
+        "package": package,
+        "short": short,
+        "places": about["places"].items(),
+    }
     for root in (_TEMPLATES / "common", _TEMPLATES / kind):
         for template in sorted(root.rglob(f"*{_SUFFIX}")):
             relative = str(template.relative_to(root)).removesuffix(_SUFFIX)
