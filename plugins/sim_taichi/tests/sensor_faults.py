@@ -232,7 +232,7 @@ FAULTS: dict[str, tuple[Fault, str, str]] = {
     "laser turned aside": (
         on_ranges(lambda r, a: np.roll(r, len(r) // 4)),
         "laser",
-        "turned -90 degrees about its own z",
+        "turned by -90 degrees about",
     ),
     "laser 5 % long": (on_ranges(lambda r, a: r * 1.05), "laser", "1.05 times"),
     "laser 10 cm long": (on_ranges(lambda r, a: r + 0.1), "laser", "+0.1 m more"),
