@@ -6,7 +6,7 @@ Its arguments are a simulator, a robot and an environment; its last line on stdo
 import json
 import sys
 
-from benchbot.testing import check_simulator
+from benchbot.plugins.authoring.conformance.platforms import check_simulator
 
 if __name__ == "__main__":
     found = check_simulator(*sys.argv[1:4])
