@@ -152,14 +152,14 @@ def _cell(value: Any) -> str:
     return "-" if value is None else " ".join(str(value).split())
 
 
-def _add_command(kind: str, listing: Listing) -> None:
-    @app.command(kind, help=listing.help, context_settings=QUICK)
+def _add_command(kind: str, name: str) -> None:
+    @app.command(name, help=LISTINGS[kind].help, context_settings=QUICK, hidden=name != kind)
     def command(as_json: Json = False) -> None:
         show(kind, as_json)
 
 
-for _kind, _listing in LISTINGS.items():
-    _add_command(_kind, _listing)
+for _kind, _name in (*zip(LISTINGS, LISTINGS, strict=True), ("methods", "evaluators")):  # as hook and `new` call them
+    _add_command(_kind, _name)
 
 
 @app.command("plugins", context_settings=QUICK)

@@ -5,6 +5,7 @@ import pkgutil
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
+from traceback import extract_tb
 from typing import Any
 
 import pluggy
@@ -75,7 +76,7 @@ class Plugins:
     def _register(self, info: PluginInfo) -> None:
         name = f"{info.distribution}:{info.name}"
         try:
-            plugin = pkgutil.resolve_name(info.module)
+            plugin = pkgutil.resolve_name(info.module + ":" * (":" not in info.module))  # else it hides why it fails
             _check_api(plugin)
             self._manager.register(plugin, name)
             self._manager.check_pending()
@@ -83,7 +84,7 @@ class Plugins:
         except (Exception, SystemExit) as error:  # noqa: BLE001
             if self._manager.has_plugin(name):
                 self._manager.unregister(name=name)
-            self._note(info, _cause(error))
+            self._note(info, cause_of(error))
         else:
             self._infos[name] = info
 
@@ -142,10 +143,8 @@ class Plugins:
 
     def broken_hint(self) -> str:
         """Return a sentence about plug-ins that failed to load, or an empty string."""
-        if not self.broken:
-            return ""
         causes = "; ".join(f"{item.info.distribution} ({item.cause})" for item in self.broken)
-        return f" Plug-ins that failed to load: {causes}."
+        return f" Plug-ins that failed to load: {causes}." if causes else ""
 
     def _call(self, kind: str) -> Iterator[Provided]:
         caller = getattr(self._manager.hook, f"benchbot_{kind}")
@@ -155,7 +154,7 @@ class Plugins:
                 values = list(implementation.function())
             # As at import: one plug-in's mistake is reported, and the others go on.
             except Exception as error:  # noqa: BLE001
-                self._note(info, _cause(error))
+                self._note(info, cause_of(error))
             else:
                 yield from (Provided(value, info.distribution) for value in values)
 
@@ -174,11 +173,12 @@ class Plugins:
             self.broken.append(broken)
 
 
-def _cause(error: BaseException) -> str:
-    """Return why a plug-in cannot be used, in a sentence; of an import that is not public, what to import instead."""
+def cause_of(error: BaseException) -> str:
+    """Return why a plug-in cannot be used, and where; of an import that is not public, what to import instead."""
     if isinstance(error, BenchbotError):
         return f"{error.title}: {error.fix}"
-    text = f"{type(error).__name__}: {error}"
+    frames = [frame for frame in extract_tb(error.__traceback__) if not frame.filename.startswith("<")][-1:]
+    text = f"{type(error).__name__}: {error}{''.join(f' ({frame.filename}:{frame.lineno})' for frame in frames)}"
     if isinstance(error, ImportError) and (error.name or "").startswith("benchbot."):
         text += ". Plug-ins import from benchbot.plugin, and no other module of BenchBot's inside"
     return text

@@ -30,6 +30,7 @@ def test_tasks_are_a_line_each_with_what_they_allow(here: Here) -> None:
         ("formats", "object_map"),
         ("examples", "hello_passive"),
         ("methods", "omq"),
+        ("evaluators", "omq"),
         ("simulators", "sim_sample"),
         ("executors", "local"),
         ("plugins", "sample"),
@@ -55,7 +56,7 @@ def test_a_broken_plugin_does_not_hide_the_others(cli: CommandLine, make_plugin:
     done = cli("list", "tasks")
 
     assert "sample:passive" in done.stdout
-    assert "broken (ModuleNotFoundError: No module named 'no_such_module')" in done.stderr
+    assert "broken (ModuleNotFoundError: No module named 'no_such_module' (" in done.stderr
 
 
 def test_episodes_are_listed_by_task_and_environment_and_shown(here: Here) -> None:

@@ -81,7 +81,19 @@ def test_a_hook_that_raises_harms_no_other(plugin_factory: PluginFactory) -> Non
     plugin_factory.make("acme-fine", SIMULATOR.format(name="fine"))
     plugins = load("acme-broken", "acme-fine")
     assert list(plugins.pool("simulators")) == ["sim_fine"]
-    assert [item.cause for item in plugins.broken] == ["ValueError: not today"]
+    (broken,) = plugins.broken
+    assert broken.cause.startswith("ValueError: not today (")
+    assert broken.cause.endswith("acme_broken/__init__.py:3)")
+
+
+def test_why_the_module_of_an_entry_point_fails_is_told_with_its_line(plugin_factory: PluginFactory) -> None:
+    files = {"plugin.py": "from acme_deep import inside\n", "inside.py": "import math\nimport no_such_module\n"}
+    package = plugin_factory.make("acme-deep", "", files)
+    entry_points = package.parent / "acme_deep-1.2.dist-info" / "entry_points.txt"
+    entry_points.write_text("[benchbot]\nacme_deep = acme_deep.plugin\n")
+    (broken,) = load("acme-deep").broken
+    assert "ModuleNotFoundError: No module named 'no_such_module'" in broken.cause
+    assert broken.cause.endswith("acme_deep/inside.py:2)")
 
 
 def test_a_record_of_the_wrong_type_is_refused(plugin_factory: PluginFactory) -> None:
@@ -112,7 +124,8 @@ def test_a_plugin_made_for_this_major_version_is_loaded(plugin_factory: PluginFa
 def test_a_plugin_that_imports_what_is_gone_is_told_what_to_import(plugin_factory: PluginFactory) -> None:
     plugin_factory.make("acme-old", "from benchbot.core.catalog import Catalog")
     (broken,) = load("acme-old").broken
-    assert "No module named 'benchbot.core.catalog'. Plug-ins import from benchbot.plugin" in broken.cause
+    assert "No module named 'benchbot.core.catalog' (" in broken.cause
+    assert "__init__.py:1). Plug-ins import from benchbot.plugin" in broken.cause
 
 
 def test_a_plugin_of_the_first_version_still_works(plugin_factory: PluginFactory) -> None:

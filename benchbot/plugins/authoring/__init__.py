@@ -1,3 +1,3 @@
 """Making plug-ins: new projects, checks of declarations, and the conformance kit."""
 
-__all__ = ["conformance"]
+__all__ = ["comparability", "conformance"]

@@ -14,7 +14,7 @@ from packaging.utils import canonicalize_name
 from benchbot.cli.kit import console
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.plugins.installer import addons
-from benchbot.plugins.installer.distributions import Distribution, found_in, origin_text
+from benchbot.plugins.installer.distributions import Distribution, found_in, origin_text, unused_without
 from benchbot.plugins.installer.environment import Environment, current, locked
 from benchbot.plugins.installer.indexes import Indexes
 from benchbot.plugins.installer.installers import Installer, Requirements, choose
@@ -56,11 +56,15 @@ def _confirm(question: str) -> bool:
 
 @dataclass(frozen=True)
 class InstallRequest:
-    """Sources to install and names to remove; the newest version is wanted of the normalized names in `upgrade`."""
+    """Sources to install and names to remove; the newest version is wanted of the normalized names in `upgrade`.
+
+    `with_unused` removes with the names what nothing else needs then.
+    """
 
     sources: Sequence[str] = ()
     upgrade: frozenset[str] = frozenset()
     remove: Sequence[str] = ()
+    with_unused: bool = False
     indexes: Indexes = field(default_factory=Indexes)
     require_hashes: bool = False
     no_dependencies: bool = False
@@ -114,7 +118,7 @@ def change(target: TargetEnvironment, request: InstallRequest, command: str) -> 
         origins = {line.name: line.origin for line in lines if line.origin is not None}
         installed = target.installed
         pinned, coming = _stage(target, request, lines, folder / "unpacked")
-        leaving, removals = _removals(installed, request.remove)
+        leaving, removals = _removals(installed, request)
         refuse_overwriting(coming, installed, target.environment)
         folders = [(item, addons.change_of(item)) for item in prepared if isinstance(item, AddonFolder)]
         changes = [change_of(one, installed.get(name), origins.get(name)) for name, one in sorted(coming.items())]
@@ -131,7 +135,7 @@ def change(target: TargetEnvironment, request: InstallRequest, command: str) -> 
             trust.give(one.consent_digest, f"{one.name} {one.new}")
         with addons.installing([item for item, found in folders if found is not None], trusted=request.may_build):
             if coming or leaving:
-                _apply(target, pinned, coming, leaving, origins, command)
+                _apply(target, pinned, coming, leaving, origins, command, asked=frozenset(line.name for line in lines))
         for removal in removals:
             if removal.kind == "add-on":
                 addons.remove(removal.name)
@@ -181,13 +185,15 @@ def _exactly(pins: Iterable[str], request: InstallRequest) -> Requirements:
     return Requirements([*pins], may_build=request.may_build, indexes=request.indexes)
 
 
-def _removals(installed: Mapping[str, Distribution], names: Sequence[str]) -> tuple[list[Distribution], list[Change]]:
-    """Return the distributions to remove, and the changes of those and of add-ons.
+def _removals(
+    installed: Mapping[str, Distribution], request: InstallRequest
+) -> tuple[list[Distribution], list[Change]]:
+    """Return the distributions to remove, and the changes of those and of add-ons; say what nothing else needs.
 
     Raises BenchbotError for a name that is no plug-in or add-on, and for a plug-in that another distribution needs.
     """
     leaving, changes = [], []
-    for name in names:
+    for name in request.remove:
         one = installed.get(canonicalize_name(name))
         if name in v2_addons.installed():
             digest = addons.digest_of(name) or ""
@@ -207,6 +213,13 @@ def _removals(installed: Mapping[str, Distribution], names: Sequence[str]) -> tu
                 f"{other.name} needs it.",
                 f"Uninstall both: benchbot uninstall {needed[0]} {other.name}",
             )
+    unused = unused_without(leaving_names, installed)
+    if unused and request.with_unused:
+        leaving += unused
+        changes += [Change(one.name, Action.REMOVE, "dependency", one.version, None) for one in unused]
+    elif unused:
+        named = ", ".join(f"{one.name} {one.version}" for one in unused)
+        console.note(f"Nothing else here needs {named}: --with-unused uninstalls that, too.")
     return leaving, changes
 
 
@@ -231,9 +244,15 @@ def _apply(
     leaving: Sequence[Distribution],
     origins: Mapping[str, dict[str, Any]],
     command: str,
+    *,
+    asked: frozenset[str],
 ) -> None:
-    """Uninstall and install distributions; undone, to the last file, when that or the check of the plug-ins fails."""
+    """Uninstall and install distributions; undone, to the last file, when that or the check of the plug-ins fails.
+
+    Those that are not among the `asked` ones are dependencies, and known as such from then on.
+    """
     replaced = [one for name, one in target.installed.items() if name in coming]
+    was_requested = {one.name: (one.info / "REQUESTED").exists() for one in replaced}
     target.journal.open(command, [*replaced, *leaving], list(coming.values()))
     try:
         if leaving:
@@ -247,6 +266,8 @@ def _apply(
             for name, one in target.installed.items():
                 if name in coming:
                     one.rewrite_origin(origins.get(name))
+                    if name not in asked and not was_requested.get(name):
+                        one.forget_request()
             plugins = [one.metadata.name for one in coming.values() if one.is_plugin]
             if plugins:
                 console.note(f"Checking {', '.join(plugins)} …")

@@ -80,14 +80,17 @@ def install(
 
 def uninstall(
     names: Annotated[list[str], typer.Argument(metavar="NAME…", help="Distributions, or add-ons as user/repository.")],
+    with_unused: Annotated[
+        bool, typer.Option("--with-unused", help="And what they needed, if nothing else does and nobody asked for it.")
+    ] = False,
     dry_run: DryRun = False,
     installer: InstallerName = None,
     as_json: Json = False,
 ) -> None:
-    """Uninstall plug-ins; what they needed stays. Prints what has changed."""
+    """Uninstall plug-ins; what they needed stays, and is named where nothing else needs it. Prints what has changed."""
     from benchbot.plugins.installer.change import InstallRequest
 
-    request = InstallRequest(remove=list(dict.fromkeys(names)), dry_run=dry_run)
+    request = InstallRequest(remove=list(dict.fromkeys(names)), with_unused=with_unused, dry_run=dry_run)
     perform(f"benchbot uninstall {' '.join(names)}", lambda _: request, installer, as_json=as_json)
 
 

@@ -117,12 +117,19 @@ class Distribution:
 
     def rewrite_origin(self, origin: dict[str, Any] | None) -> None:
         """Replace `direct_url.json` (PEP 610), which may name a temporary file; None: it comes from an index."""
-        path, record = self.info / "direct_url.json", self.info / "RECORD"
-        entry = f"{self.info.name}/direct_url.json"
+        self._rewrite("direct_url.json", None if origin is None else json.dumps(origin).encode())
+
+    def forget_request(self) -> None:
+        """Remove `REQUESTED` (PEP 376), which installers leave in all that they are given as pins."""
+        self._rewrite("REQUESTED", None)
+
+    def _rewrite(self, name: str, content: bytes | None) -> None:
+        """Write a file of the `.dist-info` folder, or remove it where there is no content, and RECORD with it."""
+        path, record = self.info / name, self.info / "RECORD"
+        entry = f"{self.info.name}/{name}"
         rows = [row for row in csv.reader(record.read_text("utf-8").splitlines()) if row and row[0] != entry]
         path.unlink(missing_ok=True)  # it may be a hard link into an installer's cache, as may be RECORD
-        if origin is not None:
-            content = json.dumps(origin).encode()
+        if content is not None:
             path.write_bytes(content)
             hashed = base64.urlsafe_b64encode(sha256(content).digest()).rstrip(b"=").decode()
             rows.append([entry, f"sha256={hashed}", str(len(content))])
@@ -171,3 +178,16 @@ def with_dependencies(names: Iterable[str], available: Mapping[str, Distribution
             asked[name] = asked.get(name, frozenset()) | extras
             left += available[name].requires(asked[name]).items()
     return found
+
+
+def unused_without(leaving: Collection[str], installed: Mapping[str, Distribution]) -> list[Distribution]:
+    """Return what would be left of the needs of distributions that leave, by name: what nothing else needs.
+
+    Plug-ins, and whatever somebody has asked an installer for by name (the file REQUESTED, PEP 376), are not among it.
+    """
+    needed = with_dependencies(leaving, installed).keys() - set(leaving)
+    candidates = {
+        name for name in needed if not installed[name].is_plugin and not (installed[name].info / "REQUESTED").exists()
+    }
+    kept = with_dependencies(installed.keys() - candidates - set(leaving), installed)
+    return [installed[name] for name in sorted(candidates - kept.keys())]

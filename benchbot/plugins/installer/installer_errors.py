@@ -7,6 +7,7 @@ from benchbot.plugins.installer.subprocesses import ProcessResult
 
 _MAX_LINES = 8
 _MAX_CHARACTERS = 200
+_CONFLICT = "The conflict is caused by"
 _KNOWN: tuple[tuple[str, str, str], ...] = (
     (
         r"No space left on device|os error 28\b|Errno 28",
@@ -87,8 +88,11 @@ def installer_error(installer: str, result: ProcessResult) -> BenchbotError:
 
 
 def _quoted(installer: str, output: str) -> str:
-    """Return the last lines of an output, without those that only report progress."""
+    """Return the last lines of an output, or the conflict in it, without those that only report progress."""
     lines = [re.sub(r"^(error|ERROR|  cause|WARNING): ?", "", line).strip() for line in output.splitlines()]
     relevant = [line for line in lines if line and not re.match(r"(Using |Resolved |Prepared |\[notice\])", line)]
-    last = [f"{line[:_MAX_CHARACTERS]}{'…' * (len(line) > _MAX_CHARACTERS)}" for line in relevant[-_MAX_LINES:]]
+    # What pip says after its list of conflicts is general advice, which is the end of its output.
+    conflict = next((at for at, line in enumerate(relevant) if line.startswith(_CONFLICT)), None)
+    kept = relevant[-_MAX_LINES:] if conflict is None else relevant[conflict : conflict + _MAX_LINES]
+    last = [f"{line[:_MAX_CHARACTERS]}{'…' * (len(line) > _MAX_CHARACTERS)}" for line in kept]
     return "\n".join([f"{installer} says:", *last]) if last else f"{installer} gave no reason."

@@ -104,22 +104,25 @@ def _addon_row(name: str) -> dict[str, Any]:
 
 
 @app.command("search")
-def search(
-    word: Annotated[str, typer.Argument(metavar="WORD", help="Part of the name.")],
+def search_indexes(
+    word: Annotated[str, typer.Argument(metavar="WORD", help="Part of the name, the kind or the summary.")],
     index_url: IndexUrl = None,
     extra_index_url: ExtraIndexUrl = None,
     as_json: Json = False,
 ) -> None:
-    """List what a package index offers whose names begin with benchbot- and hold a word."""
-    from benchbot.plugins.installer import indexes
+    """List what a package index offers: names that begin with benchbot-, with kind and summary, that hold a word."""
+    from dataclasses import asdict
+
+    from benchbot.plugins.installer.index_search import search
+    from benchbot.plugins.installer.indexes import without_credentials
 
     addresses = indexes_of(index_url, extra_index_url, False, None).addresses
-    console.note(f"Reading the list of names of {', '.join(map(indexes.without_credentials, addresses))} …")
-    found = indexes.search(word, addresses)
+    console.note(f"Reading the list of names of {', '.join(map(without_credentials, addresses))} …")
+    found = search(word, addresses)
     if as_json:
-        console.data_json([{"name": name} for name in found])
-    elif found:
-        console.data(*found)
+        console.data_json([asdict(offer) for offer in found])
+    else:
+        console.table(("name", "kind", "summary"), [(one.name, one.kind or "-", one.summary or "-") for one in found])
     console.note(f"{len(found)} found.{'' if found else ' Names that do not begin with benchbot- are not looked at.'}")
 
 

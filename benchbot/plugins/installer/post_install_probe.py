@@ -39,10 +39,10 @@ def probe(names: Sequence[str]) -> list[Finding]:
 def _check_import(info: plugin_manager.PluginInfo, before: Functions) -> Finding:
     subject = f"{info.distribution}: import"
     try:
-        resolve_name(info.module)
+        resolve_name(info.module + ":" * (":" not in info.module))
     # A plug-in's import may fail in any way.
     except (Exception, SystemExit) as error:  # noqa: BLE001
-        return Finding(Level.BROKEN, subject, f"{type(error).__name__}: {error}", "Report it to its author.")
+        return Finding(Level.BROKEN, subject, plugin_manager.cause_of(error), "Report it to its author.")
     changed = monkeypatched(before)
     if changed:
         detail = f"It changes the code of others: {', '.join(changed[:5])}."

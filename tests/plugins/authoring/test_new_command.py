@@ -27,6 +27,15 @@ def test_the_folder_is_the_answer_and_what_to_do_next_is_said_beside_it(
     assert "PACKAGE" not in text
 
 
+def test_names_are_those_that_benchbots_own_distributions_would_give(here: Here, cli: CommandLine) -> None:
+    here("new", "simulator", "benchbot-sim-maze")
+    folder = cli.folder / "benchbot-sim-maze"
+    assert 'sim_maze = "benchbot_sim_maze.plugin"' in (folder / "pyproject.toml").read_text()
+    assert 'Simulator("sim_maze", create)' in (folder / "src/benchbot_sim_maze/plugin.py").read_text()
+    robot = folder / "src" / "benchbot_sim_maze" / "robots" / "sim_maze_robot.yaml"
+    assert "name: sim_maze_robot\ntype: sim_maze\n" in robot.read_text()
+
+
 def test_nothing_is_overwritten(here: Here, cli: CommandLine) -> None:
     (cli.folder / "acme-kitchen").mkdir()
     (cli.folder / "acme-kitchen" / "mine.txt").write_text("mine")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.plugins.installer.distributions import found_in, with_dependencies
+from benchbot.plugins.installer.distributions import found_in, unused_without, with_dependencies
 
 
 @pytest.fixture
@@ -43,3 +43,16 @@ def test_an_extra_that_is_asked_for_later_counts(site: Path) -> None:
     found = with_dependencies(["screens", "mark-up"], found_in([site]))
 
     assert "links" in found
+
+
+def test_what_nothing_else_needs_and_nobody_has_asked_for_is_unused(site: Path) -> None:
+    def unused(*leaving: str) -> list[str]:
+        return [one.name for one in unused_without(leaving, found_in([site]))]
+
+    assert unused("screens") == ["links", "mark-up", "numbers"]
+    assert unused("links") == []
+    (site / "mark_up-1.0.dist-info" / "REQUESTED").touch()
+    # It goes on needing numbers; nothing but screens has asked for its links.
+    assert unused("screens") == ["links"]
+    (site / "links-1.0.dist-info" / "entry_points.txt").write_text("[benchbot]\nlinks = links\n")
+    assert unused("screens") == []

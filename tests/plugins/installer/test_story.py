@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from benchbot.plugins.authoring.scaffold.render import create
+from tests.plugins.installer import wheels
 from tests.plugins.installer.environments import Environment
 from tests.plugins.installer.wheels import Index
 
@@ -97,4 +98,22 @@ def test_a_generated_plugin_is_installed_used_upgraded_and_uninstalled(
 
     removed = shared.run("uninstall", "story-task", "--installer", installer)
     assert (removed.returncode, removed.stdout) == (0, "- story-task 0.2.0  (plug-in)\n"), removed.stderr
+    assert shared.listing() == before
+
+
+@pytest.mark.slow
+def test_what_nothing_else_needs_is_named_and_goes_if_that_is_wanted(
+    index: Index, shared: Environment, tmp_path: Path
+) -> None:
+    index.publish(wheels.make(tmp_path, "story-maths", entry=False))
+    index.publish(wheels.make(tmp_path, "story-method", requires=["story-maths"]))
+    before = shared.listing()
+    installed = shared.run("install", "story-method", "--index-url", index.url, "--trust")
+    assert installed.returncode == 0, installed.stderr
+    looked = shared.run("uninstall", "story-method", "--dry-run")
+    assert looked.stdout == "- story-method 1.0  (plug-in)\n"
+    assert "Nothing else here needs story-maths 1.0: --with-unused uninstalls that, too." in looked.stderr
+    removed = shared.run("uninstall", "story-method", "--with-unused")
+    assert removed.returncode == 0, removed.stderr
+    assert removed.stdout == "- story-method 1.0  (plug-in)\n- story-maths 1.0  (dependency)\n"
     assert shared.listing() == before

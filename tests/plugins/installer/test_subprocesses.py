@@ -25,3 +25,24 @@ def test_what_an_installer_says_is_quoted_and_what_is_not_known_is_told_as_it_is
     error = installer_error("pip", ProcessResult(-9, "", ""))
     assert error.title == "pip failed."
     assert error.why == "pip ended with exit status -9. pip gave no reason."
+
+
+def test_what_pip_says_a_conflict_is_caused_by_is_kept_before_its_advice() -> None:
+    said = """\
+ERROR: Cannot install acme-task and numpy==1.0 because these package versions have conflicting dependencies.
+
+The conflict is caused by:
+    The user requested numpy==1.0
+    acme-task 1.0 depends on numpy>=2
+
+To fix this you could try to:
+1. loosen the range of package versions you've specified
+2. remove package versions to allow pip to attempt to solve the dependency conflict
+
+Additional packages available: see
+https://pip.pypa.io/en/latest/topics/dependency-resolution/#dealing-with-dependency-conflicts
+ERROR: ResolutionImpossible: for help visit the page above
+"""
+    error = installer_error("pip", ProcessResult(1, "", said))
+    assert error.title == "There is no set of versions that fits together."
+    assert "The conflict is caused by:\nThe user requested numpy==1.0\nacme-task 1.0 depends on numpy>=2" in error.why

@@ -6,11 +6,13 @@ from typing import Any
 
 from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import Platform
-from benchbot.plugins.authoring.conformance.bench import SEED, Bench, drive, rest
+from benchbot.plugins.authoring.conformance.bench import SEED, Bench, Moved, drive, rest
 from benchbot.plugins.authoring.conformance.properties import Violation, unchecked
 
 SPEED_MPS, TURN_RADPS = 0.2, 0.4
 HOLD_S, CONTACT_TIMEOUT_S = 1.0, 60.0
+THROUGH_M = 0.5
+"""Further than this beyond what the laser saw is through it."""
 
 
 def drives_straight(bench: Bench, platform: Platform) -> str:
@@ -90,8 +92,16 @@ def stops_at_contact(bench: Bench, platform: Platform) -> str:
     speed_mps = MotionConfig.from_robot(bench.spec.robot, "ground_truth").linear_limits_mps[1]
     period_s = platform.control_period_s
     foreseen = False
+    start, seen_m = platform.pose(), _seen_ahead_m(bench, platform)
     while not platform.collided:
         if platform.clock() > CONTACT_TIMEOUT_S:
+            driven_m = Moved.between(start, platform.pose()).ahead_m
+            if driven_m > seen_m + THROUGH_M:
+                raise Violation(
+                    f"The robot drives through walls: it is {driven_m:.3g} m ahead, and its laser saw something "
+                    f"{seen_m:.3g} m ahead.",
+                    "Stop at contact with the scene's geometry, and say collided.",
+                )
             raise unchecked(
                 f"in {CONTACT_TIMEOUT_S:g} s straight ahead there was nothing to hit.", "Choose a scene with a wall."
             )
@@ -111,6 +121,14 @@ def stops_at_contact(bench: Bench, platform: Platform) -> str:
     if platform.collided:
         raise Violation("It is still collided after load().", "Forget contact in load().")
     return "stopped, told, foreseen, and forgotten by load()"
+
+
+def _seen_ahead_m(bench: Bench, platform: Platform) -> float:
+    """Return how far the laser of a robot at the start sees straight ahead; inf where nothing is there, or no laser."""
+    if "laser" not in bench.channels:
+        return math.inf
+    ranges_m, angles_rad = platform.observe(["laser"])["laser"]["scans"].T
+    return float(ranges_m[abs(angles_rad).argmin()])
 
 
 def reaches_goals(bench: Bench, platform: Platform) -> str:

@@ -5,13 +5,21 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from benchbot.core.errors import BenchbotError
-from benchbot.core.findings import Finding
+from benchbot.core.findings import Finding, Level
 from benchbot.core.geometry import Pose
 from benchbot.core.platform import Localisation, Platform
 from benchbot.core.records import RobotDriver, Simulator
 from benchbot.plugins.authoring.conformance import driving, sensing
 from benchbot.plugins.authoring.conformance.bench import SEED, Bench, Declared, Moved, drive, find_record, make_bench
-from benchbot.plugins.authoring.conformance.properties import Violation, check_properties, leaves_nothing_open, obtain
+from benchbot.plugins.authoring.conformance.comparing import check_comparability
+from benchbot.plugins.authoring.conformance.properties import (
+    Violation,
+    check_properties,
+    leaves_nothing_open,
+    obtain,
+    told_once,
+)
+from benchbot.plugins.authoring.conformance.types import has_the_right_types
 
 START_TOLERANCE_M, START_TOLERANCE_RAD = 1e-3, 1e-3
 
@@ -32,7 +40,8 @@ def check_simulator(
     it, and something to hit within a minute straight ahead. `cache_dir` may hold compiled kernels.
     """
     create = find_record("simulators", simulator).create
-    return _check(make_bench(create, robot, environment, localisation, cache_dir), ALWAYS | SIMULATED)
+    bench = make_bench(create, robot, environment, localisation, cache_dir)
+    return _check(bench, ALWAYS | SIMULATED, None if localisation == "noisy" else environment)
 
 
 def check_robot_driver(
@@ -62,17 +71,25 @@ def check_robot_driver(
     return _check(bench, ALWAYS)
 
 
-def _check(bench: Bench, properties: Mapping[str, Property]) -> list[Finding]:
+def _check(bench: Bench, properties: Mapping[str, Property], comparable: Declared | None = None) -> list[Finding]:
+    """Return the findings; also on comparability where an environment is given to compare in."""
     finding, created = obtain("create", lambda: bench.create(bench.spec), lambda _: str(bench.spec.robot["name"]))
     findings = [finding]
     for platform in created:
         try:
-            findings += check_properties(properties, bench, platform)
-            findings += sensing.check_channels(bench, platform)
-            findings += check_properties(LAST, bench, platform)
+            findings += check_properties({"members": _has_every_member}, bench, platform)
+            if findings[-1].level is Level.OK:
+                findings += check_properties({"types": has_the_right_types}, bench, platform)
+            # All else would only say again, property by property, what has the wrong type.
+            if findings[-1].level is Level.OK:
+                findings += check_properties(properties, bench, platform)
+                findings += sensing.check_channels(bench, platform)
+                if comparable is not None:
+                    findings += check_comparability(bench, platform, comparable, findings)
+                findings += check_properties(LAST, bench, platform)
         finally:
             findings += check_properties({"close at the end": _closes}, platform)
-    return findings
+    return told_once(findings)
 
 
 def _has_every_member(bench: Bench, platform: Platform) -> str:
@@ -203,7 +220,6 @@ def _closes(platform: Platform) -> str:
 
 
 ALWAYS: dict[str, Property] = {
-    "members": _has_every_member,
     "control period": _has_a_sensible_control_period,
     "clean start": _starts_clean,
     "rigid poses": _has_rigid_poses,

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -20,7 +21,7 @@ import json, sys
 before = set(sys.modules)
 import benchbot.core.hookspecs
 from pkgutil import resolve_name
-resolve_name(sys.argv[1])
+resolve_name(sys.argv[1] + ':' * (':' not in sys.argv[1]))
 sys.stdout.flush()
 print("\\n" + json.dumps(sorted({name.partition(".")[0] for name in set(sys.modules) - before})))
 """
@@ -74,7 +75,9 @@ def _imports_quietly(info: PluginInfo) -> str:
     )
     if done.returncode != 0:
         last = done.stderr.strip().splitlines()[-1:] or [f"exit status {done.returncode}"]
-        raise Violation(f"It cannot be imported: {last[0]}", f"Mend it: python -c 'import {info.module}'")
+        places = re.findall(r'File "([^<].*?)", line (\d+)', done.stderr)
+        where = f" ({':'.join(places[-1])})" if places else ""
+        raise Violation(f"It cannot be imported: {last[0]}{where}", f"Mend it: python -c 'import {info.module}'")
     said, _, modules = done.stdout.rstrip().rpartition("\n")
     if said.strip() or done.stderr.strip():
         raise Violation(

@@ -5,6 +5,7 @@ import threading
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TypeVar, TypeVarTuple
@@ -15,6 +16,7 @@ from benchbot.core.findings import Finding, Level
 _KIT = str(Path(__file__).parent)
 _MARKS = {Level.OK: "ok     ", Level.WARNING: "warning", Level.BROKEN: "BROKEN "}
 LEAK_ROUNDS = 3
+RAISED = "It raised "
 
 Subject = TypeVar("Subject")
 Subjects = TypeVarTuple("Subjects")
@@ -48,7 +50,7 @@ def check_property(subject: str, property_holds: Callable[[], str]) -> Finding:
     # A plug-in under test may fail in any way at all, and the other properties are still worth a look.
     except Exception as error:  # noqa: BLE001
         fix = f"Mend {_origin(error)}."
-        return Finding(Level.BROKEN, subject, f"It raised {type(error).__name__}: {error}", fix)
+        return Finding(Level.BROKEN, subject, f"{RAISED}{type(error).__name__}: {error}", fix)
     return Finding(Level.OK, subject, detail)
 
 
@@ -66,6 +68,24 @@ def obtain(name: str, make: Callable[[], Subject], describe: Callable[[Subject],
         return describe(made[0])
 
     return check_property(name, can_be_had), made
+
+
+def told_once(findings: Iterable[Finding]) -> list[Finding]:
+    """Return findings with the same exception, raised in many, told in one: the first, which names the others."""
+    raised: dict[tuple[str, str], list[Finding]] = {}
+    kept: list[Finding] = []
+    for finding in findings:
+        same = raised.setdefault((finding.detail, finding.fix), []) if finding.detail.startswith(RAISED) else []
+        if not same:
+            kept.append(finding)
+        same.append(finding)
+    also = {id(first): others for first, *others in raised.values()}
+    return [
+        replace(one, detail=f"{one.detail} The same in: {', '.join(other.subject for other in also[id(one)])}.")
+        if also.get(id(one))
+        else one
+        for one in kept
+    ]
 
 
 def unchecked(why: str, fix: str) -> Violation:

@@ -100,12 +100,24 @@ def _files(kind: str, name: str, package: str) -> Iterator[tuple[Path, str]]:
         trim_blocks=True,
         undefined=StrictUndefined,
     )
-    described = environment.from_string((_TEMPLATES / kind / "kind.yaml").read_text("utf-8")).render(package=package)
-    about = yaml.safe_load(described)
-    values = {**about, "name": name, "package": package, "places": about["places"].items()}
+    # As in BenchBot's own distributions: benchbot-sim-taichi brings the simulator sim_taichi.
+    short = package.removeprefix("benchbot_")
+    described = (_TEMPLATES / kind / "kind.yaml").read_text("utf-8")
+    about = yaml.safe_load(environment.from_string(described).render(package=package, short=short))
+    values = {
+        **about,
+        "kind": kind,
+        "name": name,
+        "package": package,
+        "short": short,
+        "places": about["places"].items(),
+    }
     for root in (_TEMPLATES / "common", _TEMPLATES / kind):
         for template in sorted(root.rglob(f"*{_SUFFIX}")):
             relative = str(template.relative_to(root)).removesuffix(_SUFFIX)
+            if relative.endswith(".yaml"):
+                folder, _, file = relative.rpartition("/")
+                relative = f"{folder}/{file.replace('PACKAGE', short)}"
             path = Path(relative.replace("PACKAGE", package).replace("dot_", "."))
             yield path, environment.from_string(template.read_text("utf-8")).render(values)
     for declared in about["schemas"]:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from benchbot_sample.simulator import SampleSimulator
 
-from benchbot.core.channels import Observations
+from benchbot.core.channels import LaserScan, Observations
 from benchbot.core.geometry import Pose
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot.core.records import RobotDriver, Simulator
@@ -25,7 +25,9 @@ ROBOT, ARENA = SAMPLE / "robots" / "sample_robot.yaml", SAMPLE / "environments" 
 
 def test_the_sample_simulator_conforms() -> None:
     findings = check_simulator("sim_sample", "sample_robot", "arena:1")
-    assert all_is_well(findings)
+    # Its worlds are posts and walls of its own: it loads no plain scene.
+    assert list(warned(findings)) == ["golden room: load"]
+    assert all_is_well(one for one in findings if one.subject != "golden room: load")
     assert {"clean start", "drive: contact", "seeds: repeated", "observe: laser", "nothing left"} <= {
         finding.subject for finding in findings
     }
@@ -286,10 +288,49 @@ def test_a_missing_member_is_named() -> None:
     assert "Half lacks control_period_s, load, observe" in broken(findings)["members"]
 
 
-def test_a_world_without_anything_to_hit_is_a_warning() -> None:
+def test_a_robot_that_drives_through_what_its_laser_sees_is_found_out() -> None:
     findings = check_simulator(Simulator("sim_sample", MeetsNothing), ROBOT, ARENA)
+    assert "drives through walls" in broken(findings)["drive: contact"]
+
+
+def test_a_world_without_anything_to_hit_is_a_warning() -> None:
+    class SeesNothing(MeetsNothing):
+        def _laser(self) -> LaserScan:
+            seen = super()._laser()
+            seen["scans"][:, 0] = np.inf
+            return seen
+
+    findings = check_simulator(Simulator("sim_sample", SeesNothing), ROBOT, ARENA)
     assert broken(findings) == {}
     assert "nothing to hit" in warned(findings)["drive: contact"]
+
+
+def test_wrong_types_are_one_finding_at_the_lines_of_their_author() -> None:
+    class GivesTuples(SampleSimulator):
+        def pose(self) -> Pose:
+            return super().pose().translation_xyz  # type: ignore[return-value]
+
+        @property
+        def collided(self) -> bool:
+            return np.bool_(False)  # type: ignore[return-value]
+
+    found = broken(check_simulator(Simulator("sim_sample", GivesTuples), ROBOT, ARENA))
+    assert list(found) == ["types"]
+    pose_line = GivesTuples.pose.__code__.co_firstlineno
+    assert f"test_platforms.py:{pose_line}," in found["types"]
+    assert "pose gives (-2.0, 0.0, 0.0) (tuple), not a benchbot.plugin.Pose" in found["types"]
+    assert "collided gives" in found["types"]
+
+
+def test_what_breaks_every_property_is_told_once() -> None:
+    class Raises(SampleSimulator):
+        def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
+            raise RuntimeError("no wheels")
+
+    found = broken(check_simulator(Simulator("sim_sample", Raises), ROBOT, ARENA))
+    (told,) = [text for text in found.values() if "no wheels" in text]
+    assert "The same in: " in told
+    assert "drive: turns" in told
 
 
 def test_a_real_robot_may_not_drive_after_halt() -> None:
