@@ -14,6 +14,7 @@ TRACK_SHARE, CASTER_SHARE = 0.75, 0.7
 """Half the track, and the distance of the casters from the middle, as shares of the footprint's radius."""
 CASTER_RADIUS_M = 0.03
 CENTRE_Z_M = 0.15
+SLIDING_FRICTION, WHEEL_FRICTION = 0.4, 1.2
 SERVO_NMSPRAD, ROTOR_KGM2 = 20.0, 0.05
 """Torque of a wheel's servo by the error of its speed, and the inertia of its motor behind the gear."""
 BUMPER_SOLREF = (0.006, 2.0)
@@ -50,7 +51,7 @@ def add_base(spec: Any, footprint: Footprint, floor_z_m: float) -> Wheels:
         pos=[0, 0, floor_z_m],
         contype=0,
         conaffinity=WHEEL_BIT | LOOSE_BIT,
-        friction=[1.0, 0.005, 0.0001],
+        friction=[SLIDING_FRICTION, 0.005, 0.0001],
     )
     base = spec.worldbody.add_body(name="base", pos=[0, 0, floor_z_m])
     base.add_freejoint(name="base")
@@ -63,7 +64,7 @@ def add_base(spec: Any, footprint: Footprint, floor_z_m: float) -> Wheels:
         mass=0,
         contype=0,
         conaffinity=POST_BIT | LOOSE_BIT,
-        friction=[0.3, 0.005, 0.0001],
+        friction=[SLIDING_FRICTION, 0.005, 0.0001],
         solref=BUMPER_SOLREF,
     )
     base.mass, base.ipos, base.explicitinertial = MASS_KG, [0, 0, CENTRE_Z_M], True
@@ -90,7 +91,7 @@ def add_base(spec: Any, footprint: Footprint, floor_z_m: float) -> Wheels:
             mass=WHEEL_MASS_KG,
             contype=WHEEL_BIT,
             conaffinity=0,
-            friction=[1.2, 0.005, 0.0001],
+            friction=[WHEEL_FRICTION, 0.005, 0.0001],
             priority=1,
         )
         servo = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)

@@ -17,6 +17,8 @@ Floats = npt.NDArray[np.float64]
 
 NEAR_M, FAR_M = 0.01, 200.0
 MATERIALS = 100_000
+STEEPEST = 0.1
+"""Of a surface: the share by which inverse depth differs among four neighbouring pixels, more is an edge."""
 LIGHTS = (((-0.4, -0.3, -1.0), 0.35), ((0.7, 0.5, -0.5), 0.2), ((-0.2, 0.8, -0.2), 0.15))
 """Directions of light, and how bright; together with the ambient light a white floor is nearly white."""
 AMBIENT = 0.45
@@ -83,13 +85,13 @@ class _View:
     def __init__(self, camera: Camera) -> None:
         self.shape = (camera.height, camera.width)
         left, top, right, bottom = -0.5, -0.5, camera.width - 0.5, camera.height - 0.5
-        self.pixels: tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]] | None = None
+        self._distorted: tuple[Floats, Floats] | None = None
         if camera.distortion:
             u = camera.view.x * camera.fx + camera.cx
             v = camera.view.y * camera.fy + camera.cy
             left, right = np.floor(u.min()) - 0.5, np.ceil(u.max()) + 0.5
             top, bottom = np.floor(v.min()) - 0.5, np.ceil(v.max()) + 0.5
-            self.pixels = (np.rint(v - top - 0.5).astype(np.intp), np.rint(u - left - 0.5).astype(np.intp))
+            self._distorted = (v - top - 0.5, u - left - 0.5)
         self.width, self.height = round(right - left), round(bottom - top)
         self.x = ((left - camera.cx) / camera.fx, (right - camera.cx) / camera.fx)
         self.y = ((top - camera.cy) / camera.fy, (bottom - camera.cy) / camera.fy)
@@ -102,10 +104,30 @@ class _View:
         eye.frustum_width = NEAR_M * (self.x[1] - self.x[0]) / 2
         eye.frustum_top, eye.frustum_bottom = -NEAR_M * self.y[0], -NEAR_M * self.y[1]
 
-    def own(self, picture: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Return the camera's pixels of a picture as OpenGL has it, bottom row first."""
-        upright = picture[::-1]
-        return np.ascontiguousarray(upright if self.pixels is None else upright[self.pixels])
+    def own(self, frame: Frame) -> Frame:
+        """Return the camera's pixels of a picture.
+
+        Where a lens distorts they lie between those of the picture. Colour is blended of the four around, and so is
+        inverse depth, which is linear on a plane, where all four show one surface; all else is that of the nearest.
+        """
+        if self._distorted is None:
+            return frame
+        nearest = tuple(np.rint(place).astype(np.intp) for place in self._distorted)
+        last = np.array([[[self.height - 2]], [[self.width - 2]]])
+        first = np.clip(np.floor(self._distorted).astype(np.intp), 0, last)
+        share = np.stack(self._distorted) - first
+        around = [(first[0] + down, first[1] + right) for down in (0, 1) for right in (0, 1)]
+        weights = [abs(1 - down - share[0]) * abs(1 - right - share[1]) for down in (0, 1) for right in (0, 1)]
+        instances = np.stack([frame.instance[place] for place in around])
+        nearness = np.stack([1.0 / frame.depth_m[place].astype(np.float64) for place in around])
+        is_smooth = (instances == instances[0]).all(0) & (nearness.min(0) > nearness.max(0) * (1 - STEEPEST))
+        blended = np.divide(1.0, (nearness * weights).sum(0), out=np.zeros(self.shape), where=is_smooth)
+        rgb = sum(frame.rgb[place] * weight[..., None] for place, weight in zip(around, weights, strict=True))
+        return Frame(
+            np.rint(rgb).astype(np.uint8),
+            np.where(is_smooth, blended, frame.depth_m[nearest]).astype(np.float32),
+            frame.instance[nearest],
+        )
 
 
 class _Canvas:
@@ -151,7 +173,9 @@ class _Canvas:
         depth_m = NEAR_M * FAR_M / (NEAR_M + nearness.astype(np.float64) * (FAR_M - NEAR_M))
         depth_m = np.where(geoms >= 0, depth_m, np.inf).astype(np.float32)
         colors = self._take(view, segmented=False)[0] if rgb else np.zeros((view.height, view.width, 3), np.uint8)
-        return Frame(view.own(colors.astype(np.uint8)), view.own(depth_m), view.own(instance))
+        # OpenGL has the bottom row first.
+        upright = (np.ascontiguousarray(array[::-1]) for array in (colors.astype(np.uint8), depth_m, instance))
+        return view.own(Frame(*upright))
 
     def _take(self, view: _View, *, segmented: bool) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.float32]]:
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = segmented

@@ -217,7 +217,7 @@ def _add_hull(
         density=DENSITY_KGPM3,
         contype=LOOSE_BIT if is_loose else HELD_BIT,
         conaffinity=LOOSE_BIT | HELD_BIT if is_loose else 0,
-        friction=[0.5, 0.005, 0.0001],
+        friction=[base.SLIDING_FRICTION, 0.005, 0.0001],
     )
 
 
