@@ -3,9 +3,10 @@
 python -m benchmarks simulators [--envs miniroom:1 house:1 apartment:1] [--wide] [--work FOLDER] [--json FILE]
 
 Three mappers (see `partial_mapper`) follow the trajectory of each environment in the ray tracer and in MuJoCo, with
-cameras of 320 x 180 pixels, or with --wide of 960 x 540. Kendall's tau of their ranks, over all environments; then what
-is left of the full mapper's difference where both simulators observe from the very same poses: so much of it is
-pictures, and the rest is where the robots stopped.
+cameras of 320 x 180 pixels, or with --wide of 960 x 540. `driven` are the scores of these runs. `placed` are those of
+robots that are put at the poses of the trajectory, so that only pictures differ. `stops` is the standard deviation of a
+score in the ray tracer alone where each pose is another one within the tolerance of motion, 1 cm and 1 degree, of 4
+tries: what it is worth where exactly a robot stops.
 """
 
 import argparse
@@ -22,7 +23,9 @@ from typing import Any, cast
 import numpy as np
 from scipy.stats import kendalltau
 
+from benchbot.core.channels import Observations
 from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.geometry import Pose
 from benchbot.core.platform import PlatformSpec, Scene, Simulation
 from benchbot.core.plugin_manager import load
 from benchbot_task_semslam.mapping.objects import ObjectMap, describe
@@ -30,20 +33,30 @@ from benchbot_task_semslam.mapping.objects import ObjectMap, describe
 TASK = "semantic_slam:passive:ground_truth:segmentation"
 CHANNELS = ("image_depth", "image_depth_info", "image_segment", "poses")
 SOLUTIONS = {"every picture": (), "one of eight": ("--every", "8"), "up to 1.5 m": ("--farthest", "1.5")}
+TRIES, TOLERANCE_M, TOLERANCE_RAD, DEPTH_M = 4, 0.01, np.radians(1.0), 1e-3
 SIMULATORS = {"ray tracer": "carter{}", "MuJoCo": "carter{}_mujoco"}
 
 
 @dataclass(frozen=True)
-class SamePoses:
-    """What both simulators see from one set of poses: scores, and the shares of pixels that differ."""
+class Row:
+    """The scores of a solution in both simulators, in the order of `SIMULATORS`."""
 
-    omq: dict[str, float]
-    classes_differ: float
-    depth_differs: float
+    solution: str
+    driven: tuple[float, float]
+    placed: tuple[float, float]
+    stops: float
+
+
+@dataclass(frozen=True)
+class Pixels:
+    """The shares of pixels that differ between both simulators from the same poses."""
+
+    of_another_class: float
+    depth_off_by_1_mm: float
 
 
 def main() -> int:
-    """Measure and print; return 1 when an episode fails."""
+    """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--envs", nargs="+", default=["miniroom:1", "house:1", "apartment:1"])
     parser.add_argument("--wide", action="store_true")
@@ -51,88 +64,120 @@ def main() -> int:
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     work = options.work or Path(tempfile.mkdtemp())
-    robots = {name: robot.format("" if options.wide else "_lowres") for name, robot in SIMULATORS.items()}
-    scores: dict[str, dict[str, dict[str, float]]] = {}
-    same: dict[str, SamePoses] = {}
+    robots = [robot.format("" if options.wide else "_lowres") for robot in SIMULATORS.values()]
+    found: dict[str, tuple[list[Row], Pixels]] = {}
     for environment in options.envs:
-        scores[environment] = {
-            simulator: {
-                name: _submitted(work, robot, environment, name, arguments) for name, arguments in SOLUTIONS.items()
-            }
-            for simulator, robot in robots.items()
-        }
-        same[environment] = _same_poses(work, robots, environment)
-        _print(environment, scores[environment], same[environment])
-    pairs = [[list(by[name].values()) for by in scores.values()] for name in robots]
-    taus = [kendalltau(one, other).statistic for one, other in zip(*pairs, strict=True)]
-    print(f"Kendall's tau of the solutions' ranks: {', '.join(f'{tau:.2f}' for tau in taus)}")
-    print(f"of all {sum(map(len, pairs[0]))} scores: {kendalltau(*map(np.ravel, pairs)).statistic:.2f}")
+        found[environment] = _measured(work, robots, environment)
+        _print(environment, *found[environment])
+    for kind in ("driven", "placed"):
+        scores = [[getattr(row, kind) for row in rows] for rows, _ in found.values()]
+        taus = [f"{kendalltau(*zip(*pairs, strict=True)).statistic:.2f}" for pairs in scores]
+        everything = kendalltau(*zip(*(pair for pairs in scores for pair in pairs), strict=True)).statistic
+        print(f"Kendall's tau, {kind}: {', '.join(taus)} in each environment, {everything:.2f} of all scores")
     if options.json:
-        details = {environment: asdict(found) for environment, found in same.items()}
-        options.json.write_text(json.dumps({"scores": scores, "same_poses": details, "tau": taus}, indent=1))
+        rows = {name: [asdict(row) for row in rows] + [asdict(pixels)] for name, (rows, pixels) in found.items()}
+        options.json.write_text(json.dumps(rows, indent=1))
     return 0
 
 
-def _submitted(work: Path, robot: str, environment: str, name: str, arguments: Sequence[str]) -> float:
+def _measured(work: Path, robots: Sequence[str], environment: str) -> tuple[list[Row], Pixels]:
+    driven = {
+        name: [_submitted(work, robot, environment, name, arguments) for robot in robots]
+        for name, arguments in SOLUTIONS.items()
+    }
+    stages = [_Stage(work, robot, environment) for robot in robots]
+    seen = [stage.observe(stage.poses) for stage in stages]
+    random = np.random.default_rng(0)
+    elsewhere = [stages[0].observe([_nearby(pose, random) for pose in stages[0].poses]) for _ in range(TRIES)]
+    rows = []
+    for name, results in driven.items():
+        placed = [_mapped(results[0], name, frames) for frames in seen]
+        stops = [_mapped(results[0], name, frames) for frames in elsewhere]
+        scores = [_omq(stages[0].truth, result) for result in results]
+        here, there = (_omq(stages[0].truth, result) for result in placed)
+        spread = float(np.std([_omq(stages[0].truth, result) for result in stops], ddof=1))
+        rows.append(Row(name, (scores[0], scores[1]), (here, there), spread))
+    return rows, _differences(*seen)
+
+
+class _Stage:
+    """A simulator with its robot in an environment, which is placed and not driven."""
+
+    def __init__(self, work: Path, robot: str, environment: str) -> None:
+        catalog = Catalog(load())
+        declared = catalog.get("environments", environment)
+        scene = Scene(declared.data, declared.path.parent)
+        data = catalog.get("robots", robot).data
+        create = load().pool("simulators")[data["type"]].value.create
+        self._platform = cast(Simulation, create(PlatformSpec(data, "ground_truth", work / "cache")))
+        self._platform.load(scene, 0)
+        self.poses = (scene.start_pose, *scene.trajectory)
+        truth = declared.path.parents[1] / "ground_truths" / f"{environment.replace(':', '_')}.json"
+        self.truth = json.loads(truth.read_text())
+
+    def observe(self, poses: Sequence[Pose]) -> list[Observations]:
+        """Return what the robot sees from each pose."""
+        frames = []
+        for pose in poses:
+            self._platform.place(pose)
+            frames.append(self._platform.observe(CHANNELS))
+        return frames
+
+
+def _nearby(pose: Pose, random: np.random.Generator) -> Pose:
+    x, y, z = pose.translation_xyz
+    off_m, bearing_rad = TOLERANCE_M * np.sqrt(random.random()), 2 * np.pi * random.random()
+    yaw_rad = pose.yaw_rad + TOLERANCE_RAD * random.uniform(-1, 1)
+    return Pose.planar(x + off_m * np.cos(bearing_rad), y + off_m * np.sin(bearing_rad), yaw_rad, z)
+
+
+def _submitted(work: Path, robot: str, environment: str, name: str, arguments: Sequence[str]) -> dict[str, Any]:
     result = work / f"{robot}-{environment.replace(':', '-')}-{name.replace(' ', '-')}.json"
     if not result.exists():
         solution = shlex.join([sys.executable, "-m", "benchmarks.partial_mapper", *arguments])
         command = ["submit", "--task", TASK, "--robot", robot, "--env", environment, "--native", solution]
         command += ["--results-location", str(result)]
         subprocess.run([sys.executable, "-m", "benchbot", *command], check=True, capture_output=True)
-    return _omq(result)
+    return cast(dict[str, Any], json.loads(result.read_text()))
 
 
-def _omq(result: Path) -> float:
-    scores = result.with_suffix(".scores")
-    command = ["eval", "--method", "omq", "--output-location", str(scores), str(result)]
-    subprocess.run([sys.executable, "-m", "benchbot", *command], check=True, capture_output=True)
-    return float(json.loads(scores.read_text())["scores"]["OMQ"])
+def _mapped(like: Mapping[str, Any], solution: str, frames: Sequence[Observations]) -> dict[str, Any]:
+    """Return a result as a solution would have written it of these pictures."""
+    arguments = dict(zip(SOLUTIONS[solution][::2], SOLUTIONS[solution][1::2], strict=True))
+    every, farthest_m = int(arguments.get("--every", 1)), float(arguments.get("--farthest", np.inf))
+    objects = ObjectMap()
+    for frame in frames[::every]:
+        depth_m = frame["image_depth"]
+        objects.add({**frame, "image_depth": np.where(depth_m <= farthest_m, depth_m, np.float32(np.inf))})
+    results = like["results"]
+    return {
+        **like,
+        "results": {**results, "objects": [describe(item, results["class_list"]) for item in objects.objects]},
+    }
 
 
-def _same_poses(work: Path, robots: Mapping[str, str], environment: str) -> SamePoses:
-    """Place the robot of each simulator at the poses of the trajectory, without driving, and map what it sees."""
-    catalog = Catalog(load())
-    declared = catalog.get("environments", environment)
-    scene = Scene(declared.data, declared.path.parent)
-    seen: dict[str, list[dict[str, Any]]] = {}
-    omq: dict[str, float] = {}
-    for simulator, name in robots.items():
-        robot = catalog.get("robots", name)
-        create = load().pool("simulators")[robot.data["type"]].value.create
-        platform = cast(Simulation, create(PlatformSpec(robot.data, "ground_truth", work / "cache")))
-        platform.load(scene, 0)
-        objects, seen[simulator] = ObjectMap(), []
-        for pose in (scene.start_pose, *scene.trajectory):
-            platform.place(pose)
-            observations = platform.observe(CHANNELS)
-            objects.add(observations)
-            seen[simulator].append(dict(observations))
-        platform.close()
-        driven = json.loads((work / f"{name}-{environment.replace(':', '-')}-every-picture.json").read_text())
-        labels = driven["results"]["class_list"]
-        driven["results"]["objects"] = [describe(item, labels) for item in objects.objects]
-        placed = work / f"{name}-{environment.replace(':', '-')}-placed.json"
-        placed.write_text(json.dumps(driven))
-        omq[simulator] = _omq(placed)
-    return SamePoses(omq, *_differences(*seen.values()))
+def _omq(truth: Mapping[str, Any], result: Mapping[str, Any]) -> float:
+    return float(load().pool("evaluators")["omq"].value.evaluate(result, [truth])["OMQ"])
 
 
-def _differences(one: Sequence[Mapping[str, Any]], other: Sequence[Mapping[str, Any]]) -> tuple[float, float]:
+def _differences(one: Sequence[Observations], other: Sequence[Observations]) -> Pixels:
     classes, depths = [], []
     for here, there in zip(one, other, strict=True):
         segments = (seen["image_segment"]["class_segment_img"] for seen in (here, there))
         classes.append(np.mean(np.not_equal(*segments)))
-        depths.append(np.mean(np.abs(here["image_depth"] - there["image_depth"]) > 1e-3))
-    return float(np.mean(classes)), float(np.mean(depths))
+        depths.append(np.mean(~(np.abs(here["image_depth"] - there["image_depth"]) <= DEPTH_M)))
+    return Pixels(float(np.mean(classes)), float(np.mean(depths)))
 
 
-def _print(environment: str, scores: Mapping[str, Mapping[str, float]], same: SamePoses) -> None:
-    print(f"\n{environment:20}" + "".join(f"{name:>16}" for name in scores))
-    for solution in SOLUTIONS:
-        print(f"  {solution:18}" + "".join(f"{by[solution]:16.4f}" for by in scores.values()))
-    print(f"  {'from the same poses':18}" + "".join(f"{value:15.4f} " for value in same.omq.values()))
-    print(f"  pixels of another class: {same.classes_differ:.4%}, of depth off by 1 mm: {same.depth_differs:.4%}")
+def _print(environment: str, rows: Sequence[Row], pixels: Pixels) -> None:
+    print(f"\n{environment:16}{'driven':>9}{'':9}{'placed':>9}{'':9}{'stops':>9}", flush=True)
+    print(f"{'':16}" + 2 * "".join(f"{name:>11}" for name in SIMULATORS))
+    for row in rows:
+        values = (*row.driven, *row.placed)
+        print(f"  {row.solution:14}" + "".join(f"{value:11.4f}" for value in values) + f"{row.stops:9.4f}")
+    print(
+        f"  pixels of another class {pixels.of_another_class:.3%}, of depth {pixels.depth_off_by_1_mm:.3%}", flush=True
+    )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The example `segmentation_mapper` with less to see: every Nth picture, or nothing that is farther than some metres."""
+"""The example `segmentation_mapper` with less to see: every Nth picture, or nothing beyond some metres."""
 
 import argparse
 from collections.abc import Sequence

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import mujoco
 import numpy as np
@@ -14,6 +14,7 @@ from benchbot_scenes.scene import Material, SceneGeometry
 from benchbot_sim_mujoco import opengl
 
 Floats = npt.NDArray[np.float64]
+Pixel = TypeVar("Pixel", bound=np.generic)
 
 NEAR_M, FAR_M = 0.01, 200.0
 MATERIALS = 100_000
@@ -167,17 +168,16 @@ class _Canvas:
         for eye in self._scene.camera:
             view.aim(eye, optical)
         numbers, nearness = self._take(view, segmented=True)
-        geoms = self._geoms[numbers[..., 0] + numbers[..., 1] * 2**8 + numbers[..., 2] * 2**16]
+        geoms = self._geoms[numbers.astype(np.int32) @ (1, 2**8, 2**16)]
         instance = np.where(geoms >= 0, instances[geoms], 0).astype(np.int32)
         # Depth is stored as its inverse between the near plane, at 1, and the far one.
         depth_m = NEAR_M * FAR_M / (NEAR_M + nearness.astype(np.float64) * (FAR_M - NEAR_M))
         depth_m = np.where(geoms >= 0, depth_m, np.inf).astype(np.float32)
-        colors = self._take(view, segmented=False)[0] if rgb else np.zeros((view.height, view.width, 3), np.uint8)
+        colors = self._take(view, segmented=False)[0] if rgb else np.zeros_like(numbers)
         # OpenGL has the bottom row first.
-        upright = (np.ascontiguousarray(array[::-1]) for array in (colors.astype(np.uint8), depth_m, instance))
-        return view.own(Frame(*upright))
+        return view.own(Frame(_flipped(colors), _flipped(depth_m), _flipped(instance)))
 
-    def _take(self, view: _View, *, segmented: bool) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.float32]]:
+    def _take(self, view: _View, *, segmented: bool) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = segmented
         self._scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = segmented
         colors = np.empty((view.height, view.width, 3), np.uint8)
@@ -185,7 +185,11 @@ class _Canvas:
         rectangle = mujoco.MjrRect(0, 0, view.width, view.height)
         mujoco.mjr_render(rectangle, self._scene, self._renderer)
         mujoco.mjr_readPixels(colors, nearness, rectangle, self._renderer)
-        return colors.astype(np.int32), nearness
+        return colors, nearness
+
+
+def _flipped(picture: npt.NDArray[Pixel]) -> npt.NDArray[Pixel]:
+    return np.ascontiguousarray(picture[::-1])
 
 
 def _compiled(geometry: SceneGeometry, loose: Collection[str]) -> mujoco.MjModel:

@@ -22,6 +22,8 @@ POSTS, POST_RADIUS_M, POST_REACH_M = 16, 0.01, 0.06
 AWAY_M = 1000.0
 WALL_EDGE_M = 0.1
 WALL_HALF_WIDTH_M = 0.005
+SECTION_M = (0.12, 0.125)
+"""Where walls are cut for objects to bump into: above skirtings."""
 DENSITY_KGPM3 = 150.0
 """Of a loose object's convex hull, which holds much air."""
 OVERLAP_M = 0.01
@@ -224,12 +226,12 @@ def _add_hull(
 def _add_walls(
     spec: mujoco.MjSpec, geometry: SceneGeometry, held: Mapping[str, Instance], robot: Robot, floor_z_m: float
 ) -> None:
-    """Add what has no label, such as walls, by its long edges seen from above."""
+    """Add what has no label, such as walls, by the long edges of its section at one height, seen from above."""
     unlabelled = [instance.index for instance in held.values() if instance.class_name is None]
     building = only(geometry, np.isin(geometry.triangle_instance, unlabelled))
     footprint = robot.footprint
     low_m, high_m = floor_z_m + footprint.z_min_m, floor_z_m + footprint.z_max_m
-    starts, ends = ObstacleMap(building, low_m, high_m).edges()
+    starts, ends = ObstacleMap(building, floor_z_m + SECTION_M[0], floor_z_m + SECTION_M[1]).edges()
     for start, end in zip(starts, ends, strict=True):
         along = end - start
         length_m = float(np.hypot(*along))
