@@ -165,7 +165,7 @@ def _differences(one: Sequence[Observations], other: Sequence[Observations]) -> 
     for here, there in zip(one, other, strict=True):
         segments = (seen["image_segment"]["class_segment_img"] for seen in (here, there))
         classes.append(np.mean(np.not_equal(*segments)))
-        depths.append(np.mean(~(np.abs(here["image_depth"] - there["image_depth"]) <= DEPTH_M)))
+        depths.append(np.mean(~np.isclose(here["image_depth"], there["image_depth"], rtol=0, atol=DEPTH_M)))
     return Pixels(float(np.mean(classes)), float(np.mean(depths)))
 
 

@@ -57,6 +57,17 @@ class World(ABC):
     def clearance_m(self, x: float, y: float) -> float:
         """Return the distance from a point to the nearest obstacle of the robot's footprint, +inf without any."""
 
+    def show_object(self, name: str, transform: npt.NDArray[np.floating]) -> None:
+        """Put objects of a name, in pictures and rays, where a rigid transform (4, 4) takes them from where they began.
+
+        For the pictures of what another simulator moves; raises BenchbotError where objects stay.
+        """
+        raise BenchbotError(
+            f"The object '{name}' cannot be moved.",
+            f"In pictures of {type(self).__name__} all objects stay where the scene has them.",
+            "Leave objects fixed, or have another simulator take the pictures.",
+        )
+
     def covers(self, x: float, y: float) -> bool:
         """Return whether a point is inside an obstacle, for simulators whose clearance is not negative there."""
         return False

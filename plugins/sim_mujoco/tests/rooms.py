@@ -34,7 +34,9 @@ def workshop(path: Path) -> Path:
     return glb.write(path)
 
 
-def simulator(options: dict[str, Any] | None = None, **changes: Any) -> MujocoSimulator:
+def simulator(
+    options: dict[str, Any] | None = None, cache_dir: Path = Path("unused"), **changes: Any
+) -> MujocoSimulator:
     """Return a simulator of a robot with a small camera, not yet loaded."""
     robot = schema.read(ROBOTS / "carter_lowres_mujoco.yaml") | changes
-    return MujocoSimulator(PlatformSpec(robot, "ground_truth", Path("unused"), options or {}))
+    return MujocoSimulator(PlatformSpec(robot, "ground_truth", cache_dir, options or {}))

@@ -1,6 +1,7 @@
 """Wheels roll, contact stops, and what is loose is pushed."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -121,3 +122,26 @@ def test_the_same_commands_push_to_the_same_place_to_the_byte(room: Scene) -> No
 def test_a_robot_that_does_not_fit_is_told(room: Scene) -> None:
     with pytest.raises(BenchbotError, match="does not fit"):
         simulator().load(Scene({**room.environment, "start_pose": [1, 0, 0, 0, 1.2, 0, 0]}, room.folder), 0)
+
+
+@pytest.mark.xdist_group("renderer")
+def test_another_simulator_takes_the_pictures(room: Scene, kernel_cache: Path) -> None:
+    """The ray tracer shows a crate where the robot has pushed it, as MuJoCo's own pictures do."""
+    seen = []
+    for options in ({}, {"pictures": "sim_taichi"}):
+        robot = simulator({"loose": ["crate"]} | options, cache_dir=kernel_cache)
+        robot.load(room, 0)
+        drive(robot, 0.5, 0.0, 4.0)
+        robot.place(Pose())
+        seen.append(robot.observe(["image_depth", "image_segment"]))
+        assert robot.provenance().get("pictures") == options.get("pictures")
+    ours, theirs = seen
+    assert np.mean(np.isclose(ours["image_depth"], theirs["image_depth"], rtol=0, atol=2e-3)) > 0.99
+    numbers = [frame["image_segment"]["instance_segment_img"] for frame in seen]
+    assert np.mean(numbers[0] == numbers[1]) > 0.999
+
+
+def test_pictures_of_a_simulator_that_there_is_not_are_explained(room: Scene) -> None:
+    with pytest.raises(BenchbotError, match="No pictures come from 'sim_taichy'") as caught:
+        simulator({"pictures": "sim_taichy"}).load(room, 0)
+    assert "sim_taichi" in caught.value.why

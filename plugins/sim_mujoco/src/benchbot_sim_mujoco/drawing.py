@@ -171,8 +171,8 @@ class _Canvas:
         geoms = self._geoms[numbers.astype(np.int32) @ (1, 2**8, 2**16)]
         instance = np.where(geoms >= 0, instances[geoms], 0).astype(np.int32)
         # Depth is stored as its inverse between the near plane, at 1, and the far one.
-        depth_m = NEAR_M * FAR_M / (NEAR_M + nearness.astype(np.float64) * (FAR_M - NEAR_M))
-        depth_m = np.where(geoms >= 0, depth_m, np.inf).astype(np.float32)
+        exact_m = NEAR_M * FAR_M / (NEAR_M + nearness.astype(np.float64) * (FAR_M - NEAR_M))
+        depth_m = np.where(geoms >= 0, exact_m, np.inf).astype(np.float32)
         colors = self._take(view, segmented=False)[0] if rgb else np.zeros_like(numbers)
         # OpenGL has the bottom row first.
         return view.own(Frame(_flipped(colors), _flipped(depth_m), _flipped(instance)))

@@ -115,6 +115,14 @@ class Physics:
         joint = self._data.joint(name)
         return joint.qpos[:3].copy(), joint.qpos[3:7].copy()
 
+    def transform(self, name: str) -> Floats:
+        """Return the rigid transform (4, 4) that takes a loose object from where it began."""
+        translation_m, quaternion = self.moved(name)
+        matrix, rotation = np.eye(4), np.empty(9)
+        mujoco.mju_quat2Mat(rotation, quaternion)
+        matrix[:3, :3], matrix[:3, 3] = rotation.reshape(3, 3), translation_m
+        return matrix
+
     def _geom_names(self) -> list[str]:
         return [self.model.geom(index).name for index in range(self.model.ngeom)]
 

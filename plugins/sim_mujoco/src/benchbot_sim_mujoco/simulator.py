@@ -1,6 +1,7 @@
 """The simulator: a robot on wheels in one of BenchBot's rooms, as one platform."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -9,8 +10,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.plugin import BenchbotError, PlatformSpec, Pose, Scene, did_you_mean
-from benchbot.simulation import Camera, Frame, KinematicSimulator, Robot, State, World
+from benchbot.plugin import BenchbotError, PlatformSpec, Pose, Scene, did_you_mean, load_plugins
+from benchbot.simulation import Camera, Frame, KinematicSimulator, Robot, SrgbResponse, State, World
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.obstacle_map import ObstacleMap
 from benchbot_scenes.scene import Instance, SceneGeometry, only
@@ -27,7 +28,8 @@ class MujocoSimulator(KinematicSimulator["_World"]):
     """Implements `benchbot.plugin.Simulation`: limits and ramps are those of the robot, its motion is physics.
 
     `loose` among the options of the environment, or of who starts the simulator (these win), lists objects that can be
-    pushed, by the names of instances or of classes. Touching them is no collision.
+    pushed, by the names of instances or of classes. Touching them is no collision. `pictures` names another simulator
+    that takes the pictures, such as `sim_taichi`.
     """
 
     title = "The MuJoCo simulator"
@@ -43,6 +45,7 @@ class MujocoSimulator(KinematicSimulator["_World"]):
         key = (scene.folder, repr(place), scene.start_pose.translation_xyz[2])
         if key not in self._worlds:
             self._worlds[key] = _World(scene, self.spec, self.robot)
+        self.response = self._worlds[key].response
         return self._worlds[key]
 
     def load(self, scene: Scene, seed: int) -> None:
@@ -76,8 +79,7 @@ class MujocoSimulator(KinematicSimulator["_World"]):
 
     def provenance(self) -> dict[str, str]:
         """Return what results depend on to the byte: MuJoCo's version and what drew pictures, if any were drawn."""
-        drawn = {"opengl": self.world.opengl} if self.world.opengl else {}
-        return {"device": "cpu", "mujoco": mujoco.__version__, **drawn}
+        return {"device": "cpu", "mujoco": mujoco.__version__, **self.world.drawn_by}
 
     def close(self) -> None:
         """Let go of all scenes."""
@@ -112,17 +114,25 @@ class _World(World):
             only(self._geometry, held), floor_z_m + footprint.z_min_m, floor_z_m + footprint.z_max_m
         )
         self.physics = Physics(self._geometry, self._loose, self._obstacles, robot, floor_z_m)
-        self.opengl = ""
+        self._painter = _painter(scene, spec, options)
+        self._painted: dict[str, bytes] = {}
+        self.response = self._painter[0].response if self._painter else SrgbResponse()
+        self.drawn_by: dict[str, str] = {"pictures": str(options["pictures"])} if self._painter else {}
 
     def close(self) -> None:
         """Let go of what draws."""
-        if self.opengl:
-            self._drawing.close()
+        drawing = self.__dict__.pop("_drawing", None)
+        if drawing is not None:
+            drawing.close()
+        if self._painter:
+            self._painter[0].close()
 
     def render(self, camera: Camera, poses: Sequence[Pose], *, rgb: bool) -> Sequence[Frame]:
-        """Draw a picture from each pose."""
+        """Draw a picture from each pose, or have it taken by another simulator."""
+        if self._painter:
+            return self._painted_by(self._painter[1], camera, poses, rgb=rgb)
         frames = self._shown.render(camera, poses, rgb=rgb)
-        self.opengl = self.opengl or opengl.renderer_name()
+        self.drawn_by = self.drawn_by or {"opengl": opengl.renderer_name()}
         return frames
 
     def raycast(
@@ -139,6 +149,14 @@ class _World(World):
         """Return whether a surface of an obstacle lies above or below a point."""
         return self._obstacles.covers(x, y)
 
+    def _painted_by(self, world: World, camera: Camera, poses: Sequence[Pose], *, rgb: bool) -> Sequence[Frame]:
+        for name in self._loose:
+            transform = self.physics.transform(name)
+            if self._painted.get(name) != transform.tobytes():
+                world.show_object(name, transform)
+                self._painted[name] = transform.tobytes()
+        return world.render(camera, poses, rgb=rgb)
+
     @property
     def _shown(self) -> Drawing:
         self._drawing.move({name: self.physics.moved(name) for name in self._loose})
@@ -147,6 +165,28 @@ class _World(World):
     @cached_property
     def _drawing(self) -> Drawing:
         return Drawing(self._geometry, self._loose)
+
+
+def _painter(
+    scene: Scene, spec: PlatformSpec, options: Mapping[str, Any]
+) -> tuple[KinematicSimulator[World], World] | None:
+    """Return another simulator that takes the pictures, with its world of the scene; None where none is asked for."""
+    name = options.get("pictures", "sim_mujoco")
+    if name == "sim_mujoco":
+        return None
+    pool = load_plugins().pool("simulators")
+    painter = None
+    if name in pool:
+        others = {key: value for key, value in spec.options.items() if key not in ("pictures", "loose")}
+        painter = pool[name].value.create(replace(spec, options={**others, "device": "cpu"}))
+    if not isinstance(painter, KinematicSimulator):
+        known = sorted(pool)
+        raise BenchbotError(
+            f"No pictures come from '{name}'.",
+            f"options.pictures names a simulator that stands on benchbot.simulation.{did_you_mean(str(name), known)}",
+            "Choose sim_taichi, or leave the option away for the pictures of MuJoCo.",
+        )
+    return painter, painter.open(scene)
 
 
 def _loose(geometry: SceneGeometry, options: Mapping[str, Any]) -> dict[str, Instance]:

@@ -147,7 +147,8 @@ class _World(World):
         """Return whether a surface of an obstacle lies above or below a point."""
         return self._obstacles.covers(x, y)
 
-    def move_object(self, name: str, transform: npt.NDArray[np.floating]) -> None:
+    def show_object(self, name: str, transform: npt.NDArray[np.floating]) -> None:
+        """Put objects somewhere else in pictures and rays; light that bounces stays that of before."""
         names = [instance.name for instance in self._geometry.instances]
         if name not in names:
             raise BenchbotError(
@@ -158,6 +159,9 @@ class _World(World):
         for instance in self._geometry.instances:
             if instance.name == name:
                 self.renderer.move(instance.index, transform)
+
+    def move_object(self, name: str, transform: npt.NDArray[np.floating]) -> None:
+        self.show_object(name, transform)
         self.renderer.relight()
         self._obstacles = ObstacleMap(self.renderer.scene, *self._slab_m)
         self.revision += 1
