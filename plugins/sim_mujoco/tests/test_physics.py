@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from benchbot.core.platform import Scene
 from benchbot_sim_mujoco.simulator import MujocoSimulator
 from plugins.sim_mujoco.tests.rooms import scene, simulator, workshop
 
-EXACT_WHEELS = {"noise": {"linear": 0.0, "angular": 0.0}}
+EXACT_WHEELS: dict[str, Any] = {"noise": {"linear": 0.0, "angular": 0.0}}
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +129,8 @@ def test_a_robot_that_does_not_fit_is_told(room: Scene) -> None:
 def test_another_simulator_takes_the_pictures(room: Scene, kernel_cache: Path) -> None:
     """The ray tracer shows a crate where the robot has pushed it, as MuJoCo's own pictures do."""
     seen = []
-    for options in ({}, {"pictures": "sim_taichi"}):
+    choices: list[dict[str, Any]] = [{}, {"pictures": "sim_taichi"}]
+    for options in choices:
         robot = simulator({"loose": ["crate"]} | options, cache_dir=kernel_cache)
         robot.load(room, 0)
         drive(robot, 0.5, 0.0, 4.0)
