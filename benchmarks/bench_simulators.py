@@ -4,9 +4,9 @@ python -m benchmarks simulators [--envs miniroom:1 house:1 apartment:1] [--wide]
 
 Three mappers (see `partial_mapper`) follow the trajectory of each environment in the ray tracer and in MuJoCo, with
 cameras of 320 x 180 pixels, or with --wide of 960 x 540. `driven` are the scores of these runs. `placed` are those of
-robots that are put at the poses of the trajectory, so that only pictures differ. `stops` is the standard deviation of a
-score in the ray tracer alone where each pose is another one within the tolerance of motion, 1 cm and 1 degree, of 4
-tries: what it is worth where exactly a robot stops.
+robots that are put at the poses of the trajectory, so that only pictures differ; `stops` those of the ray tracer's
+pictures from where MuJoCo's robot stopped, so that the rest of MuJoCo's score is pictures. `spread` is the standard
+deviation of 4 tries in the ray tracer where each pose is another one within the tolerance of motion, 1 cm and 1 degree.
 """
 
 import argparse
@@ -26,6 +26,7 @@ from scipy.stats import kendalltau
 from benchbot.core.channels import Observations
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.geometry import Pose
+from benchbot.core.motion import MotionConfig, execute
 from benchbot.core.platform import PlatformSpec, Scene, Simulation
 from benchbot.core.plugin_manager import load
 from benchbot_task_semslam.mapping.objects import ObjectMap, describe
@@ -44,7 +45,8 @@ class Row:
     solution: str
     driven: tuple[float, float]
     placed: tuple[float, float]
-    stops: float
+    at_stops: float
+    spread: float
 
 
 @dataclass(frozen=True)
@@ -86,17 +88,18 @@ def _measured(work: Path, robots: Sequence[str], environment: str) -> tuple[list
         for name, arguments in SOLUTIONS.items()
     }
     stages = [_Stage(work, robot, environment) for robot in robots]
+    at_stops = stages[0].observe(stages[1].stops())
     seen = [stage.observe(stage.poses) for stage in stages]
     random = np.random.default_rng(0)
     elsewhere = [stages[0].observe([_nearby(pose, random) for pose in stages[0].poses]) for _ in range(TRIES)]
     rows = []
     for name, results in driven.items():
         placed = [_mapped(results[0], name, frames) for frames in seen]
-        stops = [_mapped(results[0], name, frames) for frames in elsewhere]
+        tries = [_omq(stages[0].truth, _mapped(results[0], name, frames)) for frames in elsewhere]
+        stopped = _omq(stages[0].truth, _mapped(results[0], name, at_stops))
         scores = [_omq(stages[0].truth, result) for result in results]
         here, there = (_omq(stages[0].truth, result) for result in placed)
-        spread = float(np.std([_omq(stages[0].truth, result) for result in stops], ddof=1))
-        rows.append(Row(name, (scores[0], scores[1]), (here, there), spread))
+        rows.append(Row(name, (scores[0], scores[1]), (here, there), stopped, float(np.std(tries, ddof=1))))
     return rows, _differences(*seen)
 
 
@@ -107,13 +110,23 @@ class _Stage:
         catalog = Catalog(load())
         declared = catalog.get("environments", environment)
         scene = Scene(declared.data, declared.path.parent)
-        data = catalog.get("robots", robot).data
+        self._robot = data = catalog.get("robots", robot).data
         create = load().pool("simulators")[data["type"]].value.create
         self._platform = cast(Simulation, create(PlatformSpec(data, "ground_truth", work / "cache")))
         self._platform.load(scene, 0)
-        self.poses = (scene.start_pose, *scene.trajectory)
+        # The last move ends the run, before its picture is mapped.
+        self.poses = (scene.start_pose, *scene.trajectory[:-1])
         truth = declared.path.parents[1] / "ground_truths" / f"{environment.replace(':', '_')}.json"
         self.truth = json.loads(truth.read_text())
+
+    def stops(self) -> list[Pose]:
+        """Drive along the trajectory; return where the robot was when it took its pictures."""
+        config = MotionConfig.from_robot(self._robot, "ground_truth")
+        stops = [self._platform.pose()]
+        for goal in self.poses[1:]:
+            execute(self._platform, "move_next", {}, goal, config)
+            stops.append(self._platform.pose())
+        return stops
 
     def observe(self, poses: Sequence[Pose]) -> list[Observations]:
         """Return what the robot sees from each pose."""
@@ -170,11 +183,15 @@ def _differences(one: Sequence[Observations], other: Sequence[Observations]) -> 
 
 
 def _print(environment: str, rows: Sequence[Row], pixels: Pixels) -> None:
-    print(f"\n{environment:16}{'driven':>9}{'':9}{'placed':>9}{'':9}{'stops':>9}", flush=True)
+    print(f"\n{environment:16}{'driven':>9}{'':9}{'placed':>9}{'':9}{'stops':>9}{'spread':>9}", flush=True)
     print(f"{'':16}" + 2 * "".join(f"{name:>11}" for name in SIMULATORS))
     for row in rows:
         values = (*row.driven, *row.placed)
-        print(f"  {row.solution:14}" + "".join(f"{value:11.4f}" for value in values) + f"{row.stops:9.4f}")
+        print(
+            f"  {row.solution:14}"
+            + "".join(f"{value:11.4f}" for value in values)
+            + f"{row.at_stops:9.4f}{row.spread:9.4f}"
+        )
     print(
         f"  pixels of another class {pixels.of_another_class:.3%}, of depth {pixels.depth_off_by_1_mm:.3%}", flush=True
     )
