@@ -10,7 +10,6 @@ from benchbot_sim_mujoco.simulator import MujocoSimulator
 from plugins.sim_taichi.tests.glb import Glb
 
 ROBOTS = Path(str(files("benchbot_sim_mujoco"))) / "robots"
-MINIROOM = Path(str(files("benchbot_envs_bear"))) / "environments" / "miniroom_1.yaml"
 
 
 def scene(path: Path, **changes: Any) -> Scene:
