@@ -5,11 +5,12 @@ BIN := $(VENV)/bin
 # What `benchbot[full]` brings, and what is installed besides where it is needed: ROS 2 alone is 250 MB.
 PLUGINS := scenes assets_household sim_taichi task_semslam task_navigation eval_omq eval_trajectory eval_exploration \
 	envs_bear
-MORE_PLUGINS := robot_ros2 record_mcap replay record_video record_rerun executor_slurm executor_ray
+MORE_PLUGINS := robot_ros2 record_mcap replay record_video record_rerun executor_slurm executor_ray \
+	sim_mujoco
 EDITABLE := -e . $(foreach plugin,$(PLUGINS),-e plugins/$(plugin))
 EDITABLE_MORE := $(foreach plugin,$(MORE_PLUGINS),-e plugins/$(plugin))
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
-FOR_TESTS := $(addprefix $(VENV)/.,interfaces browser slurm engines tmux)
+FOR_TESTS := $(addprefix $(VENV)/.,interfaces browser slurm engines tmux opengl)
 SOURCES := benchbot benchbot_api benchbot_eval tests benchmarks plugins release docs/tools tools conftest.py
 # The kernel without robots, servers and solutions; new tests in these folders belong to it by themselves.
 QUICK := tests/api tests/cli/kit tests/core tests/evaluation tests/wire $(wildcard tests/plugins/test_*.py) \
@@ -58,6 +59,10 @@ $(VENV)/.engines: $(VENV)/.slurm tests/submission/install_engines.sh
 
 $(VENV)/.tmux: $(VENV)/.engines tests/plugins/tui/install_tmux.sh
 	tests/plugins/tui/install_tmux.sh
+	touch $@
+
+$(VENV)/.opengl: $(VENV)/.tmux plugins/sim_mujoco/tests/install_opengl.sh
+	plugins/sim_mujoco/tests/install_opengl.sh
 	touch $@
 
 demo: install  ## Drive a robot through a ray-traced room, map it, score the map

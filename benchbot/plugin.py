@@ -1,5 +1,6 @@
 """The public side for plug-ins: all that a plug-in imports of BenchBot, but for `benchbot.api`, `benchbot.cli.kit`,
-`benchbot.process` and `benchbot.testing`. Nothing else is promised; docs/plugins.md says what a promise is worth.
+`benchbot.process`, `benchbot.simulation` and `benchbot.testing`. Nothing else is promised; docs/plugins.md says what a
+promise is worth.
 
 A name is imported when it is used: this module itself costs next to nothing.
 """

@@ -67,12 +67,12 @@ SPANS = {
     "benchbot.supervisor.platform.messages": {"receive": "waits for requests"},
     "benchbot.core.host": {"InProcessHost.act": "motion"},
     "benchbot_scenes.gltf": {"load_scene": "scene"},
-    "benchbot_sim_taichi.collision": {"ObstacleMap.__init__": "obstacles"},
+    "benchbot_scenes.obstacle_map": {"ObstacleMap.__init__": "obstacles"},
     "benchbot_sim_taichi._ti": {"start": "start of Taichi"},
     "benchbot_sim_taichi.device_scene": {"upload": "tree"},
     "benchbot_sim_taichi.irradiance": {"load_or_solve": "light"},
     "benchbot_sim_taichi.renderer": {"Renderer.render_on_device": "pictures"},
-    "benchbot_sim_taichi.sensors": {
+    "benchbot.plugins.simulation.sensors": {
         "Camera.rgb": "sensors",
         "Camera.depth": "sensors",
         "Camera.expose": "sensors",

@@ -19,10 +19,10 @@ from benchbot_scenes.differences import furnished
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.ground_truth import object_boxes
 from benchbot_scenes.layout import read_layout
+from benchbot_scenes.obstacle_map import ObstacleMap
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.scene_file import scene_file
 from benchbot_scenes.soundness import floating, in_walls
-from benchbot_sim_taichi.collision import ObstacleMap
 from benchbot_sim_taichi.simulator import RayTracedSimulator
 from plugins.envs_bear.tests.conftest import package_file
 

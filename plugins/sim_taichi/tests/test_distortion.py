@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchbot.plugins.simulation.distortion import Distortion
+from benchbot.plugins.simulation.sensors import Camera
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_sim_taichi import quality
-from benchbot_sim_taichi.distortion import Distortion
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
-from benchbot_sim_taichi.sensors import Camera
 from plugins.sim_taichi.tests import rooms
 from plugins.sim_taichi.tests.cameras import looking
 

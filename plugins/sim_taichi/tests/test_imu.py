@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
 from benchbot.core.platform import Scene
-from benchbot_sim_taichi.dynamics import along_arc
-from benchbot_sim_taichi.imu import GRAVITY_MPS2, Imu, Motion
+from benchbot.plugins.simulation.dynamics import along_arc
+from benchbot.plugins.simulation.imu import GRAVITY_MPS2, Imu, Motion
 from benchbot_sim_taichi.simulator import RayTracedSimulator
 from plugins.sim_taichi.tests.test_simulator import robot, room, simulator
 

@@ -17,11 +17,11 @@ from benchbot.core.geometry import Pose
 from benchbot.core.lidar import points_m
 from benchbot.core.motion import MotionConfig
 from benchbot.core.platform import PlatformSpec, Scene
+from benchbot.plugins.simulation.robot import Robot
+from benchbot.plugins.simulation.scanners import Lidar
 from benchbot_scenes.gltf import load_scene
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Renderer
-from benchbot_sim_taichi.robot import Robot
-from benchbot_sim_taichi.scanners import Lidar
 from benchbot_sim_taichi.simulator import RayTracedSimulator
 from plugins.sim_taichi.tests.embree import Embree
 from plugins.sim_taichi.tests.rooms import furnished_room
@@ -46,7 +46,7 @@ def renderer(kernel_cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Re
 
 
 def scan(renderer: Renderer, pose: Pose, **changes: Any) -> LidarScan:
-    return Lidar.from_mapping(VALUES | changes).scan(renderer, [pose], [np.random.default_rng(0)])[0]
+    return Lidar.from_mapping(VALUES | changes).scan(renderer.cast, [pose], [np.random.default_rng(0)])[0]
 
 
 @ray_traced

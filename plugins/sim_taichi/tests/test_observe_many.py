@@ -11,7 +11,8 @@ from benchbot.core.digest import ObservationDigest
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
 from benchbot.core.platform import ManyCameras, PlatformSpec, Scene
-from benchbot_sim_taichi.simulator import CHANNELS, RayTracedSimulator
+from benchbot.simulation import CHANNELS
+from benchbot_sim_taichi.simulator import RayTracedSimulator
 
 MINIROOM = Path(str(files("benchbot_envs_bear"))) / "environments" / "miniroom_1.yaml"
 CARTER = schema.read(Path(str(files("benchbot_sim_taichi"))) / "robots" / "carter_lidar.yaml")
@@ -68,7 +69,7 @@ def test_twins_share_scenes_but_not_their_state() -> None:
     second = first.twin()
     first.load(scene(), seed=0)
     second.load(scene(), seed=0)
-    assert first._world is second._world
+    assert first.world is second.world
     first.place(Pose.planar(1.0, 0.0, 0.0))
     assert second.pose() != first.pose()
     assert second.pose().translation_xyz == scene().start_pose.translation_xyz
@@ -80,4 +81,4 @@ def test_closing_one_leaves_its_twins_alone() -> None:
     second.load(scene(), seed=0)
     first.close()
     third.load(scene(), seed=0)
-    assert second._world is third._world
+    assert second.world is third.world

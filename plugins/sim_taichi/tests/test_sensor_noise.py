@@ -14,17 +14,24 @@ from benchbot.core.digest import ObservationDigest
 from benchbot.core.geometry import Pose
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot.core.randomness import generator, scene_seed
-from benchbot_sim_taichi.camera_noise import SATURATING, CameraNoise
+from benchbot.plugins.simulation.camera_noise import SATURATING, CameraNoise
+from benchbot.plugins.simulation.depth_noise import (
+    Stereo,
+    StructuredLight,
+    View,
+    in_shadow,
+    incidence_rad,
+    read_depth_noise,
+)
+from benchbot.plugins.simulation.scanners import Laser, RangeNoise
+from benchbot.plugins.simulation.sensors import Camera, Frame
 from benchbot_sim_taichi.camera_response import exposed, filmic, srgb_bytes
-from benchbot_sim_taichi.depth_noise import Stereo, StructuredLight, View, in_shadow, incidence_rad, read_depth_noise
-from benchbot_sim_taichi.renderer import Frame
-from benchbot_sim_taichi.scanners import Laser, RangeNoise
-from benchbot_sim_taichi.sensors import Camera
-from benchbot_sim_taichi.simulator import RayTracedSimulator
+from benchbot_sim_taichi.simulator import FilmicResponse, RayTracedSimulator
 from benchbot_sim_taichi.textures import srgb_to_linear
 
 REALISTIC = schema.read(Path(str(files("benchbot_sim_taichi"))) / "robots" / "carter_realistic.yaml")
 MINIROOM = Path(str(files("benchbot_envs_bear"))) / "environments" / "miniroom_1.yaml"
+FILM = FilmicResponse()
 FOCAL_PX = 200.0
 STEREO = Stereo(baseline_m=0.05, disparity_sigma_px=0.2, disparity_step_px=0.0)
 ray_traced = pytest.mark.xdist_group("renderer")
@@ -49,7 +56,7 @@ def test_shot_and_read_noise_have_their_variance(grey: int) -> None:
     noise = CameraNoise(saturation_electrons=20_000, read_electrons=20)
     picture = np.full((300, 300, 3), grey, np.uint8)
     linear = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
-    noisy = exposed(linear[noise.apply(picture, generator(1, "image_rgb", 0))])
+    noisy = exposed(linear[noise.apply(picture, generator(1, "image_rgb", 0), FILM)])
     electrons = noisy / SATURATING * noise.saturation_electrons
     mean = float(exposed(linear[picture[:1, :1]])[0, 0, 0]) / SATURATING * noise.saturation_electrons
     assert electrons.mean() == pytest.approx(mean, rel=0.02)
@@ -60,7 +67,7 @@ def test_a_sensor_without_noise_shows_every_colour_as_it_is() -> None:
     without = CameraNoise(saturation_electrons=1e8, read_electrons=0)
     brightness, tint = random().random((40, 40, 1)), random().random((40, 40, 3))
     colors = srgb_bytes(filmic((tint * 2.0 ** (12 * brightness - 7)).astype(np.float32)))
-    error = np.abs(without.apply(colors, random()).astype(int) - colors)
+    error = np.abs(without.apply(colors, random(), FILM).astype(int) - colors)
     assert error.max() <= 2
     assert (error > 1).mean() < 0.001
 
@@ -69,12 +76,12 @@ def test_black_and_white_stay_possible() -> None:
     noise = CameraNoise(saturation_electrons=1000, read_electrons=5)
     ends = np.zeros((40, 40, 3), np.uint8)
     ends[20:] = 255
-    seen = noise.apply(ends, random())
+    seen = noise.apply(ends, random(), FILM)
     assert (seen[20:] == 255).all()
     assert 0 < seen[:20].mean() < 40
     without = CameraNoise(saturation_electrons=1e8, read_electrons=0)
     steps = np.arange(256, dtype=np.uint8).reshape(16, 16, 1).repeat(3, 2)
-    assert np.abs(without.apply(steps, random()).astype(int) - steps).max() <= 1
+    assert np.abs(without.apply(steps, random(), FILM).astype(int) - steps).max() <= 1
 
 
 @pytest.mark.parametrize("depth_m", [1.0, 2.0])

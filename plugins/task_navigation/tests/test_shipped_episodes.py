@@ -19,10 +19,10 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.platform import Scene
 from benchbot.evaluation.ground_truths import GroundTruths
 from benchbot_scenes.gltf import load_scene
+from benchbot_scenes.obstacle_map import ObstacleMap
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.scene_file import scene_file
 from benchbot_scenes.visibility import surface_points
-from benchbot_sim_taichi.collision import ObstacleMap
 from benchbot_task_navigation.floor_plan import FloorPlan, distance_to_box_m
 from benchbot_task_navigation.generate import MARGIN_M
 from benchbot_task_navigation.ways import Ways, length_m

@@ -14,9 +14,9 @@ from typing import Any
 from benchbot.api import BenchBot
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, execute
-from benchbot_sim_taichi import dynamics
-from benchbot_sim_taichi.dynamics import DriveLimits, State
-from benchbot_sim_taichi.odometry import Odometry
+from benchbot.plugins.simulation import dynamics
+from benchbot.plugins.simulation.dynamics import DriveLimits, State
+from benchbot.plugins.simulation.odometry import Odometry
 
 CONTROL_PERIOD_S = 0.05
 CLOSE_M = 1e-9

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchbot.core.geometry import Pose, wrap_angle_rad
+from benchbot.plugins.simulation.dynamics import State, along_arc
+from benchbot.plugins.simulation.odometry import Odometry
 from benchbot_robot_ros2.bridge.odometry_errors import EXACT_VARIANCE, OdometryErrors, exact
-from benchbot_sim_taichi.dynamics import State, along_arc
-from benchbot_sim_taichi.odometry import Odometry
 
 NOISE = {"linear": 0.1, "angular": 0.1}
 TICK_S = 0.05

@@ -7,24 +7,14 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot.plugin import BenchbotError
+from benchbot.simulation import Frame
 from benchbot_sim_taichi import _ti
+
+__all__ = ["DeviceArray", "DeviceFrames", "Frame", "FrameBatch"]
 
 PIXELS_PER_GROUP = 4
 WORDS_PER_GROUP = 3
 MOST_WORDS = 2**31 - 1
-
-
-@dataclass(frozen=True)
-class Frame:
-    """All channels of one exposure, taken from the same primary hit per pixel.
-
-    `rgb` (H, W, 3) uint8 sRGB; `depth_m` (H, W) float32 planar Z in metres (REP-118), +inf where nothing was hit;
-    `instance` (H, W) int32, an `Instance.index` or 0 where nothing was hit.
-    """
-
-    rgb: npt.NDArray[np.uint8]
-    depth_m: npt.NDArray[np.float32]
-    instance: npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot.plugin import BenchbotError
-from benchbot_sim_taichi.distortion import Distortion
+from benchbot.simulation import Distortion
 from benchbot_sim_taichi.tables import CAMERA_STRIDE
 
 

@@ -49,7 +49,7 @@ def geometry_of(scene: Scene) -> "SceneGeometry":
 
 def floor_plan(scene: Scene, geometry: "SceneGeometry", robot: Mapping[str, Any]) -> FloorPlan:
     """Return the plan of what a robot can reach in a ray-traced scene, cut off a little beyond that."""
-    from benchbot_sim_taichi.collision import ObstacleMap
+    from benchbot_scenes.obstacle_map import ObstacleMap
 
     x, y, z = scene.start_pose.translation_xyz
     footprint = robot["footprint"]

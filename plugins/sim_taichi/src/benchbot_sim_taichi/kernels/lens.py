@@ -1,8 +1,8 @@
 # mypy: ignore-errors
 """Lens distortion of camera rays."""
 
+from benchbot.simulation import NEWTON_STEPS
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.distortion import NEWTON_STEPS
 
 
 @ti.func

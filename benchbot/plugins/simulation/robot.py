@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 from benchbot.plugin import BenchbotError, MotionConfig, Pose, did_you_mean
-from benchbot_sim_taichi.declared import mount, optional
-from benchbot_sim_taichi.dynamics import DriveLimits
-from benchbot_sim_taichi.imu import Imu
-from benchbot_sim_taichi.scanners import Laser, Lidar
-from benchbot_sim_taichi.sensors import Camera
+from benchbot.plugins.simulation.declared import mount, optional
+from benchbot.plugins.simulation.dynamics import DriveLimits
+from benchbot.plugins.simulation.imu import Imu
+from benchbot.plugins.simulation.scanners import Laser, Lidar
+from benchbot.plugins.simulation.sensors import Camera
 
 INITIAL_POSE = "initial_pose"
 

@@ -4,20 +4,45 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.plugin import BenchbotError, CameraModel, Pose, Segmentation
-from benchbot_scenes.scene import Instance
-from benchbot_sim_taichi.camera_noise import CameraNoise
-from benchbot_sim_taichi.declared import check_keys, limits_m, optional
-from benchbot_sim_taichi.depth_noise import DepthNoise, View, read_depth_noise
-from benchbot_sim_taichi.distortion import PLUMB_BOB, Distortion
-from benchbot_sim_taichi.renderer import Frame, Intrinsics, Renderer
+from benchbot.plugin import BenchbotError, CameraModel, Segmentation
+from benchbot.plugins.simulation.camera_noise import CameraNoise, Response
+from benchbot.plugins.simulation.declared import check_keys, limits_m, optional
+from benchbot.plugins.simulation.depth_noise import DepthNoise, View, read_depth_noise
+from benchbot.plugins.simulation.distortion import PLUMB_BOB, Distortion
 
 INSTANCES_PER_CLASS = 1000
+
+
+@dataclass(frozen=True)
+class Frame:
+    """All channels of one exposure, taken from the same primary hit per pixel.
+
+    `rgb` (H, W, 3) uint8 sRGB; `depth_m` (H, W) float32 planar Z in metres (REP-118), +inf where nothing was hit;
+    `instance` (H, W) int32, an `Instance.index` or 0 where nothing was hit.
+    """
+
+    rgb: npt.NDArray[np.uint8]
+    depth_m: npt.NDArray[np.float32]
+    instance: npt.NDArray[np.int32]
+
+
+class Instance(Protocol):
+    """One object of a scene; `index` (1 or more) is its id in pictures, `class_name` None where it has no label."""
+
+    @property
+    def index(self) -> int:
+        """Number of the object in `Frame.instance`."""
+        ...
+
+    @property
+    def class_name(self) -> str | None:
+        """Label, one of the environment's `object_labels` or another."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -90,18 +115,9 @@ class Camera:
             x, y = self.distortion.undistort(x, y)
         return View(x, y, self.fx)
 
-    def expose(self, renderer: Renderer, camera_poses: Sequence[Pose], *, rgb: bool) -> list[Frame]:
-        """Render a picture from each pose of the optical frame in the map frame, all in one batch."""
-        # The renderer puts the centre of the first pixel at one half.
-        intrinsics = Intrinsics(
-            self.width, self.height, self.fx, self.fy, self.cx + 0.5, self.cy + 0.5, self.distortion
-        )
-        batch = renderer.render_batch(np.stack([pose.matrix() for pose in camera_poses]), intrinsics, rgb=rgb)
-        return [batch[i] for i in range(len(batch))]
-
-    def rgb(self, frame: Frame, random: Callable[[], np.random.Generator]) -> npt.NDArray[np.uint8]:
+    def rgb(self, frame: Frame, random: Callable[[], np.random.Generator], response: Response) -> npt.NDArray[np.uint8]:
         """Return colours (H, W, 3), with noise from what `random` makes."""
-        return self.rgb_noise.apply(frame.rgb, random()) if self.rgb_noise else frame.rgb
+        return self.rgb_noise.apply(frame.rgb, random(), response) if self.rgb_noise else frame.rgb
 
     def depth(self, frame: Frame, random: Callable[[], np.random.Generator]) -> npt.NDArray[np.float32]:
         """Return planar depth (H, W) in metres, with noise from what `random` makes.

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from benchbot_sim_taichi.dynamics import DriveLimits, State, along_arc, drive, drive_and_brake
+from benchbot.plugins.simulation.dynamics import DriveLimits, State, along_arc, drive, drive_and_brake
 
 LIMITS = DriveLimits((-0.6, 1.5), 1.0, 2.0, 3.0)
 

@@ -1,6 +1,6 @@
 """Laser scanners of a simulated robot: a planar one, and a lidar of many rings."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -8,8 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot.plugin import LaserScan, LidarScan, Pose, directions, elevations_deg
-from benchbot_sim_taichi.declared import check_keys, limits_m, optional
-from benchbot_sim_taichi.renderer import Renderer
+from benchbot.plugins.simulation.declared import check_keys, limits_m, optional
+
+Raycast = Callable[[npt.NDArray[np.float64], npt.NDArray[np.float64], float], npt.NDArray[np.floating]]
+"""Distances (N,) in metres along unit rays (N, 3) from origins (N, 3) in the map frame; +inf beyond the last."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ class Laser:
         )
 
     def scan(
-        self, renderer: Renderer, laser_poses: Sequence[Pose], randoms: Iterable[np.random.Generator]
+        self, raycast: Raycast, laser_poses: Sequence[Pose], randoms: Iterable[np.random.Generator]
     ) -> list[LaserScan]:
         """Return a scan from each pose in the map frame, with noise from the generator of each (REP-117)."""
         angles_rad = _around(self.beams)
@@ -68,7 +70,7 @@ class Laser:
         nearest_m, farthest_m = self.range_m
         return [
             {"scans": np.stack([scan, angles_rad], 1), "range_min": nearest_m, "range_max": farthest_m}
-            for scan in _measure(renderer, laser_poses, along, self.range_m, self.noise, randoms)
+            for scan in _measure(raycast, laser_poses, along, self.range_m, self.noise, randoms)
         ]
 
 
@@ -101,7 +103,7 @@ class Lidar:
         )
 
     def scan(
-        self, renderer: Renderer, lidar_poses: Sequence[Pose], randoms: Iterable[np.random.Generator]
+        self, raycast: Raycast, lidar_poses: Sequence[Pose], randoms: Iterable[np.random.Generator]
     ) -> list[LidarScan]:
         """Return the channel `lidar` from each pose in the map frame, with noise from the generator of each."""
         elevations_rad, azimuths_rad = np.radians(self.elevations_deg), _around(self.beams)
@@ -114,7 +116,7 @@ class Lidar:
                 "elevations_rad": elevations_rad,
                 "azimuths_rad": azimuths_rad,
             }
-            for ranges_m in _measure(renderer, lidar_poses, along, self.range_m, self.noise, randoms)
+            for ranges_m in _measure(raycast, lidar_poses, along, self.range_m, self.noise, randoms)
         ]
 
 
@@ -123,7 +125,7 @@ def _around(beams: int) -> npt.NDArray[np.float64]:
 
 
 def _measure(
-    renderer: Renderer,
+    raycast: Raycast,
     poses: Sequence[Pose],
     along: npt.NDArray[np.float64],
     range_m: tuple[float, float],
@@ -135,7 +137,7 @@ def _measure(
     matrices = [pose.matrix() for pose in poses]
     origins = np.concatenate([np.broadcast_to(matrix[:3, 3], along.shape) for matrix in matrices])
     rays = np.concatenate([along @ matrix[:3, :3].T for matrix in matrices])
-    ranges_m = renderer.cast(origins, rays, farthest_m).astype(np.float64).reshape(-1, len(along))
+    ranges_m = raycast(origins, rays, farthest_m).astype(np.float64).reshape(-1, len(along))
     if noise:
         ranges_m = np.stack([noise.apply(*each) for each in zip(ranges_m, randoms, strict=True)])
         ranges_m[ranges_m > farthest_m] = np.inf

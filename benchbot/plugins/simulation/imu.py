@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 
 from benchbot.plugin import InertialMeasurement, Pose
-from benchbot_sim_taichi.declared import check_keys, optional
+from benchbot.plugins.simulation.declared import check_keys, optional
 
 GRAVITY_MPS2 = 9.80665
 

@@ -1,20 +1,17 @@
-"""Collision of a robot's footprint with the scene's triangles between two heights, seen from above."""
+"""Obstacles of a footprint: the scene's triangles between two heights, seen from above."""
 
 import math
-from collections.abc import Iterable
 
 import numpy as np
 import numpy.typing as npt
 
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.slab import project_slab
-from benchbot_sim_taichi.dynamics import State
 
 Floats = npt.NDArray[np.float64]
 
 # Cells of three grids, each pruning what the one before it has left.
 CELL_SIZES_M = (0.8, 0.2, 0.05)
-CONTACT_TOLERANCE_M = 1e-6
 
 
 class ObstacleMap:
@@ -34,6 +31,21 @@ class ObstacleMap:
     def distance_m(self, x: float, y: float) -> float:
         """Return the distance from a point of the map frame to the nearest edge, +inf without any."""
         return float(distances_m(x, y, self._nearest_edges(x, y, len(CELL_SIZES_M))).min(initial=np.inf))
+
+    def nearest_points(self, x: float, y: float) -> tuple[Floats, Floats]:
+        """Return the nearest points (N, 2) of edges and their distances (N,), of the edges that may be nearest.
+
+        These are the edges that are nearest to some point within the same 5 cm.
+        """
+        edges = self._nearest_edges(x, y, len(CELL_SIZES_M))
+        fraction = np.clip(((x - edges[0]) * edges[2] + (y - edges[1]) * edges[3]) * edges[4], 0.0, 1.0)
+        points = (edges[:2] + fraction * edges[2:4]).T
+        distances: Floats = np.hypot(points[:, 0] - x, points[:, 1] - y)
+        return points, distances
+
+    def edges(self) -> tuple[Floats, Floats]:
+        """Return the starts and the ends (N, 2) of all edges."""
+        return self._edges[:2].T, (self._edges[:2] + self._edges[2:4]).T
 
     def covers(self, x: float, y: float) -> bool:
         """Return whether a surface of an obstacle lies above or below a point of the map frame."""
@@ -88,48 +100,3 @@ def distances_m(x: float, y: float, edges: Floats) -> Floats:
     offset_y -= fraction * along_y
     distance: Floats = np.sqrt(offset_x * offset_x + offset_y * offset_y)
     return distance
-
-
-class Clearance:
-    """The distance between one robot's footprint and obstacles, negative in contact.
-
-    It is looked up only where the way since the last place that it was looked up at is longer than what was free
-    there (conservative advancement).
-    """
-
-    def __init__(self, obstacles: ObstacleMap, radius_m: float) -> None:
-        self.obstacles = obstacles
-        self._radius_m = radius_m
-        self._known = (math.nan, math.nan, 0.0)
-
-    def exactly_m(self, state: State) -> float:
-        """Return the clearance in a state."""
-        clearance_m = self.obstacles.distance_m(state.x, state.y) - self._radius_m
-        self._known = (state.x, state.y, clearance_m)
-        return clearance_m
-
-    def at_least_m(self, state: State) -> float:
-        """Return a positive lower bound of the clearance, or the clearance."""
-        x, y, clearance_m = self._known
-        free_m = clearance_m - math.hypot(state.x - x, state.y - y)
-        return free_m if free_m > 0 else self.exactly_m(state)
-
-    def exceeds(self, state: State, distance_m: float) -> bool:
-        """Return whether the clearance is more than a distance."""
-        return self.at_least_m(state) > distance_m or self.exactly_m(state) > distance_m
-
-
-def travel(state: State, way: Iterable[State], clearance: Clearance) -> tuple[State, bool]:
-    """Follow a way up to contact: return the last free state, and whether there was contact."""
-    for following in way:
-        if clearance.at_least_m(following) < 0:
-            return _up_to_contact(state, following, clearance), True
-        state = following
-    return state, False
-
-
-def _up_to_contact(free: State, touching: State, clearance: Clearance) -> State:
-    while math.hypot(touching.x - free.x, touching.y - free.y) > CONTACT_TOLERANCE_M:
-        middle = State((free.x + touching.x) / 2, (free.y + touching.y) / 2, (free.yaw_rad + touching.yaw_rad) / 2)
-        free, touching = (free, middle) if clearance.exactly_m(middle) < 0 else (middle, touching)
-    return State(free.x, free.y, free.yaw_rad)

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchbot_sim_taichi.dynamics import DriveLimits, State, drive
-from benchbot_sim_taichi.odometry import Odometry
+from benchbot.plugins.simulation.dynamics import DriveLimits, State, drive
+from benchbot.plugins.simulation.odometry import Odometry
 
 LIMITS = DriveLimits((-0.6, 1.5), 1.0, 2.0, 3.0)
 START = State(1.0, -2.0, 0.5)

@@ -9,10 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchbot.core.errors import BenchbotError
+from benchbot.plugins.simulation.declared import mount
+from benchbot.plugins.simulation.sensors import Camera, Frame, Labels, Sightings
 from benchbot_scenes.scene import Instance
-from benchbot_sim_taichi.declared import mount
-from benchbot_sim_taichi.renderer import Frame
-from benchbot_sim_taichi.sensors import Camera, Labels, Sightings
 
 CAMERA = Camera("camera_left", 2, 2, 1.0, 1.0, 0.5, 0.5, (0.1, 5.0))
 

@@ -9,11 +9,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+from benchbot.plugins.simulation.contact import Clearance, travel
+from benchbot.plugins.simulation.dynamics import DriveLimits, State, drive
+from benchbot_scenes import obstacle_map
+from benchbot_scenes.obstacle_map import ObstacleMap
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.slab import project_slab
-from benchbot_sim_taichi import collision
-from benchbot_sim_taichi.collision import Clearance, ObstacleMap, travel
-from benchbot_sim_taichi.dynamics import DriveLimits, State, drive
 from plugins.sim_taichi.tests.glb import box, sphere
 
 LIMITS = DriveLimits((-0.6, 1.5), 1.0, math.inf, math.inf)
@@ -102,7 +103,7 @@ triangles = arrays.arrays(np.float64, (8, 3, 3), elements=st.floats(-2.0, 2.0, w
 def test_the_grid_forgets_no_edge(corners: np.ndarray, x: float, y: float) -> None:
     mesh = corners.reshape(-1, 3), np.arange(24).reshape(8, 3)
     found = obstacles(mesh, z_min_m=-1.0, z_max_m=1.0)
-    everything = collision.distances_m(x, y, found._edges).min(initial=math.inf)
+    everything = obstacle_map.distances_m(x, y, found._edges).min(initial=math.inf)
     assert found.distance_m(x, y) == pytest.approx(everything, abs=1e-12)
 
 
@@ -130,7 +131,7 @@ def test_clipping_keeps_exactly_what_is_between_the_heights(
 @settings(deadline=None)
 def test_what_is_remembered_of_one_place_is_never_too_much_for_another(places: list[tuple[float, float]]) -> None:
     found = obstacles(box((-1, -0.5, 0), (1, 0.5, 2)))
-    clearance = Clearance(found, RADIUS_M)
+    clearance = Clearance(found.distance_m, RADIUS_M)
     for x, y in places:
         exact_m = found.distance_m(x, y) - RADIUS_M
         assume(min(abs(exact_m), abs(exact_m - 0.2)) > 1e-9)
@@ -142,7 +143,7 @@ def test_what_is_remembered_of_one_place_is_never_too_much_for_another(places: l
 
 def drive_in(found: ObstacleMap, state: State, linear_mps: float, angular_radps: float, duration_s: float) -> Any:
     way = drive(state, linear_mps, angular_radps, duration_s, LIMITS)
-    return travel(state, way, Clearance(found, RADIUS_M))
+    return travel(state, way, Clearance(found.distance_m, RADIUS_M))
 
 
 @given(st.floats(-1.0, 1.0), st.floats(-0.6, 0.6))

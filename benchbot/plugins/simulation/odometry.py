@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from itertools import count
 
 from benchbot.plugin import randomness
-from benchbot_sim_taichi.dynamics import State, along_arc
+from benchbot.plugins.simulation.dynamics import State, along_arc
 
 _BLOCK = 64
 """The number of ticks whose noise is drawn at once, to save time."""

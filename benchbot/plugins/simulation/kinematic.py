@@ -1,0 +1,284 @@
+"""A simulator of a differential-drive robot, all but its world: what is seen, hit by rays and bumped into."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
+from typing import Any, ClassVar, Generic, Self, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from benchbot.plugin import (
+    BenchbotError,
+    InertialMeasurement,
+    MotionConfig,
+    Observations,
+    PlatformSpec,
+    Pose,
+    Scene,
+    did_you_mean,
+    randomness,
+)
+from benchbot.plugins.simulation import dynamics
+from benchbot.plugins.simulation.camera_noise import Response, SrgbResponse
+from benchbot.plugins.simulation.contact import Clearance, travel
+from benchbot.plugins.simulation.dynamics import State
+from benchbot.plugins.simulation.imu import Motion
+from benchbot.plugins.simulation.odometry import Odometry
+from benchbot.plugins.simulation.robot import Robot
+from benchbot.plugins.simulation.scanners import Laser, Lidar
+from benchbot.plugins.simulation.sensors import Camera, Frame, Instance, Labels, Sightings
+
+CONTROL_PERIOD_S = 0.05
+PICTURES = ("image_rgb", "image_depth", "image_segment")
+CHANNELS = [*PICTURES, *(f"{picture}_info" for picture in PICTURES), "laser", "lidar", "imu", "poses"]
+
+
+class World(ABC):
+    """A loaded scene as sensors and footprints meet it; everything is in the map frame, in metres.
+
+    `instances` are its objects. `revision` counts up when something has moved that a robot can bump into.
+    """
+
+    instances: Sequence[Instance] = ()
+    revision: int = 0
+
+    @abstractmethod
+    def render(self, camera: Camera, poses: Sequence[Pose], *, rgb: bool) -> Sequence[Frame]:
+        """Return a picture from each pose of the camera's optical frame; colours may be zeros without `rgb`."""
+
+    @abstractmethod
+    def raycast(
+        self, origins: npt.NDArray[np.float64], directions: npt.NDArray[np.float64], range_max_m: float
+    ) -> npt.NDArray[np.floating]:
+        """Return distances (N,) along unit rays (N, 3) from origins (N, 3), +inf where nothing is within the range."""
+
+    @abstractmethod
+    def clearance_m(self, x: float, y: float) -> float:
+        """Return the distance from a point to the nearest obstacle of the robot's footprint, +inf without any."""
+
+    def show_object(self, name: str, transform: npt.NDArray[np.floating]) -> None:
+        """Put objects of a name, in pictures and rays, where a rigid transform (4, 4) takes them from where they began.
+
+        For the pictures of what another simulator moves; raises BenchbotError where objects stay.
+        """
+        raise BenchbotError(
+            f"The object '{name}' cannot be moved.",
+            f"In pictures of {type(self).__name__} all objects stay where the scene has them.",
+            "Leave objects fixed, or have another simulator take the pictures.",
+        )
+
+    def covers(self, x: float, y: float) -> bool:
+        """Return whether a point is inside an obstacle, for simulators whose clearance is not negative there."""
+        return False
+
+
+W = TypeVar("W", bound=World)
+
+
+class KinematicSimulator(ABC, Generic[W]):
+    """Implements `benchbot.plugin.Simulation` in simulated time, on top of the `World` that `open` returns.
+
+    Limits, ramps, contact, odometry with its noise, the noise and models of sensors, frames and the numbers of objects
+    are here. A simulator with physics of its own overrides `advance`, and `measured` where wheels slip. `title` begins
+    sentences of errors; `response` is that of its camera, for the noise of pictures.
+    """
+
+    title: ClassVar[str] = "This simulator"
+    channels: ClassVar[list[str]] = CHANNELS
+    response: Response = SrgbResponse()
+
+    def __init__(self, spec: PlatformSpec) -> None:
+        self.spec = spec
+        self.robot = Robot.from_declaration(spec.robot, MotionConfig.from_robot(spec.robot, spec.localisation))
+        self.world: W
+
+    @abstractmethod
+    def open(self, scene: Scene) -> W:
+        """Return the world of a scene, at best one that was opened before; raises BenchbotError when it has none."""
+
+    @property
+    def control_period_s(self) -> float:
+        """20 Hz, as in v2."""
+        return CONTROL_PERIOD_S
+
+    def load(self, scene: Scene, seed: int) -> None:
+        """Put the robot at the start pose of the scene; raises BenchbotError when it does not fit there."""
+        self.world = self.open(scene)
+        self._sightings = Sightings(Labels.of(self.world.instances, scene.environment.get("object_labels", ())))
+        self._start_pose = scene.start_pose
+        x, y, self._base_z_m = self._start_pose.translation_xyz
+        self.state = State(x, y, self._start_pose.yaw_rad)
+        self._odometry = Odometry(self.state, self.robot.noise.linear, self.robot.noise.angular, seed)
+        self._motion = Motion()
+        self._seed, self._instant = seed, 0
+        self._clock_s = 0.0
+        self._collided = False
+        self._clearance, self._revision = self._new_clearance(), self.world.revision
+        if self.world.covers(x, y) or self._clearance.exactly_m(self.state) < 0:
+            raise BenchbotError(
+                f"The robot '{self.robot.name}' does not fit at the start of this scene.",
+                f"At ({x:g}, {y:g}) its footprint of radius {self.robot.footprint.radius_m:g} m overlaps an obstacle.",
+                "Move the environment's start_pose, or choose a smaller robot.",
+            )
+
+    def observe(self, channels: Iterable[str]) -> Observations:
+        """Return the requested channels; pictures share one exposure, and other channels are not rendered."""
+        return self.observe_many([self], channels)[0]
+
+    def observe_many(self, platforms: Sequence[Self], channels: Iterable[str]) -> list[Observations]:
+        """Return what each of these simulators of one robot observes now, with one `render` and `raycast` per world."""
+        wanted = tuple(channels)
+        unknown = [name for name in wanted if name not in self.channels]
+        if unknown:
+            raise BenchbotError(
+                f"{self.title} does not simulate '{unknown[0]}'.",
+                f"It simulates: {', '.join(self.channels)}.{did_you_mean(unknown[0], self.channels)}",
+                "Choose a task that asks for these only.",
+            )
+        observed: list[Observations] = [{} for _ in platforms]
+        for world in {id(platform.world): platform.world for platform in platforms}.values():
+            there = [i for i, platform in enumerate(platforms) if platform.world is world]
+            poses = [platforms[i].pose() for i in there]
+            frames = self._expose(world, poses, wanted)
+            scans = {
+                name: scanner.scan(
+                    world.raycast,
+                    [pose @ self.robot.mounts[scanner.frame] for pose in poses],
+                    (platforms[i]._random(name) for i in there),
+                )
+                for name, scanner in self._scanners(wanted).items()
+            }
+            for number, (i, frame) in enumerate(zip(there, frames, strict=True)):
+                scanned = {name: scan[number] for name, scan in scans.items()}
+                observed[i] = platforms[i]._seen(wanted, frame, scanned)
+        return observed
+
+    def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
+        """Apply one control tick; at contact the robot stands still, `collided`, for the rest of it."""
+        before = self.state
+        self.state, contact = self.advance(linear_mps, angular_radps, duration_s)
+        self._collided |= contact
+        self._clock_s += duration_s
+        self._instant += 1
+        self._odometry.follow(*self.measured(before))
+        self._motion = self._motion.after(self.state.linear_mps, self.state.angular_radps, duration_s)
+
+    def advance(self, linear_mps: float, angular_radps: float, duration_s: float) -> tuple[State, bool]:
+        """Return the state after a control tick, and whether there was contact in it."""
+        way = dynamics.drive(self.state, linear_mps, angular_radps, duration_s, self.robot.limits)
+        return travel(self.state, way, self.clearance)
+
+    def measured(self, before: State) -> tuple[State, State]:
+        """Return two states between which lies the motion that the wheels have measured in the last control tick."""
+        return before, self.state
+
+    def contact_ahead(self, linear_mps: float, angular_radps: float, horizon_s: float) -> bool:
+        """Return whether holding this command and then braking would touch something."""
+        if self.clearance.exceeds(self.state, self.robot.limits.reach_m(self.state, linear_mps, horizon_s)):
+            return False
+        way = dynamics.drive_and_brake(self.state, linear_mps, angular_radps, horizon_s, self.robot.limits)
+        return travel(self.state, way, self.clearance)[1]
+
+    def pose(self) -> Pose:
+        """Return the true pose of the base; it keeps the height of the start pose."""
+        return Pose.planar(self.state.x, self.state.y, self.state.yaw_rad, self._base_z_m)
+
+    def odometry(self) -> Pose:
+        """Return the base's pose by dead reckoning."""
+        return Pose.planar(*self._odometry.pose, self._base_z_m)
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        """Linear m/s along +x and angular rad/s about +z."""
+        return (self.state.linear_mps, self.state.angular_radps)
+
+    @property
+    def collided(self) -> bool:
+        """True if the robot has touched something since `load`."""
+        return self._collided
+
+    def clock(self) -> float:
+        """Return simulated seconds since `load`."""
+        return self._clock_s
+
+    def place(self, base: Pose) -> None:
+        """Put the robot, at rest, at a pose in the map frame."""
+        x, y, _ = base.translation_xyz
+        self.state = State(x, y, base.yaw_rad)
+        self._motion = Motion()
+        self._instant += 1
+
+    def halt(self, why: str) -> None:
+        """Do nothing: a simulated robot moves inside `drive` only."""
+
+    def close(self) -> None:
+        """Do nothing: a simulator that holds something overrides this."""
+
+    @property
+    def clearance(self) -> Clearance:
+        """The distance between the footprint and what it can bump into where things are now."""
+        if self._revision != self.world.revision:
+            self._clearance, self._revision = self._new_clearance(), self.world.revision
+        return self._clearance
+
+    def _new_clearance(self) -> Clearance:
+        return Clearance(self.world.clearance_m, self.robot.footprint.radius_m)
+
+    def _expose(self, world: W, bases: Sequence[Pose], wanted: tuple[str, ...]) -> Sequence[Frame | None]:
+        if not any(name in PICTURES for name in wanted):
+            return [None] * len(bases)
+        camera = self.robot.camera
+        mount = self.robot.mounts[camera.frame]
+        return world.render(camera, [base @ mount for base in bases], rgb="image_rgb" in wanted)
+
+    def _random(self, sensor: str) -> np.random.Generator:
+        return randomness.generator(self._seed, sensor, self._instant)
+
+    def _scanners(self, wanted: tuple[str, ...]) -> dict[str, Laser | Lidar]:
+        """Return the scanners that are asked; raises BenchbotError when the robot has none."""
+        scanners = {"laser": self.robot.laser, "lidar": self.robot.lidar}
+        asked: dict[str, Laser | Lidar] = {}
+        for name in (name for name in scanners if name in wanted):
+            scanner = scanners[name]
+            if scanner is None:
+                raise self._lacks(name)
+            asked[name] = scanner
+        return asked
+
+    def _seen(self, wanted: Iterable[str], frame: Frame | None, scans: Mapping[str, Any]) -> Observations:
+        """Return the channels in the order in which they are wanted."""
+        seen: Observations = {}
+        camera = self.robot.camera
+        for name in wanted:
+            match name:
+                case "image_rgb" if frame:
+                    seen["image_rgb"] = camera.rgb(frame, partial(self._random, "image_rgb"), self.response)
+                case "image_depth" if frame:
+                    seen["image_depth"] = camera.depth(frame, partial(self._random, "image_depth"))
+                case "image_segment" if frame:
+                    seen["image_segment"] = self._sightings.segment(frame)
+                case "image_rgb_info" | "image_depth_info" | "image_segment_info":
+                    seen[name] = camera.info()
+                case "laser" | "lidar":
+                    seen[name] = scans[name]
+                case "imu":
+                    seen["imu"] = self._measured_inertia()
+                case "poses":
+                    base = self.odometry() if self.spec.localisation == "noisy" else self.pose()
+                    poses = self.robot.poses(base, self._start_pose)
+                    seen["poses"] = {frame: pose.record(self.robot.global_frame) for frame, pose in poses.items()}
+        return seen
+
+    def _measured_inertia(self) -> InertialMeasurement:
+        imu = self.robot.imu
+        if imu is None:
+            raise self._lacks("imu")
+        return imu.measure(self._motion, self.robot.mounts.get(imu.frame, Pose()), self._random("imu"))
+
+    def _lacks(self, sensor: str) -> BenchbotError:
+        return BenchbotError(
+            f"The robot '{self.robot.name}' has no {sensor}.",
+            f"Its declaration has no '{sensor}'.",
+            "Choose a robot that has one, such as carter_lidar, or a task that does not observe it.",
+        )

@@ -1,0 +1,1 @@
+"""A second simulator for BenchBot: its rooms in MuJoCo, with contact physics."""
