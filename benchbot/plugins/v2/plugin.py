@@ -5,7 +5,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from benchbot.plugin import DeclarationFolder, DeclarationSource, Routes, hookimpl
+from benchbot.plugin import DeclarationFolder, DeclarationSource, Routes, SubmissionMode, hookimpl
 
 _OPTIONS = ("--addons", "--trust-addons")
 _HELP = """\
@@ -24,6 +24,14 @@ def benchbot_declaration_sources() -> Iterator[DeclarationSource]:
 def benchbot_routes() -> Iterator[Routes]:
     """Yield the routes of v2's supervisor."""
     yield Routes("v2", "benchbot.plugins.v2.routes:routes")
+
+
+@hookimpl
+def benchbot_submission_modes() -> Iterator[SubmissionMode]:
+    """Yield the submission mode of v2's client."""
+    yield SubmissionMode(
+        "v2-client", "benchbot.plugins.v2.client_mode", "All rights of its user; BenchBot v2's client finds the run."
+    )
 
 
 def _folders() -> Sequence[DeclarationFolder]:
