@@ -4,7 +4,6 @@ import json
 import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
-from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
@@ -36,15 +35,6 @@ class BenchBot:
     BenchbotError, which says what went wrong, why, and what to do; where v2 raised ValueError or RuntimeError, it is
     one of those as well.
     """
-
-    class RouteType(StrEnum):
-        """The parts of v2's supervisor, by their path. Only v2's client needed them."""
-
-        CONNECTION = "connections"
-        CONFIG = "config"
-        ROBOT = "robot"
-        RESULTS = "results_functions"
-        EXPLICIT = ""
 
     def __init__(
         self, agent: Agent | None = None, supervisor_address: str | None = None, auto_start: bool = True

@@ -150,7 +150,7 @@ def test_in_a_container(
 
     context = shutil.copytree(solutions / client, tmp_path / "context")
     package = jsonpickle if client == "published" else benchbot_api
-    shutil.copytree(Path(package.__file__).parent, context / package.__name__)
+    shutil.copytree(Path(str(package.__file__)).parent, context / package.__name__)
     (context / "Dockerfile").write_text(DOCKERFILE)
     flags = ["--v2-client"] if client == "published" else []
 
