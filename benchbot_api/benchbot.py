@@ -5,13 +5,16 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import Enum
 from functools import cache, wraps
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 from benchbot import api
 from benchbot.api.agent import ActionResult, Agent
 from benchbot.api.benchbot import result_location
 from benchbot.core.errors import BenchbotError
+
+if TYPE_CHECKING:
+    RESULT_LOCATION: str
 
 __all__ = ["DEFAULT_ADDRESS", "DEFAULT_PORT", "RESULT_LOCATION", "TIMEOUT_SUPERVISOR", "ActionResult", "BenchBot"]
 

@@ -73,7 +73,5 @@ def test_the_ground_truth_of_a_published_place_is_the_published_one_to_the_last_
     published = json.loads(package_file("published", f"{name}.json").read_text(encoding="utf-8"))
     figures = {entry["ID_name"]: (entry["centroid"], entry["extent"]) for entry in truth["objects"]}
     assert figures == {entry["id"]: (entry["centroid"], entry["extent"]) for entry in published["objects"]}
-    digits = [
-        len(repr(number).partition(".")[2]) for centroid, extent in figures.values() for number in centroid + extent
-    ]
-    assert sum(count > 4 for count in digits) > 0.9 * len(digits)
+    numbers = [number for centroid, extent in figures.values() for number in centroid + extent]
+    assert sum(round(number, 4) != number for number in numbers) > 0.9 * len(numbers)

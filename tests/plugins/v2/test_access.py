@@ -55,6 +55,15 @@ def test_without_no_token_these_routes_need_the_token_too(serve: Serve, path: st
         assert http.request("GET", f"{served.url}/{path}", json={}).status_code == 200
 
 
+def test_the_runs_terminal_says_once_why_v2s_client_was_refused(
+    serve: Serve, capsys: pytest.CaptureFixture[str]
+) -> None:
+    served = serve()
+    for _ in range(3):
+        assert get(served, "/robot/is_running")[0] == 401
+    assert capsys.readouterr().err.count("A client of BenchBot v2 was refused: it knows no token.") == 1
+
+
 def test_with_a_token_v2s_protocol_is_the_same(serve: Serve) -> None:
     with v2(serve(), TOKEN) as bench:
         bench.start()

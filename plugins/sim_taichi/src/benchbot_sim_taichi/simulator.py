@@ -71,7 +71,9 @@ class RayTracedSimulator:
         self._start_pose = scene.start_pose
         x, y, self._base_z_m = self._start_pose.translation_xyz
         self._state = State(x, y, self._start_pose.yaw_rad)
-        self._odometry = Odometry(self._state, self._robot.noise.linear, self._robot.noise.angular, seed)
+        noise = self._robot.noise
+        bias = (noise.linear_bias, noise.angular_bias)
+        self._odometry = Odometry(self._state, noise.linear, noise.angular, seed, bias)
         self._motion = Motion()
         self._seed, self._instant = seed, 0
         self._clock_s = 0.0
