@@ -139,8 +139,7 @@ def _files(type_string: str) -> list[Path]:
         from benchbot.core.resources import declaration_files
         from benchbot.plugins.v2 import addons
 
-        return declaration_files(
-            [folder for addon in addons.from_environment() for folder in addon.sources(type_string)]
-        )
+        folders = [folder for addon in addons.from_environment() for folder in addon.sources(type_string)]
+        return list(declaration_files(folders))
     pool: Iterable[Declaration] = catalog.pool(type_string).values()
     return [each.path for each in pool]

@@ -87,8 +87,9 @@ def write(environment: Environment, folder: Path) -> str:
     text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=110)
     (declarations / f"{stem}.yaml").write_text(text, encoding="utf-8")
     truth = ground_truth(geometry, document)
-    for entry in truth["ground_truth"]["objects"] if environment.published else ():
-        entry["centroid"], entry["extent"] = environment.published.box(entry["ID_name"]).figures
+    if environment.published is not None:
+        for entry in truth["ground_truth"]["objects"]:
+            entry["centroid"], entry["extent"] = environment.published.box(entry["ID_name"]).figures
     (truths / f"{stem}.json").write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
     space = free_space(geometry, *ROBOT_HEIGHTS_M)
     write_occupancy_map(folder / "maps" / stem, space, (environment.start_pose[4], environment.start_pose[5]))

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from benchbot.plugin import DeclarationFolder, DeclarationSource, Routes, SubmissionMode, hookimpl
+from benchbot.plugin import Command, DeclarationFolder, DeclarationSource, Routes, SubmissionMode, hookimpl
 
 _OPTIONS = ("--addons", "--trust-addons")
 _HELP = """\
@@ -24,6 +24,16 @@ def benchbot_declaration_sources() -> Iterator[DeclarationSource]:
 def benchbot_routes() -> Iterator[Routes]:
     """Yield the routes of v2's supervisor."""
     yield Routes("v2", "benchbot.plugins.v2.routes:routes")
+
+
+@hookimpl
+def benchbot_commands() -> Iterator[Command]:
+    """Yield the command that looks at a folder of v2's add-ons."""
+    yield Command(
+        "migrate",
+        "benchbot.plugins.v2.migrate_command:migrate",
+        "Say what of a folder of BenchBot v2's add-ons will run here, what differs, and why.",
+    )
 
 
 @hookimpl
