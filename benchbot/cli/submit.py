@@ -234,9 +234,8 @@ def submit(
         if names is None and evaluate_with is not None:
             there = Client(connection).session()["selection"]["environment"]
             flight.prove(catalog, Intent(scenes_of(catalog, [there]), method=evaluate_with))
-        asked_for = results_location is not None or evaluate_with is not None
-        watcher = stack.enter_context(StatusLine(display))
-        ended = episode.run(spec, connection, died, watcher, state=state, needs_result=asked_for)
+        needed, watcher = results_location or evaluate_with, stack.enter_context(StatusLine(display))
+        ended = episode.run(spec, connection, died, watcher, state=state, needs_result=needed is not None)
     kept = _kept(ended, results_location)
     options.tell_recordings(recorded)
     if ended.problem is not None or kept is None or evaluate_with is None:

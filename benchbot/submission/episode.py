@@ -1,6 +1,5 @@
 """One episode: a solution is run against a back end and watched, and its end becomes a result document."""
 
-import os
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
@@ -84,8 +83,8 @@ def run(
         if problem is None:
             try:
                 saved = exchange / RESULT
-                document = read_result(saved) if needs_result or os.path.lexists(saved) else None
-                answer = client.result(document, solution)
+                there = needs_result or saved.exists() or saved.is_symlink()
+                answer = client.result(read_result(saved) if there else None, solution)
             except BenchbotError as error:
                 problem = error
             else:

@@ -88,9 +88,8 @@ def judged(folder: Folder, catalog: Catalog) -> list[Row]:
 def needs(folder: Folder, distributions: set[str]) -> Iterator[str]:
     """Yield what the add-ons of a folder ask for beside: other add-ons, Python packages, content that is not in git."""
     root = folder.addon.root
-    for path in sorted(_files(root, DEPENDENCIES)):
-        for name in _lines(path):
-            yield f"{name}: {_dependency(name, root, distributions)}"
+    for name in sorted({name for path in _files(root, DEPENDENCIES) for name in _lines(path)}):
+        yield f"{name}: {_dependency(name, root, distributions)}"
     for path in sorted(_files(root, REQUIREMENTS)):
         yield f"Python packages of {path.parent.name}: pip install -r {path}"
     for path in sorted(_files(root, REMOTE)):
@@ -103,6 +102,17 @@ def needs(folder: Folder, distributions: set[str]) -> Iterator[str]:
         else:
             where = f"not there: download {url} and unpack it into {there}"
             yield f"Remote content of {path.parent.name}: {'there' if content else where}"
+
+
+def dependencies(root: Path) -> list[str]:
+    """Return the add-ons that those in a folder name as needed, and that are not in it themselves."""
+    named = {name for path in _files(root, DEPENDENCIES) for name in _lines(path)}
+    return sorted(name for name in named if not _is_in(root, name))
+
+
+def url_of(name: str) -> str:
+    """Return the address of an add-on that is named as v2 does: `user/repository`, or its whole URL."""
+    return name if "://" in name else f"https://github.com/{name}"
 
 
 def _row(folder: Folder, catalog: Catalog, here: Here, kind: str, name: str, data: dict[str, Any], path: Path) -> Row:
@@ -224,15 +234,13 @@ def _dependency(name: str, root: Path, distributions: set[str]) -> str:
         lacking = [each for each in replacement.distributions if each not in {*distributions, "benchbot"}]
         shipped = f"ships as {', '.join(replacement.distributions)}"
         return f"{shipped}: benchbot install {' '.join(lacking)}" if lacking else shipped
-    place = "/".join(name.removesuffix(".git").split("/")[-2:])
-    if any(f"{path.parent.name}/{path.name}" == place for path in _folders(root)):
-        return "is in this folder"
-    url = name if "://" in name else f"https://github.com/{name}"
-    return f"is not here: benchbot install {url}"
+    return "is in this folder" if _is_in(root, name) else f"is not here: benchbot install {url_of(name)}"
 
 
-def _folders(root: Path) -> Iterator[Path]:
-    return (path for path in root.glob("**/*") if path.is_dir() and ".git" not in path.parts)
+def _is_in(root: Path, name: str) -> bool:
+    place = name.removesuffix(".git").split("/")[-2:]
+    folders = (path for path in [root, *root.glob("**/*")] if path.is_dir() and ".git" not in path.parts)
+    return any([path.parent.name, path.name] == place for path in folders)
 
 
 def _files(root: Path, name: str) -> Iterator[Path]:

@@ -247,8 +247,7 @@ def _admitting(app: ASGIApp, access: Access) -> ASGIApp:
 def _merging_slashes(app: ASGIApp) -> ASGIApp:
     """Return an application that takes doubled slashes in a path for one, as v2's server did: its client sends them.
 
-    A whole URL in the path's place is taken, too (RFC 9112, 3.2.2): so it comes from a client that takes this for its
-    proxy.
+    So it does a whole URL in the path's place (RFC 9112, 3.2.2), as it comes from a client that has this for its proxy.
     """
 
     async def answer(scope: Scope, receive: Receive, send: Send) -> None:
