@@ -104,8 +104,9 @@ def test_started_by_hand_beside_a_run(client: str, v2: CommandLine, solutions: P
         (["each.py", *SAVES_NONE], [], 0),
         (["hello_eval.py"], ["-r", "result.json"], 0),
         (["aigym.py"], [], IN_V2["aigym"]),
+        (["hits.py"], [], 1),
     ],
-    ids=["no-result", "result", "fails"],
+    ids=["no-result", "result", "fails", "collides"],
 )
 @pytest.mark.parametrize("client", CLIENTS)
 def test_submitted(
