@@ -22,7 +22,7 @@ IN_V2 = {"hello_passive": 0, "hello_active": 0, "hello_benchbot": 0, "hello_args
 """The exit codes of the examples in v2; the last is a solution that fails."""
 SAVES_NONE = [name for name, code in IN_V2.items() if code == 0 and name != "hello_eval"]
 CLIENTS = ["published", "drop_in"]
-ROOT = Path(__file__).parents[3]
+PUBLISHED = "Connected, as v2's client does."
 
 TASK = """\
 name: {name}
@@ -96,6 +96,7 @@ def test_started_by_hand_beside_a_run(client: str, v2: CommandLine, solutions: P
     )  # fmt: skip
 
     assert exit_codes(done.stdout) == IN_V2, done.stderr
+    assert (PUBLISHED in done.stdout) is (client == "published")
 
 
 @pytest.mark.parametrize(
@@ -118,6 +119,7 @@ def test_submitted(
     done = v2("submit", *flags, "--native", f"{sys.executable} {solutions / client / script}", *names, *wanted)
 
     assert done.returncode == code, done.stderr
+    assert (PUBLISHED in done.stderr) is (client == "published")
     if names:
         assert exit_codes(done.stderr) == {name: IN_V2[name] for name in names}
         assert "The solution saved no results, and nothing asked for them" in done.stderr
@@ -138,6 +140,8 @@ def test_in_a_batch(v2: CommandLine, solutions: Path) -> None:
     assert len(documents) == len(named)
     assert [each["provenance"]["failure"] for each in documents] == [None] * len(named)
     assert {each["provenance"]["solution"]["mode"] for each in documents} == {"v2-client"}
+    said = [path.read_text() for path in (v2.folder / "batch").glob("episodes/*/log.txt")]
+    assert sum(PUBLISHED in text for text in said) == len(SAVES_NONE), said
 
 
 @pytest.mark.xdist_group("containers")
@@ -162,6 +166,7 @@ def test_in_a_container(
 
     assert done.returncode == 0, done.stderr
     assert exit_codes(done.stderr) == IN_V2
+    assert (PUBLISHED in done.stderr) is (client == "published")
     document = json.loads((v2.folder / "result.json").read_text())
     assert len(document["results"]["objects"]) == 1
     assert document["provenance"]["solution"]["mode"] == "container"

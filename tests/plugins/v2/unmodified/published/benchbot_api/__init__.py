@@ -13,7 +13,10 @@ from enum import Enum
 import jsonpickle
 import jsonpickle.ext.numpy
 
+from . import api_callbacks
+
 jsonpickle.ext.numpy.register_handlers()
+__all__ = ["api_callbacks"]
 
 RESULT_LOCATION = "/tmp/benchbot_result"
 
@@ -65,7 +68,7 @@ class BenchBot:
 
     def start(self):
         self._ask("/")
-        print("Connected!")
+        print("Connected, as v2's client does.", flush=True)
         while not self._state("is_running"):
             pass
         connections = self._ask("config/robot")["connections"].items()
