@@ -5,7 +5,16 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from benchbot.plugin import Command, DeclarationFolder, DeclarationSource, Routes, SubmissionMode, hookimpl
+from benchbot.plugin import (
+    Check,
+    Command,
+    DeclarationFolder,
+    DeclarationSource,
+    Routes,
+    SubmissionMode,
+    hookimpl,
+    target,
+)
 
 _OPTIONS = ("--addons", "--trust-addons")
 _HELP = """\
@@ -34,6 +43,12 @@ def benchbot_commands() -> Iterator[Command]:
         "benchbot.plugins.v2.migrate_command:migrate",
         "Say what of a folder of BenchBot v2's add-ons will run here, what differs, and why.",
     )
+
+
+@hookimpl
+def benchbot_checks() -> Iterator[Check]:
+    """Yield whether a solution would find the client that v2 published, without being led to the run."""
+    yield Check("v2-client", target("benchbot.plugins.v2.client_check:check"))
 
 
 @hookimpl

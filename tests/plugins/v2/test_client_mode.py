@@ -3,6 +3,7 @@
 import fcntl
 import json
 import os
+import sys
 import threading
 import urllib.error
 import urllib.request
@@ -11,7 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.plugins.v2 import bridge, client_mode
+from benchbot.cli.kit.preflight import Intent, Submission
+from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.findings import Finding, Level
+from benchbot.core.plugin_manager import load
+from benchbot.plugins.v2 import bridge, client_check, client_mode
+from benchbot.submission.modes import SolutionSpec
 from benchbot.wire.run_state import Connection
 from tests.supervisor.harness import TOKEN, Served, eventually
 
@@ -109,3 +115,34 @@ def test_one_solution_at_a_time_may_write_the_file(tmp_path: Path, monkeypatch: 
     assert ran.is_set()
     with client_mode._alone(told.append):
         assert len(told) == 1
+
+
+def findings(folder: Path, *command: str) -> list[Finding]:
+    submission = Submission(SolutionSpec(list(command), folder), "native")
+    return list(client_check.check(Catalog(load()), Intent(submissions=[submission])))
+
+
+def test_a_solution_that_would_find_the_published_client_is_told_how_it_runs(tmp_path: Path) -> None:
+    (tmp_path / "solution.py").write_text("import benchbot_api\nopen('ran', 'w')")
+    (tmp_path / "other.py").write_text("import benchbot.api")
+    assert findings(tmp_path, sys.executable, "solution.py") == []
+    assert findings(tmp_path, "true") == []
+    (tmp_path / "benchbot_api").mkdir()
+    (tmp_path / "benchbot_api" / "__init__.py").write_text("")
+    (found,) = findings(tmp_path, sys.executable, "solution.py")
+    assert (found.level, "--v2-client" in found.fix) == (Level.WARNING, True)
+    assert str(tmp_path / "benchbot_api") in found.detail
+    assert findings(tmp_path, sys.executable, "other.py") == []
+    assert not (tmp_path / "ran").exists()
+
+
+def test_so_is_one_whose_interpreter_has_it(tmp_path: Path) -> None:
+    """As where v2's client is installed in an environment of its own."""
+    (tmp_path / "theirs" / "benchbot_api").mkdir(parents=True)
+    (tmp_path / "theirs" / "benchbot_api" / "__init__.py").write_text("")
+    python = tmp_path / "python3"
+    python.write_text(f'#!/bin/sh\nPYTHONPATH={tmp_path}/theirs exec {sys.executable} "$@"\n')
+    python.chmod(0o755)
+    (tmp_path / "solution.py").write_text("from benchbot_api import BenchBot")
+    (found,) = findings(tmp_path, str(python), "solution.py")
+    assert str(tmp_path / "theirs") in found.detail
