@@ -11,7 +11,7 @@ EDITABLE := -e . $(foreach plugin,$(PLUGINS),-e plugins/$(plugin))
 EDITABLE_MORE := $(foreach plugin,$(MORE_PLUGINS),-e plugins/$(plugin))
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 FOR_TESTS := $(addprefix $(VENV)/.,interfaces browser slurm engines tmux opengl)
-SOURCES := benchbot benchbot_api benchbot_eval tests benchmarks plugins release docs/tools tools conftest.py
+SOURCES := benchbot benchbot_addons benchbot_api benchbot_eval tests benchmarks plugins release docs/tools tools conftest.py
 # The kernel without robots, servers and solutions; new tests in these folders belong to it by themselves.
 QUICK := tests/api tests/cli/kit tests/core tests/evaluation tests/wire $(wildcard tests/plugins/test_*.py) \
 	tests/docs/test_blocks.py tests/docs/test_reference.py

@@ -87,7 +87,7 @@ def try_alone(environment: Environment, folder: Path, version: str) -> list[str]
     place.run(*run, codes=(2,), says="Fix: ")
     place.run("benchbot", "new", "task", "acme-tour", says="acme-tour")
     place.run("benchbot", "check", "acme-tour")
-    place.problems += _imports(place, "benchbot", "benchbot_api", "benchbot_eval")
+    place.problems += _imports(place, "benchbot", "benchbot_addons", "benchbot_api", "benchbot_eval")
     return place.problems
 
 

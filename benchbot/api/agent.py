@@ -2,20 +2,20 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from enum import Enum, auto
+from enum import Enum
 from typing import Any
 
 from benchbot.core import channels
 
 
 class ActionResult(Enum):
-    """The state after an action."""
+    """The state after an action; the values are those of BenchBot v2."""
 
-    SUCCESS = auto()
+    SUCCESS = (0,)
     """The action was carried out; go on."""
-    FINISHED = auto()
+    FINISHED = (1,)
     """The action was carried out, and the trajectory of this scene is at its end."""
-    COLLISION = auto()
+    COLLISION = 2
     """The robot has hit something; no action is possible any more."""
 
 

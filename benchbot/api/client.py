@@ -60,8 +60,8 @@ class Client:
         """Advance to the next scene; `advanced` is false (and there are no observations) when there is none."""
         return self._observe("next_scene")
 
-    def result(self, document: Mapping[str, Any], solution: Mapping[str, Any] | None = None) -> dict[str, Any]:
-        """Have a result checked and completed with provenance; return `{document, path, timings}`.
+    def result(self, document: Mapping[str, Any] | None, solution: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Have a result checked and completed with provenance; return `{document, path, timings}`. None: there is none.
 
         Sending it again, for example with details of the solution, replaces the one before. A supervisor keeps back
         what a solution is not to know, such as the seed: the document is whole where the file at `path` can be read.

@@ -188,7 +188,7 @@ def _announce(state: "RunState", *, no_token: bool) -> None:
             "and see what it sees."
         )
         if state.connection.url is not None:
-            console.note(f"{'':<13}In the solution: BenchBot(agent, supervisor_address='{state.connection.url}')")
+            console.note(f"{'':<13}It finds this run by: http_proxy={state.connection.url} python my_solution.py")
     console.note(
         "", "Ready. In another terminal: benchbot submit --native python my_solution.py   (Ctrl-C ends the run)"
     )

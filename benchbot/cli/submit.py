@@ -49,6 +49,7 @@ def submit(
             help="Run nothing: pack this folder as v2 did, into submission.tgz beside it, or what --args names.",
         ),
     ] = None,
+    v2_client: holding.V2Client = False,
     cpus: holding.Cpus = None,
     gpus: holding.Gpus = 0,
     weak_limits: holding.WeakLimits = False,
@@ -164,13 +165,15 @@ def submit(
     log_limit_bytes = holding.size_in_bytes("--log-limit", log_limit) or LOG_LIMIT_BYTES
     bounds = holding.process_limits(memory, processes, cpu_time, file_size)
     contained = holding.container_options(catalog, containerised, example, (native, sandbox), example_containerised)
-    mode, asked = holding.plugin_mode(
-        mode_name, mode_options, contained is not None or sandboxed or sandbox is not None
-    )
+    held_in_sandbox = sandboxed or sandbox is not None
+    mode, asked = holding.plugin_mode(mode_name, mode_options, contained is not None or held_in_sandbox or v2_client)
     if contained is not None:
-        mode, asked = holding.CONTAINER, {**contained, "weak_limits": weak_limits, "processors": cpus, "gpus": gpus}
-    elif sandboxed or sandbox is not None:
-        mode, asked = holding.SANDBOX, {"readable": readable or (), "weak_limits": weak_limits}
+        mode, asked = holding.CONTAINER, {**contained, "processors": cpus, "gpus": gpus}
+    elif held_in_sandbox:
+        mode, asked = holding.SANDBOX, {"readable": readable or ()}
+    elif v2_client:
+        mode = holding.V2_CLIENT
+    asked |= {} if mode_name is not None else {"weak_limits": weak_limits, "v2_client": v2_client}
     holding.check_options(mode, readable, bounds, weak_limits, cpus, gpus)
     resolved = {} if mode == holding.NATIVE else holder_of(catalog.plugins, mode).resolved(asked)
     if contained is None:
@@ -231,7 +234,8 @@ def submit(
         if names is None and evaluate_with is not None:
             there = Client(connection).session()["selection"]["environment"]
             flight.prove(catalog, Intent(scenes_of(catalog, [there]), method=evaluate_with))
-        ended = episode.run(spec, connection, died, stack.enter_context(StatusLine(display)), state=state)
+        needed, watcher = results_location or evaluate_with, stack.enter_context(StatusLine(display))
+        ended = episode.run(spec, connection, died, watcher, state=state, needs_result=needed is not None)
     kept = _kept(ended, results_location)
     options.tell_recordings(recorded)
     if ended.problem is not None or kept is None or evaluate_with is None:
@@ -274,6 +278,8 @@ def _kept(ended: "EndedEpisode", location: Path | None) -> Path | None:
             raise
     if path is not None:
         console.note(f"Result: {path}")
+    if ended.problem is None and "results" not in ended.document:
+        console.note("The solution saved no results, and nothing asked for them: there will be no score.")
     provenance = ended.document["provenance"]
     if "episode" in provenance["selection"] and provenance.get("restarts"):
         console.note("The robot was put back after it had moved: an episode is one attempt, so this one is no success.")

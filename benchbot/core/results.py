@@ -72,7 +72,7 @@ def finish(document: dict[str, Any], session: Session, *, solution: dict[str, An
 
 
 def failed(session: Session, *, solution: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Return the result document of an episode that failed before there was a valid result."""
+    """Return the result document of an episode that failed before there was a valid result, or ended without one."""
     return _complete({}, session, solution)
 
 

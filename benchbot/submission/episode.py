@@ -58,8 +58,11 @@ def run(
     longest_period_s: float = WATCH_PERIOD_S,
     *,
     state: RunState | None = None,
+    needs_result: bool = True,
 ) -> EndedEpisode:
     """Run a solution to its end; `died` tells why the back end is gone, if it knows.
+
+    Unless it `needs_result`, an episode that ends well without one is no failed one: its document has no `results`.
 
     The watcher looks four times a second at first, and in time as rarely as `longest_period_s` says. `state` is that of
     the back end, if it is known: its token is the operator's, and it tells the seed where no supervisor is left to.
@@ -79,7 +82,9 @@ def run(
             solution = _without_changed(solution, marks, file_marks(spec.command, spec.folder))
         if problem is None:
             try:
-                answer = client.result(read_result(exchange / RESULT), solution)
+                saved = exchange / RESULT
+                there = needs_result or client.session()["progress"]["failure"] or saved.exists() or saved.is_symlink()
+                answer = client.result(read_result(saved) if there else None, solution)
             except BenchbotError as error:
                 problem = error
             else:

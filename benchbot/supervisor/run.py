@@ -177,7 +177,7 @@ class Run:
         failure: tuple[FailureClass, str] | None,
         token: str | None = None,
     ) -> dict[str, Any]:
-        """Check and complete a result, or record a failed episode when there is no document; write it; return it.
+        """Check and complete a result, or record an episode that failed or ended without one; write it; return it.
 
         The answer, unlike what is written, has neither seed nor secret, and track, simulated time and what was spent
         only where the task tells true poses anyway. Waits for an action that is still under way. `token` is that of

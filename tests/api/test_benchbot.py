@@ -199,18 +199,28 @@ def test_a_result_that_breaks_its_format_is_refused(start_backend: StartBackend)
     assert caught.value.failure is FailureClass.AGENT
 
 
-@pytest.mark.parametrize("text", [None, "{", "NaN"])
-def test_a_result_that_is_none_is_told(start_backend: StartBackend, text: str | None) -> None:
+@pytest.mark.parametrize("text", ["{", "NaN"])
+def test_a_result_that_is_none_is_told(start_backend: StartBackend, text: str) -> None:
     start_backend()
 
     class Silent(Walker):
         def save_result(self, filename: str, empty_results: dict[str, Any], results_format_fns: Any) -> None:
-            if text is not None:
-                Path(filename).write_text(text)
+            Path(filename).write_text(text)
 
     with pytest.raises(BenchbotError) as caught:
         BenchBot(Silent()).run()
     assert caught.value.failure is FailureClass.AGENT
+
+
+def test_an_agent_need_save_no_result(start_backend: StartBackend, capsys: pytest.CaptureFixture[str]) -> None:
+    start_backend()
+
+    class Collector(Walker):
+        def save_result(self, filename: str, empty_results: dict[str, Any], results_format_fns: Any) -> None:
+            return
+
+    BenchBot(Collector()).run()
+    assert "The agent saved no result." in capsys.readouterr().out
 
 
 def test_an_agent_must_be_one() -> None:

@@ -37,6 +37,7 @@ def test_solutions_of_v2_find_what_they_import() -> None:
     import benchbot_api.benchbot
     from benchbot import api
 
-    assert benchbot_api.BenchBot is benchbot_api.benchbot.BenchBot is api.BenchBot
+    assert benchbot_api.BenchBot is benchbot_api.benchbot.BenchBot
+    assert issubclass(benchbot_api.BenchBot, api.BenchBot)
     assert benchbot_api.Agent is benchbot_api.agent.Agent is api.Agent
     assert benchbot_api.ActionResult is benchbot_api.agent.ActionResult is api.ActionResult

@@ -14,9 +14,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+import requests
 from PIL import Image
 
 import benchbot_api
+import benchbot_api.benchbot
+from benchbot.core.errors import BenchbotError
 from benchbot.supervisor.backend import Backend
 from benchbot_api import RESULT_LOCATION, ActionResult, Agent, BenchBot
 from benchbot_api.agent import Agent as AgentOfModule
@@ -60,7 +63,7 @@ def test_its_modules_need_no_import_of_their_own(module: str) -> None:
 
 def test_action_result() -> None:
     assert issubclass(ActionResult, Enum)
-    assert [result.name for result in ActionResult] == ["SUCCESS", "FINISHED", "COLLISION"]
+    assert {result.name: result.value for result in ActionResult} == {"SUCCESS": (0,), "FINISHED": (1,), "COLLISION": 2}
 
 
 def test_agent() -> None:
@@ -77,13 +80,37 @@ def test_the_arguments_of_benchbot() -> None:
 
 
 def test_route_type() -> None:
-    assert {route.name: route.value for route in BenchBot.RouteType} == {
+    assert {route.name: path for route, path in BenchBot.ROUTE_MAP.items()} == {
         "CONNECTION": "connections",
         "CONFIG": "config",
         "ROBOT": "robot",
         "RESULTS": "results_functions",
         "EXPLICIT": "",
     }
+
+
+def test_the_constants_of_its_module() -> None:
+    module = benchbot_api.benchbot
+    assert (module.DEFAULT_ADDRESS, module.DEFAULT_PORT) == ("benchbot_supervisor", 10000)
+    assert module.RESULT_LOCATION == benchbot_api.RESULT_LOCATION
+    assert BenchBot(auto_start=False).supervisor_address == "http://benchbot_supervisor:10000/"
+
+
+def test_v2s_name_for_its_supervisor_means_the_run_that_is_there(start_backend: StartBackend) -> None:
+    start_backend("sample:active")
+    assert BenchBot(supervisor_address="http://benchbot_supervisor:10000").actions == ["move_distance", "move_angle"]
+
+
+def test_what_v2_raised_as_a_lost_connection_is_one(start_backend: StartBackend) -> None:
+    with pytest.raises(requests.ConnectionError, match="No BenchBot run"):
+        BenchBot()
+    start_backend("sample:active")
+    bot = BenchBot()
+    with pytest.raises(requests.ConnectionError, match="not a valid object_map") as caught:
+        bot.results_functions()["validate"]({"objects": 3})
+    assert isinstance(caught.value, BenchbotError)
+    with pytest.raises(ValueError, match="unavailable"):
+        bot.step("move_next")
 
 
 def test_set_agent() -> None:

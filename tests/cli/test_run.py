@@ -69,7 +69,7 @@ def test_a_run_that_needs_no_token_says_what_that_means(cli: CommandLine) -> Non
     wait_for(process, "Ready.")
 
     assert "every user and program of this machine can move the robot" in warning
-    assert f"BenchBot(agent, supervisor_address='{url}')" in hint
+    assert f"http_proxy={url} python my_solution.py" in hint
     with urlopen(f"{url}/robot/is_running", timeout=60) as answer:
         assert answer.read() == b'{"is_running":true}\n'
     assert cli("stop").returncode == 0

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -93,3 +94,18 @@ def test_importing_the_names_imports_nothing_heavy() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
 
     assert not {"numpy", "scipy", "jsonschema", "yaml"} & set(done.stdout.split())
+
+
+def test_results_are_read_by_v2s_helper(tmp_path: Path) -> None:
+    from benchbot_eval.helpers import load_results
+
+    document = {"task_details": {"name": "t"}, "environment_details": [{"name": "e", "variant": 1}], "results": {}}
+    (tmp_path / "a.json").write_text(json.dumps(document))
+    with zipfile.ZipFile(tmp_path / "b.zip", "w") as archive:
+        archive.writestr("c.json", json.dumps(document))
+    found = load_results([tmp_path / "a.json", tmp_path / "b.zip"])
+    assert list(found) == [str(tmp_path / "a.json"), f"{tmp_path / 'b.zip'}:c.json"]
+    assert all(each["task_details"]["name"] == "t" for each in found.values())
+    (tmp_path / "a.json").write_text("{")
+    with pytest.raises(BenchbotError, match=r"a\.json is no result"):
+        load_results(str(tmp_path / "a.json"))

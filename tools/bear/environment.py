@@ -54,6 +54,8 @@ class Environment:
     start_pose: Pose
     trajectory_poses: tuple[Pose, ...]
     lighting: dict[str, Any]
+    published: Published | None = None
+    """The figures that its ground truth has to the last digit, if others have published it before."""
 
 
 def as_published(
@@ -68,6 +70,7 @@ def as_published(
         published.start_pose,
         published.trajectory_poses,
         lighting,
+        published,
     )
 
 
@@ -84,6 +87,9 @@ def write(environment: Environment, folder: Path) -> str:
     text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=110)
     (declarations / f"{stem}.yaml").write_text(text, encoding="utf-8")
     truth = ground_truth(geometry, document)
+    if environment.published is not None:
+        for entry in truth["ground_truth"]["objects"]:
+            entry["centroid"], entry["extent"] = environment.published.box(entry["ID_name"]).figures
     (truths / f"{stem}.json").write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
     space = free_space(geometry, *ROBOT_HEIGHTS_M)
     write_occupancy_map(folder / "maps" / stem, space, (environment.start_pose[4], environment.start_pose[5]))

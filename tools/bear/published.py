@@ -12,13 +12,17 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Box:
-    """A published object: axis-aligned, in metres, in the map frame; `extent` is the full size."""
+    """A published object: axis-aligned, in metres, in the map frame; `extent` is the full size.
+
+    Models are placed to a tenth of a millimetre; `figures` are centroid and extent as they were published.
+    """
 
     instance: str
     category: str
     centroid: tuple[float, float, float]
     extent: tuple[float, float, float]
     is_group: bool
+    figures: tuple[list[float], list[float]]
 
 
 @dataclass(frozen=True)
@@ -54,9 +58,9 @@ def load_published(name: str, variant: str) -> Published:
 
 
 def _box(entry: dict[str, Any]) -> Box:
-    x, y, z = entry["centroid"]
-    width, depth, height = entry["extent"]
-    return Box(entry["id"], entry["class"], (x, y, z), (width, depth, height), entry["isgroup"])
+    figures = entry["centroid"], entry["extent"]
+    (x, y, z), (width, depth, height) = ([round(number, 4) for number in numbers] for numbers in figures)
+    return Box(entry["id"], entry["class"], (x, y, z), (width, depth, height), entry["isgroup"], figures)
 
 
 def _on_floor(pose: list[float]) -> tuple[float, ...]:

@@ -37,6 +37,9 @@ Cpus = Annotated[
     float | None, typer.Option("--cpus", metavar="N", min=0.01, help="The container may use so many CPUs.")
 ]
 Gpus = Annotated[int, typer.Option("--gpus", metavar="N", min=0, help="Give the container so many GPUs.")]
+V2Client = Annotated[
+    bool, typer.Option("--v2-client", help="It uses the client of BenchBot v2: let that find the run and its result.")
+]
 WeakLimits = Annotated[
     bool, typer.Option("--weak-limits", help="Run it even where limits would not hold, if you trust it.")
 ]
@@ -68,8 +71,10 @@ LogLimit = Annotated[
     typer.Option("--log-limit", metavar="SIZE", help="Keep so much of its output: beginning and end. [default: 10MiB]"),
 ]
 
-NATIVE, SANDBOX, CONTAINER = "native", "sandbox", "container"
+NATIVE, V2_CLIENT, SANDBOX, CONTAINER = "native", "v2-client", "sandbox", "container"
 """Modes that have options of their own on the command line; only the first is BenchBot's own."""
+UNHELD = (NATIVE, V2_CLIENT)
+"""Modes in which a solution has all rights of its user."""
 
 _UNITS = {"": 1, "k": 10**3, "m": 10**6, "g": 10**9, "t": 10**12, "ki": 2**10, "mi": 2**20, "gi": 2**30, "ti": 2**40}
 _SIZE = re.compile(r"(\d+(?:\.\d+)?) *([kmgt]i?)?b?", re.IGNORECASE)
@@ -149,11 +154,11 @@ def plugin_mode(name: str | None, options: list[str] | None, held: bool) -> tupl
             f"--mode {name} was given, and a sandbox or a container.",
             "Give one; a command in a mode that a plug-in brings: --mode NAME --native COMMAND",
         )
-    if name in (SANDBOX, CONTAINER):
+    if name in (V2_CLIENT, SANDBOX, CONTAINER):
         raise BenchbotError(
-            f"The {name} has options of its own.",
+            f"The mode {name} has options of its own.",
             "--mode is for modes that a plug-in brings.",
-            "Run it so: --sandbox COMMAND, --example NAME --sandboxed, or --containerised FOLDER",
+            "Run it so: --v2-client, --sandbox COMMAND, --example NAME --sandboxed, or --containerised FOLDER",
         )
     if options and name in (None, NATIVE):
         raise BenchbotError(
@@ -184,7 +189,7 @@ def check_options(mode: str, readable: object, limits: "ProcessLimits", weak_lim
             "--cpus and --gpus are about one.",
             "Run the solution in a container: --containerised FOLDER, or --example NAME --example-containerised",
         )
-    if weak_limits and mode not in (NATIVE, SANDBOX, CONTAINER):
+    if weak_limits and mode not in (*UNHELD, SANDBOX, CONTAINER):
         raise BenchbotError(
             f"--weak-limits says nothing to the mode {mode}.",
             "It is about the limits of a sandbox or a container.",
@@ -196,7 +201,7 @@ def check_options(mode: str, readable: object, limits: "ProcessLimits", weak_lim
             "--readable is about what a sandbox shows of this machine.",
             "Have the Dockerfile copy what is needed: COPY my_file /solution/",
         )
-    if mode == NATIVE and (readable or weak_limits or limits != DEFAULT_LIMITS):
+    if mode in UNHELD and (readable or weak_limits or limits != DEFAULT_LIMITS):
         raise BenchbotError(
             "A native solution cannot be limited.",
             "--memory, --processes, --cpu-time, --file-size, --weak-limits and --readable are about what holds a "

@@ -179,6 +179,13 @@ def _worker_pool(wanted: dict[str, Any], episodes: int) -> "WorkerPool":
     here = machine.free_capacity()
     room = here.jobs(memory or machine.MEMORY_PER_WORKER_BYTES)
     jobs = min(int(wanted.get("jobs", room if executor == "local" else 1)), episodes)
+    if (
+        jobs > 1
+        and wanted.get("v2_client")
+        and not (wanted.get("containerised") or wanted.get("example_containerised"))
+    ):
+        console.note("BenchBot v2's client saves each result to the same file: one worker is started.")
+        jobs = 1
     if executor == "local" and memory is not None and jobs > room:
         console.note(
             f"There is memory for {room} workers of {wanted['memory_gb']:g} GiB: {room} are started, not {jobs}."

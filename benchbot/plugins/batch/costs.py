@@ -10,7 +10,7 @@ from typing import Any
 from benchbot.plugins.batch.folder import Folder
 from benchbot.plugins.batch.plan import Plan
 
-MEASURED = ("native", "sandbox", "sandbox-landlock")
+MEASURED = ("native", "v2-client", "sandbox", "sandbox-landlock")
 """The modes whose solutions are children of the worker; an engine starts containers, not the worker."""
 
 

@@ -176,8 +176,10 @@ def _run(
         try:
             state = context.backend.begin(planned, record)
             with solution.placed(attempt.folder) as spec, measured(spec.mode.name, noted):
-                died = context.backend.died
-                ended = submission.run(spec, state.connection, died, watcher, WATCH_PERIOD_S, state=state)
+                died, needs_result = context.backend.died, _needs_result(context)
+                ended = submission.run(
+                    spec, state.connection, died, watcher, WATCH_PERIOD_S, state=state, needs_result=needs_result
+                )
             _finish_recordings(state, record)
         except ChangedError:
             raise
@@ -199,6 +201,12 @@ def _run(
         with suppress(OSError):
             (attempt.folder / "platform.log").write_bytes(Path(state.platform_log).read_bytes())
     return ended.document
+
+
+def _needs_result(context: EpisodeContext) -> bool:
+    """Say whether something asks for results: a method, or the task by its format."""
+    task = context.catalog.get("tasks", context.plan.task).data
+    return context.plan.method is not None or "results_format" in task
 
 
 def _finish_recordings(state: RunState, record: Mapping[str, Path]) -> None:

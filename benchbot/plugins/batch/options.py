@@ -73,6 +73,9 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "example_containerised": _option(
             bool, "--example-containerised", None, "Run the example in a container instead."
         ),
+        "v2_client": _option(
+            bool, "--v2-client", None, "It uses the client of BenchBot v2: let that find the run and its result."
+        ),
         "weak_limits": _option(
             bool, "--weak-limits", None, "Run it even where limits would not hold, if you trust it."
         ),

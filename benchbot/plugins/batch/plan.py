@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
-from benchbot.cli.kit.holding import CONTAINER, NATIVE, SANDBOX
+from benchbot.cli.kit.holding import CONTAINER, NATIVE, SANDBOX, V2_CLIENT
 from benchbot.core import results
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
@@ -51,6 +51,8 @@ class Hold:
     dockerfile: str | None = None
     weak_limits: bool = False
     limits: ProcessLimits = DEFAULT_LIMITS
+    v2_client: bool = False
+    """Whether it uses the client of BenchBot v2."""
 
     @classmethod
     def from_dict(cls, document: Mapping[str, Any]) -> Self:
@@ -62,16 +64,19 @@ class Hold:
         """Return the submission mode, and its options; `gpus` are given to a container."""
         if self.context is not None:
             options = {"context": self.context, "dockerfile": self.dockerfile}
-            return CONTAINER, {**options, "weak_limits": self.weak_limits, "gpus": gpus}
+            limited = {"weak_limits": self.weak_limits, "gpus": gpus}
+            return CONTAINER, {**options, **limited, "v2_client": self.v2_client}
         if self.sandboxed:
             return SANDBOX, {"readable": self.readable, "weak_limits": self.weak_limits}
-        return NATIVE, {}
+        return V2_CLIENT if self.v2_client else NATIVE, {}
 
     def determines(self) -> dict[str, Any]:
         """Return what of it may change a result; nothing for a native solution."""
         if self == type(self)():
             return {}
         held = asdict(replace(self, context=None, dockerfile=None))
+        if not self.v2_client:
+            del held["v2_client"]
         return {"hold": {**held, "contained": self.context is not None}}
 
 

@@ -8,6 +8,7 @@ from benchbot.cli.kit.holding import (
     CONTAINER,
     NATIVE,
     SANDBOX,
+    V2_CLIENT,
     check_options,
     container_options,
     held,
@@ -50,11 +51,13 @@ def hold_of(catalog: "Catalog", wanted: Mapping[str, Any]) -> "Hold":
     limits = process_limits(
         wanted.get("memory"), wanted.get("processes"), wanted.get("cpu_time_s"), wanted.get("file_size")
     )
-    mode = CONTAINER if contained is not None else SANDBOX if sandboxed else NATIVE
+    v2_client = bool(wanted.get("v2_client"))
+    uncontained = SANDBOX if sandboxed else V2_CLIENT if v2_client else NATIVE
+    mode = CONTAINER if contained is not None else uncontained
     check_options(mode, readable, limits, weak_limits)
     if mode == NATIVE:
         return Hold()
-    asked = {"readable": readable} if contained is None else contained
+    asked = {**({"readable": readable} if contained is None else contained), "v2_client": v2_client}
     options = holder_of(catalog.plugins, mode).resolved(asked)
     return Hold(
         sandboxed=sandboxed,
@@ -63,6 +66,7 @@ def hold_of(catalog: "Catalog", wanted: Mapping[str, Any]) -> "Hold":
         dockerfile=options.get("dockerfile"),
         weak_limits=weak_limits,
         limits=limits,
+        v2_client=v2_client,
     )
 
 

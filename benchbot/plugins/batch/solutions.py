@@ -13,7 +13,7 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import Any
 
-from benchbot.cli.kit.holding import CONTAINER, NATIVE, SANDBOX
+from benchbot.cli.kit.holding import CONTAINER, NATIVE, SANDBOX, UNHELD
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.provenance import solution_details
@@ -41,7 +41,7 @@ class PreparedSolution:
 
         Raises OSError, and ChangedError when the snapshot is not what it was.
         """
-        if self.spec.mode.name != NATIVE:
+        if self.spec.mode.name not in UNHELD:
             yield self.spec
             return
         with self.snapshot.copied(attempt / batch_folder.WORK):
@@ -66,7 +66,7 @@ def prepared(
     if mode == SANDBOX:
         spec = _located(spec, snapshot, snapshot.files, {})
         options = {**options, "readable": (*options["readable"], str(snapshot.files))}
-    else:
+    elif mode == CONTAINER:
         context = snapshot.files / snapshot.content.folder
         options = {**options, "context": str(context), "dockerfile": _dockerfile(options["dockerfile"], snapshot)}
     with holder_of(catalog.plugins, mode).prepared(spec, options, tell) as held:

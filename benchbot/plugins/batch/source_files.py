@@ -17,6 +17,7 @@ from benchbot.core.provenance import is_file
 from benchbot.plugins.batch import mentions
 from benchbot.plugins.batch.mentions import Import, Mentions
 from benchbot.plugins.batch.source_places import (
+    brings_own,
     exists,
     is_installed,
     is_passed_over,
@@ -228,10 +229,10 @@ class _Finder:
         parts = one.module.split(".") if one.module else []
         if one.level:
             starts = [path.parents[one.level - 1]] if one.level <= len(path.parents) else []
-        elif parts[0] in packages_known():
-            return
         else:
             starts = [*self.tree.roots, path.parent, *self._search]
+            if parts[0] in packages_known() and not any(brings_own(start, parts[0]) for start in starts):
+                return
         for start in dict.fromkeys(starts):
             if self._module(start, parts, one.names):
                 self._used.add(start)

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterator
 from importlib.machinery import EXTENSION_SUFFIXES
+from importlib.util import find_spec
 from pathlib import Path
 
 from benchbot.core import plugin_manager
@@ -30,7 +31,13 @@ def linked_folders(environment: Path) -> Iterator[Path]:
 def packages_known() -> set[str]:
     """Return the packages whose content is in the provenance of every result anyway: BenchBot and its plug-ins."""
     modules = {info.module.partition(".")[0].partition(":")[0] for info in plugin_manager.installed()}
-    return {"benchbot", "benchbot_api", "benchbot_eval", *modules}
+    return {"benchbot", "benchbot_addons", "benchbot_api", "benchbot_eval", *modules}
+
+
+def brings_own(folder: Path, name: str) -> bool:
+    """Say whether a folder has a package that is not the installed one of its name, such as BenchBot v2's client."""
+    found, installed = module_files(folder, name), find_spec(name)
+    return bool(found) and (not installed or found[0].resolve() != Path(installed.origin or "").resolve())
 
 
 def module_files(package: Path, name: str) -> list[Path]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchbot.cli.kit import console
-from benchbot.cli.kit.holding import CONTAINER, NATIVE, SANDBOX, check_options, held
+from benchbot.cli.kit.holding import CONTAINER, NATIVE, SANDBOX, V2_CLIENT, check_options, held
 from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
@@ -73,7 +73,14 @@ def _mode(ran_in: str, *, native: bool) -> str:
             "It runs in a container, and --native was given.",
             "Leave --native out; or write the source to a folder with --unpack, and submit that.",
         )
-    return CONTAINER if ran_in == CONTAINER else NATIVE if native else SANDBOX
+    if ran_in == V2_CLIENT and not native:
+        raise BenchbotError(
+            "The solution in the bundle cannot run in a sandbox.",
+            "It uses BenchBot v2's client, which needs a network, and there is none.",
+            "Read it; if you trust it: --native --trust",
+        )
+    unheld = V2_CLIENT if ran_in == V2_CLIENT else NATIVE
+    return CONTAINER if ran_in == CONTAINER else unheld if native else SANDBOX
 
 
 def _ask(bundle: "Bundle") -> None:

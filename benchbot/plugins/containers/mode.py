@@ -1,12 +1,13 @@
 """The submission mode `container` (`benchbot.submission.modes.Holder`): an image that is built from a Dockerfile.
 
 Its options: `folder` and perhaps `file`, which `resolved` turns into `context` and `dockerfile`; `weak_limits`,
-`processors` and `gpus`.
+`processors`, `gpus` and `v2_client`.
 """
 
 import os
+import secrets
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -21,6 +22,7 @@ from benchbot.plugins.containers.context import Context, find
 from benchbot.plugins.containers.engine import Engine, reached
 from benchbot.plugins.containers.image import built
 from benchbot.plugins.sandbox.weak_limits import DISK
+from benchbot.plugins.v2 import bridge
 from benchbot.submission import modes
 from benchbot.submission.limits import with_defaults
 from benchbot.submission.modes import SolutionSpec
@@ -49,6 +51,7 @@ def prepared(spec: SolutionSpec, options: Mapping[str, Any], tell: Callable[[str
         weak_limits=options.get("weak_limits", False),
         processors=options.get("processors"),
         gpus=options.get("gpus", 0),
+        v2_client=options.get("v2_client", False),
     ) as held:
         # An ordinary user's outbox is a folder of this machine.
         weak = (*held.ignored_limits(), *(() if os.geteuid() == 0 else (DISK,)))
@@ -82,6 +85,7 @@ class Containerised:
     weak_limits: bool = False
     processors: float | None = None
     gpus: int = 0
+    v2_client: bool = False
 
     name = "container"
     needs_socket = True
@@ -106,6 +110,7 @@ class Containerised:
         limits = with_defaults(spec.limits)
         user = settings.user()
         ignored = self.ignored_limits()
+        password = secrets.token_hex(16)
         variables = {
             "BENCHBOT_SOCKET": settings.SOCKET,
             "BENCHBOT_TOKEN": connection.token,
@@ -113,6 +118,7 @@ class Containerised:
             "HOME": "/tmp",  # noqa: S108  the one folder that can be written
             "PYTHONUNBUFFERED": "1",
             "args": " ".join(spec.command[1:]),
+            **(bridge.variables(password) if self.v2_client else {}),
             **spec.variables,
         }
         socket = modes.unix_socket_of(self, connection)
@@ -124,9 +130,10 @@ class Containerised:
                 socket,
                 folder,
                 ignored=ignored,
-                seccomp=settings.write_seccomp_profile(self.engine, exchange / "seccomp.json"),
+                seccomp=settings.write_seccomp_profile(self.engine, exchange / "seccomp.json", internet=self.v2_client),
                 processors=self.processors,
                 gpus=self.gpus,
+                v2_result=outbox.v2_result(folder, owner) if self.v2_client else None,
             )
             config = {
                 "Image": self.image,
@@ -136,7 +143,10 @@ class Containerised:
                 "HostConfig": host_config,
             }
             take_result = partial(outbox.take, folder, exchange / modes.RESULT)
-            with Container(self.engine, config, limits, output, take_result) as container:
+            with ExitStack() as stack:
+                container = stack.enter_context(Container(self.engine, config, limits, output, take_result))
+                if self.v2_client and container.process:  # one that is over at once has no network any more
+                    stack.enter_context(bridge.listening_in(container.process, connection, password, output))
                 yield container
 
 
@@ -148,6 +158,7 @@ def container_mode(
     weak_limits: bool = False,
     processors: float | None = None,
     gpus: int = 0,
+    v2_client: bool = False,
 ) -> Iterator[Containerised]:
     """Yield the mode for a context: its engine reached and its image built; `tell` is called with progress.
 
@@ -155,4 +166,4 @@ def container_mode(
     """
     with reached() as engine:
         settings.check_limits(engine, allowed=weak_limits, processors=processors)
-        yield Containerised(engine, built(engine, context, tell), weak_limits, processors, gpus)
+        yield Containerised(engine, built(engine, context, tell), weak_limits, processors, gpus, v2_client)

@@ -12,6 +12,8 @@ from benchbot.submission.init.handover import open_result
 from benchbot.submission.modes import RESULT, RESULT_MAX_BYTES
 
 INODES = 1000
+V2_RESULT = "benchbot_result"
+"""The file that BenchBot v2's client saves its result to, by its name below /tmp; an empty one is none."""
 
 
 @contextmanager
@@ -36,6 +38,15 @@ def outbox(exchange: Path, user: tuple[int, int]) -> Iterator[Path]:
         _run("umount", "--lazy", str(folder))
 
 
+def v2_result(folder: Path, user: tuple[int, int] | None) -> Path:
+    """Make the empty file in an outbox that BenchBot v2's client writes to; None is the user of this process."""
+    path = folder / V2_RESULT
+    path.touch(0o600)
+    if user is not None:
+        os.chown(path, *user)
+    return path
+
+
 def take(folder: Path, target: Path) -> str | None:
     """Copy the result out of the folder, once the container has ended; return why it was refused, if it was.
 
@@ -44,7 +55,11 @@ def take(folder: Path, target: Path) -> str | None:
     try:
         source = open_result(str(folder / RESULT), RESULT_MAX_BYTES)
     except FileNotFoundError:
-        return None
+        saved_as_v2_does = os.path.lexists(folder / V2_RESULT) and (folder / V2_RESULT).lstat().st_size
+        if not saved_as_v2_does:
+            return None
+        (folder / V2_RESULT).rename(folder / RESULT)
+        return take(folder, target)
     except OSError as error:
         return error.strerror or str(error)
     with os.fdopen(source, "rb") as file, target.open("xb") as copy:

@@ -22,6 +22,9 @@ SOCKET = "/benchbot/supervisor.sock"
 OUTBOX = "/benchbot/outbox"
 """The supervisor's socket and the folder of the result, as a solution sees them."""
 
+V2_RESULT = "/tmp/benchbot_result"  # noqa: S108
+"""The file that BenchBot v2's client saves its result to."""
+
 NOBODY = 65534
 """The user that a solution runs as where root submits it."""
 
@@ -67,12 +70,13 @@ def host_config(
     seccomp: Path | None = None,
     processors: float | None = None,
     gpus: int = 0,
+    v2_result: Path | None = None,
 ) -> dict[str, Any]:
     """Return the part of a container's settings that confines it (Docker Engine API, `HostConfig`).
 
     No network, no capability, no way to gain one, nothing to write to but `folder` and a temporary one in memory;
-    the limits in `ignored` are left away. `seccomp` is the file of a filter for podman. Raises BenchbotError for GPUs
-    on an engine that cannot be asked for them.
+    the limits in `ignored` are left away. `seccomp` is the file of a filter for podman, `v2_result` one that BenchBot
+    v2's client writes to. Raises BenchbotError for GPUs on an engine that cannot be asked for them.
     """
     from docker.types import DeviceRequest, HostConfig, LogConfig, Mount
 
@@ -112,6 +116,7 @@ def host_config(
             "mounts": [
                 Mount(SOCKET, str(socket), type="bind", read_only=True),
                 Mount(OUTBOX, str(folder), type="bind", read_only=False),
+                *([Mount(V2_RESULT, str(v2_result), type="bind", read_only=False)] if v2_result else ()),
             ],
             **options,
         },
@@ -141,8 +146,10 @@ def _ulimits(limits: ProcessLimits, ignored: Sequence[str]) -> list[Any]:
     return found
 
 
-def write_seccomp_profile(engine: Engine, path: Path) -> Path | None:
+def write_seccomp_profile(engine: Engine, path: Path, *, internet: bool = False) -> Path | None:
     """Write podman's filter of system calls without those that a sandbox refuses; None keeps the engine's own.
+
+    With `internet` it allows sockets of IPv4, for a network that leads to this machine's end of it alone.
 
     podman's lets every process make namespaces, which is of use to containers in containers only. docker's does not.
     """
@@ -151,11 +158,11 @@ def write_seccomp_profile(engine: Engine, path: Path) -> Path | None:
     usual = next((profile for profile in SECCOMP_PROFILES if profile.is_file()), None)
     if usual is None:
         return None
-    path.write_text(json.dumps(stricter_profile(json.loads(usual.read_text("utf-8")))), "utf-8")
+    path.write_text(json.dumps(stricter_profile(json.loads(usual.read_text("utf-8")), internet)), "utf-8")
     return path
 
 
-def stricter_profile(profile: dict[str, Any]) -> dict[str, Any]:
+def stricter_profile(profile: dict[str, Any], internet: bool = False) -> dict[str, Any]:
     """Return a filter (OCI runtime specification, `seccomp`) that allows no more than a sandbox does.
 
     It knows the machine's own table of system calls alone: a process that uses another one, of 32 bits or x32, is
@@ -170,11 +177,15 @@ def stricter_profile(profile: dict[str, Any]) -> dict[str, Any]:
     # Of clone3 no filter sees the flags: unknown, it is replaced by clone.
     same = {"index": 0, "value": NEW_NAMESPACES, "valueTwo": 0, "op": "SCMP_CMP_MASKED_EQ"}
     rules.append({"names": ["clone"], "action": "SCMP_ACT_ALLOW", "args": [same]})
+    # Of the families up to IPv4 there are but this one and unix sockets.
+    last, allowed, others = (
+        (sockets.AF_INET, "SCMP_CMP_LE", "SCMP_CMP_GT") if internet else (sockets.AF_UNIX, "SCMP_CMP_EQ", "SCMP_CMP_NE")
+    )
     for operator, decision in (
-        ("SCMP_CMP_EQ", {"action": "SCMP_ACT_ALLOW"}),
-        ("SCMP_CMP_NE", {"action": "SCMP_ACT_ERRNO", "errnoRet": errno.EACCES}),
+        (allowed, {"action": "SCMP_ACT_ALLOW"}),
+        (others, {"action": "SCMP_ACT_ERRNO", "errnoRet": errno.EACCES}),
     ):
-        family = {"index": 0, "value": int(sockets.AF_UNIX), "valueTwo": 0, "op": operator}
+        family = {"index": 0, "value": int(last), "valueTwo": 0, "op": operator}
         rules.append({"names": list(SOCKETS), **decision, "args": [family]})
     tables = [{"architecture": each["architecture"]} for each in profile.get("archMap") or ()]
     return {**profile, "archMap": tables, "syscalls": [rule for rule in rules if rule["names"]]}

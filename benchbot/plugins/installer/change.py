@@ -2,7 +2,7 @@
 
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,15 +16,15 @@ from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.plugins.installer import addons
 from benchbot.plugins.installer.distributions import Distribution, found_in, origin_text, unused_without
 from benchbot.plugins.installer.environment import Environment, current, locked
-from benchbot.plugins.installer.indexes import Indexes
+from benchbot.plugins.installer.indexes import Indexes, without_credentials
 from benchbot.plugins.installer.installers import Installer, Requirements, choose
 from benchbot.plugins.installer.journal import Journal
 from benchbot.plugins.installer.plan import Action, Change, Plan, change_of, refuse_overwriting, unpacked
 from benchbot.plugins.installer.post_install_check import check
-from benchbot.plugins.installer.sources import AddonFolder, RequirementLine, SourcePreparer
+from benchbot.plugins.installer.sources import AddonFolder, RequirementLine, SourcePreparer, addon_name
 from benchbot.plugins.installer.subprocesses import Runner
 from benchbot.plugins.v2 import addons as v2_addons
-from benchbot.plugins.v2 import trust
+from benchbot.plugins.v2 import migration, official, trust
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def change(target: TargetEnvironment, request: InstallRequest, command: str) -> 
         console.note("Looking what would change …" if request.sources else "Looking …")
         prompt = Prompt(request.may_build)
         preparer = SourcePreparer(folder, target.installer, request.indexes, prompt.may_build)
-        prepared = [preparer.prepare(text) for text in request.sources]
+        prepared = list(_prepared(preparer, request.sources, target.installed))
         lines = [item for item in prepared if isinstance(item, RequirementLine)]
         origins = {line.name: line.origin for line in lines if line.origin is not None}
         installed = target.installed
@@ -140,6 +140,27 @@ def change(target: TargetEnvironment, request: InstallRequest, command: str) -> 
             if removal.kind == "add-on":
                 addons.remove(removal.name)
         return plan
+
+
+def _prepared(
+    preparer: SourcePreparer, sources: Iterable[str], installed: Collection[str]
+) -> Iterator[RequirementLine | AddonFolder]:
+    """Yield what is named, prepared, and what v2's add-ons among it need in turn and is not there (`.dependencies`)."""
+    left, seen = list(sources), set(v2_addons.installed())
+    while left:
+        text = left.pop(0)
+        item = preparer.prepare(text)
+        yield item
+        for name in migration.dependencies(item.path) if isinstance(item, AddonFolder) else ():
+            replacement = official.replacement_of(name)
+            wanted = [migration.url_of(name)] if replacement is None else replacement.distributions
+            lacking = [
+                one for one in wanted if one not in seen and one not in installed and addon_name(one) not in seen
+            ]
+            if lacking:
+                console.note(f"{addon_name(text)} needs {name}: {', '.join(map(without_credentials, lacking))}")
+            left += lacking
+            seen.update(lacking)
 
 
 def _stage(

@@ -63,8 +63,9 @@ def install(
     from benchbot.plugins.installer.change import InstallRequest
     from benchbot.plugins.installer.sources import read_requirements
 
-    wanted = [*(sources or ()), *(line for path in requirements or () for line in read_requirements(path))]
-    if not wanted:
+    named = [*(sources or ()), *(line for path in requirements or () for line in read_requirements(path))]
+    wanted = [source for name in named for source in _in_its_place(name)]
+    if not named:
         raise BenchbotError(
             "Nothing was named.", "There is nothing to install.", "Write: benchbot install NAME, or -r FILE"
         )
@@ -76,6 +77,20 @@ def install(
         dry_run=dry_run,
     )
     perform(f"benchbot install {' '.join(wanted)}", lambda _: request, installer, as_json=as_json)
+
+
+def _in_its_place(name: str) -> list[str]:
+    """Return the plug-ins that ship what an official add-on of BenchBot v2 had, and say so; else the name itself."""
+    from benchbot.plugins.v2 import official
+
+    replacement = official.replacement_of(name)
+    if replacement is None:
+        return [name]
+    console.note(
+        f"{name} ships as {', '.join(replacement.distributions)}{': ' * bool(replacement.differs)}"
+        f"{replacement.differs}."
+    )
+    return [distribution for distribution in replacement.distributions if distribution != "benchbot"]
 
 
 def uninstall(

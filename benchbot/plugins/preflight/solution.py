@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchbot.cli.kit.holding import NATIVE, SANDBOX
+from benchbot.cli.kit.holding import SANDBOX, UNHELD
 from benchbot.cli.kit.preflight import Intent, Submission
 from benchbot.plugin import Catalog, Finding, Level
 
@@ -26,7 +26,7 @@ def find(_catalog: Catalog, intent: Intent) -> Iterator[Finding]:
     """Yield what is found of each solution that is a program of this machine."""
     elsewhere = intent.executor not in (None, LOCAL)
     for submission in intent.submissions:
-        if submission.mode in (NATIVE, SANDBOX):
+        if submission.mode in (*UNHELD, SANDBOX):
             found = list(_program(submission, elsewhere=elsewhere))
             yield from found or [Finding(Level.OK, "solution", " ".join(submission.spec.command))]
 

@@ -48,7 +48,13 @@ NOBODY = 65534
 
 
 def resolved(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options with absolute paths; raises BenchbotError for one that is not there."""
+    """Return the options with absolute paths; raises BenchbotError for one that is not there, and for v2's client."""
+    if options.get("v2_client"):
+        raise BenchbotError(
+            "BenchBot v2's client cannot run in a sandbox.",
+            "It needs a network, and there is none.",
+            "Run it natively, --v2-client --native COMMAND; or in a container, --v2-client --containerised FOLDER",
+        )
     paths = [Path(path).absolute() for path in options.get("readable", ())]
     for path in paths:
         if not path.exists():

@@ -109,7 +109,9 @@ class KinematicSimulator(ABC, Generic[W]):
         self._start_pose = scene.start_pose
         x, y, self._base_z_m = self._start_pose.translation_xyz
         self.state = State(x, y, self._start_pose.yaw_rad)
-        self._odometry = Odometry(self.state, self.robot.noise.linear, self.robot.noise.angular, seed)
+        noise = self.robot.noise
+        bias = (noise.linear_bias, noise.angular_bias)
+        self._odometry = Odometry(self.state, noise.linear, noise.angular, seed, bias)
         self._motion = Motion()
         self._seed, self._instant = seed, 0
         self._clock_s = 0.0

@@ -14,14 +14,16 @@ _BLOCK = 64
 class Odometry:
     """Integrates the true motion with multiplicative noise, from the seed of the episode.
 
-    Each tick's way is scaled by 1 + N(0, linear_noise), its turn by 1 + N(0, angular_noise). This is the model of
-    BenchBot v2 without its bias (v2 draws from N(σ, σ), which lengthens every motion by σ). There is no noise at
-    rest.
+    Each tick's way is scaled by 1 + N(bias[0], linear_noise), its turn by 1 + N(bias[1], angular_noise). This is the
+    model of BenchBot v2, whose bias was as large as its deviation. There is no noise at rest.
     """
 
-    def __init__(self, start: State, linear_noise: float, angular_noise: float, seed: int) -> None:
+    def __init__(
+        self, start: State, linear_noise: float, angular_noise: float, seed: int, bias: tuple[float, float] = (0.0, 0.0)
+    ) -> None:
         self._pose = (start.x, start.y, start.yaw_rad)
         self._noise = (linear_noise, angular_noise)
+        self._bias = bias
         self._noise_of_ticks = _normals(seed)
 
     @property
@@ -39,8 +41,8 @@ class Odometry:
         linear, angular = next(self._noise_of_ticks)
         self._pose = along_arc(
             self._pose,
-            way_m * (1.0 + self._noise[0] * linear),
-            turn_rad * (1.0 + self._noise[1] * angular),
+            way_m * (1.0 + self._bias[0] + self._noise[0] * linear),
+            turn_rad * (1.0 + self._bias[1] + self._noise[1] * angular),
         )
 
 

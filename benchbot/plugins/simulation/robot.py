@@ -29,10 +29,12 @@ class Footprint:
 
 @dataclass(frozen=True)
 class Noise:
-    """Standard deviations of odometry's relative errors per control tick."""
+    """Standard deviations of odometry's relative errors per control tick, and their means."""
 
     linear: float
     angular: float
+    linear_bias: float = 0.0
+    angular_bias: float = 0.0
 
     def __post_init__(self) -> None:
         if not (self.linear >= 0 and self.angular >= 0):

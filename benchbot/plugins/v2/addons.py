@@ -50,7 +50,8 @@ class Addon:
     def code(self) -> Code:
         """The Python files, and the declarations that name functions in them, as they are at first use."""
         python = (path for path in _walk(self.root) if path.suffix == ".py")
-        naming = declaration_files([*self.sources("formats"), *self.sources("evaluation_methods")])
+        named = [folder for folder in self.folders if folder.name in ("formats", "evaluation_methods")]
+        naming = declaration_files(named)
         return Code.read(self.root, [*python, *naming])
 
     def content_hash(self) -> str:

@@ -1,5 +1,6 @@
 """The commands of BenchBot v2: `benchbot_install`, `_run`, `_submit`, `_batch`, `_eval`, with their own spellings."""
 
+import re
 import sys
 from typing import NoReturn
 
@@ -17,6 +18,9 @@ _INSTALLING = {
     "-a": ("install",),
 }
 """Options of `benchbot_install` to commands; the word after an option is a list with commas."""
+
+_ADDON = re.compile(r"[A-Za-z0-9][\w-]*/[\w.-]+")
+"""An add-on as v2 names it: `user/repository`, of GitHub."""
 
 _NO_IMAGES = "There are no images and no clones to keep in step: versions are those that pip has installed."
 _SIMULATORS = "A simulator is a plug-in: pip install 'benchbot[full]' brings the ray-traced one."
@@ -37,8 +41,11 @@ def install() -> NoReturn:
         console.note(*(f"{word} is gone. {_DROPPED[word]}" for word in dropped))
     for position, word in enumerate(words):
         if word in _INSTALLING:
-            names = words[position + 1 : position + 2] if not word.startswith("--list") else []
-            main([*_INSTALLING[word], *(name for given in names for name in given.split(","))])
+            given = words[position + 1 : position + 2] if not word.startswith("--list") else []
+            names = [name for listed in given for name in listed.split(",")]
+            if _INSTALLING[word] == ("install",):
+                names = [f"https://github.com/{name}" if _ADDON.fullmatch(name) else name for name in names]
+            main([*_INSTALLING[word], *names])
     if dropped:
         sys.exit(ExitCode.USAGE)
     _run_as("install")

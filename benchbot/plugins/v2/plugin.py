@@ -5,7 +5,16 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from benchbot.plugin import DeclarationFolder, DeclarationSource, Routes, hookimpl
+from benchbot.plugin import (
+    Check,
+    Command,
+    DeclarationFolder,
+    DeclarationSource,
+    Routes,
+    SubmissionMode,
+    hookimpl,
+    target,
+)
 
 _OPTIONS = ("--addons", "--trust-addons")
 _HELP = """\
@@ -24,6 +33,30 @@ def benchbot_declaration_sources() -> Iterator[DeclarationSource]:
 def benchbot_routes() -> Iterator[Routes]:
     """Yield the routes of v2's supervisor."""
     yield Routes("v2", "benchbot.plugins.v2.routes:routes")
+
+
+@hookimpl
+def benchbot_commands() -> Iterator[Command]:
+    """Yield the command that looks at a folder of v2's add-ons."""
+    yield Command(
+        "migrate",
+        "benchbot.plugins.v2.migrate_command:migrate",
+        "Say what of a folder of BenchBot v2's add-ons will run here, what differs, and why.",
+    )
+
+
+@hookimpl
+def benchbot_checks() -> Iterator[Check]:
+    """Yield whether a solution would find the client that v2 published, without being led to the run."""
+    yield Check("v2-client", target("benchbot.plugins.v2.client_check:check"))
+
+
+@hookimpl
+def benchbot_submission_modes() -> Iterator[SubmissionMode]:
+    """Yield the submission mode of v2's client."""
+    yield SubmissionMode(
+        "v2-client", "benchbot.plugins.v2.client_mode", "All rights of its user; BenchBot v2's client finds the run."
+    )
 
 
 def _folders() -> Sequence[DeclarationFolder]:

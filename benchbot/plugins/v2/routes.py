@@ -5,6 +5,7 @@ Everything is a GET with a JSON body, the actions too; a slash may be doubled.
 
 from collections.abc import Awaitable, Callable
 from functools import partial
+from http import HTTPStatus
 from typing import Any
 
 import msgspec
@@ -13,6 +14,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import HTMLResponse, Response
 from starlette.routing import Route
 
+from benchbot.cli.kit import console
 from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, OBSERVATIONS
 from benchbot.core.errors import did_you_mean
 from benchbot.core.results import public_environment
@@ -21,7 +23,7 @@ from benchbot.plugins.v2 import encoding
 from benchbot.plugins.v2.robot import Mover, V2Robot
 from benchbot.supervisor import RefusedError
 from benchbot.supervisor.http import bodies
-from benchbot.supervisor.http.access import Access
+from benchbot.supervisor.http.access import Access, Endpoint
 from benchbot.supervisor.http.server import while_connected
 from benchbot.supervisor.run import Run
 from benchbot.wire.encoding import MAX_BODY_BYTES
@@ -29,6 +31,11 @@ from benchbot.wire.encoding import MAX_BODY_BYTES
 HELLO = "Hello, I am the BenchBot supervisor"
 HELLO_ROBOT = "Hello, I am the BenchBot robot controller"
 MAX_ARGUMENTS_BYTES = 2**16
+NO_TOKEN = (
+    "A client of BenchBot v2 was refused: it knows no token.",
+    "Submit its solution with: benchbot submit --v2-client …   Or let every such client in: benchbot run --no-token …",
+)
+"""What the run's terminal says: v2's client itself says only that communication failed."""
 
 
 class Call(msgspec.Struct, forbid_unknown_fields=True):
@@ -59,6 +66,24 @@ def routes(run: Run, access: Access) -> list[Route]:
         "start": robot.start,
         "stop": robot.stop,
     }
+
+    told: list[str] = []
+
+    def entered(endpoint: Endpoint) -> Endpoint:
+        by_token, by_anybody = access.acting(endpoint), access.tokenless(endpoint)
+
+        async def answer(request: Request) -> Response:
+            # Whoever has a token, as the proxy of a submission, is that solution also where none is needed.
+            checked = by_token if "authorization" in request.headers else by_anybody
+            try:
+                return await checked(request)
+            except RefusedError as error:
+                if error.status == HTTPStatus.UNAUTHORIZED and not told:
+                    told.extend(NO_TOKEN)
+                    console.note(*NO_TOKEN)
+                raise
+
+        return answer
 
     async def hello(request: Request) -> Response:
         return _json(HELLO)
@@ -115,7 +140,7 @@ def routes(run: Run, access: Access) -> list[Route]:
     return [
         Route("/", hello),
         *(
-            Route(path, access.tokenless(endpoint))
+            Route(path, entered(endpoint))
             for path, endpoint in (
                 ("/config", config_at),
                 ("/config/{path:path}", config_at),

@@ -6,20 +6,41 @@ list things answer faster than typer reads an option, and `--list-tasks` must kn
 
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from benchbot.cli.kit import console
+from benchbot.core import plugin_manager
 from benchbot.core.errors import BenchbotError
 from benchbot.core.records import Evaluator
-from benchbot.plugins.v2 import addons, methods, trust
+from benchbot.plugins.v2 import addons, methods, official, trust
 from benchbot.plugins.v2.addons import Addon
 
 
+@dataclass(frozen=True)
 class AddonFolder(Addon):
-    """A folder of add-ons as the catalog sees it (`benchbot.core.records.DeclarationFolder`)."""
+    """A folder of add-ons as the catalog sees it (`benchbot.core.records.DeclarationFolder`).
 
+    Of the `official` ones in it, or of all others. What official ones declare stands in for what plug-ins do not have.
+    """
+
+    official: bool = False
     version = "v2"
-    stands_in = False
+
+    @property
+    def stands_in(self) -> bool:
+        """Whether its declarations give way to others of the same name."""
+        return self.official
+
+    def sources(self, kind: str) -> list[Path]:
+        """Return the folders that declare things of a kind, without those that an installed plug-in replaces."""
+        found = ((folder, official.repository(folder, self.root)) for folder in super().sources(kind))
+        if not self.official:
+            return [folder for folder, name in found if name is None]
+        # Files of ground truths have no names that could give way, and the code of a method is not a declaration's.
+        there = distributions() if kind in ("ground_truths", "evaluation_methods") else set()
+        return [folder for folder, name in found if name and not (there and official.is_installed(name, there))]
 
     def evaluators(self) -> Iterator[Evaluator | BenchbotError]:
         """Yield its evaluation methods, and what is wrong with those that cannot be read."""
@@ -43,7 +64,13 @@ class AddonFolder(Addon):
 
 def folders() -> list[AddonFolder]:
     """Return the add-ons in use: those of `BENCHBOT_ADDONS`, and those installed."""
-    return [AddonFolder(addon.root, addon.folders) for addon in addons.from_environment()]
+    found = addons.from_environment()
+    return [AddonFolder(addon.root, addon.folders, is_official) for is_official in (False, True) for addon in found]
+
+
+def distributions() -> set[str]:
+    """Return the distributions of the plug-ins that are in use."""
+    return {info.distribution for info in plugin_manager.installed()}
 
 
 def installed() -> list[dict[str, str]]:
@@ -79,7 +106,11 @@ def take_options(words: Sequence[str]) -> list[str]:
 
 def _use(named: Sequence[Path], *, trusted: bool) -> None:
     for folder in named:
-        addons.find(folder)
+        named_addon = addons.find(folder)
+        known = (official.repository(each, named_addon.root) for each in named_addon.folders)
+        names = sorted({name for name in known if name is not None})
+        if names:
+            console.note(f"What BenchBot ships is not taken from {', '.join(names)}: benchbot migrate {folder}")
     addons.use(named)
     trust.ask_with(_ask if sys.stdin.isatty() and sys.stderr.isatty() else None)
     if trusted:
@@ -95,7 +126,5 @@ def _use(named: Sequence[Path], *, trusted: bool) -> None:
 
 
 def _ask(addon: Addon) -> bool:
-    from benchbot.cli.kit import console
-
     code = f"The add-ons in {addon.root} have Python code, which would run with all your rights: "
     return console.confirmed(f"{code}{trust.files_shown(addon)}. Let it run, now and until it changes?")

@@ -55,7 +55,7 @@ class Failure(msgspec.Struct, forbid_unknown_fields=True, rename={"failure": "cl
 
 
 class ResultRequest(msgspec.Struct, forbid_unknown_fields=True):
-    """The body of a result: a document, or none when the episode failed before there was one."""
+    """The body of a result: a document, or none when the episode failed, or ended, without one."""
 
     result: dict[str, Any] | None = None
     solution: dict[str, Any] | None = None
@@ -131,13 +131,6 @@ def create_app(
 
     async def result(request: Request) -> Response:
         body = await bodies.read(request, ResultRequest, encoding.MAX_BODY_BYTES)
-        if body.result is None and body.failure is None:
-            raise RefusedError(
-                400,
-                "There is neither a result nor a failure to record.",
-                "The body has neither 'result' nor 'failure'.",
-                'Send {"result": {…}}, or {"failure": {"class": "agent", "why": "…"}}.',
-            )
         failure = None if body.failure is None else (body.failure.failure, body.failure.why)
         if failure is not None and failure[0] in NOT_THE_SOLUTIONS and run.progress.failure is None:
             raise RefusedError(
@@ -252,11 +245,15 @@ def _admitting(app: ASGIApp, access: Access) -> ASGIApp:
 
 
 def _merging_slashes(app: ASGIApp) -> ASGIApp:
-    """Return an application that takes doubled slashes in a path for one, as v2's server did: its client sends them."""
+    """Return an application that takes doubled slashes in a path for one, as v2's server did: its client sends them.
+
+    So it does a whole URL in the path's place (RFC 9112, 3.2.2), as it comes from a client that has this for its proxy.
+    """
 
     async def answer(scope: Scope, receive: Receive, send: Send) -> None:
         if "//" in scope["path"]:
-            scope = {**scope, "path": re.sub("//+", "/", scope["path"])}
+            path = re.sub("^http://[^/]*", "", scope["path"]) or "/"
+            scope = {**scope, "path": re.sub("//+", "/", path)}
         await app(scope, receive, send)
 
     return answer

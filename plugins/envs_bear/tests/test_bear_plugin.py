@@ -1,13 +1,16 @@
 """What the distribution offers to BenchBot, and how light it is to ask."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
+import pytest
 import yaml
 
 from benchbot_envs_bear import plugin
+from plugins.envs_bear.tests.conftest import package_file
 
 
 def test_environments_and_ground_truths_are_yielded_as_folders() -> None:
@@ -61,3 +64,14 @@ def test_importing_the_plugin_stays_light() -> None:
     code = "import sys, benchbot_envs_bear.plugin; print({'numpy', 'PIL', 'pygltflib', 'scipy'} & set(sys.modules))"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "set()"
+
+
+@pytest.mark.parametrize("name", [f"{place}_{variant}" for place in ("miniroom", "house") for variant in range(1, 6)])
+def test_the_ground_truth_of_a_published_place_is_the_published_one_to_the_last_digit(name: str) -> None:
+    """A map that copies what was published scores what it scored there, also of things of a few millimetres."""
+    truth = json.loads(package_file("ground_truths", f"{name}.json").read_text(encoding="utf-8"))["ground_truth"]
+    published = json.loads(package_file("published", f"{name}.json").read_text(encoding="utf-8"))
+    figures = {entry["ID_name"]: (entry["centroid"], entry["extent"]) for entry in truth["objects"]}
+    assert figures == {entry["id"]: (entry["centroid"], entry["extent"]) for entry in published["objects"]}
+    numbers = [number for centroid, extent in figures.values() for number in centroid + extent]
+    assert sum(round(number, 4) != number for number in numbers) > 0.9 * len(numbers)

@@ -44,8 +44,9 @@ def test_only_published_objects_carry_a_class(nodes: dict[str, Node], published:
 def test_ground_truth_is_the_box_of_the_scenes_own_vertices(nodes: dict[str, Node], truth: dict[str, Any]) -> None:
     for entry in truth["ground_truth"]["objects"]:
         node = nodes[entry["ID_name"]]
-        np.testing.assert_allclose((node.low + node.high) / 2, entry["centroid"], atol=2e-6)
-        np.testing.assert_allclose(node.high - node.low, entry["extent"], atol=2e-6)
+        # Its figures are the published ones; the models are placed to a tenth of a millimetre.
+        np.testing.assert_allclose((node.low + node.high) / 2, entry["centroid"], atol=6e-5)
+        np.testing.assert_allclose(node.high - node.low, entry["extent"], atol=6e-5)
 
 
 def test_any_viewer_loads_it_upright(scene_path: Path) -> None:

@@ -22,9 +22,9 @@ print(*{"taichi", "numpy", "pygltflib", "PIL"} & set(sys.modules))
 """
 
 
-def test_it_offers_a_simulator_and_four_robots() -> None:
+def test_it_offers_a_simulator_and_five_robots() -> None:
     catalog = Catalog(Plugins([info for info in installed() if info.distribution == "benchbot-sim-taichi"]))
-    assert catalog.names("robots") == ["carter", "carter_lidar", "carter_lowres", "carter_realistic"]
+    assert catalog.names("robots") == ["carter", "carter_lidar", "carter_lowres", "carter_omni", "carter_realistic"]
     carter = catalog.get("robots", "carter").data
     platform = catalog.plugins.record("simulators", "sim_taichi").create(
         PlatformSpec(carter, "ground_truth", Path("unused"))

@@ -18,6 +18,12 @@ TABLE = [
     ("scd:active:dead_reckoning", ACTIVE, "noisy", "object_map_with_states", 2),
 ]
 
+COLLECTING = [
+    ("data_collect:passive:ground_truth", PASSIVE, "ground_truth"),
+    ("data_collect:active:ground_truth", ACTIVE, "ground_truth"),
+    ("data_collect:active:dead_reckoning", ACTIVE, "noisy"),
+]
+
 
 @pytest.mark.parametrize(("name", "actions", "localisation", "results_format", "scenes"), TABLE)
 @pytest.mark.parametrize(("suffix", "more"), [("", []), (":segmentation", ["image_segment", "image_segment_info"])])
@@ -37,4 +43,13 @@ def test_a_task_declares_what_it_did_in_benchbot_2(
 def test_there_are_no_other_tasks() -> None:
     pool = Catalog(load()).pool("tasks").values()
 
-    assert sum(task.distribution == "benchbot-task-semslam" for task in pool) == 2 * len(TABLE)
+    assert sum(task.distribution == "benchbot-task-semslam" for task in pool) == 2 * len(TABLE) + len(COLLECTING)
+
+
+@pytest.mark.parametrize(("name", "actions", "localisation"), COLLECTING)
+def test_a_task_that_collects_data_asks_for_no_result(name: str, actions: list[str], localisation: str) -> None:
+    task = Catalog(load()).get("tasks", name)
+
+    assert (task.data["actions"], task.data["localisation"]) == (actions, localisation)
+    assert sorted(task.data["observations"]) == sorted([*OBSERVATIONS, "image_segment", "image_segment_info"])
+    assert "results_format" not in task.data

@@ -251,3 +251,14 @@ def test_a_folder_that_is_named_and_holds_too_much_is_refused(folder: Path, monk
     with pytest.raises(BenchbotError, match="holds too many files") as caught:
         find(["python", "run.py", "weights"], folder)
     assert ".benchbotignore" in caught.value.fix
+
+
+def test_a_client_that_a_solution_brings_counts_and_the_installed_one_does_not(tmp_path: Path) -> None:
+    """Else a copy of the solution would find BenchBot's own in its place."""
+    (tmp_path / "run.py").write_text("import benchbot_api, benchbot_eval")
+    assert set(find(["python", "run.py"], tmp_path, ()).content.files) == {"run.py"}
+    (tmp_path / "benchbot_api").mkdir()
+    (tmp_path / "benchbot_api/__init__.py").write_text("from . import agent")
+    (tmp_path / "benchbot_api/agent.py").write_text("")
+    found = find(["python", "run.py"], tmp_path, ())
+    assert set(found.content.files) == {"run.py", "benchbot_api/__init__.py", "benchbot_api/agent.py"}

@@ -19,6 +19,7 @@ from tests.command_line import CommandLine, Here
         (["--example", "hello_passive", "--example-containerised"], "The example 'hello_passive' has no container."),
         (["--native", "true", "--gpus", "1"], "--cpus and --gpus are about one."),
         (["--sandbox", "true", "--cpus", "1"], "There is no container."),
+        (["--sandbox", "true", "--v2-client"], "BenchBot v2's client cannot run in a sandbox."),
         (["--native", "true", "--weak-limits"], "A native solution cannot be limited."),
         (["--mode", "other", "--native", "true", "--weak-limits"], "--weak-limits says nothing to the mode other."),
         (["--containerised", "made", "--memory", "much"], "--memory much is no size."),

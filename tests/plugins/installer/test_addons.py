@@ -85,6 +85,27 @@ def test_addons_from_a_repository_are_upgraded_and_unsound_ones_are_refused(
     shared.run("uninstall", "you/more")
 
 
+def test_what_addons_depend_on_comes_with_them(shared: Environment, tmp_path: Path) -> None:
+    before = shared.listing()
+    for name, needed in (
+        ("base", ""),
+        ("top", f"git+file://{tmp_path}/them/base  # first\nbenchbot-addons/formats_object_map\n"),
+    ):
+        folder = tmp_path / "them" / name
+        (folder / "tasks").mkdir(parents=True)
+        (folder / "tasks" / "task.yaml").write_text(wheels.TASK.format(name=f"{name}:task"))
+        (folder / ".dependencies").write_text(needed)
+        committed(folder, shared)
+
+    done = shared.run("install", f"git+file://{tmp_path}/them/top")
+
+    assert done.returncode == 0, done.stderr
+    assert {line.split()[1] for line in done.stdout.splitlines()} == {"them/base", "them/top"}
+    assert f"them/top needs git+file://{tmp_path}/them/base" in done.stderr
+    shared.run("uninstall", "them/top", "them/base")
+    assert shared.listing() == before
+
+
 TAKEN = "name: sample:passive\nactions: [move_next]\nobservations: [poses]\nresults_format: object_map\n"
 
 

@@ -1,11 +1,14 @@
 """Dead reckoning drifts without bias, the same way for the same seed, and not at all at rest."""
 
 import math
+from importlib.resources import files
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchbot.core.declarations import schema
 from benchbot.plugins.simulation.dynamics import DriveLimits, State, drive
 from benchbot.plugins.simulation.odometry import Odometry
 
@@ -68,3 +71,24 @@ def test_drift_has_no_bias() -> None:
     deviation_m = math.sqrt(sum((way_m - mean_m) ** 2 for way_m in ways_m) / (runs - 1))
     assert deviation_m > 0.01
     assert abs(mean_m - true_m) < 4 * deviation_m / math.sqrt(runs)
+
+
+def test_with_v2s_bias_every_motion_is_taken_for_a_longer_one() -> None:
+    ways_m = []
+    for seed in range(100):
+        odometry = Odometry(START, 0.2, 0.1, seed, bias=(0.2, 0.1))
+        end = drive_along(odometry, [(1.5, 0.0)] * 40)
+        x, y, _ = odometry.pose
+        ways_m.append(math.dist((x, y), (START.x, START.y)))
+    true_m = math.dist((end.x, end.y), (START.x, START.y))
+    assert sum(ways_m) / len(ways_m) == pytest.approx(1.2 * true_m, rel=0.02)
+
+
+def test_carter_omni_is_declared_as_v2_had_it() -> None:
+    folder = Path(str(files("benchbot_sim_taichi"))) / "robots"
+    carter, omni = (schema.read(folder / f"{name}.yaml") for name in ("carter", "carter_omni"))
+    assert omni["noise"] == {"linear": 0.2, "angular": 0.1, "linear_bias": 0.2, "angular_bias": 0.1}
+    assert omni["stops_before_contact"] is False
+    assert omni["tolerances"] == {"position_m": 0.01, "angle_deg": 1.0}
+    differ = {key for key in carter.keys() | omni.keys() if carter.get(key) != omni.get(key)}
+    assert differ == {"name", "description", "noise", "tolerances", "stops_before_contact"}

@@ -7,7 +7,7 @@ import pytest
 
 from benchbot.core.errors import BenchbotError
 from benchbot.supervisor.serve import serve as serve_run
-from tests.plugins.v2.v2_client import get, run_agent, v2
+from tests.plugins.v2.v2_client import COLLISION, get, run_agent, v2
 from tests.supervisor.harness import TOKEN, Served, sample_selection
 
 Serve = Callable[..., Served]
@@ -55,10 +55,29 @@ def test_without_no_token_these_routes_need_the_token_too(serve: Serve, path: st
         assert http.request("GET", f"{served.url}/{path}", json={}).status_code == 200
 
 
+def test_the_runs_terminal_says_once_why_v2s_client_was_refused(
+    serve: Serve, capsys: pytest.CaptureFixture[str]
+) -> None:
+    served = serve()
+    for _ in range(3):
+        assert get(served, "/robot/is_running")[0] == 401
+    assert capsys.readouterr().err.count("A client of BenchBot v2 was refused: it knows no token.") == 1
+
+
 def test_with_a_token_v2s_protocol_is_the_same(serve: Serve) -> None:
     with v2(serve(), TOKEN) as bench:
         bench.start()
         assert run_agent(bench)["results"]["objects"] == []
+
+
+def test_who_has_a_token_is_that_solution_also_where_none_is_needed(serve: Serve) -> None:
+    """Else its episode would end as soon as the command that has submitted it looks at the run."""
+    served = serve(sample_selection("sample:active"), open_to_v2=True)
+    with v2(served, TOKEN) as bench:
+        bench.start()
+        assert bench.step("move_distance", distance=100.0)[1] == COLLISION
+        served.run.admit(TOKEN)
+        assert bench.query("/robot/is_collided") == {"is_collided": True}
 
 
 def test_no_token_opens_nothing_else(serve: Serve) -> None:

@@ -129,10 +129,12 @@ def _run(case: _Case, *, scenes: int, collides_at: int | None = None) -> tuple[l
 def _run_here(make: Callable[[], Agent], url: str, token: str, folder: Path) -> Mapping[str, Any]:
     from benchbot.api.benchbot import BenchBot
     from benchbot.core import results
+    from benchbot.submission.output import read_result
 
     target = folder / "result.json"
     with environment_variables(BENCHBOT_TOKEN=token, BENCHBOT_RESULT=str(target)):
         BenchBot(make(), supervisor_address=url).run()
+    read_result(target)
     return results.read(target)
 
 

@@ -1,0 +1,2 @@
+def convert_to_rgb(data):
+    return data["data"][..., ::-1] if data["encoding"] == "bgr8" else data["data"]
