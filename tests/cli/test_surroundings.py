@@ -21,6 +21,7 @@ ALPHABETS = {
     "ascii": {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"},
 }
 TITLE = "\u4e2d\u6587 \u2026 \U0001f916"
+READ_ONLY = 'mount --bind "$HOME" "$HOME" && mount -o remount,bind,ro "$HOME" && exec "$0" "$@"'
 DECLARES = """\
 from importlib.resources import files
 from benchbot.plugin import hookimpl
@@ -46,11 +47,13 @@ def user(request: pytest.FixtureRequest, cli: CommandLine) -> Iterator[Callable[
             "PYTHONDONTWRITEBYTECODE": "1",
         }
 
-        def run(*words: str) -> Finished:
+        def run(*words: str, read_only: bool = False, **changes: str) -> Finished:
             words = tuple(word.replace("TOP", name) for word in words)
             command = [*COMMAND, *words] if request.param == "root" else ordinarily([*COMMAND, *words], top)
+            command = ["unshare", "--mount", "sh", "-c", READ_ONLY, *command] if read_only else command
+            changed = {key: value.replace("TOP", name) for key, value in changes.items()}
             return subprocess.run(
-                command, cwd="/", env=variables, capture_output=True, text=True, timeout=120, check=False
+                command, cwd="/", env=variables | changed, capture_output=True, text=True, timeout=120, check=False
             )
 
         yield run
@@ -69,6 +72,21 @@ def test_a_home_with_spaces_serves_every_command_from_the_root_folder(user: Call
     assert "sample:passive" in listed.stdout
     assert [done.returncode for done in (listed, submitted, batch)] == [0, 0, 0], submitted.stderr + batch.stderr
     assert "a user " in submitted.stdout + submitted.stderr
+
+
+def test_a_home_that_is_read_only_is_said_with_what_to_set_which_then_serves(user: Callable[..., Finished]) -> None:
+    submit = "submit", "--native", f"{sys.executable} 'TOP/solution.py'", *SELECTION, "-r", "TOP/result.json"
+    elsewhere = {f"BENCHBOT_{kind}_DIR": f"TOP/own/{kind}" for kind in ("STATE", "CACHE", "DATA")}
+
+    listed = user("list", "tasks", read_only=True)
+    refused = user(*submit, read_only=True)
+    done = user(*submit, read_only=True, **elsewhere)
+
+    assert (listed.returncode, listed.stderr) == (0, "")
+    assert refused.returncode == 2
+    assert "Read-only file system" in refused.stderr
+    assert "name another one in the environment variable BENCHBOT_STATE_DIR" in refused.stderr
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("alphabet", ALPHABETS)
