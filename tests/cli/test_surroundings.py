@@ -22,6 +22,20 @@ ALPHABETS = {
 }
 TITLE = "\u4e2d\u6587 \u2026 \U0001f916"
 READ_ONLY = 'mount --bind "$HOME" "$HOME" && mount -o remount,bind,ro "$HOME" && exec "$0" "$@"'
+ONLY_LINUX_HAS = """
+import fcntl, os, select, signal, socket
+
+for module, names in {
+    fcntl: "F_ADD_SEALS F_GET_SEALS F_SETPIPE_SZ F_OFD_SETLK F_NOTIFY",
+    os: "memfd_create sched_getaffinity sched_setaffinity pidfd_open eventfd splice posix_fadvise setns unshare",
+    select: "epoll",
+    signal: "pidfd_send_signal sigwaitinfo sigtimedwait SIGRTMIN SIGRTMAX",
+    socket: "TCP_KEEPIDLE SO_PEERCRED TCP_USER_TIMEOUT SO_DOMAIN SO_PROTOCOL",
+}.items():
+    for name in names.split():
+        vars(module).pop(name, None)
+"""
+"""What Python calls at its start: it takes from it the names that Python lacks on macOS."""
 DECLARES = """\
 from importlib.resources import files
 from benchbot.plugin import hookimpl
@@ -87,6 +101,24 @@ def test_a_home_that_is_read_only_is_said_with_what_to_set_which_then_serves(use
     assert "Read-only file system" in refused.stderr
     assert "name another one in the environment variable BENCHBOT_STATE_DIR" in refused.stderr
     assert done.returncode == 0, done.stderr
+
+
+BATCH = ["--task", "sample:passive", "--robots", "sample_robot", "--envs", "arena:1", "--seeds", "0..0", "-o", "batch"]
+
+
+@pytest.mark.parametrize(
+    "words", [["submit", *SELECTION, "-r", "result.json"], ["batch", *BATCH]], ids=lambda it: it[0]
+)
+def test_an_episode_needs_nothing_that_only_linux_has(words: list[str], cli: CommandLine) -> None:
+    poor = cli.folder / "poor"
+    poor.mkdir()
+    (poor / "sitecustomize.py").write_text(ONLY_LINUX_HAS)
+    found = {"PYTHONPATH": f"{poor}:{cli.variables['PYTHONPATH']}"}
+
+    done = cli(*words, "--native", cli.script("solution.py", PASSIVE), **found)
+
+    assert done.returncode == 0, done.stderr
+    assert cli.nothing_is_left()
 
 
 @pytest.mark.parametrize("alphabet", ALPHABETS)
