@@ -159,7 +159,7 @@ def _given() -> dict[str, str | None] | None:
 def _nothing(alive: Sequence[Mapping[str, Any]]) -> CannotStopError:
     title = "No run of yours is there to stop."
     if not alive:
-        return CannotStopError(title, "No back end of this user is alive.", "See what is there: benchbot watch")
+        return CannotStopError(title, "No back end of this user is alive.", "See what is there: benchbot tui")
     return CannotStopError(
         title,
         f"What is alive belongs to something else: {'; '.join(map(_about, alive))}.",

@@ -11,7 +11,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from benchbot import __version__
-from benchbot.cli.kit import console
+from benchbot.cli.kit import completion, console
 from benchbot.cli.kit.options import QUICK
 from benchbot.core import entry_points
 from benchbot.core.errors import BenchbotError, ExitCode
@@ -105,7 +105,10 @@ class LazyGroup(TyperGroup):
             return name, command, rest
         if command.record.takes_sources and not ctx.resilient_parsing:
             rest = _without_source_options(rest)
-        return name, command.load(), rest
+        loaded = command.load()
+        if ctx.resilient_parsing:  # a shell asks what may follow
+            completion.attach(loaded, command.record.name)
+        return name, loaded, rest
 
     def invoke(self, ctx: Any) -> Any:
         """Run the called command; the message of a wrong word is made visible, since a shell may have put it in."""
@@ -179,6 +182,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit; every error ends as a panel on stderr and an exit code."""
     settings = Settings()
     console.escape_unprintable()
+    completion.join_words()
     try:
         typer.main.get_command(app).main(args=arguments, prog_name="benchbot", obj=settings)
     except BenchbotError as error:

@@ -49,6 +49,7 @@ def evaluate(
     The headline score goes to stdout, the table to stderr. One result that cannot be scored does not stop the others.
     """
     from benchbot.cli.kit import scoring
+    from benchbot.cli.kit.status_line import working
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
     from benchbot.core.results import write_scores
@@ -62,7 +63,8 @@ def evaluate(
     if required_task is not None:
         catalog.get("tasks", required_task)
     if validate_only:
-        coverage = validate_files(results, catalog=catalog, required_task=required_task, required_envs=environments)
+        with working("Checking the results"):
+            coverage = validate_files(results, catalog=catalog, required_task=required_task, required_envs=environments)
         console.note(*scoring.coverage(coverage, "valid"))
         if as_json:
             console.data_json(coverage)
@@ -71,18 +73,19 @@ def evaluate(
         return
     console.check_output(output)
     console.check_output(explain)
-    evaluation = score_files(
-        results,
-        catalog=catalog,
-        method=method,
-        ground_truth_paths=ground_truth,
-        required_task=required_task,
-        required_envs=environments,
-        missing=missing,
-        over=intervals.Over(over),
-    )
+    with working("Working out the intervals"):
+        evaluation = score_files(
+            results,
+            catalog=catalog,
+            method=method,
+            ground_truth_paths=ground_truth,
+            required_task=required_task,
+            required_envs=environments,
+            missing=missing,
+            over=intervals.Over(over),
+        )
+        explained = None if explain is None else explain_scores(evaluation)
     document = evaluation.document
-    explained = None if explain is None else explain_scores(evaluation)
     write_scores(output, document)
     console.note(*scoring.table(document))
     console.note(f"Scores: {output}")

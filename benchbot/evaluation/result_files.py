@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from benchbot.core.errors import BenchbotError
+from benchbot.core.long_work import counted
 from benchbot.evaluation import batch_folder
 from benchbot.evaluation.batch_folder import PlannedResult
 from benchbot.evaluation.result_document import OtherDocumentError, ResultDocument, not_a_result, parse
@@ -52,10 +53,10 @@ def read(paths: Iterable[Path]) -> Iterator[Item]:
     what is not shaped like a result comes as `OtherFile`; a file that is named is a result, broken or not. The folder
     of a batch is read by its plan; an episode without a result comes as it is planned.
     """
-    for path in paths:
+    for path in counted("Reading results", list(paths)):
         try:
             if path.is_dir():
-                for found in _files(path):
+                for found in counted(f"Reading results in {path}", _files(path)):
                     yield from _batch(found) if found.is_dir() else _among_others(_contents(found))
             else:
                 yield from _contents(path)
@@ -92,7 +93,7 @@ def _batch(folder: Path) -> Iterator[Item]:
             "It is a batch of several solutions, whose results have no score together.",
             f"Name those of one: {folder / batch_folder.RESULTS / str(next(iter(solutions)))}",
         )
-    for episode in episodes:
+    for episode in counted(f"Reading results in {folder}", episodes):
         if episode.path.is_file():
             yield from _contents(episode.path)
         else:

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Required, TypedDict, Unpack, cast
 
-from benchbot.core import plugin_manager, results
+from benchbot.core import long_work, plugin_manager, results
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.documents import GroundTruth, Result
@@ -84,7 +84,7 @@ def score_files(paths: Sequence[Path], **options: Unpack[Options]) -> Evaluation
     truths = GroundTruths.of(catalog, options.get("ground_truth_paths"))
     scored: list[tuple[ResultDocument, Sequence[GroundTruth]]] = []
     rows: list[Document] = []
-    for result in collected:
+    for result in long_work.counted("Scoring results", collected):
         if not has_valid_results(result, catalog, coverage):
             continue
         try:
@@ -118,7 +118,8 @@ def validate_files(
     """Return the coverage of `evaluate_files` before any scoring: how many results are valid, why others are not."""
     coverage = Coverage()
     collected = collect(paths, catalog, required_task, required_envs, coverage)
-    coverage.scored = [result for result in collected if has_valid_results(result, catalog, coverage)]
+    checked = long_work.counted("Checking results", collected)
+    coverage.scored = [result for result in checked if has_valid_results(result, catalog, coverage)]
     return coverage.as_dict()
 
 

@@ -159,7 +159,7 @@ def _watch(
                 return BenchbotError(
                     "The solution was frozen, and the robot was stopped.",
                     progress["failure_why"],
-                    "Let it run: what is to pause a run is its own pause, in benchbot watch.",
+                    "Let it run: what is to pause a run is its own pause, in benchbot tui.",
                     failure=FailureClass.AGENT,
                 )
             ended_by = watcher.look(progress, session["scene_count"])

@@ -5,6 +5,7 @@ until it is told to stop or the socket ends, which means that the parent is gone
 `RunRequest` for each further run.
 """
 
+import gc
 import os
 import signal
 import socket
@@ -91,4 +92,6 @@ def _folders(request: RunRequest) -> dict[str, Path]:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    ended = main()
+    gc.freeze()  # what a dying process holds need not be searched for garbage
+    sys.exit(ended)

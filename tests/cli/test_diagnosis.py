@@ -1,6 +1,7 @@
 """A real robot is diagnosed before it moves, whatever driver it has, and one that is broken is not moved."""
 
 import signal
+import subprocess
 import time
 from collections.abc import Callable
 from importlib.resources import files
@@ -25,7 +26,8 @@ def note(what):
 
 def diagnose(spec):
     note("diagnosed")
-    time.sleep({takes_s})
+    while {held} and not JOURNAL.with_name("released").exists():
+        time.sleep(0.02)
     yield Finding(Level.OK, "graph", "3 other nodes")
     yield Finding(Level.WARNING, "e-stop", "none is declared", "Declare one.")
     if {broken}:
@@ -68,15 +70,16 @@ Robot = Callable[..., Callable[[], list[str]]]
 
 @pytest.fixture
 def robot(cli: CommandLine, make_plugin: Callable[..., Path]) -> Robot:
-    """Makes a robot and its driver; what that was asked to do is returned by a function."""
+    """Makes a robot and its driver; what that was asked to do is returned by a function.
 
-    def make(*, broken: bool, takes_s: float = 0.0) -> Callable[[], list[str]]:
+    A diagnosis that is held goes on until there is a file `released`.
+    """
+
+    def make(*, broken: bool, held: bool = False) -> Callable[[], list[str]]:
         journal = cli.folder / "journal"
         declared = (files("benchbot_sample") / "robots" / "sample_real_robot.yaml").read_text()
         declared = declared.replace("sample_real_robot", "seen_robot").replace("real_sample", "seen")
-        make_plugin(
-            "seen", DRIVER.format(journal=journal, broken=broken, takes_s=takes_s), {"robots/seen.yaml": declared}
-        )
+        make_plugin("seen", DRIVER.format(journal=journal, broken=broken, held=held), {"robots/seen.yaml": declared})
         return lambda: journal.read_text().splitlines() if journal.exists() else []
 
     return make
@@ -158,7 +161,7 @@ def test_run_refuses_a_broken_robot_too(cli: CommandLine, robot: Robot) -> None:
 
 @pytest.mark.parametrize("command", ["run", "submit"])
 def test_a_diagnosis_is_cut_off_by_ctrl_c(cli: CommandLine, robot: Robot, command: str) -> None:
-    done_by_driver = robot(broken=False, takes_s=100.0)
+    done_by_driver = robot(broken=False, held=True)
     words = ["--port", "0"] if command == "run" else ["--native", cli.script("s.py", SOLUTION)]
     process = cli.start(command, *SEEN, *words)
     while not done_by_driver():
@@ -194,28 +197,28 @@ def test_a_simulated_robot_has_no_diagnosis(cli: CommandLine) -> None:
 
 
 def test_a_submission_typed_during_the_diagnosis_waits_for_the_run_and_joins_it(cli: CommandLine, robot: Robot) -> None:
-    journal = robot(broken=False, takes_s=8.0)
-    solution = cli.script("solution.py", SOLUTION)
-    back_end = cli.start("run", *SEEN, "--port", "0")
-    while "diagnosed" not in journal():
-        assert back_end.poll() is None
-        time.sleep(0.02)
+    submission, said = _typed_during_the_diagnosis(cli, robot(broken=False, held=True))
 
-    done = cli("submit", "--native", solution, "--display", "plain")
-
-    assert done.returncode == 0, done.stderr
-    assert done.stderr.index("A run is starting. Waiting for it:") < done.stderr.index("Joins ")
+    assert submission.returncode == 0, said
+    assert said.index("A run is starting. Waiting for it:") < said.index("Joins ")
 
 
 def test_a_submission_that_waits_for_a_run_learns_that_it_does_not_start(cli: CommandLine, robot: Robot) -> None:
-    journal = robot(broken=True, takes_s=8.0)
+    submission, said = _typed_during_the_diagnosis(cli, robot(broken=True, held=True))
+
+    assert submission.returncode == 2
+    assert "No BenchBot run is there to connect to." in said
+
+
+def _typed_during_the_diagnosis(
+    cli: CommandLine, journal: Callable[[], list[str]]
+) -> tuple["subprocess.Popen[str]", str]:
+    """Return a submission that came while a robot was diagnosed, ended, and all that it said on stderr."""
     back_end = cli.start("run", *SEEN, "--port", "0")
     while "diagnosed" not in journal():
         assert back_end.poll() is None
         time.sleep(0.02)
-
-    done = cli("submit", "--example", "hello_passive", "--display", "plain")
-
-    assert done.returncode == 2
-    assert "A run is starting." in done.stderr
-    assert "No BenchBot run is there to connect to." in done.stderr
+    submission = cli.start("submit", "--native", cli.script("solution.py", SOLUTION), "--display", "plain")
+    said = wait_for(submission, "A run is starting.")
+    (cli.folder / "released").touch()
+    return submission, said + submission.communicate(timeout=60)[1]

@@ -21,6 +21,21 @@ ALPHABETS = {
     "ascii": {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"},
 }
 TITLE = "\u4e2d\u6587 \u2026 \U0001f916"
+READ_ONLY = 'mount --bind "$HOME" "$HOME" && mount -o remount,bind,ro "$HOME" && exec "$0" "$@"'
+ONLY_LINUX_HAS = """
+import fcntl, os, select, signal, socket
+
+for module, names in {
+    fcntl: "F_ADD_SEALS F_GET_SEALS F_SETPIPE_SZ F_OFD_SETLK F_NOTIFY",
+    os: "memfd_create sched_getaffinity sched_setaffinity pidfd_open eventfd splice posix_fadvise setns unshare",
+    select: "epoll",
+    signal: "pidfd_send_signal sigwaitinfo sigtimedwait SIGRTMIN SIGRTMAX",
+    socket: "TCP_KEEPIDLE SO_PEERCRED TCP_USER_TIMEOUT SO_DOMAIN SO_PROTOCOL",
+}.items():
+    for name in names.split():
+        vars(module).pop(name, None)
+"""
+"""What Python calls at its start: it takes from it the names that Python lacks on macOS."""
 DECLARES = """\
 from importlib.resources import files
 from benchbot.plugin import hookimpl
@@ -46,11 +61,13 @@ def user(request: pytest.FixtureRequest, cli: CommandLine) -> Iterator[Callable[
             "PYTHONDONTWRITEBYTECODE": "1",
         }
 
-        def run(*words: str) -> Finished:
+        def run(*words: str, read_only: bool = False, **changes: str) -> Finished:
             words = tuple(word.replace("TOP", name) for word in words)
             command = [*COMMAND, *words] if request.param == "root" else ordinarily([*COMMAND, *words], top)
+            command = ["unshare", "--mount", "sh", "-c", READ_ONLY, *command] if read_only else command
+            changed = {key: value.replace("TOP", name) for key, value in changes.items()}
             return subprocess.run(
-                command, cwd="/", env=variables, capture_output=True, text=True, timeout=120, check=False
+                command, cwd="/", env=variables | changed, capture_output=True, text=True, timeout=120, check=False
             )
 
         yield run
@@ -69,6 +86,39 @@ def test_a_home_with_spaces_serves_every_command_from_the_root_folder(user: Call
     assert "sample:passive" in listed.stdout
     assert [done.returncode for done in (listed, submitted, batch)] == [0, 0, 0], submitted.stderr + batch.stderr
     assert "a user " in submitted.stdout + submitted.stderr
+
+
+def test_a_home_that_is_read_only_is_said_with_what_to_set_which_then_serves(user: Callable[..., Finished]) -> None:
+    submit = "submit", "--native", f"{sys.executable} 'TOP/solution.py'", *SELECTION, "-r", "TOP/result.json"
+    elsewhere = {f"BENCHBOT_{kind}_DIR": f"TOP/own/{kind}" for kind in ("STATE", "CACHE", "DATA")}
+
+    listed = user("list", "tasks", read_only=True)
+    refused = user(*submit, read_only=True)
+    done = user(*submit, read_only=True, **elsewhere)
+
+    assert (listed.returncode, listed.stderr) == (0, "")
+    assert refused.returncode == 2
+    assert "Read-only file system" in refused.stderr
+    assert "name another one in the environment variable BENCHBOT_STATE_DIR" in refused.stderr
+    assert done.returncode == 0, done.stderr
+
+
+BATCH = ["--task", "sample:passive", "--robots", "sample_robot", "--envs", "arena:1", "--seeds", "0..0", "-o", "batch"]
+
+
+@pytest.mark.parametrize(
+    "words", [["submit", *SELECTION, "-r", "result.json"], ["batch", *BATCH]], ids=lambda it: it[0]
+)
+def test_an_episode_needs_nothing_that_only_linux_has(words: list[str], cli: CommandLine) -> None:
+    poor = cli.folder / "poor"
+    poor.mkdir()
+    (poor / "sitecustomize.py").write_text(ONLY_LINUX_HAS)
+    found = {"PYTHONPATH": f"{poor}:{cli.variables['PYTHONPATH']}"}
+
+    done = cli(*words, "--native", cli.script("solution.py", PASSIVE), **found)
+
+    assert done.returncode == 0, done.stderr
+    assert cli.nothing_is_left()
 
 
 @pytest.mark.parametrize("alphabet", ALPHABETS)

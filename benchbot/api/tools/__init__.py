@@ -223,7 +223,7 @@ class _ImageFile(_Display):
 def _grid(figure: "Figure", names: Sequence[str]) -> "NDArray[Any]":
     """Make a panel for each name: one alone, else two rows filled column by column; at most one place stays blank."""
     rows, columns = (1, 1) if len(names) == 1 else (2, (len(names) + 1) // 2)
-    figure.set_size_inches(4.8 * columns, 3.6 * rows)
+    figure.set_size_inches(480 * columns / DOTS_PER_INCH, 360 * rows / DOTS_PER_INCH)
     axs = np.empty((rows, columns), dtype=object)
     for i, name in enumerate(names):
         column, row = divmod(i, rows)

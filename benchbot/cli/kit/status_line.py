@@ -1,5 +1,6 @@
 """The live status of a run: one line at the bottom of a terminal, or lines elsewhere, as the display says."""
 
+import codecs
 import json
 import math
 import os
@@ -7,24 +8,27 @@ import shutil
 import sys
 import threading
 import time
-from codecs import getincrementaldecoder
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from typing import Any, Literal, Self
 
 from benchbot.cli.kit.solution_output import ERASE, MarkedOutput, folded
+from benchbot.core import long_work
 from benchbot.core.text import one_line, visible
 
 Display = Literal["auto", "rich", "plain", "json", "none"]
 """The form of a status on stderr: a line that is rewritten, lines, JSON lines, or nothing; `auto` is what fits."""
 
 PLAIN_PERIOD_S = 2.0
+TICK_S = 0.5
 REMINDER_PERIOD_S = 15.0
 JSON_PERIOD_S = 0.1
 PENDING_BYTES = 2**20
 """Size of the output kept for a terminal that takes nothing, as after Ctrl-S; the rest is not shown."""
 WRITE_PERIOD_S = 0.1
 PATIENCE_S = 2.0
+
+counted = long_work.counted
 
 
 def fitting(display: Display) -> Display:
@@ -53,8 +57,9 @@ class StatusLine:
             handle = sys.stderr.fileno()
         except (OSError, ValueError):  # it is no file, or closed
             handle = None
+        self._escapes = _encoding() != "utf-8"
         self._writer = StderrWriter(handle, keep=not sys.stderr.isatty(), rewrites=self.display == "rich")
-        self._decoded = getincrementaldecoder("utf-8")("replace").decode
+        self._decoded = codecs.getincrementaldecoder("utf-8")("replace").decode
 
     def __enter__(self) -> Self:
         return self
@@ -74,7 +79,9 @@ class StatusLine:
         urgent = bool(progress["waiting_for"] or progress["ends_run"])
         news: tuple[Any, ...] = (progress["waiting_for"], progress["ends_run"])
         if not urgent:
-            news = (progress["state"], progress["frames"], progress["paused"], progress.get("preparing"))
+            # While nothing can be seen yet, the time that it takes is news, ever more seldom.
+            waits = int(progress["wall_time_s"]).bit_length() if progress.get("preparing") else 0
+            news = (progress["state"], progress["frames"], progress["paused"], progress.get("preparing"), waits)
         document = {"kind": "progress", "scene_count": scene_count, **progress}
         self.show(progress_text(progress, scene_count), news, urgent=urgent, document=lambda: document)
 
@@ -98,7 +105,7 @@ class StatusLine:
                 if changed and (urgent or age_s >= JSON_PERIOD_S):
                     self._news = news
                     self._printed_s = time.monotonic()
-                    self._writer.say(_json({"kind": "status", "text": text} if document is None else document()))
+                    self._writer.say(self._json({"kind": "status", "text": text} if document is None else document()))
             elif self.display == "rich":
                 if urgent and changed:
                     self._say(text)
@@ -114,20 +121,50 @@ class StatusLine:
     def write(self, chunk: bytes) -> None:
         """Print the output of a solution, marked as such, or as JSON, where that is the display."""
         if self.display == "json":
-            self._writer.write(_json({"kind": "output", "text": self._decoded(chunk)}) + b"\n", ours=True)
+            self._writer.write(self._json({"kind": "output", "text": self._decoded(chunk)}) + b"\n", ours=True)
         else:
             self._writer.write(chunk)
 
     def note(self, text: str, document: Mapping[str, Any] | None = None) -> None:
         """Print a line of ours that stays, unless nothing is displayed."""
         if self.display == "json":
-            self._writer.say(_json({"kind": "note", "text": text} if document is None else document))
+            self._writer.say(self._json({"kind": "note", "text": text} if document is None else document))
         elif self.display != "none":
             self._writer.say(one_line(text).encode())
 
     def _say(self, text: str) -> None:
         self._printed_s = time.monotonic()
         self._writer.say(text.encode())
+
+    def _json(self, document: Mapping[str, Any]) -> bytes:
+        return visible(json.dumps(document, ensure_ascii=self._escapes, default=str)).encode()
+
+
+@contextmanager
+def working(what: str, display: Display = "auto") -> Iterator[None]:
+    """Show what a block does once that has taken two seconds, and for how long, or how long it may still take.
+
+    That is `what`, as a sentence without its full stop, or the loops that are `counted` meanwhile. The block prints
+    nothing itself.
+    """
+    started_s, ended = time.monotonic(), threading.Event()
+
+    def tell() -> None:
+        while not ended.wait(TICK_S):
+            taken_s = int(time.monotonic() - started_s)
+            loops = [loop for loop in tuple(long_work.under_way) if loop.total > 1]
+            if taken_s >= PLAIN_PERIOD_S:  # in lines, ever more seldom
+                told = " · ".join(map(str, loops)) or f"{what}: {taken_s} s"
+                line.show(told, ([loop.what for loop in loops], taken_s.bit_length()))
+
+    with StatusLine(display) as line:
+        telling = threading.Thread(target=tell, name="benchbot-working", daemon=True)
+        telling.start()
+        try:
+            yield
+        finally:
+            ended.set()
+            telling.join()
 
 
 class StderrWriter:
@@ -140,6 +177,7 @@ class StderrWriter:
 
     def __init__(self, handle: int | None, *, keep: bool, rewrites: bool) -> None:
         self._handle = handle
+        self._encoding = _encoding()
         self._keep = keep
         self._changed = threading.Condition()
         self._printed: list[tuple[bytes, bool]] = []
@@ -234,7 +272,10 @@ class StderrWriter:
         self._printed = []
         # Below half a line, such as a question that a solution asks, there is no room for a status.
         self._shown = self._status if output.at_line_start else b""
-        return b"".join([*parts, self._shown]), taken_bytes
+        composed = b"".join([*parts, self._shown])
+        if self._encoding != "utf-8":
+            composed = composed.decode().encode(self._encoding, "backslashreplace")
+        return composed, taken_bytes
 
     def _put(self, data: bytes) -> bool:
         """Write data; return False when the reader is gone, which must not end the episode."""
@@ -244,8 +285,9 @@ class StderrWriter:
         return not data
 
 
-def _json(document: Mapping[str, Any]) -> bytes:
-    return visible(json.dumps(document, ensure_ascii=False, default=str)).encode()
+def _encoding() -> str:
+    """Return the encoding of stderr; a solution's output is taken for UTF-8 whatever that is."""
+    return codecs.lookup(getattr(sys.stderr, "encoding", None) or "utf-8").name
 
 
 def progress_text(progress: Mapping[str, Any], scene_count: int) -> str:
@@ -255,8 +297,10 @@ def progress_text(progress: Mapping[str, Any], scene_count: int) -> str:
     if progress["ends_run"]:
         return f"STOPPED FOR SAFETY, the run is over: {one_line(progress['failure_why'])}"
     if not progress["frames"]:
-        paused = "PAUSED" if progress["paused"] else ""
-        return " · ".join(filter(None, (paused, "nothing observed yet", progress.get("preparing") or "")))
+        parts = ["PAUSED"] if progress["paused"] else []
+        preparing = progress.get("preparing")
+        since = [preparing, f"{progress['wall_time_s']:.0f} s"] if preparing else []
+        return " · ".join([*parts, "nothing observed yet", *since])
     steps, spent = f"step {progress['steps']}", progress["spent"]
     if spent["restarts"]:
         steps += f" ({spent['steps']} in {spent['restarts'] + 1} attempts)"

@@ -71,6 +71,7 @@ def bundle(
     Of a folder under git everything goes in that git does not ignore. Links, secrets and ground truth are refused. The
     bundle's path goes to stdout. The same results and source give the same bytes.
     """
+    from benchbot.cli.kit.status_line import working
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
     from benchbot.plugins.bundles import bundle_file
@@ -78,19 +79,21 @@ def bundle(
 
     console.check_output(output)
     catalog = Catalog(load())
-    submissions = _submissions(results)
+    with working("Reading results"):
+        submissions = _submissions(results)
     kept = _snapshot(submissions, results)
     source = _source(catalog, solution, example, leave_out or [], kept)
-    manifest = bundle_file.make(
-        output,
-        submissions,
-        source,
-        scores=_scores(submissions, results, scores, evaluate_with, catalog, ground_truth),
-        command=None if command is None else split_words("--command", command),
-        lock=lock or _lock_in(source),
-        timeout_s=timeout,
-        snapshot=kept if solution is None and example is None else None,
-    )
+    with working("Packing the bundle"):
+        manifest = bundle_file.make(
+            output,
+            submissions,
+            source,
+            scores=_scores(submissions, results, scores, evaluate_with, catalog, ground_truth),
+            command=None if command is None else split_words("--command", command),
+            lock=lock or _lock_in(source),
+            timeout_s=timeout,
+            snapshot=kept if solution is None and example is None else None,
+        )
     _note_contents(manifest, output)
     console.data_json({"path": str(output), **manifest}) if as_json else console.data(str(output))
 

@@ -10,6 +10,7 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.digest import MARK_DIGITS
 from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.core.host import Host
+from benchbot.core.long_work import counted
 from benchbot.core.request import Limits
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
@@ -48,21 +49,18 @@ def verify(
     document: Mapping[str, Any],
     catalog: Catalog,
     start_host: Callable[[Selection], Host],
-    tell: Callable[[int, int], object] = lambda done, of: None,
 ) -> Verification:
     """Replay a result's actions on a new host, within the limits that the result states.
 
-    `tell` is called with the number of observations made and their total. Raises BenchbotError for a result that
-    cannot be replayed, and when the simulator fails.
+    Raises BenchbotError for a result that cannot be replayed, and when the simulator fails.
     """
     provenance = document.get("provenance") or {}
     scenes = _action_log(document, provenance)
     selection = reselect(provenance, catalog, _limits_of_last_attempt(document))
     software = tuple(software_differences(provenance, selection))
-    total = sum(len(scene["rows"]) for scene in scenes)
     session = Session(selection, lambda: start_host(selection))
     try:
-        problem = _replay_actions(session, scenes, lambda done: tell(done, total))
+        problem = _replay_actions(session, scenes)
         _check_device(provenance, session, problem)
         problems = [problem] if problem else _problems(document, session)
         problems += filter(None, [overrun(document)])
@@ -122,10 +120,10 @@ def budgets_in_words(document: Mapping[str, Any]) -> str:
     return ", ".join(said)
 
 
-def _replay_actions(session: Session, scenes: list[dict[str, Any]], tell: Callable[[int], object]) -> str | None:
+def _replay_actions(session: Session, scenes: list[dict[str, Any]]) -> str | None:
     """Take all actions; return a description of the first difference in an observation, or None."""
     for number, scene in enumerate(scenes):
-        for place, (mark, *taken) in enumerate(scene["rows"]):
+        for place, (mark, *taken) in enumerate(counted(f"observations in {scene['scene']}", scene["rows"])):
             at = f"observation {session.progress.frames} ({scene['scene']}, {_described(place, taken)})"
             try:
                 if not _act(session, number, place, taken):
@@ -136,7 +134,6 @@ def _replay_actions(session: Session, scenes: list[dict[str, Any]], tell: Callab
                 return f"What the log says cannot be done, at {at}: {error.title} {error.why}"
             if session.digest.hexdigest()[:MARK_DIGITS] != mark:
                 return f"{SEEN} {at}."
-            tell(session.progress.frames)
     return None
 
 

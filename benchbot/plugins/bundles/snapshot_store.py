@@ -2,9 +2,11 @@
 
 import fcntl
 import json
+import os
 import shutil
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
@@ -17,6 +19,7 @@ TOLD_BYTES = 256 * 2**20
 _FICLONE = 0x40049409
 """`ioctl_ficlone(2)`: the copy shares its blocks with the original until one of the two is changed."""
 _CHUNK_BYTES = 2**20
+_MAKING = ".making-"
 
 
 def store(
@@ -47,8 +50,7 @@ def store(
         sizes = {name: (origin / name).stat().st_size for name in content.files}
         folder.mkdir(parents=True, exist_ok=True)
         _check_room(folder, sizes, tell)
-        making = Path(tempfile.mkdtemp(prefix=".making-", dir=folder))
-        try:
+        with _making(folder) as making:
             _write(making / FILES, content, origin)
             document = {
                 "content": asdict(content),
@@ -60,8 +62,6 @@ def store(
             (making / MANIFEST).write_text(f"{text}\n", "utf-8")
             making.chmod(0o755)
             making.rename(target)
-        finally:
-            shutil.rmtree(making, ignore_errors=True)
     except OSError as error:
         if target.exists():  # another process was faster, with the same content
             return target
@@ -73,6 +73,46 @@ def store(
             failure=FailureClass.INFRASTRUCTURE,
         ) from error
     return target
+
+
+@contextmanager
+def _making(folder: Path) -> Iterator[Path]:
+    """Yield a new folder, which is removed unless it is renamed, and remove those whose process was killed.
+
+    It is locked meanwhile, so that nobody else takes it for one of those.
+    """
+    for left in folder.glob(f"{_MAKING}*"):
+        with suppress(OSError), _locked(left):
+            _remove(left)
+    making: Path | None = None
+    while making is None:
+        with ExitStack() as stack:
+            made = Path(tempfile.mkdtemp(prefix=_MAKING, dir=folder))
+            try:
+                stack.enter_context(_locked(made))
+            except (BlockingIOError, FileNotFoundError):
+                continue  # another process was faster, and removes it
+            except OSError:
+                pass  # where nothing can be locked, nothing is removed
+            if made.exists():
+                making = made
+                stack.callback(_remove, made)
+                yield making
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """Lock a folder; raises OSError when another process has, or it is gone, or cannot be locked."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    finally:
+        os.close(handle)
+
+
+def _remove(folder: Path) -> None:
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def _write(root: Path, content: Content, origin: Path) -> None:

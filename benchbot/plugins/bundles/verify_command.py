@@ -36,7 +36,9 @@ def verify(
     by the solution is not shown by that: benchbot reproduce runs the solution again. Exits with 1 when a result or
     score is different, with 2 when one cannot be verified.
     """
+    from benchbot.cli.kit.status_line import working
     from benchbot.core.declarations.catalog import Catalog
+    from benchbot.core.long_work import counted
     from benchbot.core.plugin_manager import load
     from benchbot.evaluation import ground_truths, result_files
     from benchbot.evaluation.result_document import ResultDocument
@@ -44,9 +46,9 @@ def verify(
     kinds = (ResultDocument, result_files.Unreadable)
     catalog = Catalog(load())
     truths = ground_truths.GroundTruths.of(catalog, ground_truth)
-    with interruptible("the simulator has been ended."):
-        items = result_files.read(results)
-        found = [_verified(item, catalog, truths) for item in items if isinstance(item, kinds)]
+    with interruptible("the simulator has been ended."), working("Replaying results"):
+        items = [item for item in result_files.read(results) if isinstance(item, kinds)]
+        found = [_verified(item, catalog, truths) for item in counted("Replaying results", items)]
         wrong_scores = None if scores is None else _wrong_scores(results, scores, catalog, ground_truth)
     if as_json:
         console.data_json({"results": found, "scores": wrong_scores})
@@ -74,20 +76,16 @@ def _verified(
 ) -> dict[str, Any]:
     import tempfile
 
-    from benchbot.cli.kit.status_line import StatusLine
     from benchbot.evaluation.result_files import Unreadable
     from benchbot.plugins.bundles import recomputing, replay
     from benchbot.supervisor.platform.host import ChildHost
 
     if isinstance(item, Unreadable):
         return _row(item.source, "", UNVERIFIABLE, [f"{item.error.title} {item.error.why}"])
-    with tempfile.TemporaryDirectory(prefix="benchbot-") as folder, StatusLine() as status:
+    with tempfile.TemporaryDirectory(prefix="benchbot-") as folder:
         try:
             verification = replay.verify(
-                item.document,
-                catalog,
-                lambda selection: ChildHost(selection, Path(folder) / "platform.log"),
-                lambda done, of: status.show(f"{item.about}: observation {done} of {of}", done),
+                item.document, catalog, lambda selection: ChildHost(selection, Path(folder) / "platform.log")
             )
         # Including a failure of the simulator: one hostile result must not prevent the check of others.
         except BenchbotError as error:

@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 
 from packaging.utils import canonicalize_name
 
+from benchbot.cli.kit.status_line import working
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.installer.environment import Environment
 from benchbot.plugins.installer.indexes import Indexes
@@ -96,7 +97,8 @@ class Installer(ABC):
             return self._pip("install", *conditions, "-r", lines, *words, indexes=requirements.indexes)
 
     def _run(self, words: Sequence[str], variables: dict[str, str], folder: Path | None = None) -> ProcessResult:
-        done = self.runner.run(words, variables, folder=folder)
+        with working(f"{self.name} is at work"):
+            done = self.runner.run(words, variables, folder=folder)
         if done.code != 0:
             raise installer_error(self.name, done)
         return done

@@ -51,6 +51,7 @@ def compare(
     over places; the p-values of several comparisons are adjusted. Results are scored first; scores documents are taken
     as they are.
     """
+    from benchbot.cli.kit.status_line import working
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
     from benchbot.evaluation import intervals
@@ -59,13 +60,15 @@ def compare(
     catalog = Catalog(load())
     if paired_by is not None:
         scoring = {"catalog": catalog, "method": method, "ground_truth_paths": ground_truth, "missing": missing}
-        show_scenes(_by_scene(sets, score, scoring), as_json=as_json)
+        with working("Comparing scene by scene"):
+            scenes = _by_scene(sets, score, scoring)
+        show_scenes(scenes, as_json=as_json)
         return
-    named = result_sets.read(sets, catalog=catalog, method=method, ground_truth_paths=ground_truth, missing=missing)
-    evaluator = result_sets.evaluator_of(named, catalog)
-    document = comparison.compare(
-        named, evaluator, score, over=intervals.Over(over), ignore_seeds=ignore_seeds, ignore_settings=ignore_settings
-    )
+    with working("Testing the differences"):
+        named = result_sets.read(sets, catalog=catalog, method=method, ground_truth_paths=ground_truth, missing=missing)
+        evaluator = result_sets.evaluator_of(named, catalog)
+        paired = {"ignore_seeds": ignore_seeds, "ignore_settings": ignore_settings}
+        document = comparison.compare(named, evaluator, score, over=intervals.Over(over), **paired)
     document["notes"] += [*_restarts(named), *_robots(named)]
     show(document, as_json=as_json)
 

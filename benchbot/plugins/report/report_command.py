@@ -59,6 +59,7 @@ def report(
     The page holds ground truth and needs no other file, no network and no script.
     """
     from benchbot.cli.evaluate import required_environments
+    from benchbot.cli.kit.status_line import working
     from benchbot.core.atomic import write_text
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
@@ -75,26 +76,29 @@ def report(
     if frames is not None:
         frames_in(frames)
     catalog = Catalog(load())
-    evaluation = score_files(
-        results,
-        catalog=catalog,
-        method=method,
-        ground_truth_paths=ground_truth,
-        required_task=required_task,
-        required_envs=required_environments(catalog, required_envs, required_envs_batch),
-        missing=missing,
-        over=intervals.Over(over),
-    )
+    required = required_environments(catalog, required_envs, required_envs_batch)
+    with working("Working out the intervals"):
+        evaluation = score_files(
+            results,
+            catalog=catalog,
+            method=method,
+            ground_truth_paths=ground_truth,
+            required_task=required_task,
+            required_envs=required,
+            missing=missing,
+            over=intervals.Over(over),
+        )
     if frames is not None and evaluation.document["coverage"]["expected"] > 1:
         raise BenchbotError(
             "The frames are not known to belong to one result.",
             f"--frames {frames} was given with {evaluation.document['coverage']['expected']} results.",
             "Keep each result in a folder of its own, with its frames in 'frames' beside it, and leave --frames out.",
         )
-    data = gather(evaluation, results, catalog=catalog, name=name, frames=frames)
-    texts = {name: render(data, name) for name in dict.fromkeys(formats.values())}
+    with working("Drawing the report"):
+        data = gather(evaluation, results, catalog=catalog, name=name, frames=frames)
+        texts = {name: render(data, name) for name in dict.fromkeys([*formats.values(), *([wanted] if wanted else [])])}
     for path, form in formats.items():
         write_text(path, texts[form])
         console.data(str(path))
     if wanted is not None and not paths:
-        console.document(render(data, wanted).rstrip("\n"))
+        console.document(texts[wanted].rstrip("\n"))

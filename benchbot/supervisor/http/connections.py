@@ -4,6 +4,7 @@ import asyncio
 import socket
 import struct
 import time
+from contextlib import suppress
 from typing import Any
 
 import h11
@@ -18,6 +19,8 @@ ANSWER_DEADLINE_S = 60.0
 MOST_CONNECTIONS = 256
 BACKLOG = 128
 """The number of connections that are accepted at once, before any of them can be closed for another."""
+# unix(7), and on macOS, which has another way to ask, unix(4): SOL_LOCAL, LOCAL_PEERPID.
+_PEER = (socket.SOL_SOCKET, socket.SO_PEERCRED, 12) if hasattr(socket, "SO_PEERCRED") else (0, 2, 4)
 
 
 class BoundedProtocol(H11Protocol):
@@ -33,9 +36,9 @@ class BoundedProtocol(H11Protocol):
         super().connection_made(transport)
         taken = transport.get_extra_info("socket")
         if taken.family == socket.AF_UNIX:
-            # The number of the process in the place of a port.
-            process, _, _ = struct.unpack("3i", taken.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))
-            self.client = ("", process)
+            # The number of the process in the place of a port, where the system tells.
+            with suppress(OSError):
+                self.client = ("", struct.unpack_from("i", taken.getsockopt(*_PEER))[0])
         self._heard_s = time.monotonic()
         self._deadline: asyncio.TimerHandle | None = None
         self._aborted = False

@@ -30,6 +30,8 @@ SHUTDOWN_S = 3
 SEND_BUFFER_BYTES = 4 * 2**20
 # A client on another machine is gone when the network is: after so many probes, one a second, without an answer.
 PROBES = 3
+KEEP_IDLE = getattr(socket, "TCP_KEEPIDLE", 0x10)
+"""On macOS it is TCP_KEEPALIVE (tcp(4))."""
 
 # A step takes a twentieth less than with the thread pool of Starlette, whose tasks and context are not needed here.
 _REQUEST_THREADS = ThreadPoolExecutor(40, "benchbot-request")
@@ -195,7 +197,7 @@ class _BufferedListener(socket.socket):
 def _keep_alive(listener: socket.socket) -> None:
     """Enable TCP keep-alive, which detects that the other end of a connection has vanished (tcp(7))."""
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 1)
+    listener.setsockopt(socket.IPPROTO_TCP, KEEP_IDLE, 1)
     listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPINTVL, 1)
     listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPCNT, PROBES)
 

@@ -210,7 +210,8 @@ class ChildHost:
         if self._process.returncode is None:
             if self._real:
                 self.halt("The run has ended.")
-            if self._busy.acquire(timeout=CALL_OFF_S if self._real else 0.0):
+            # Before it is created nothing is under way: a diagnosis moves nothing.
+            if self._busy.acquire(timeout=CALL_OFF_S if self._real and self._start is None else 0.0):
                 try:
                     self._send(messages.Close())
                     messages.receive(self._socket, CLOSE_TIMEOUT_S)

@@ -3,6 +3,7 @@
 It yields to everything else on the machine, and finishes the recordings also when the supervisor was killed.
 """
 
+import gc
 import json
 import mmap
 import os
@@ -96,4 +97,6 @@ def _read(pipe: int) -> Iterator[Entry]:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    ended = main()
+    gc.freeze()  # what a dying process holds need not be searched for garbage
+    sys.exit(ended)

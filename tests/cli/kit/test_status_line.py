@@ -4,13 +4,15 @@ import pty
 import select
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, TextIO
 
 import pytest
 
-from benchbot.cli.kit.status_line import Display, StatusLine, progress_text
+from benchbot.cli.kit import status_line
+from benchbot.cli.kit.status_line import Display, StatusLine, counted, progress_text, working
 
 PROGRESS: dict[str, Any] = {
     "state": "dirty",
@@ -100,7 +102,56 @@ def test_a_pause_is_told() -> None:
 
 def test_what_keeps_the_first_observation_waiting_is_told() -> None:
     preparing = {**PROGRESS, "frames": 0, "preparing": "the simulator builds a tree"}
-    assert progress_text(preparing, 1) == "nothing observed yet · the simulator builds a tree"
+    assert progress_text(preparing, 1) == "nothing observed yet · the simulator builds a tree · 4 s"
+
+
+@pytest.fixture
+def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What takes long is told at once."""
+    monkeypatch.setattr(status_line, "PLAIN_PERIOD_S", 0.0)
+    monkeypatch.setattr(status_line, "TICK_S", 0.01)
+
+
+def until(text: str, capfd: pytest.CaptureFixture[str]) -> None:
+    seen, deadline_s = "", time.monotonic() + 60
+    while text not in seen:
+        assert time.monotonic() < deadline_s, seen
+        seen += capfd.readouterr().err
+
+
+@pytest.mark.usefixtures("at_once")
+def test_what_takes_long_is_told_with_the_loops_that_are_counted_in_it(capfd: pytest.CaptureFixture[str]) -> None:
+    with working("Packing the bundle"):
+        until("Packing the bundle: ", capfd)
+        for number in counted("Results", range(40)):
+            for _ in counted("only one", "x"):
+                if number == 3:
+                    until("Results: 3 of 40, about ", capfd)
+        until("Packing the bundle: ", capfd)
+
+
+def test_what_is_over_soon_is_not_told(capfd: pytest.CaptureFixture[str]) -> None:
+    with working("Packing the bundle"):
+        assert list(counted("Results", range(3))) == [0, 1, 2]
+
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize(("display", "shown"), [("plain", "\\u4e16 \\xe9"), ("json", "\\u4e16 \\u00e9")])
+def test_what_an_alphabet_lacks_is_an_escape(
+    display: Display, shown: str, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with os.fdopen(os.dup(2), "w", encoding="ascii") as stderr:
+        monkeypatch.setattr(sys, "stderr", stderr)
+        with StatusLine(display) as status:
+            status.write("\u4e16 \xe9\n".encode())
+            status.note("\u4e16 \xe9")
+        monkeypatch.undo()
+
+    said = capfd.readouterr().err.splitlines()
+    assert [shown in line for line in said] == [True, True]
+    if display == "json":
+        assert json.loads(said[1])["text"] == "\u4e16 \xe9"
 
 
 @pytest.fixture

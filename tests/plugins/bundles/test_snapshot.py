@@ -2,6 +2,8 @@
 
 import os
 import shutil
+import subprocess
+import sys
 from hashlib import sha256
 from pathlib import Path
 
@@ -13,7 +15,19 @@ from benchbot.core.errors import BenchbotError
 from benchbot.plugins.bundles import snapshot as snapshots
 from benchbot.plugins.bundles.snapshot import ChangedError, Content, Snapshot
 from benchbot.plugins.bundles.snapshot_store import store
+from tests.supervisor.harness import eventually
 
+STUCK = """
+import os, sys
+from pathlib import Path
+from benchbot.plugins.bundles.snapshot import Content
+from benchbot.plugins.bundles.snapshot_store import store
+
+origin = Path(sys.argv[1])
+os.mkfifo(origin / "endless")
+store(origin.parent / "solutions", Content(".", {"endless": ""}, ()), origin, ran_in=origin, details={})
+"""
+"""Stores a solution whose only file never ends."""
 FILES = {"s.py": b"import lib.helper", "lib/helper.py": b"", "w/big.bin": b"\1" * 5000, "go": b"#!/bin/sh\n"}
 
 
@@ -175,3 +189,21 @@ def test_two_contents_have_one_hash_only_if_they_are_equal(files: dict[str, byte
     assert one.hash != Content(f"{folder}/x", one.files).hash
     assert one.hash != Content(folder, {**one.files, "e": "0" * 64}).hash
     assert one.hash != Content(folder, one.files, executable=("a",)).hash
+
+
+def test_what_a_process_that_was_killed_has_begun_is_removed_by_the_next_but_not_what_one_is_making(
+    origin: Path,
+) -> None:
+    solutions = origin.parent / "solutions"
+    with subprocess.Popen([sys.executable, "-c", STUCK, str(origin)]) as making:
+        try:
+            assert eventually(lambda: any(solutions.glob(".making-*/files")))
+            stored(origin)
+            meanwhile = list(solutions.glob(".making-*"))
+        finally:
+            making.kill()
+    shutil.rmtree(solutions / content_of(FILES).hash)
+    stored(origin)
+
+    assert len(meanwhile) == 1
+    assert [path.name for path in solutions.iterdir()] == [content_of(FILES).hash]

@@ -4,6 +4,7 @@ import contextlib
 import importlib
 import io
 import os
+import platform
 import sys
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,9 @@ from benchbot_sim_taichi import _cuda, _float_mode, _front_end, kernel_cache
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 os.environ.setdefault("ENABLE_QUADRANTS_HEADER_PRINT", "0")
 
-ti: Any = importlib.import_module(os.environ.get("BENCHBOT_TAICHI", "taichi"))
+RUNTIME = "quadrants" if (sys.platform, platform.machine()) == ("linux", "aarch64") else "taichi"
+"""What is installed with this distribution: Taichi has no wheels for Linux on Arm, and its fork has."""
+ti: Any = importlib.import_module(os.environ.get("BENCHBOT_TAICHI", RUNTIME))
 _front_end.hasten(ti)
 
 DEVICES = ("cpu", "cuda")

@@ -170,5 +170,7 @@ class _World(World):
     def renderer(self) -> Renderer:
         kind, cache_dir = self.device.kind, self._spec.cache_dir
         renderer = Renderer(self._geometry, self._lighting, cache_dir=cache_dir, device=kind, quality=self._quality)
-        progress.tell("the simulator works out the light of the scene, and compiles what is not compiled yet")
+        progress.tell(
+            "the simulator works out the light of the scene, and compiles what is not compiled yet: up to half a minute"
+        )
         return renderer

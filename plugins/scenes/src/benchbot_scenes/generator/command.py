@@ -8,6 +8,7 @@ import typer
 
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import Json
+from benchbot.cli.kit.status_line import working
 from benchbot.plugin import BenchbotError
 
 if TYPE_CHECKING:
@@ -67,8 +68,9 @@ def generate_environment(
     origin = origin_file(folder)
     _require_new(folder, origin)
     sees = observer(Catalog(load()).get("robots", robot).data)
-    place = generate(seed, kind, rooms, pack(assets), sees, known)
-    written = write_place(folder, name, 1, place, sees, hidden=bool(known))
+    with working("Furnishing the place, and planning in it"):
+        place = generate(seed, kind, rooms, pack(assets), sees, known)
+        written = write_place(folder, name, 1, place, sees, hidden=bool(known))
     made = {"environment": f"{name}:1", "kind": kind, "rooms": rooms, "seed": seed, "robot": robot, "assets": assets}
     write_origin(origin, {**made, **pinned(packs()[assets], secret)})
     if as_json:

@@ -9,6 +9,7 @@ import typer
 
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import Json
+from benchbot.cli.kit.status_line import working
 from benchbot.plugin import BenchbotError
 
 if TYPE_CHECKING:
@@ -68,12 +69,11 @@ def import_environment(
             "Name another one: --output-location FOLDER",
         )
     known = _known(guesses, units, up, floor_z_m, file)
-    console.note(f"Reading {file.name} and planning in it …")
-    imported = environment.build(file, name, _observer(robot), known)
-    environment.write(imported, folder)
-    if not no_pictures:
-        console.note("Taking pictures for the report …")
-    views = [] if no_pictures else report.views(imported)
+    with working(f"Reading {file.name}, and planning in it"):
+        imported = environment.build(file, name, _observer(robot), known)
+        environment.write(imported, folder)
+    with working("Taking pictures for the report, which may compile the ray tracer first"):
+        views = [] if no_pictures else report.views(imported)
     page = folder / "report.html"
     page.write_text(report.page(imported, file.name, views), encoding="utf-8")
     if as_json:

@@ -1,17 +1,15 @@
 """`benchbot assets`: packs of models for scenes."""
 
-from collections.abc import Iterable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import Json, group
+from benchbot.cli.kit.status_line import counted, working
 from benchbot.plugin import BenchbotError, did_you_mean
-
-if TYPE_CHECKING:
-    from benchbot_scenes.packs.sweethome3d import Wanted
 
 INSTALLABLE = {"sweethome3d": "820 pieces of furniture of Sweet Home 3D (Debian's sweethome3d-furniture)"}
 
@@ -89,9 +87,9 @@ def install(
         )
     if source is not None and not source.exists():
         raise BenchbotError(f"There is no file {source}.", "The path names nothing.", "Check how it is written.")
-    if source is None:
-        console.note(f"Looking for {sweethome3d.PACKAGE} (120 MB where it has to be fetched) …")
-    done = sweethome3d.install(source, _with_progress)
+    fetched = f"Fetching {sweethome3d.PACKAGE}, 120 MB where it is not here yet" if source is None else "Unpacking"
+    with working(fetched):
+        done = sweethome3d.install(source, partial(counted, "Converting models"))
     for line in done.left_out:
         console.note(f"Left out: {line}")
     console.note(f"{done.models} models in {done.path}")
@@ -104,22 +102,6 @@ def remove(pack: Annotated[str, typer.Argument(metavar="PACK", help="A pack that
     from benchbot_scenes.packs import folder
 
     console.note(f"Removed: {folder.remove(pack)}")
-
-
-def _with_progress(models: "Sequence[Wanted]") -> "Iterable[Wanted]":
-    """Yield the models with a bar on a terminal, else with a line for each fifth of them."""
-    from rich.console import Console
-    from rich.progress import track
-
-    terminal = Console(stderr=True)
-    if terminal.is_terminal:
-        yield from track(models, "Converting", console=terminal)
-        return
-    step = max(1, len(models) // 5)
-    for number, model in enumerate(models):
-        if number % step == 0:
-            console.note(f"Converting {number} of {len(models)}")
-        yield model
 
 
 def _cell(value: Any) -> str:
