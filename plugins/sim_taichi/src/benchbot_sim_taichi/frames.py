@@ -12,6 +12,7 @@ from benchbot_sim_taichi import _ti
 PIXELS_PER_GROUP = 4
 WORDS_PER_GROUP = 3
 MOST_WORDS = 2**31 - 1
+INFINITY_BITS = 0x7F800000
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from benchbot_sim_taichi.kernels import cells as kernels
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 22
+VERSION = 23
 RAYS_PER_CELL = 256
 POINTS_PER_CELL = 32
 BOUNCES = 24
@@ -128,7 +128,7 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
     for _ in range(BOUNCES + 1):
         kernels.bounce_cells(links, tints, sky, direct, cells, before, after, count, rays, int(has_panes))
         before, after = after, before
-    indirect, smoothed = _ti.upload(np.zeros(count * 6, np.float32)), _ti.upload(np.zeros(count * 6, np.float32))
+    indirect, smoothed = _ti.upload(np.zeros(count * 3, np.float32)), _ti.upload(np.zeros(count * 3, np.float32))
     kernels.split_cells(cells, direct, before, sky, indirect, count, rays)
     for step in SMOOTHING_STEPS:
         kernels.smooth_cells(grid, cells, layout, indirect, smoothed, _ti.upload(found.keys), count, step)
