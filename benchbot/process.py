@@ -1,4 +1,4 @@
-"""Processes: starting a module of ours, what one printed last, how it ended, and whether a signal has stopped it."""
+"""Processes: starting a module of ours, its last words, how it ended, whether it is stopped, its processors."""
 
 import os
 import signal
@@ -30,6 +30,39 @@ def start_module(
         pass_fds=pass_fds,
         start_new_session=True,
     )
+
+
+def processors(root: Path = Path("/sys/fs/cgroup"), membership: Path = Path("/proc/self/cgroup")) -> int:
+    """Return how many processors this process may use: by its affinity, and by the quotas of its control groups.
+
+    A quota counts in whole processors, one at least (Linux, cgroup-v2.rst `cpu.max`; sched-bwc.rst for version 1).
+    """
+    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    try:
+        lines = [line.split(":", 2) for line in membership.read_text("utf-8").splitlines()]
+    except OSError:
+        return count
+    quotas = []
+    for _, controllers, own in lines:
+        if controllers and "cpu" not in controllers.split(","):
+            continue
+        # The quota may be that of a group around its own, such as a container's.
+        parts = [part for part in own.split("/") if part]
+        groups = [root.joinpath(controllers, *parts[:depth]) for depth in range(len(parts) + 1)]
+        quotas += [quota for quota in map(_quota, groups) if quota is not None]
+    return max(1, min([count, *quotas]))
+
+
+def _quota(group: Path) -> int | None:
+    """Return the whole processors that a control group may use; None for any number."""
+    try:
+        if (group / "cpu.max").exists():
+            quota, period = (group / "cpu.max").read_text("utf-8").split()
+        else:
+            quota, period = ((group / f"cpu.cfs_{name}_us").read_text("utf-8") for name in ("quota", "period"))
+        return None if quota == "max" or int(quota) < 0 else int(quota) // int(period)
+    except (OSError, ValueError, ZeroDivisionError):
+        return None
 
 
 def how_it_ended(code: int) -> str:

@@ -1,6 +1,6 @@
 """Small pictures of many cameras in one scene: taken together, beside one after the other in the same run.
 
-python -m benchmarks.bench_batch [SCENE.glb] [--arch cuda] [--quality fast] [--cameras 1 64 4096] [--json FILE]
+python -m benchmarks.bench_batch [SCENE.glb] [--device cuda] [--quality fast] [--cameras 1 64 4096] [--json FILE]
 
 Rates are medians of interleaved rounds, in pictures per second of wall time; `in place` leaves them on the device,
 in memory that is used again, the others have them on the host.
@@ -47,7 +47,7 @@ class Row:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scene", nargs="?", type=Path, default=SHIPPED)
-    parser.add_argument("--arch", choices=_ti.ARCHS, default="cpu")
+    parser.add_argument("--device", choices=_ti.DEVICES, default="cpu")
     parser.add_argument("--quality", choices=(FAST.name, REALTIME.name), default=REALTIME.name)
     parser.add_argument("--sizes", type=int, nargs="+", default=SIZES, metavar="PIXELS", help="width and height")
     parser.add_argument("--cameras", type=int, nargs="+", default=CAMERAS, metavar="N")
@@ -56,14 +56,14 @@ def main() -> None:
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the table to this file")
     options = parser.parse_args()
     scene = load_scene(options.scene)
-    print(f"{options.scene.name}, {len(scene.triangles)} triangles, {options.arch}")
+    print(f"{options.scene.name}, {len(scene.triangles)} triangles, {options.device}")
     print(
         f"{'channels':9} {'size':>5} {'cameras':>8} {'one by one':>11} {'together':>11} {'ratio':>6} {'in place':>11}"
     )
     rows = []
     with tempfile.TemporaryDirectory() as cache:
         quality = QUALITIES[options.quality]
-        renderer = Renderer(scene, Lighting(), cache_dir=Path(cache), arch=options.arch, quality=quality)
+        renderer = Renderer(scene, Lighting(), cache_dir=Path(cache), device=options.device, quality=quality)
         for rgb in (True, False):
             for size in options.sizes:
                 for cameras in options.cameras:

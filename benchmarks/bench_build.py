@@ -1,6 +1,6 @@
 """What building the search tree costs in time and memory, and what moving an object costs.
 
-python -m benchmarks.bench_build [--quick] [--arch cuda] [--json FILE]
+python -m benchmarks.bench_build [--quick] [--device cuda] [--json FILE]
 
 Seconds are of the processor, all threads counted: on a busy machine they mean more than those of the clock, which are
 given beside them. Embree (through `embreex`, optional) builds its tree for the same triangles.
@@ -33,10 +33,10 @@ MOVES = 20
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="leave out the scene of a million triangles")
-    parser.add_argument("--arch", choices=_ti.ARCHS, default="cpu", help="where objects are moved")
+    parser.add_argument("--device", choices=_ti.DEVICES, default="cpu", help="where objects are moved")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the figures to this file")
     arguments = parser.parse_args()
-    report = [measure(generate(size, seed=3), arguments.arch) for size in (SIZES[:-1] if arguments.quick else SIZES)]
+    report = [measure(generate(size, seed=3), arguments.device) for size in (SIZES[:-1] if arguments.quick else SIZES)]
     print("triangles  build CPU s  clock s  Embree CPU s  tree MB  largest object  move: first ms  then ms")
     for row in report:
         embree = f"{row['embree_processor_s']:12.2f}" if "embree_processor_s" in row else " (no embreex)"
@@ -49,7 +49,7 @@ def main() -> None:
         arguments.json.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
 
 
-def measure(scene: SceneGeometry, arch: str) -> dict[str, Any]:
+def measure(scene: SceneGeometry, device: str) -> dict[str, Any]:
     groups = tables.group_triangles(scene)
     tree, build_s, build_processor_s = timed(
         lambda: bvh.build(scene.vertices, scene.triangles, (groups.solid, groups.sheer))
@@ -65,7 +65,7 @@ def measure(scene: SceneGeometry, arch: str) -> dict[str, Any]:
     count = np.bincount(scene.triangle_instance)
     largest = int(count.argmax())
     with tempfile.TemporaryDirectory() as cache:
-        renderer = Renderer(scene, Lighting(exposure=1.0), cache_dir=Path(cache), arch=arch)
+        renderer = Renderer(scene, Lighting(exposure=1.0), cache_dir=Path(cache), device=device)
         poses = [Pose((0.01 * step, 0.0, 0.0)).matrix() for step in range(MOVES)]
         costs = [timed(partial(renderer.move, largest, pose))[2] for pose in poses]
     row["object_triangles"] = int(count[largest])

@@ -1,6 +1,6 @@
 """Every environment: how large it is, what loading it costs, what its trajectory sees, and what it looks like.
 
-python -m benchmarks.bench_environments [NAME:VARIANT ...] [--arch cpu] [--json FILE] [--pictures FOLDER]
+python -m benchmarks.bench_environments [NAME:VARIANT ...] [--device cpu] [--json FILE] [--pictures FOLDER]
 
 An object counts as seen when the camera on the trajectory (that of `carter`, a quarter as wide) shows it in 4 pixels
 or more of a picture. `--pictures` also writes a sheet for each place: a row for each variant, from above and from three
@@ -20,22 +20,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from PIL import Image
 
-from benchbot.core import plugin_manager
-from benchbot.core.declarations.catalog import Catalog, Declaration
-from benchbot.core.platform import Scene
-from benchbot_scenes.gltf import load_scene
-from benchbot_scenes.scene_file import scene_file
+from benchbot.core.declarations.catalog import Declaration
 from benchbot_scenes.top_down import top_down
 from benchbot_sim_taichi import _ti
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
+from benchmarks.views import LOOK, camera_poses, declared, scene_of, shipped
 
-CAMERA_HEIGHT_M = 1.05
 SEEN_PIXELS = 4
-LOOK = Intrinsics.from_horizontal_fov(240, 135, 90.0)
 SHOW = Intrinsics.from_horizontal_fov(400, 225, 90.0)
 VIEWS = 3
 
@@ -43,7 +37,7 @@ VIEWS = 3
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("environment", nargs="*", metavar="NAME:VARIANT")
-    parser.add_argument("--arch", choices=_ti.ARCHS, default="cpu")
+    parser.add_argument("--device", choices=_ti.DEVICES, default="cpu")
     parser.add_argument("--cache", type=Path, help="keep what is made of the scenes there")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the table to this file")
     parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="also write environments-PLACE.jpg there")
@@ -52,10 +46,7 @@ def main() -> None:
     if options.alone:
         print(json.dumps(measure(declared(options.environment[0]), options, Path(options.alone))))
         return
-    pool = Catalog(plugin_manager.load()).pool("environments")
-    names = options.environment or sorted(
-        name for name, found in pool.items() if found.data["type"] == "sim_taichi" and "trajectory_poses" in found.data
-    )
+    names = options.environment or shipped()
     rows = []
     print(f"{'':14} {'triangles':>9} {'lamps':>6} {'load s':>7} {'MB':>6} {'objects':>7} {'poses':>5}  not seen")
     with tempfile.TemporaryDirectory() as folder:
@@ -74,7 +65,8 @@ def main() -> None:
 
 def alone(name: str, options: argparse.Namespace, folder: str) -> dict[str, Any]:
     """Measure one environment in a process of its own."""
-    command = [sys.executable, "-m", "benchmarks.bench_environments", name, "--alone", folder, "--arch", options.arch]
+    command = [sys.executable, "-m", "benchmarks.bench_environments", name, "--alone", folder]
+    command += ["--device", options.device]
     command += ["--cache", str(options.cache)] if options.cache else []
     command += ["--pictures", str(options.pictures)] if options.pictures else []
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
@@ -82,22 +74,16 @@ def alone(name: str, options: argparse.Namespace, folder: str) -> dict[str, Any]
     return row
 
 
-def declared(name: str) -> Declaration:
-    """The environment of this name."""
-    (environment,) = Catalog(plugin_manager.load()).environments(name)
-    return environment
-
-
 def measure(environment: Declaration, options: argparse.Namespace, folder: Path) -> dict[str, Any]:
     """One environment's figures; leaves its row of pictures in `folder`."""
     cache = options.cache or folder
     data = environment.data
     started_s = time.process_time()
-    scene = load_scene(scene_file(environment.path.parent / data["map_path"], cache))
+    scene = scene_of(environment, cache)
     loaded_s = time.process_time() - started_s
     glowing = np.array([material.is_emissive for material in scene.materials], bool)[scene.triangle_material]
-    renderer = Renderer(scene, Lighting.from_mapping(data.get("lighting")), cache_dir=cache, arch=options.arch)
-    poses = np.stack([camera_pose(pose.matrix()) for pose in Scene(data, environment.path.parent).trajectory])
+    renderer = Renderer(scene, Lighting.from_mapping(data.get("lighting")), cache_dir=cache, device=options.device)
+    poses = camera_poses(environment)
     instances = renderer.render_batch(poses, LOOK, rgb=False).instance
     objects = {known.index: known.name for known in scene.instances if known.class_name is not None}
     seen = [
@@ -122,15 +108,6 @@ def measure(environment: Declaration, options: argparse.Namespace, folder: Path)
         "poses": len(poses),
         "not_seen": sorted(name for index, name in objects.items() if not any(index in view for view in seen)),
     }
-
-
-def camera_pose(robot_to_map: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """A level optical frame above a robot's base."""
-    forward, left = robot_to_map[:3, 0], robot_to_map[:3, 1]
-    pose = np.eye(4)
-    pose[:3, :3] = np.stack([-left, [0.0, 0.0, -1.0], forward], axis=1)
-    pose[:3, 3] = robot_to_map[:3, 3] + [0.0, 0.0, CAMERA_HEIGHT_M]
-    return pose
 
 
 def best_views(seen: list[set[int]], objects: set[int]) -> Iterator[int]:

@@ -1,6 +1,6 @@
 """The ray tracer on a GPU: one large picture and many small ones, beside Mitsuba in the same run.
 
-python -m benchmarks.bench_gpu [--arch cpu] [--triangles 20000 200000 1000000] [--json FILE]
+python -m benchmarks.bench_gpu [--device cpu] [--triangles 20000 200000 1000000] [--json FILE]
 
 The rooms are those of `benchmarks.rays`. Times are medians of interleaved rounds; `device` leaves pictures where they
 were worked out (in memory that is used again), `host` copies them. Colours are of the quality `fast` unless said
@@ -55,21 +55,21 @@ class Row:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--arch", choices=_ti.ARCHS, default="cuda")
+    parser.add_argument("--device", choices=_ti.DEVICES, default="cuda")
     parser.add_argument("--triangles", type=int, nargs="+", default=[20_000, 200_000, 1_000_000])
     parser.add_argument("--small-pixels", type=int, default=SMALL_PIXELS, help="pixels of all small pictures together")
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the table to this file")
     options = parser.parse_args()
-    if options.arch == "cuda" and not find_gpu():
-        print("There is no NVIDIA GPU here; --arch cpu measures the same on this machine's processor.")
+    if options.device == "cuda" and not find_gpu():
+        print("There is no NVIDIA GPU here; --device cpu measures the same on this machine's processor.")
         return
     rows: list[Row] = []
     print(f"{'triangles':>9} {'what':44} {'ms':>9} {'per s':>12}")
     for triangles in options.triangles:
         scene = rooms.generate(triangles)
         with tempfile.TemporaryDirectory() as cache:
-            jobs = ours(scene, Path(cache), options.arch, options.small_pixels) | mitsuba(
+            jobs = ours(scene, Path(cache), options.device, options.small_pixels) | mitsuba(
                 scene, Path(cache), options.small_pixels
             )
             for what, (work, unit, seconds) in measure(jobs, options.rounds).items():
@@ -92,11 +92,11 @@ def find_gpu() -> bool:
 Job = tuple[float, str, Callable[[], Any]]
 
 
-def ours(scene: SceneGeometry, cache: Path, arch: str, small_pixels: int) -> dict[str, Job]:
+def ours(scene: SceneGeometry, cache: Path, kind: str, small_pixels: int) -> dict[str, Job]:
     """Every way in which pictures are taken."""
 
     def renderer(quality: Quality, lighting: Lighting) -> Renderer:
-        return Renderer(scene, lighting, cache_dir=cache, arch=arch, quality=quality)
+        return Renderer(scene, lighting, cache_dir=cache, device=kind, quality=quality)
 
     fast, full = renderer(FAST, Lighting()), renderer(REALTIME, Lighting())
     paths = renderer(Quality(PATH.name, SAMPLES), NIGHT)

@@ -1,6 +1,6 @@
 """How fast the ray tracer is, beside Embree in the same run.
 
-python -m benchmarks.bench_renderer [SCENE.glb] [--arch cuda] [--json FILE]
+python -m benchmarks.bench_renderer [SCENE.glb] [--device cuda] [--json FILE]
 
 Rates are medians; ratios compare runs that were interleaved on the same machine. Embree (through `embreex`, optional)
 runs on one thread, hence the ratio per processor second beside the one of wall time.
@@ -34,21 +34,21 @@ def main() -> None:
     parser.add_argument("scene", nargs="?", type=Path, default=SHIPPED)
     parser.add_argument("--position", type=float, nargs=3, default=(1.2, 1.5, 1.05), metavar=("X", "Y", "Z"))
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--arch", default="cpu")
+    parser.add_argument("--device", default="cpu")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the figures to this file")
     arguments = parser.parse_args()
     scene = load_scene(arguments.scene)
     report = {"scene": arguments.scene.name, "triangles": len(scene.triangles), "width": CAMERA.width}
     with tempfile.TemporaryDirectory() as cache:
-        report |= measure(scene, Path(cache), np.array(arguments.position), arguments.rounds, arguments.arch)
+        report |= measure(scene, Path(cache), np.array(arguments.position), arguments.rounds, arguments.device)
     for name, value in report.items():
         print(f"{name:32} {value:.3g}" if isinstance(value, float) else f"{name:32} {value}")
     if arguments.json:
         arguments.json.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
 
 
-def measure(scene: SceneGeometry, cache: Path, position: np.ndarray, rounds: int, arch: str) -> dict[str, Any]:
-    renderer, load_s, _ = timed(lambda: Renderer(scene, Lighting(), cache_dir=cache, arch=arch))
+def measure(scene: SceneGeometry, cache: Path, position: np.ndarray, rounds: int, device: str) -> dict[str, Any]:
+    renderer, load_s, _ = timed(lambda: Renderer(scene, Lighting(), cache_dir=cache, device=device))
     poses = [looking(position, yaw_deg) for yaw_deg in range(0, 360, 60)]
     _, first_s, _ = timed(lambda: renderer.render(poses[0], CAMERA))
     renderer.render(poses[0], CAMERA, rgb=False)

@@ -1,6 +1,6 @@
 """Environments for learning: stepped together, beside one after the other in the same run.
 
-python -m benchmarks.bench_vector [--arch cuda] [--envs 1 64] [--sizes 64] [--within-s 60] [--json FILE]
+python -m benchmarks.bench_vector [--device cuda] [--envs 1 64] [--sizes 64] [--within-s 60] [--json FILE]
 
 Rates are medians of interleaved rounds, in environment steps per second of wall time: each turns by up to 15 degrees
 and observes pictures, laser and poses. What the processors of this machine had to do for a step does not depend on what
@@ -62,26 +62,26 @@ class Measured:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--arch", choices=_ti.ARCHS, default="cpu")
+    parser.add_argument("--device", choices=_ti.DEVICES, default="cpu")
     parser.add_argument("--sizes", type=int, nargs="+", default=SIZES, metavar="PIXELS", help="width and height")
     parser.add_argument("--envs", type=int, nargs="+", default=ENVIRONMENTS, metavar="N")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--within-s", type=float, metavar="SECONDS", help="leave out what does not fit (cuda: 60)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the table to this file")
     options = parser.parse_args()
-    ends_s = time.monotonic() + (options.within_s or (60.0 if options.arch == "cuda" else math.inf))
-    print(f"benchbot/SemanticSlam-v0, carter_lowres in miniroom:1, {options.arch}")
+    ends_s = time.monotonic() + (options.within_s or (60.0 if options.device == "cuda" else math.inf))
+    print(f"benchbot/SemanticSlam-v0, carter_lowres in miniroom:1, {options.device}")
     print(f"{'size':>5} {'envs':>5} {'sync':>9} {'batched':>9} {'ratio':>6} {'CPU ms':>7}")
     rows = []
     for size in options.sizes:
-        sync = made("sync", SYNC_ENVIRONMENTS, size, options.arch)
+        sync = made("sync", SYNC_ENVIRONMENTS, size, options.device)
         longest_s = 0.0
         for environments in sorted(options.envs):
             started_s = time.monotonic()
             if started_s + 2 * longest_s > ends_s:
                 print(f"{size:5} {environments:5} left out")
                 continue
-            row = measure(size, sync, environments, options.rounds, options.arch)
+            row = measure(size, sync, environments, options.rounds, options.device)
             longest_s = time.monotonic() - started_s
             rows.append(row)
             print(
@@ -91,13 +91,13 @@ def main() -> None:
             )
         sync.close()
     if options.json:
-        document = {"arch": options.arch, "rows": [asdict(row) for row in rows]}
+        document = {"device": options.device, "rows": [asdict(row) for row in rows]}
         options.json.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
-def made(mode: str, count: int, size: int, arch: str) -> VectorEnv:
+def made(mode: str, count: int, size: int, device: str) -> VectorEnv:
     """Return environments that have taken their first step: what is compiled has been."""
-    choices: dict[str, Any] = {**ARGUMENTS, "image_size": (size, size), "platform_options": {"arch": arch}}
+    choices: dict[str, Any] = {**ARGUMENTS, "image_size": (size, size), "platform_options": {"device": device}}
     envs: VectorEnv = gymnasium.make_vec("benchbot/SemanticSlam-v0", count, mode, **choices)
     envs.reset(seed=0)
     envs.action_space.seed(0)
@@ -105,9 +105,9 @@ def made(mode: str, count: int, size: int, arch: str) -> VectorEnv:
     return envs
 
 
-def measure(size: int, sync: VectorEnv, environments: int, rounds: int, arch: str) -> Row:
+def measure(size: int, sync: VectorEnv, environments: int, rounds: int, device: str) -> Row:
     one_by_one = Measured(sync)
-    together = Measured(made("vector_entry_point", environments, size, arch))
+    together = Measured(made("vector_entry_point", environments, size, device))
     for _ in range(rounds):
         one_by_one.step()
         together.step()

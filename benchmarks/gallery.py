@@ -1,6 +1,6 @@
 """The pictures and the table of docs/gallery.md: every environment by day, evening and night, beside path tracing.
 
-python -m benchmarks.gallery [--only NAME:VARIANT ...] [--arch cuda] [--width 640] [--samples 512] [--strips FOLDER]
+python -m benchmarks.gallery [--only NAME:VARIANT ...] [--device cuda] [--width 640] [--samples 512] [--strips FOLDER]
 
 One view of each environment, from the pose of its trajectory that sees the most objects, in the quality `realtime` and
 path traced with so many samples a pixel (denoised where `pyoidn` is installed). Writes docs/images/gallery-PLACE.jpg, a
@@ -20,17 +20,14 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from benchbot.core import plugin_manager
-from benchbot.core.declarations.catalog import Catalog, Declaration
-from benchbot.core.platform import Scene
-from benchbot_scenes.gltf import load_scene
-from benchbot_scenes.scene_file import scene_file
+from benchbot.core.declarations.catalog import Declaration
 from benchbot_sim_taichi import _ti, denoise
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.quality import REALTIME, Quality
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
-from benchmarks.bench_environments import LOOK, SEEN_PIXELS, best_views, camera_pose
+from benchmarks.bench_environments import SEEN_PIXELS, best_views
 from benchmarks.bench_quality import compare
+from benchmarks.views import LOOK, camera_poses, declared, scene_of, shipped
 
 DOCS = Path(__file__).parents[1] / "docs"
 TIMES = {
@@ -39,7 +36,7 @@ TIMES = {
     "night": {"time": "23:00", "lamps": "all"},
 }
 THUMBNAIL_PIXELS = 256
-SHEET_BYTES = 280_000  # five of them
+SHEET_BYTES = 230_000  # five of them
 
 Picture = npt.NDArray[np.uint8]
 
@@ -47,17 +44,14 @@ Picture = npt.NDArray[np.uint8]
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", nargs="+", metavar="NAME:VARIANT", help="these environments; otherwise all")
-    parser.add_argument("--arch", choices=_ti.ARCHS, default="cpu")
+    parser.add_argument("--device", choices=_ti.DEVICES, default="cpu")
     parser.add_argument("--width", type=int, default=640, help="of the pictures that are compared; 4 : 3")
     parser.add_argument("--samples", type=int, default=512, help="of the path tracer, per pixel")
     parser.add_argument("--cache", type=Path, help="keep what is made of the scenes there")
     parser.add_argument("--strips", type=Path, metavar="FOLDER", help="keep the rows of pictures there")
     parser.add_argument("--docs", type=Path, default=DOCS, help="the folder with gallery.md and images (default: docs)")
     options = parser.parse_args()
-    pool = Catalog(plugin_manager.load()).pool("environments")
-    names = options.only or sorted(
-        name for name, found in pool.items() if found.data["type"] == "sim_taichi" and "trajectory_poses" in found.data
-    )
+    names = options.only or shipped()
     if not denoise.is_installed():
         print("pyoidn is not installed: the path traced pictures keep their noise, and so do the figures")
     page = options.docs / "gallery.md"
@@ -66,7 +60,7 @@ def main() -> None:
         strips.mkdir(parents=True, exist_ok=True)
         for name in names:
             started_s = time.perf_counter()
-            (environment,) = Catalog(plugin_manager.load()).environments(name)
+            environment = declared(name)
             pictures, cells = [], []
             for at, fast, slow in views(environment, cache, options):
                 figures = compare("fast", fast, slow)
@@ -83,14 +77,13 @@ def main() -> None:
 def views(environment: Declaration, cache: Path, options: argparse.Namespace) -> Iterator[tuple[str, Picture, Picture]]:
     """Name of a time of day, and both pictures taken then."""
     data = environment.data
-    scene = load_scene(scene_file(environment.path.parent / data["map_path"], cache))
-    poses = np.stack([camera_pose(pose.matrix()) for pose in Scene(data, environment.path.parent).trajectory])
+    scene, poses = scene_of(environment, cache), camera_poses(environment)
     camera = Intrinsics.from_horizontal_fov(options.width, options.width * 3 // 4, 90.0)
     pose = None
     for at in TIMES:
         lighting = Lighting.from_mapping(light_at(at, data.get("lighting") or {}))
         fast, slow = (
-            Renderer(scene, lighting, cache_dir=cache, arch=options.arch, quality=chosen)
+            Renderer(scene, lighting, cache_dir=cache, device=options.device, quality=chosen)
             for chosen in (REALTIME, Quality("path", options.samples))
         )
         if pose is None:
@@ -104,7 +97,8 @@ def light_at(at: str, declared: Mapping[str, Any]) -> dict[str, Any]:
     """An environment's light at a time of midsummer at 45°, by night with its lamps on."""
     lamps = {**declared.get("lamps", {}), "on": TIMES[at]["lamps"]}
     kept = {key: declared[key] for key in ("north_deg", "turbidity") if key in declared and "time" in declared}
-    return {**kept, "time": TIMES[at]["time"], "lamps": lamps}
+    around = {"exterior": declared["exterior"]} if "exterior" in declared else {}
+    return {**kept, **around, "time": TIMES[at]["time"], "lamps": lamps}
 
 
 def seen(instances: npt.NDArray[np.integer]) -> set[int]:

@@ -1,11 +1,12 @@
 import os
 import signal
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from benchbot.process import how_it_ended, is_stopped, last_words, start_module, tree
+from benchbot.process import how_it_ended, is_stopped, last_words, processors, start_module, tree
 from tests.supervisor.harness import eventually
 
 
@@ -65,3 +66,40 @@ def test_a_module_runs_in_a_session_of_its_own_and_is_not_shadowed_by_the_workin
         assert session == process.pid != os.getsid(0)
         assert "Aladdin" in last_words(log)
         assert "shadow" not in last_words(log)
+
+
+def quota(folder: Path, **files: str) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in files.items():
+        (folder / name.replace("__", ".")).write_text(f"{text}\n")
+
+
+def test_the_tightest_quota_of_the_control_groups_around_a_process_bounds_its_processors(tmp_path: Path) -> None:
+    root, membership = tmp_path / "cgroup", tmp_path / "membership"
+    here = len(os.sched_getaffinity(0))
+    assert processors(root, membership) == here, "no control groups"
+    membership.write_text("0::/slurm/job_7/step_0\n")
+    assert processors(root, membership) == here
+    quota(root / "slurm", cpu__max="190000 100000")
+    quota(root / "slurm" / "job_7" / "step_0", cpu__max="max 100000")
+    quota(root / "slurm" / "job_8", cpu__max="50000 100000")
+    assert processors(root, membership) == 1, "two are not there all the time"
+    quota(root / "slurm", cpu__max=f"{(here + 3) * 1000} 1000")
+    assert processors(root, membership) == here
+    quota(root / "slurm" / "job_7", cpu__max="50000 100000")
+    assert processors(root, membership) == 1
+
+
+def test_quotas_of_the_first_version_of_control_groups_count_too(tmp_path: Path) -> None:
+    root, membership = tmp_path / "cgroup", tmp_path / "membership"
+    membership.write_text("5:memory:/docker/7\n4:cpu,cpuacct:/docker/7\n")
+    quota(root / "cpu,cpuacct", cpu__cfs_quota_us="-1", cpu__cfs_period_us="100000")
+    assert processors(root, membership) == len(os.sched_getaffinity(0))
+    quota(root / "cpu,cpuacct" / "docker" / "7", cpu__cfs_quota_us="100000", cpu__cfs_period_us="100000")
+    assert processors(root, membership) == 1
+
+
+def test_the_affinity_of_a_process_bounds_its_processors() -> None:
+    words = "import os; os.sched_setaffinity(0, {min(os.sched_getaffinity(0))}); "
+    words += "from benchbot.process import processors; print(processors())"
+    assert subprocess.run([sys.executable, "-c", words], capture_output=True, check=True).stdout == b"1\n"

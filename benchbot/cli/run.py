@@ -35,6 +35,7 @@ def run(
     environment: Environment,
     episode: options.EpisodeNumber = None,
     settings: options.Settings = None,
+    device: options.Device = "auto",
     seed: options.Seed = 0,
     secret: options.Secret = None,
     port: Annotated[
@@ -79,7 +80,7 @@ def run(
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
     from benchbot.core.request import Limits, RunRequest
-    from benchbot.core.selection import select
+    from benchbot.core.selection import device_here, select
     from benchbot.supervisor.description import progress_document
     from benchbot.supervisor.serve import serve
     from benchbot.wire.run_state import DEFAULT_PORT
@@ -88,11 +89,13 @@ def run(
     recorded = options.recordings(record)
     changed = overrides.parse(settings or ())
     hidden, overridden = options.secret(secret), tuple(despite or ())
-    request = RunRequest(task, robot, environment, seed, episode, changed, limits, secret=hidden, despite=overridden)
+    what = (task, robot, environment, seed, episode, changed, limits)
+    request = RunRequest(*what, secret=hidden, despite=overridden, device=device)
     catalog, flight = Catalog(load()), Preflight("This run")
     selection = flight.take(select, catalog, request)
+    runs_on = None if selection is None else flight.take(device_here, catalog, selection)
     flight.prove(catalog, Intent(scenes_of(catalog, [environment]), record=recorded))
-    console.note(*summary(selection))
+    console.note(*summary(selection, runs_on))
     if port is None and unix_socket is None:
         port = DEFAULT_PORT
 
@@ -116,8 +119,8 @@ def run(
         raise typer.Exit(ExitCode.INTERRUPTED)
 
 
-def summary(selection: "Selection") -> list[str]:
-    """Return a summary of the run, a line for each part."""
+def summary(selection: "Selection", device: str | None = None) -> list[str]:
+    """Return a summary of the run, a line for each part; `device` is what it is computed on, None where nobody says."""
     from benchbot.core import overrides
     from benchbot.core.provenance import source_of_pose
 
@@ -133,6 +136,7 @@ def summary(selection: "Selection") -> list[str]:
         ("Seed", str(selection.seed)),
         *(() if selection.commitment is None else [("Commitment", selection.commitment)]),
         ("Limits", _limits(selection.limits)),
+        *([("Device", device)] if device else ()),
         *([("Diagnosis", "of the robot, before anything moves it")] if real else ()),
     ]
     return [f"{label:<13}{value}" for label, value in rows]

@@ -94,6 +94,7 @@ def submit(
     ] = None,
     episode_number: options.EpisodeNumber = None,
     settings: options.Settings = None,
+    device: options.Device = "auto",
     seed: Annotated[
         int | None,
         typer.Option(
@@ -134,8 +135,8 @@ def submit(
     from benchbot.core import overrides
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
-    from benchbot.core.request import Limits, RunRequest
-    from benchbot.core.selection import select
+    from benchbot.core.request import AUTO, Limits, RunRequest
+    from benchbot.core.selection import device_here, select
     from benchbot.submission import episode
     from benchbot.submission.modes import LOG_LIMIT_BYTES, SolutionSpec, holder_of, spec_of, split_words
 
@@ -187,11 +188,12 @@ def submit(
         )
     recorded = options.recordings(record, results_location)
     changed = overrides.parse(settings or ())
-    own = (seed is not None, secret, episode_number is not None, recorded, changed, limits != Limits(), despite)
+    chosen = seed is not None or episode_number is not None or device != AUTO
+    own = (chosen, secret, recorded, changed, limits != Limits(), despite)
     if names is None and any(own):
         raise BenchbotError(
-            "The run that is joined has its own episode, settings, seed, secret, limits, recordings and diagnosis.",
-            "--episode, --set, --seed, --secret, --max-…, --record and --despite are for a back end of submit's own.",
+            "The run that is joined has a device, episode, settings, seed, secret, limits, recordings and diagnosis.",
+            "--device, --episode, --set, --seed, --secret, --max-…, --record, --despite: for one of submit's own.",
             "Give them to benchbot run, or give --task, --robot and --env as well.",
         )
     target: RunRequest | RunState | Connection
@@ -199,9 +201,10 @@ def submit(
         folders = {name: str(folder.absolute()) for name, folder in recorded.items()}
         hidden = options.secret(secret)
         what = (*names, seed or 0, episode_number, changed, limits, evaluate_with, folders, hidden)
-        target = RunRequest(*what, tuple(despite or ()))
+        target = RunRequest(*what, tuple(despite or ()), device)
         selection = flight.take(select, catalog, target)
-        summary = [] if selection is None else run.summary(selection)
+        runs_on = None if selection is None else flight.take(device_here, catalog, selection)
+        summary = [] if selection is None else run.summary(selection, runs_on)
     intent = Intent(
         scenes=scenes_of(catalog, [environment] if environment is not None else ()),
         submissions=[] if spec is None else [Submission(spec, mode, resolved)],

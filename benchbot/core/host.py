@@ -1,7 +1,7 @@
 """Host: the seam behind which a platform runs in this process, or in a child process that may crash."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, cast
 
 from benchbot.core.channels import Observations
@@ -16,8 +16,9 @@ class Status:
     """The robot's state: true pose in the map frame, and seconds since the scene was loaded.
 
     `path` is what it has driven since the last status; None where no path is tracked. `robot` is what the result
-    says of a real robot (`provenance.robot`); None of a simulated one. `at_end` says whether its way is over; None
-    where the trajectory says so. `taken_over_s` says for how long a person has had it, each time since the last status.
+    says of a real robot (`provenance.robot`), None of a simulated one; `machine` is what a simulated one runs on, for
+    `provenance.machine`. `at_end` says whether its way is over; None where the trajectory says so.
+    `taken_over_s` says for how long a person has had it, each time since the last status.
     """
 
     pose: Pose
@@ -27,6 +28,7 @@ class Status:
     robot: dict[str, Any] | None = None
     at_end: bool | None = None
     taken_over_s: tuple[float, ...] = ()
+    machine: dict[str, Any] = field(default_factory=dict)
 
 
 class Host(Protocol):
@@ -100,11 +102,13 @@ class InProcessHost:
         """Return the robot's state."""
         platform = self._platform
         robot = None if self._diagnosis is None else dict(self._diagnosis)
-        if robot is not None and isinstance(platform, Traceable):
-            robot["driver"] = dict(platform.provenance())
+        traced = dict(platform.provenance()) if isinstance(platform, Traceable) else None
+        if robot is not None and traced is not None:
+            robot["driver"] = traced
         pose, clock_s = platform.pose(), platform.clock()
         taken_over_s = platform.taken_over_s() if isinstance(platform, TakeOver) else ()
-        status = Status(pose, clock_s, platform.collided, self._tracked.take(), robot, taken_over_s=taken_over_s)
+        machine = (traced or {}) if robot is None else {}
+        status = Status(pose, clock_s, platform.collided, self._tracked.take(), robot, None, taken_over_s, machine)
         if not isinstance(platform, WholeActions):
             return status
         path = None if platform.driven_m is None else DrivenPath(platform.driven_m)

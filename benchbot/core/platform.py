@@ -20,7 +20,7 @@ class PlatformSpec:
     those of drifting odometry. `options` are the user's settings for the plug-in. `cache_dir` holds what may be
     computed again. `ask` shows the operator a request, such as to carry the robot to its start, and returns when it is
     done; None where there is no operator to ask. `tell` says what the platform waits for in the middle of an action,
-    which may be long, and None when it goes on.
+    which may be long, and None when it goes on. `note` says what it does where that takes long.
     """
 
     robot: RobotDeclaration
@@ -29,6 +29,7 @@ class PlatformSpec:
     options: Mapping[str, Any] = field(default_factory=dict)
     ask: Callable[[str], None] | None = None
     tell: Callable[[str | None], None] | None = None
+    note: Callable[[str], None] | None = None
 
     if TYPE_CHECKING:  # What is read from a file is checked by its schema.
 
@@ -40,6 +41,7 @@ class PlatformSpec:
             options: Mapping[str, Any] = ...,
             ask: Callable[[str], None] | None = None,
             tell: Callable[[str | None], None] | None = None,
+            note: Callable[[str], None] | None = None,
         ) -> None: ...
 
 
@@ -129,10 +131,11 @@ class Simulation(Platform, Protocol):
 
 @runtime_checkable
 class Traceable(Protocol):
-    """A driver of a real robot that knows what a result on it depends on, beside declarations and software."""
+    """A platform that knows what a result on it depends on, beside declarations and software."""
 
     def provenance(self) -> Mapping[str, Any]:
-        """Return it as plain data for `provenance.robot.driver` of results: middleware, clocks, …; never waits."""
+        """Return it as plain data: of a driver for `provenance.robot.driver` of results (middleware, clocks, …), of a
+        simulator for `provenance.machine` (its device); never waits."""
 
 
 @runtime_checkable

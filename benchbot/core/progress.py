@@ -51,8 +51,8 @@ class Progress:
     """The part of a session's state that can be watched while it runs.
 
     `failure_fix` is the remedy of a platform's failure. `ends_run` says that it is a safety stop: there is no way back.
-    `waiting_for` is what the operator of a real robot is asked to do before it can go on. `before` is what the episode
-    had spent when the robot was put back.
+    `waiting_for` is what the operator of a real robot is asked to do before it can go on, `preparing` what a simulator
+    does where that takes long. `before` is what the episode had spent when the robot was put back.
     """
 
     state: State = State.CLEAN
@@ -74,6 +74,7 @@ class Progress:
     failure_fix: str | None = None
     ends_run: bool = False
     waiting_for: str | None = None
+    preparing: str | None = None
     time_is_simulated: bool = True
     started_s: float = field(default_factory=time.monotonic)
     paused_since_s: float | None = None

@@ -56,6 +56,7 @@ def provenance(session: Session, solution: dict[str, Any] | None) -> dict[str, A
             "python": python_platform.python_version(),
             "system": python_platform.system(),
             "architecture": python_platform.machine(),
+            **session.machine,
         },
     }
 

@@ -28,11 +28,14 @@ class Simulator:
 
     `create` returns a fresh platform; it is called in a child process. `warm`, if given, prepares caches (compiled
     kernels) in the given folder, so that the first run starts fast; it prints nothing and returns what it did.
+    `device`, if given, says in words what it would compute on here, with options of which one may be `device`: `auto`,
+    `cpu` or `cuda`; it raises BenchbotError for a device that is not there, and is called before anything starts.
     """
 
     name: str
     create: Callable[["PlatformSpec"], "Platform"]
     warm: "Callable[[Path], str] | None" = None
+    device: Callable[[Mapping[str, Any]], str] | None = None
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,8 @@ class Limits:
 
 
 NO_LIMITS = Limits()
+AUTO = "auto"
+"""The device of a run for which none is asked: what the simulator finds on the machine."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,8 @@ class RunRequest:
     override what the environments declare: see `benchbot.core.overrides`. `method` is the evaluation method, when
     scoring is asked for, and `record` names recorders and the folders that they write into: neither changes a result.
     `secret` (benchbot.core.randomness) is empty for none. `despite` names findings of a real robot's diagnosis that do
-    not refuse the run: it goes on with whatever robot there is, and the result says so.
+    not refuse the run: it goes on with whatever robot there is, and the result says so. `device` is that of a
+    simulator: the result names the one that it ran on, and one that is asked for determines it.
     """
 
     task: str
@@ -53,11 +56,13 @@ class RunRequest:
     record: Mapping[str, str] = field(default_factory=dict, hash=False)
     secret: str = field(default="", repr=False)
     despite: tuple[str, ...] = ()
+    device: str = AUTO
 
     def determining(self) -> dict[str, Any]:
-        """Return what of it determines a result, as plain data; a secret is there only when there is one."""
+        """Return what of it determines a result, as plain data; secret and device are there only when given."""
         document = {**asdict(self), "limits": self.limits.determining()}
-        for name in ("method", "record", "despite", *(() if self.secret else ("secret",))):
+        given = {"secret": self.secret, "device": self.device != AUTO}
+        for name in ("method", "record", "despite", *(name for name in given if not given[name])):
             del document[name]
         return document
 

@@ -11,7 +11,7 @@ from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import MEMBER_MARK, Catalog, Declaration
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.platform import Localisation
-from benchbot.core.request import NO_LIMITS, Limits, RunRequest
+from benchbot.core.request import AUTO, NO_LIMITS, Limits, RunRequest
 from benchbot.core.resources import YAML_SUFFIXES
 
 V2_TYPES = ("sim_omni", "sim_unreal", "real")
@@ -54,6 +54,7 @@ class Selection:
     secret: str = field(default="", repr=False)
     despite: tuple[str, ...] = ()
     time_is_simulated: bool = True
+    device: str = AUTO
 
     @property
     def environment(self) -> str:
@@ -65,10 +66,13 @@ class Selection:
     def request(self) -> RunRequest:
         """The request that this comes of, with the limits that the task sets; it names neither method nor recorders."""
         number = None if self.episode is None else self.episode.number
-        names = (self.task.name, self.robot.name, self.environment)
-        return RunRequest(
-            *names, self.seed, number, self.settings, self.limits, secret=self.secret, despite=self.despite
-        )
+        what = (self.task.name, self.robot.name, self.environment, self.seed, number, self.settings, self.limits)
+        return RunRequest(*what, secret=self.secret, despite=self.despite, device=self.device)
+
+    @property
+    def platform_options(self) -> dict[str, Any]:
+        """The options of the simulator that whoever starts it has asked for."""
+        return {} if self.device == AUTO else {"device": self.device}
 
     @property
     def commitment(self) -> str | None:
@@ -144,7 +148,26 @@ def select(catalog: Catalog, request: RunRequest) -> Selection:
     # A robot behind a driver may be simulated, too, and tell its time on /clock.
     real = robot_found.data["type"] in catalog.plugins.pool("robot_drivers")
     real = real and not robot_found.data.get("driver", {}).get("use_sim_time", False)
-    return Selection(*what, request.seed, limits, chosen, settings, request.secret, request.despite, not real)
+    chosen_by = (request.secret, request.despite, not real, request.device)
+    return Selection(*what, request.seed, limits, chosen, settings, *chosen_by)
+
+
+def device_here(catalog: Catalog, selection: Selection) -> str | None:
+    """Return the device that a run would be computed on here, in words; None where a simulator has no choice.
+
+    Raises BenchbotError for a device that is not there, or that there is nothing to ask for.
+    """
+    simulator = catalog.plugins.pool("simulators").get(selection.robot.data["type"])
+    if simulator is not None and simulator.value.device is not None:
+        options = selection.environments[0].data.get("options", {})
+        return str(simulator.value.device({**options, **selection.platform_options}))
+    if selection.device != AUTO:
+        raise BenchbotError(
+            f"The robot '{selection.robot.name}' runs on no device that could be chosen.",
+            "A device is what a simulator computes on, and not every simulator has a choice.",
+            "Leave --device out.",
+        )
+    return None
 
 
 def _capabilities(task: Declaration, robot: Declaration) -> Iterator[BenchbotError]:

@@ -52,6 +52,8 @@ class Session:
         """Number of steps taken by a person at the host, since a result was last handed in."""
         self.robot: Mapping[str, Any] | None = None
         """What the driver of a real robot has said of it last, for the provenance; None of a simulated one."""
+        self.machine: Mapping[str, Any] = {}
+        """What the simulator has said of what it runs on."""
         self.taken_over_s: list[float] = []
         """For how long a person beside the robot has had it, each time since a result was last handed in."""
         self.handed_in = False
@@ -353,7 +355,7 @@ class Session:
     def _note(self, status: Status) -> None:
         x, y, _ = status.pose.translation_xyz
         self.progress.pose_xyyaw = (x, y, status.pose.yaw_rad)
-        self.robot = status.robot
+        self.robot, self.machine = status.robot, status.machine
         self.progress.simulated_time_s = self._simulated_before_s + status.clock_s
         self.taken_over_s += status.taken_over_s
         self.tracks[-1].follow(waypoint(status.pose, status.clock_s), status.path, collided=status.collided)

@@ -60,6 +60,7 @@ def progress_document(progress: Progress, *, with_pose: bool) -> dict[str, Any]:
         "failure_fix": progress.failure_fix,
         "ends_run": progress.ends_run,
         "waiting_for": progress.waiting_for,
+        "preparing": progress.preparing,
         "paused": progress.paused,
     }
 

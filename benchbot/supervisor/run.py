@@ -92,7 +92,7 @@ class Run:
         self._closing = threading.Lock()
         self._closed = False
         self._started = False
-        self.operator = Operator(self._note_question)
+        self.operator = Operator(self._note_question, self._note_preparing)
 
     @property
     def progress(self) -> Progress:
@@ -382,6 +382,9 @@ class Run:
     def _note_question(self, request: str | None) -> None:
         self.progress.waiting_for = request
         self._announce("operator")  # at once: the action under way waits
+
+    def _note_preparing(self, text: str | None) -> None:
+        self.progress.preparing = text
 
     def _tell(self, kind: str) -> None:
         """Announce an event when the answer has been sent."""

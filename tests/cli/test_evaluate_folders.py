@@ -58,13 +58,19 @@ def has_the_true_score(here: Here, path: str, results: int = 1) -> None:
     assert [item["score"] for item in json.loads(done.stdout)["sets"]] == [1.0, 1.0]
 
 
-@pytest.mark.parametrize("recorder", RECORDERS)
-def test_a_recording_beside_a_result(work: CommandLine, here: Here, recorder: str) -> None:
-    work.variables["BENCHBOT_PLUGINS"] += f",{RECORDERS[recorder].distribution}"
-    submit(work, "-r", "runs/result.json", "--record", recorder)
-    submit(work, "-r", "runs/seed_1/result.json", "--seed", "1", "--record", f"{recorder}=runs/seed_1")
-    assert (work.folder / "runs" / "result-recordings" / recorder / "recording.json").is_file()
+def test_recordings_of_every_kind_beside_results(work: CommandLine, here: Here) -> None:
+    work.variables["BENCHBOT_PLUGINS"] += "".join(f",{recorder.distribution}" for recorder in RECORDERS.values())
+    beside = [word for name in RECORDERS for word in ("--record", name)]
+    elsewhere = [word for name in RECORDERS for word in ("--record", f"{name}=runs/seed_1/{name}")]
+    submit(work, "-r", "runs/result.json", *beside)
+    submit(work, "-r", "runs/seed_1/result.json", "--seed", "1", *elsewhere)
+    for name in RECORDERS:
+        for folder in (work.folder / "runs" / "result-recordings" / name, work.folder / "runs" / "seed_1" / name):
+            assert (folder / "recording.json").is_file()
+    has_the_true_score(here, "runs", 2)
 
+    for name in RECORDERS:  # as by --record NAME=runs/seed_1
+        shutil.copytree(work.folder / "runs" / "seed_1" / name, work.folder / "runs" / "seed_1", dirs_exist_ok=True)
     has_the_true_score(here, "runs", 2)
 
 

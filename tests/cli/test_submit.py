@@ -45,6 +45,20 @@ def test_a_result_names_no_content_of_a_file_that_was_edited_while_the_solution_
     assert "was changed while the solution ran." in refused.stderr
 
 
+def test_the_device_is_said_at_the_start_kept_with_the_result_and_must_be_there(cli: CommandLine) -> None:
+    solution = cli.script("solution.py", PASSIVE)
+
+    done = cli("submit", "--native", solution, *SELECTION, "-r", "result.json")
+
+    assert done.returncode == 0, done.stderr
+    assert "Device       cpu\n" in done.stderr
+    assert read(cli.folder / "result.json")["provenance"]["machine"]["device"] == "cpu"
+    refused = cli("submit", "--native", solution, *SELECTION, "--device", "cuda", "-r", "other.json")
+    assert refused.returncode == 2
+    assert "There is no GPU here." in refused.stderr
+    assert cli.nothing_is_left()
+
+
 def test_what_was_set_is_in_the_result(cli: CommandLine) -> None:
     settings = ["--set", "lighting.time=21:30", "--set", "lighting.lamps.on=[lamp_1]"]
 
@@ -126,15 +140,15 @@ def test_without_a_back_end_the_way_to_one_is_told(here: Here) -> None:
         (["--native", "true", "-e", "omq", "--require", "OMQ"], "'OMQ' is not a requirement."),
         (
             ["--native", "true", "--seed", "0"],
-            "has its own episode, settings, seed, secret, limits, recordings and diagnosis",
+            "has a device, episode, settings, seed, secret, limits, recordings and diagnosis",
         ),
         (
             ["--native", "true", "--set", "assets=own"],
-            "has its own episode, settings, seed, secret, limits, recordings and diagnosis",
+            "has a device, episode, settings, seed, secret, limits, recordings and diagnosis",
         ),
         (
             ["--native", "true", "--episode", "1"],
-            "has its own episode, settings, seed, secret, limits, recordings and diagnosis",
+            "has a device, episode, settings, seed, secret, limits, recordings and diagnosis",
         ),
         (["--native", "true", *SELECTION, "--episode", "1"], "The task 'sample:passive' has no episodes."),
         (["--native", "true", "-r", "/dev/null"], "/dev/null is not a file."),

@@ -85,7 +85,7 @@ def test_what_cannot_be_read_is_refused(texts: list[str], title: str) -> None:
 
 
 def test_settings_go_into_the_declaration_which_stays_as_it_was() -> None:
-    scene = room(lighting=EVENING, options={"arch": "cpu"})
+    scene = room(lighting=EVENING, options={"device": "cpu"})
 
     changed = overrides.applied(
         scene, {"lighting.lamps.scale": 0.5, "lighting.date": "2023-12-24", "options.quality": "path", "assets": "own"}
@@ -96,7 +96,7 @@ def test_settings_go_into_the_declaration_which_stays_as_it_was() -> None:
         "date": "2023-12-24",
         "lamps": {"temperature_k": 2700, "scale": 0.5},
     }
-    assert changed.data["options"] == {"arch": "cpu", "quality": "path"}
+    assert changed.data["options"] == {"device": "cpu", "quality": "path"}
     assert changed.data["assets"] == "own"
     assert scene.data["lighting"] == EVENING
     assert overrides.applied(scene, {}) is scene

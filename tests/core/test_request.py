@@ -66,3 +66,8 @@ def test_a_request_can_be_a_key() -> None:
 
 def test_canonical_json_has_no_spaces_and_keeps_signs() -> None:
     assert canonical({"b": "ü", "a": [1, 2]}) == '{"a":[1,2],"b":"ü"}'.encode()
+
+
+def test_a_device_changes_the_bytes_where_it_is_asked_for() -> None:
+    assert b"device" not in REQUEST.canonical()
+    assert b'"device":"cuda"' in replace(REQUEST, device="cuda").canonical()

@@ -30,6 +30,14 @@ Pose = tuple[float, ...]
 
 # The footprint's heights in the declaration of the robot carter.
 ROBOT_HEIGHTS_M = (0.03, 1.10)
+# What lies behind the windows of each place.
+EXTERIORS = {
+    "miniroom": {"kind": "trees", "seed": 2},
+    "house": {"kind": "trees", "seed": 1},
+    "apartment": {"kind": "town", "seed": 3},
+    "company": {"kind": "town", "seed": 4},
+    "office": {"kind": "town", "seed": 5},
+}
 
 
 @dataclass(frozen=True)
@@ -108,7 +116,7 @@ def declaration(environment: Environment) -> dict[str, Any]:
         "start_pose": list(environment.start_pose),
         "trajectory_poses": [list(pose) for pose in environment.trajectory_poses],
         "object_labels": object_labels(),
-        "lighting": environment.lighting,
+        "lighting": {**environment.lighting, "exterior": EXTERIORS[environment.name]},
     }
 
 

@@ -115,6 +115,11 @@ Despite = Annotated[
     ),
 ]
 
+Device = Annotated[
+    Literal["auto", "cpu", "cuda"],
+    typer.Option(metavar="auto|cpu|cuda", help="What to simulate on; auto: a GPU, if there is one and it is free."),
+]
+
 Settings = Annotated[
     list[str] | None,
     typer.Option(

@@ -74,7 +74,7 @@ class StatusLine:
         urgent = bool(progress["waiting_for"] or progress["ends_run"])
         news: tuple[Any, ...] = (progress["waiting_for"], progress["ends_run"])
         if not urgent:
-            news = (progress["state"], progress["frames"], progress["paused"])
+            news = (progress["state"], progress["frames"], progress["paused"], progress.get("preparing"))
         document = {"kind": "progress", "scene_count": scene_count, **progress}
         self.show(progress_text(progress, scene_count), news, urgent=urgent, document=lambda: document)
 
@@ -255,7 +255,8 @@ def progress_text(progress: Mapping[str, Any], scene_count: int) -> str:
     if progress["ends_run"]:
         return f"STOPPED FOR SAFETY, the run is over: {one_line(progress['failure_why'])}"
     if not progress["frames"]:
-        return "PAUSED · nothing observed yet" if progress["paused"] else "nothing observed yet"
+        paused = "PAUSED" if progress["paused"] else ""
+        return " · ".join(filter(None, (paused, "nothing observed yet", progress.get("preparing") or "")))
     steps, spent = f"step {progress['steps']}", progress["spent"]
     if spent["restarts"]:
         steps += f" ({spent['steps']} in {spent['restarts'] + 1} attempts)"

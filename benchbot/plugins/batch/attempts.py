@@ -225,7 +225,7 @@ class AttemptWatcher:
             raise NotWantedError
         self._memory.sample()
         seen = (progress["state"], progress["frames"], progress["steps"], progress["waiting_for"])
-        if seen != self._progress or progress["paused"]:
+        if seen != self._progress or progress["paused"] or progress.get("preparing"):
             self._progress, self._moved_s = seen, time.monotonic()
             return None
         if not self._stall_s or time.monotonic() - self._moved_s < self._stall_s:

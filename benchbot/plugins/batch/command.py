@@ -118,6 +118,7 @@ def run(
             "Name one: --evaluate-with omq",
         )
     flight = Preflight("This batch")
+    device: str | None = None
     made = flight.take(solution_axis.plan, each, catalog, Path.cwd())
     plan, sources = (None, {}) if made is None else made
     if plan is None:
@@ -126,8 +127,11 @@ def run(
     place = Path() if plan is None else Path(f"{prefix or 'batch'}-{plan.hash[:KEY_DIGITS]}")
     folder = Folder((output or place).absolute())
     pool = replace(_worker_pool(wanted, 1 if plan is None else len(plan.episodes)), detached=detach)
+    if plan is not None and pool.executor == "local":
+        device = flight.take(matrix.device_of, plan, catalog)
     flight.prove(catalog, solution_options.intent(request, plan, folder, pool, catalog), tell_all=dry_run)
-    said = [f"{name}: {line}" if name else line for name, one in sources.items() for line in one.lines]
+    said = [f"Workers simulate on {device}"] if device else []
+    said += [f"{name}: {line}" if name else line for name, one in sources.items() for line in one.lines]
     if dry_run:
         console.note(*said)
         _show_plan(preview(folder, plan), folder, as_json=as_json)

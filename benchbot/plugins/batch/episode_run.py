@@ -12,6 +12,7 @@ from benchbot.api.client import Client
 from benchbot.core import resources, results
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, FailureClass
+from benchbot.core.request import AUTO
 from benchbot.plugins.batch import machine
 from benchbot.plugins.batch.attempts import (
     LOST_LIMIT,
@@ -46,10 +47,13 @@ _SETTLE_POLL_S = 0.05
 
 
 class WarmBackend:
-    """At most one back end. It stays while episodes are in the scene that its simulator has loaded."""
+    """At most one back end. It stays while episodes are in the scene that its simulator has loaded.
 
-    def __init__(self, plan: Plan, folder: Path, *, needs_socket: bool) -> None:
-        self._plan = plan
+    `device` is what the worker may simulate on, where the plan leaves it open.
+    """
+
+    def __init__(self, plan: Plan, folder: Path, *, needs_socket: bool, device: str = AUTO) -> None:
+        self._plan = plan if plan.device != AUTO else replace(plan, device=device)
         self._owner = f"benchbot batch {folder}"
         self._needs_socket = needs_socket
         self._backend: Backend | None = None

@@ -17,6 +17,7 @@ from typing import Any, Self, TypeVar
 import psutil
 
 from benchbot.core.errors import BenchbotError
+from benchbot.process import processors
 
 T = TypeVar("T")
 MEMORY_PER_WORKER_BYTES = 2 * 2**30
@@ -110,8 +111,7 @@ class Capacity:
 
 def free_capacity() -> Capacity:
     """Return the processor cores that this process may run on, and the memory that is free without swapping."""
-    cpus = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return Capacity(cpus, free_memory_bytes())
+    return Capacity(processors(), free_memory_bytes())
 
 
 def free_memory_bytes() -> int | None:

@@ -13,7 +13,7 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.provenance import software
 from benchbot.core.request import RunRequest, canonical, digest
-from benchbot.core.selection import ImpossibleError, Selection, all_of, select
+from benchbot.core.selection import ImpossibleError, Selection, all_of, device_here, select
 from benchbot.plugins.batch import solutions
 from benchbot.plugins.batch.plan import Plan, PlannedEpisode, PlannedSolution, plan_hash
 from benchbot.plugins.batch.request import BatchRequest
@@ -53,6 +53,7 @@ def make(request: BatchRequest, catalog: Catalog, folder: Path) -> tuple[Plan, S
         policy=request.policy,
         episodes=episodes,
         secret=request.secret,
+        device=request.device,
     )
     return plan, files
 
@@ -80,6 +81,11 @@ def select_for(plan: Plan, episode: PlannedEpisode, catalog: Catalog) -> Selecti
     return select(catalog, plan.request_of(episode))
 
 
+def device_of(plan: Plan, catalog: Catalog) -> str | None:
+    """Return what the first episode would be simulated on here, in words; raises BenchbotError as `select` does."""
+    return device_here(catalog, select_for(plan, plan.episodes[0], catalog))
+
+
 Combination = tuple[str, str, dict[str, Any], int | None]
 """Robot, environment, settings and episode: selections differ in these, beside their seeds."""
 
@@ -102,6 +108,7 @@ def selections(request: BatchRequest, catalog: Catalog) -> list[tuple[Combinatio
                     episode=episode,
                     settings=settings,
                     secret=request.secret,
+                    device=request.device,
                 ),
             )
         except BenchbotError as error:

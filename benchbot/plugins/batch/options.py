@@ -3,7 +3,7 @@
 import inspect
 from collections import defaultdict
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 from typer.core import TyperCommand
@@ -36,6 +36,12 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "episodes": _option(str, "--episodes --episode", "0..4", "Starts and goals, in a task that has a list."),
         "set": _option(
             list[str], "--set", "KEY=V,V", "Change the environments: one episode for each value; repeatable."
+        ),
+        "device": _option(
+            Literal["auto", "cpu", "cuda"],
+            "--device",
+            "auto|cpu|cuda",
+            "What to simulate on; auto: a GPU, if there is one for the worker and it is free. [default: auto]",
         ),
         "limits_steps": MaxSteps,
         "limits_simulated_time_s": MaxSimulatedTime,

@@ -10,7 +10,7 @@ from benchbot.cli.kit.holding import CONTAINER, NATIVE, SANDBOX
 from benchbot.core import results
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
-from benchbot.core.request import Limits, RunRequest, canonical, digest
+from benchbot.core.request import AUTO, Limits, RunRequest, canonical, digest
 from benchbot.evaluation import batch_folder
 from benchbot.submission.modes import DEFAULT_LIMITS, LOG_LIMIT_BYTES, ProcessLimits
 
@@ -136,6 +136,8 @@ class Plan:
     """The solutions of a batch of several, by name; `solution` is then the first of them."""
     secret: str = field(default="", repr=False)
     """That of all episodes (benchbot.core.randomness); empty for none."""
+    device: str = AUTO
+    """What to simulate on; each result says what that was."""
 
     @property
     def all_solutions(self) -> "Mapping[str | None, PlannedSolution]":
@@ -179,6 +181,7 @@ class Plan:
             settings=episode.settings,
             limits=self.limits,
             secret=self.secret,
+            device=self.device,
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -234,6 +237,7 @@ def read(path: Path) -> Plan:
         episodes=episodes,
         solutions={name: _solution(one) for name, one in document.get("solutions", {}).items()},
         secret=document.get("secret", ""),
+        device=document.get("device", AUTO),
     )
 
 

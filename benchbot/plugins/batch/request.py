@@ -11,7 +11,7 @@ from benchbot.core import overrides
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
 from benchbot.core.randomness import HOW_TO_MAKE_ONE, read_secret
-from benchbot.core.request import Limits
+from benchbot.core.request import AUTO, Limits
 from benchbot.plugins.batch.early_end import failure_limit
 from benchbot.plugins.batch.plan import Hold, Policy
 from benchbot.submission.modes import split_words
@@ -50,6 +50,7 @@ class BatchRequest:
     record: Sequence[str] = ()
     policy: Policy = field(default_factory=Policy)
     secret: str = field(default="", repr=False)
+    device: str = AUTO
 
 
 def read_file(path: Path) -> Wanted:
@@ -100,6 +101,7 @@ def request_of(wanted: Wanted) -> BatchRequest:
         record=tuple(name for text in wanted.get("record", ()) for name in text.split(",")),
         policy=_policy(wanted),
         secret=_secret(wanted.get("secret")),
+        device=wanted.get("device", AUTO),
     )
 
 

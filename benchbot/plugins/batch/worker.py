@@ -18,6 +18,7 @@ from benchbot.cli.kit import console
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.plugin_manager import load
+from benchbot.core.request import AUTO
 from benchbot.plugins.batch import episode_run, machine, plan, solutions
 from benchbot.plugins.batch.attempts import NotWantedError
 from benchbot.plugins.batch.claims import Heartbeat, HeldClaim, Observer
@@ -52,13 +53,17 @@ class Worker:
         self._name = name
         self._events = EventLog(folder.events, name)
         self._observer = Observer(folder.claims, self._plan.policy.stale_s)
-        catalog, gpus = Catalog(load()), WorkerPool.read(folder).resources.gpus
+        catalog, pool = Catalog(load()), WorkerPool.read(folder)
+        gpus = pool.resources.gpus
         prepared = {
             solution: stack.enter_context(solutions.prepared(alone, catalog, folder.solutions, print, gpus))
             for solution, alone in self._plan.each().items()
         }
         needs_socket = any(solution.spec.mode.needs_socket for solution in prepared.values())
-        self._backend = WarmBackend(self._plan, folder.path, needs_socket=needs_socket)
+        # A cluster names the GPUs that it has given to a worker. One that it can see beside is somebody else's.
+        may_look = pool.executor == "local" or bool(os.environ.get("CUDA_VISIBLE_DEVICES"))
+        device = AUTO if may_look else "cpu"
+        self._backend = WarmBackend(self._plan, folder.path, needs_socket=needs_socket, device=device)
         memory = MemoryWatch(os.getpid())
         self._context = EpisodeContext(
             folder, self._plan, catalog, self._backend, self._events, name, memory, prepared, gpus

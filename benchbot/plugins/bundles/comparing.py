@@ -11,8 +11,8 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.provenance import software
 from benchbot.core.randomness import commitment, is_secret
-from benchbot.core.request import Limits, RunRequest
-from benchbot.core.selection import Selection, select
+from benchbot.core.request import AUTO, Limits, RunRequest
+from benchbot.core.selection import Selection, device_here, select
 
 _MACHINE_KEYS = ("benchbot", "plugins", "assets", "solution", "machine")
 """Keys of provenance that may differ between identical runs: they say where, and by which software it was run."""
@@ -24,11 +24,13 @@ def differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str
     if stated == found:
         return []
     failures = [_failure(before), _failure(after)]
+    device = other_device(before["provenance"], after["provenance"])
     pointers = [
         ("The results differ", _first(before.get("results"), after.get("results"), "/results")),
         ("The documents differ", _first({**stated, "results": None}, {**found, "results": None}, "")),
     ]
     return [
+        *([device] if device else []),
         *_run_differences(before, after),
         *([f"It ended otherwise: {failures[1]} instead of {failures[0]}."] if failures[0] != failures[1] else []),
         *(f"{text}, first at {pointer}." for text, pointer in pointers if pointer is not None),
@@ -183,6 +185,7 @@ def reselect(provenance: Mapping[str, Any], catalog: Catalog, limits: Limits | N
             secret=str(chosen.get("secret", "")),
         ),
     )
+    selection = _on_its_device(selection, provenance, catalog)
     if selection.robot.data["type"] in plugin_manager.load().pool("robot_drivers"):
         raise BenchbotError(
             f"The result is of a real robot ('{selection.robot.name}').",
@@ -197,6 +200,30 @@ def reselect(provenance: Mapping[str, Any], catalog: Catalog, limits: Limits | N
             "Install the versions that its provenance names.",
         )
     return selection if limits is None else replace(selection, limits=limits)
+
+
+def _on_its_device(selection: Selection, provenance: Mapping[str, Any], catalog: Catalog) -> Selection:
+    """Return a selection that is simulated on the kind of device of the result, where there is one here."""
+    there = replace(selection, device=device_kind(provenance) or AUTO)
+    try:
+        device_here(catalog, there)
+    except BenchbotError:
+        return selection
+    return there
+
+
+def device_kind(provenance: Mapping[str, Any]) -> str | None:
+    """Return the kind of device that a result was simulated on, such as `cuda`; None where it does not say."""
+    device = provenance.get("machine", {}).get("device")
+    return None if device is None else str(device).partition(":")[0]
+
+
+def other_device(before: Mapping[str, Any], after: Mapping[str, Any]) -> str | None:
+    """Return on which device each of two provenances was simulated, as a sentence; None when they are the same."""
+    stated, found = (each.get("machine", {}).get("device") for each in (before, after))
+    if stated == found or stated is None or found is None:
+        return None
+    return f"It was simulated on {found} instead of {stated}, whose pictures are not the same to the byte."
 
 
 def _check_disclosed(chosen: Mapping[str, Any]) -> None:

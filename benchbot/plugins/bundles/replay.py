@@ -13,10 +13,17 @@ from benchbot.core.host import Host
 from benchbot.core.request import Limits
 from benchbot.core.selection import Selection
 from benchbot.core.session import Session
-from benchbot.plugins.bundles.comparing import SoftwareDifference, action_text, reselect, software_differences
+from benchbot.plugins.bundles.comparing import (
+    SoftwareDifference,
+    action_text,
+    other_device,
+    reselect,
+    software_differences,
+)
 
 _TIME_DIGITS = 9
 """Simulated time in seconds is rounded like that in provenance."""
+SEEN = "Something else is seen, first at"
 
 
 @dataclass(frozen=True)
@@ -56,11 +63,23 @@ def verify(
     session = Session(selection, lambda: start_host(selection))
     try:
         problem = _replay_actions(session, scenes, lambda done: tell(done, total))
+        _check_device(provenance, session, problem)
         problems = [problem] if problem else _problems(document, session)
         problems += filter(None, [overrun(document)])
         return Verification(tuple(problems), session.progress.frames, tuple(_unproven(provenance)), software)
     finally:
         session.close()
+
+
+def _check_device(provenance: Mapping[str, Any], session: Session, problem: str | None) -> None:
+    """Raise BenchbotError when something else is seen, and it is seen by another device than that of the result."""
+    device = other_device(provenance, {"machine": session.machine})
+    if device is not None and problem is not None and problem.startswith(SEEN):
+        raise BenchbotError(
+            "The result cannot be verified on this machine.",
+            f"{problem} {device}",
+            f"Verify it where there is the same device: {provenance['machine']['device']}.",
+        )
 
 
 def _action_log(document: Mapping[str, Any], provenance: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -116,7 +135,7 @@ def _replay_actions(session: Session, scenes: list[dict[str, Any]], tell: Callab
                     raise
                 return f"What the log says cannot be done, at {at}: {error.title} {error.why}"
             if session.digest.hexdigest()[:MARK_DIGITS] != mark:
-                return f"Something else is seen, first at {at}."
+                return f"{SEEN} {at}."
             tell(session.progress.frames)
     return None
 

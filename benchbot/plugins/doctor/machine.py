@@ -14,6 +14,7 @@ from pathlib import Path
 
 import psutil
 
+from benchbot import process
 from benchbot.core import resources
 from benchbot.core.errors import BenchbotError
 from benchbot.core.findings import Finding, Level
@@ -56,12 +57,12 @@ print(json.dumps({"library": True, "cuda": version.value, "devices": devices}))
 """
 NO_DEVICE_ERRORS = ("CUDA_ERROR_NO_DEVICE", "100")
 NO_GPU = "none, and none is needed: the ray tracer runs on the processor"
-GPU_USE = "for the ray tracer with --set options.arch=cuda"
+GPU_USE = "which the ray tracer uses when it is free (--device)"
 
 
 def processors() -> Finding:
     """Say how many processors and how much memory this process may use."""
-    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    count = process.processors()
     memory = psutil.virtual_memory()
     free, total = (size / 2**30 for size in (memory.available, memory.total))
     detail = f"{count} processor{'s' * (count != 1)}, {free:.1f} of {total:.1f} GiB of memory free"

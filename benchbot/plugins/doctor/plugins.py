@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 
+from benchbot.cli.kit import console
 from benchbot.core import hookspecs, plugin_manager, records, resources
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import KINDS, Catalog
@@ -73,6 +74,9 @@ def simulators(loaded: plugin_manager.Plugins, *, warm: bool) -> Iterator[Findin
             hint = "; benchbot doctor --warm starts it" if simulator.warm is not None else ""
             yield Finding(Level.OK, subject, f"{provided.distribution}{hint}")
             continue
+        console.note(
+            f"Starts {name} and fills its cache: about a minute where nothing is in it yet, seconds otherwise."
+        )
         try:
             yield Finding(Level.OK, subject, simulator.warm(resources.cache_dir()))
         # A third party's code, its compiler and its driver may fail in any way at all, which this check finds out.

@@ -36,7 +36,7 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
     `reward` is a name, names with weights, a function of a `Transition`, or a class of such (see
     `benchbot.plugins.gymnasium.rewards`). `image_size` is (width, height) of other pictures than the robot's own. An
     `argument` of 1 is `largest_distance_m` or `largest_angle_deg`. `max_simulated_time_s` truncates an episode, as do
-    the limits of the task. `platform_options` are the simulator's settings, such as {"arch": "cuda"}; `settings`
+    the limits of the task. `platform_options` are the simulator's settings, such as {"device": "cuda"}; `settings`
     change what the environments declare, as `benchbot run --set` does: {"lighting.time": "21:30"}.
 
     Observations and actions: docs/gymnasium.md. Raises BenchbotError for a choice that is impossible.

@@ -54,11 +54,15 @@ class Timeouts:
 class Operator:
     """The person beside a real robot, who may be asked to do what it cannot do by itself. Safe to use from any thread.
 
-    `changed` is called with the request that waits for them, or None when none does.
+    `changed` is called with the request that waits for them, or None when none does; `noted` with what a platform does
+    that takes long, or None when that is over.
     """
 
-    def __init__(self, changed: Callable[[str | None], None]) -> None:
+    def __init__(
+        self, changed: Callable[[str | None], None], noted: Callable[[str | None], None] = lambda text: None
+    ) -> None:
         self._changed = changed
+        self.noted = noted
         self._lock = threading.Lock()
         self._pending: tuple[str, Callable[[], None]] | None = None
 
@@ -126,12 +130,13 @@ class ChildHost:
         self._observations: messages.Decoder[Any] = (
             borrowed.BorrowingDecoder(self.arena) if zero_copy else messages.decoder(dict[str, Any], self.arena.read)
         )
+        self._start_sent = False
         self._start: messages.Start | None = messages.Start(
             robot=selection.robot.data,
             scenes=_scene_messages(selection),
             localisation=selection.localisation,
             cache_dir=str(resources.cache_dir()),
-            options=dict(options or {}),
+            options={**(options or {}), **selection.platform_options},
             can_ask=operator is not None,
             despite=selection.despite,
         )
@@ -153,16 +158,25 @@ class ChildHost:
             raise self._died()
         self._operator = operator
         scenes = _scene_messages(selection)
-        if self._start is not None:
+        if self._start is not None and not self._start_sent:
             self._start = msgspec.structs.replace(self._start, scenes=scenes)
         else:
+            self._create()
             # Also when they are the same: only an answer tells that the child is not just dying.
             self._call(messages.Scenes(scenes), _NOTHING, self._timeouts.call_s)
 
     def prepare(self) -> None:
-        """Have a real robot diagnosed before anything moves it; raises BenchbotError when it is broken."""
+        """Have a real robot diagnosed before anything moves it; raises BenchbotError when it is broken.
+
+        A simulator is created meanwhile, since its imports take as long as those of a solution, and not waited for:
+        should that fail, the first `load` tells.
+        """
         if self._real:
             self._create()
+        elif self._start is not None and not self._start_sent:
+            with self._busy, suppress(OSError):
+                self._send(self._start)
+                self._start_sent = True
 
     def load(self, scene_index: int, seed: int) -> Status:
         """Put the robot into the clean start state of a scene of the selection."""
@@ -217,7 +231,7 @@ class ChildHost:
     def _create(self) -> None:
         # Not in the constructor: `close` can interrupt it only when there is a host to close.
         if self._start is not None:
-            self.findings = self._call(self._start, _FINDINGS, self._timeouts.load_s)
+            self.findings = self._call(self._start, _FINDINGS, self._timeouts.load_s, is_sent=self._start_sent)
             self._start = None
 
     def _attended(self) -> AbstractContextManager[None]:
@@ -237,10 +251,13 @@ class ChildHost:
             finally:
                 self._sending.release()
 
-    def _call(self, request: messages.Request, decoder: messages.Decoder[T], timeout_s: float) -> T:
+    def _call(
+        self, request: messages.Request, decoder: messages.Decoder[T], timeout_s: float, *, is_sent: bool = False
+    ) -> T:
         with self._busy:
             try:
-                self._send(request)
+                if not is_sent:
+                    self._send(request)
                 return messages.value_of(self._reply(timeout_s), decoder)
             except TimeoutError as error:
                 self._kill()
@@ -263,13 +280,16 @@ class ChildHost:
                     return message
                 asks = isinstance(message, messages.Question)
                 patience_s = None if asks else timeout_s
-                if self._operator is not None and isinstance(message, messages.Question):
+                if self._operator is not None and isinstance(message, messages.Preparing):
+                    self._operator.noted(message.text)
+                elif self._operator is not None and isinstance(message, messages.Question):
                     self._operator.ask(message.text, self._answer if message.wants_answer else lambda: None)
                 elif self._operator is not None:
                     self._operator.withdraw()
         finally:
             if self._operator is not None:
                 self._operator.withdraw()
+                self._operator.noted(None)
 
     def _answer(self) -> None:
         self._send_control(messages.Answered())

@@ -142,6 +142,12 @@ class Question(msgspec.Struct, tag="question", frozen=True):
     wants_answer: bool = True
 
 
+class Preparing(msgspec.Struct, tag="preparing", frozen=True):
+    """What the platform does meanwhile, where the reply to the request under way takes long."""
+
+    text: str
+
+
 class Resumed(msgspec.Struct, tag="resumed", frozen=True):
     """The request under way goes on: the answer to the question has arrived, or what was waited for."""
 
@@ -149,7 +155,7 @@ class Resumed(msgspec.Struct, tag="resumed", frozen=True):
 Reply = Done | Failed
 
 _Incoming = Request | ControlMessage
-_Outgoing = Reply | Question | Resumed
+_Outgoing = Reply | Question | Preparing | Resumed
 
 decode_request = msgspec.msgpack.Decoder[_Incoming](_Incoming).decode
 """Returns the request or control message in the bytes; raises msgspec.DecodeError for anything else."""
@@ -157,7 +163,7 @@ decode_message = msgspec.msgpack.Decoder[_Outgoing](_Outgoing).decode
 """Returns the reply in the bytes, or what may come before it; raises msgspec.DecodeError for anything else."""
 
 
-def encode(message: Request | ControlMessage | Failed | Question | Resumed) -> bytes:
+def encode(message: Request | ControlMessage | Failed | Question | Preparing | Resumed) -> bytes:
     """Return the bytes of a message that is no value."""
     return msgspec.msgpack.encode(message, enc_hook=_scalar)
 

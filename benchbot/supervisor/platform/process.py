@@ -126,6 +126,11 @@ class ControlChannel:
         said = messages.Resumed() if waits_for is None else messages.Question(waits_for, wants_answer=False)
         self._send(messages.encode(said))
 
+    def note(self, text: str) -> None:
+        """Say what is done meanwhile, in the log as well: `PlatformSpec.note`."""
+        print(f"{time.strftime('%H:%M:%S')} {text}", flush=True)
+        self._send(messages.encode(messages.Preparing(text)))
+
 
 def _halt(host: Host, why: str) -> None:
     try:
@@ -186,7 +191,7 @@ def _serve(
         try:
             if isinstance(request, messages.Start):
                 real = request.robot["type"] in plugin_manager.load().pool("robot_drivers")
-                host, reply = _create(request, control.ask if request.can_ask else None, control.tell)
+                host, reply = _create(request, control)
                 control.attach(host)
             else:
                 reply = _answer(host, request)
@@ -206,15 +211,14 @@ def _serve(
         host.close()
 
 
-def _create(
-    request: messages.Start, ask: Callable[[str], None] | None, tell: Callable[[str | None], None]
-) -> tuple[InProcessHost, list[Finding]]:
+def _create(request: messages.Start, control: ControlChannel) -> tuple[InProcessHost, list[Finding]]:
     """Return the host of a new platform, and the findings of a real robot; raises BenchbotError when it is broken."""
     loaded = plugin_manager.load()
     kind = request.robot["type"]
     simulated = kind in loaded.pool("simulators")
     record = loaded.record("simulators" if simulated else "robot_drivers", kind)
-    spec = PlatformSpec(request.robot, request.localisation, Path(request.cache_dir), request.options, ask, tell)
+    place, ask = Path(request.cache_dir), control.ask if request.can_ask else None
+    spec = PlatformSpec(request.robot, request.localisation, place, request.options, ask, control.tell, control.note)
     platform = record.create(spec)
     motion = MotionConfig.from_robot(request.robot, request.localisation)
     if simulated:

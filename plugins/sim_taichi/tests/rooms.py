@@ -108,5 +108,5 @@ def fence(path: Path) -> Path:
     uvs = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], float)
     glb.add("card", card, quad, cut, uvs=uvs, class_name="card")
     glb.add("pane", card - [1, 0, 0] + [0, 1, 0], quad, glb.material(glass=True), class_name="pane")
-    glb.box("wall", (3, -9, -9), (3.1, 9, 9), glb.material())
+    glb.box("wall", (3, -9, -3), (3.1, 9, 5), glb.material())
     return glb.write(path)

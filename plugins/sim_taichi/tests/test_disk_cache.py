@@ -1,6 +1,10 @@
 """A file of the cache gives back what was stored or counts as not there."""
 
+import subprocess
+import sys
 import threading
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -54,6 +58,102 @@ def test_many_may_write_the_same_file_at_once(tmp_path: Path) -> None:
         writer.join()
     assert all(stored is not None and np.array_equal(stored["nodes"], large["nodes"]) for stored in seen)
     assert [file.name for file in tmp_path.iterdir()] == ["tree.npz"]
+
+
+def test_arrays_are_where_the_file_is_mapped_and_what_is_written_to_them_is_nobody_elses(tmp_path: Path) -> None:
+    path = tmp_path / "tree.npz"
+    arrays: disk_cache.Arrays = {
+        "nodes": np.arange(2**19, dtype=np.float32),
+        "flags": np.eye(3, dtype=np.uint8),
+        "one": np.array(2.0),
+    }
+    disk_cache.store(path, arrays)
+    before = path.read_bytes()
+
+    one, other = disk_cache.load(path), disk_cache.load(path)
+
+    assert one is not None
+    assert other is not None
+    assert str(path) in Path("/proc/self/maps").read_text("utf-8")
+    assert all(array.ctypes.data % disk_cache.ALIGNMENT == 0 for array in one.values())
+    assert all(np.array_equal(one[name], array) for name, array in arrays.items())
+    one["nodes"][:] = -1.0
+    assert np.array_equal(other["nodes"], arrays["nodes"])
+    assert path.read_bytes() == before
+
+
+def test_a_small_file_stays_what_it_was_for_who_has_read_it(tmp_path: Path) -> None:
+    path = tmp_path / "tree.npz"
+    disk_cache.store(path, ARRAYS)
+    stored = disk_cache.load(path)
+    path.write_bytes(b"cut short")
+    assert stored is not None
+    assert is_whole(stored)
+
+
+def test_archives_of_other_programs_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "tree.npz"
+    np.savez(path, allow_pickle=False, **ARRAYS)
+    stored = disk_cache.load(path)
+    assert stored is not None
+    assert is_whole(stored)
+    with np.load(path) as again:
+        assert sorted(again.files) == sorted(ARRAYS)
+    np.savez_compressed(path, allow_pickle=False, **ARRAYS)
+    assert disk_cache.load(path) is None, "what is compressed cannot be mapped"
+
+
+MAKE = """
+import os, sys, time
+from pathlib import Path
+import numpy as np
+from benchbot_sim_taichi import disk_cache
+
+folder = Path(sys.argv[1])
+
+def make():
+    with (folder / "made").open("a") as made:
+        made.write("x")
+    while not (folder / "go").exists():
+        time.sleep(0.01)
+    return {"nodes": np.arange(9)}
+
+print(disk_cache.load_or_make(folder / "tree.npz", {"nodes"}, make)["nodes"].sum(), flush=True)
+"""
+
+
+def making(folder: Path) -> "subprocess.Popen[str]":
+    command = [sys.executable, "-c", MAKE, str(folder)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    while not condition():
+        time.sleep(0.02)
+
+
+def test_one_process_makes_what_others_wait_for_and_one_that_is_killed_leaves_it_to_the_next(tmp_path: Path) -> None:
+    made = tmp_path / "made"
+    with making(tmp_path) as first:
+        wait_for(made.exists)
+        with making(tmp_path) as second, making(tmp_path) as third:
+            for waiting in (second, third):
+                assert waiting.stderr is not None
+                assert waiting.stderr.readline() == "tree.npz is being made by another process: waiting for it.\n"
+            first.kill()
+            wait_for(lambda: made.read_text() == "xx")
+            (tmp_path / "go").touch()
+            said = [each.communicate()[0] for each in (second, third)]
+
+    assert said == ["36\n", "36\n"]
+    assert made.read_text() == "xx", "the first one, which was killed, and one of the others"
+    assert not (tmp_path / "tree.lock").exists()
+
+
+def test_a_folder_that_cannot_be_written_costs_time_only(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    made = disk_cache.load_or_make(tmp_path / "file" / "tree.npz", set(ARRAYS), lambda: ARRAYS)
+    assert is_whole(made)
 
 
 @pytest.mark.xdist_group("renderer")

@@ -7,11 +7,12 @@ import pytest
 from benchbot.core.errors import BenchbotError
 from benchbot_sim_taichi.daylight import Daylight
 from benchbot_sim_taichi.lamps import Lamps
-from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
+from benchbot_sim_taichi.lighting import Exterior, Lighting, Sky, Sun
 
 
 def test_nothing_declared_is_a_clear_day() -> None:
-    assert Lighting.from_mapping(None) == Lighting.from_mapping({}) == Lighting(Sun(), Sky(), None)
+    clear_day = Lighting(Sun(), Sky(), None, exterior=Exterior("field", 0))
+    assert Lighting.from_mapping(None) == Lighting.from_mapping({}) == clear_day
 
 
 def test_what_is_declared_is_taken_and_the_rest_stays() -> None:
@@ -40,6 +41,12 @@ def test_lamps_are_switched_and_tuned() -> None:
     assert Lighting.from_mapping({"lamps": given}).lamps == Lamps(("desk", "ceiling"), 2700.0, 0.5)
 
 
+def test_surroundings_are_of_a_kind_and_a_seed() -> None:
+    given = {"time": "12:00", "exterior": {"kind": "town", "seed": 3}}
+    assert Lighting.from_mapping(given).exterior == Exterior("town", 3)
+    assert Lighting.from_mapping({"exterior": {"kind": "none"}}).exterior == Exterior("none", 0)
+
+
 @pytest.mark.parametrize(
     ("mapping", "title"),
     [
@@ -63,6 +70,11 @@ def test_lamps_are_switched_and_tuned() -> None:
         ({"sun": {"irradiance": [1, 2]}}, "lighting.sun.irradiance is not a colour"),
         ({"sky": {"zenith": [1, 2, -1]}}, "lighting.sky.zenith is negative"),
         ({"sky": {"zenith": [1, 2, float("nan")]}}, r"lighting.sky.zenith\[2\] is not a number"),
+        ({"exterior": {"kind": "forest"}}, "lighting.exterior.kind is not known"),
+        ({"exterior": {"kind": ["town"]}}, "lighting.exterior.kind is not known"),
+        ({"exterior": {"seed": -1}}, "lighting.exterior.seed is no seed"),
+        ({"exterior": {"seed": 1.5}}, "lighting.exterior.seed is no seed"),
+        ({"exterior": "town"}, "lighting.exterior is not a mapping"),
         ({"exposure": 0}, "lighting.exposure is not positive"),
     ],
 )

@@ -157,7 +157,7 @@ def test_light_follows_a_moved_lamp_and_relight_makes_all_new(kernel_cache: Path
         for name, f in [("before", before), ("moved", moved), ("relit", relit)]
     }
     assert error["moved"] < 0.5 * error["before"]
-    assert error["relit"] < 0.05
+    assert error["relit"] < 0.1
     assert not np.array_equal(moved.rgb, before.rgb)
 
 

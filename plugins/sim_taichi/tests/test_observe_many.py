@@ -30,7 +30,7 @@ def digest(observed: Mapping[str, object]) -> str:
     return found.hexdigest()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def three(kernel_cache: Path) -> list[RayTracedSimulator]:
     """Two robots in one scene, one in another that differs in its labels."""
     first = RayTracedSimulator(PlatformSpec(SMALL, "noisy", kernel_cache))

@@ -22,7 +22,7 @@ SMALL = Intrinsics.from_horizontal_fov(48, 32, 90.0)
 
 def test_options_choose_a_quality() -> None:
     assert quality.from_options({}) == REALTIME
-    assert quality.from_options({"quality": "path", "arch": "cpu"}) == PATH
+    assert quality.from_options({"quality": "path", "device": "cpu"}) == PATH
     assert quality.from_options({"quality": "reference", "samples": 64}) == Quality("reference", 64)
 
 

@@ -14,13 +14,14 @@ from benchbot.core.digest import ObservationDigest
 from benchbot.core.geometry import Pose
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot.core.randomness import generator, scene_seed
-from benchbot_sim_taichi.camera_noise import CameraNoise
-from benchbot_sim_taichi.camera_response import filmic, srgb_bytes
+from benchbot_sim_taichi.camera_noise import SATURATING, CameraNoise
+from benchbot_sim_taichi.camera_response import exposed, filmic, srgb_bytes
 from benchbot_sim_taichi.depth_noise import Stereo, StructuredLight, View, in_shadow, incidence_rad, read_depth_noise
 from benchbot_sim_taichi.renderer import Frame
 from benchbot_sim_taichi.scanners import Laser, RangeNoise
 from benchbot_sim_taichi.sensors import Camera
 from benchbot_sim_taichi.simulator import RayTracedSimulator
+from benchbot_sim_taichi.textures import srgb_to_linear
 
 REALISTIC = schema.read(Path(str(files("benchbot_sim_taichi"))) / "robots" / "carter_realistic.yaml")
 MINIROOM = Path(str(files("benchbot_envs_bear"))) / "environments" / "miniroom_1.yaml"
@@ -47,14 +48,21 @@ def test_shot_and_read_noise_have_their_variance(grey: int) -> None:
     """In linear light: variance is the mean in electrons plus the read noise's."""
     noise = CameraNoise(saturation_electrons=20_000, read_electrons=20)
     picture = np.full((300, 300, 3), grey, np.uint8)
-    radiance = np.linspace(0, 12, 200_001, dtype=np.float32)
-    shown = srgb_bytes(filmic(radiance))
-    of_byte = np.bincount(shown, radiance) / np.bincount(shown)
-    of_byte[255] = radiance[shown == 255].min()
-    electrons = of_byte[noise.apply(picture, generator(1, "image_rgb", 0))] / of_byte[255] * noise.saturation_electrons
-    mean = of_byte[grey] / of_byte[255] * noise.saturation_electrons
+    linear = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
+    noisy = exposed(linear[noise.apply(picture, generator(1, "image_rgb", 0))])
+    electrons = noisy / SATURATING * noise.saturation_electrons
+    mean = float(exposed(linear[picture[:1, :1]])[0, 0, 0]) / SATURATING * noise.saturation_electrons
     assert electrons.mean() == pytest.approx(mean, rel=0.02)
     assert electrons.var() == pytest.approx(mean + noise.read_electrons**2, rel=0.1)
+
+
+def test_a_sensor_without_noise_shows_every_colour_as_it_is() -> None:
+    without = CameraNoise(saturation_electrons=1e8, read_electrons=0)
+    brightness, tint = random().random((40, 40, 1)), random().random((40, 40, 3))
+    colors = srgb_bytes(filmic((tint * 2.0 ** (12 * brightness - 7)).astype(np.float32)))
+    error = np.abs(without.apply(colors, random()).astype(int) - colors)
+    assert error.max() <= 2
+    assert (error > 1).mean() < 0.001
 
 
 def test_black_and_white_stay_possible() -> None:

@@ -1,6 +1,7 @@
 """The whole simulator: motion and contact in a room, and what is observed there."""
 
 import math
+import shutil
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
@@ -198,6 +199,21 @@ def test_every_channel_has_its_documented_form(seeing: RayTracedSimulator) -> No
     assert seen["laser"]["scans"][-1, 1] < math.pi
     for name in ("image_rgb_info", "image_depth_info", "image_segment_info"):
         assert seen[name]["matrix_intrinsics"].tolist() == [[160, 0, 160], [0, 160, 90], [0, 0, 1]]
+
+
+@ray_traced
+def test_what_takes_long_is_told_when_it_begins(room: Scene, tmp_path: Path, kernel_cache: Path) -> None:
+    shutil.copytree(kernel_cache / "kernels", tmp_path / "kernels")
+    told: list[str] = []
+    platform = RayTracedSimulator(PlatformSpec(robot(), "ground_truth", tmp_path, note=told.append))
+    platform.load(room, 0)
+    assert told == ["the simulator loads the scene room.glb"]
+    platform.observe(("image_depth",))
+    tree, light = told[1:]
+    assert "builds the search tree" in tree
+    assert "works out the light" in light
+    platform.observe(("image_depth",))
+    assert told[3:] == [], "it was all there"
 
 
 @ray_traced

@@ -98,6 +98,11 @@ def test_a_pause_is_told() -> None:
     assert progress_text({**PROGRESS, "frames": 0, "paused": True}, 1) == "PAUSED · nothing observed yet"
 
 
+def test_what_keeps_the_first_observation_waiting_is_told() -> None:
+    preparing = {**PROGRESS, "frames": 0, "preparing": "the simulator builds a tree"}
+    assert progress_text(preparing, 1) == "nothing observed yet · the simulator builds a tree"
+
+
 @pytest.fixture
 def terminal(monkeypatch: pytest.MonkeyPatch) -> Iterator["Terminal"]:
     monkeypatch.setenv("TERM", "xterm-256color")

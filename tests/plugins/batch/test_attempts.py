@@ -123,6 +123,7 @@ def test_a_solution_that_stands_still_is_stuck_unless_somebody_holds_it(tmp_path
     with AttemptWatcher(tmp_path, Policy(stall_s=1e-9), lambda: True, memory) as watcher:
         assert watcher.look(PROGRESS, 1) is None
         assert all(watcher.look({**PROGRESS, "paused": True}, 1) is None for _ in range(3))
+        assert all(watcher.look({**PROGRESS, "preparing": "the tree is built"}, 1) is None for _ in range(3))
         stuck = watcher.look(PROGRESS, 1)
     assert stuck is not None
     assert stuck.failure is FailureClass.TIMEOUT

@@ -7,9 +7,13 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 
+import pytest
+
 from benchbot.plugins.batch.folder import Folder
+from benchbot.plugins.batch.worker import Worker
 from benchbot.plugins.batch.worker_pool import WorkerPool
 from tests.cli.solutions import CRASHING, PASSIVE, RESETTING
 from tests.plugins.batch.conftest import Batches, wait_until
@@ -101,6 +105,38 @@ def test_the_same_command_goes_on_and_another_says_what_it_would_cost(batches: B
     dry = batches.run("b", "--dry-run", "--json", seeds="0..2")
     assert [row["done"] for row in json.loads(dry.stdout)["episodes"]] == [True, True, False] * 2
     assert batches.told("b", "began") == 4
+
+
+def test_workers_simulate_on_the_device_that_is_there_or_asked_for(batches: Batches) -> None:
+    refused = batches.run("none", "--device", "cuda")
+    assert (refused.returncode, "There is no GPU here." in refused.stderr) == (2, True)
+
+    batches.cli.variables["SAMPLE_GPU"] = "Test GPU"
+    free = batches.run("free", seeds="0")
+    assert batches.run("chosen", "--device", "cpu", seeds="0").returncode == 0
+
+    assert "Workers simulate on cuda: Test GPU" in free.stderr
+    for name, device in (("free", "cuda: Test GPU"), ("chosen", "cpu")):
+        results = map(json.loads, batches.results(name).values())
+        assert {result["provenance"]["machine"]["device"] for result in results} == {device}
+
+
+def test_a_worker_on_a_cluster_uses_a_gpu_that_it_was_given_and_no_other(
+    batches: Batches, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert batches.run("b", seeds="0", envs="arena:1").returncode == 0
+    folder = Folder(batches.path("b"))
+
+    def device() -> str:
+        with ExitStack() as stack:
+            return Worker(folder, "w", stack)._backend._plan.device
+
+    monkeypatch.delenv("CUDA_VISIBLE_DEVICES", raising=False)
+    assert device() == "auto"
+    WorkerPool("slurm").write(folder)
+    assert device() == "cpu"
+    monkeypatch.setenv("CUDA_VISIBLE_DEVICES", "1")
+    assert device() == "auto"
 
 
 def test_repeats_are_told_apart_in_their_results(batches: Batches) -> None:

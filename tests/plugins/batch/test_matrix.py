@@ -51,6 +51,15 @@ def test_the_same_request_gives_the_same_plan(make: Make) -> None:
     assert make(seeds=[1]) == make(seeds=[1])
 
 
+def test_a_device_makes_it_another_plan_where_it_is_asked_for_and_is_kept_with_it(make: Make, tmp_path: Path) -> None:
+    left_open, chosen = make(), make(device="cpu")
+    assert left_open.device == "auto"
+    assert not keys(left_open) & keys(chosen)
+    plans.write(tmp_path / "plan.json", chosen)
+    again = plans.read(tmp_path / "plan.json")
+    assert {again.request_of(episode).device for episode in again.episodes} == {"cpu"}
+
+
 def test_a_secret_makes_it_another_plan_and_is_kept_with_it(make: Make, tmp_path: Path) -> None:
     plain, hidden = make(), make(secret=16 * "0f")
     assert not keys(plain) & keys(hidden)

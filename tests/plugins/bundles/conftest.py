@@ -29,7 +29,8 @@ def start_host(tmp_path_factory: pytest.TempPathFactory) -> StartHost:
     def start(selection: Selection) -> InProcessHost:
         robot = selection.robot.data
         kind = "simulators" if robot["type"] in load().pool("simulators") else "robot_drivers"
-        platform = load().record(kind, robot["type"]).create(PlatformSpec(robot, selection.localisation, cache))
+        spec = PlatformSpec(robot, selection.localisation, cache, selection.platform_options)
+        platform = load().record(kind, robot["type"]).create(spec)
         scenes = [Scene(scene.data, scene.path.parent) for scene in selection.environments]
         return InProcessHost(platform, scenes, MotionConfig.from_robot(robot, selection.localisation))
 

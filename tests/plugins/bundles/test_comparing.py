@@ -53,6 +53,14 @@ def test_what_differs_first_is_told_first(driven: dict[str, Any], changes: list[
     assert first in comparing.differences(driven, changed(driven, *changes))[0]
 
 
+def test_another_device_is_told_before_what_it_shows(driven: dict[str, Any]) -> None:
+    elsewhere = changed(driven, ("provenance/machine/device", "cuda: NVIDIA H100"))
+    assert comparing.differences(driven, elsewhere) == []
+    device, seen, *_ = comparing.differences(driven, changed(elsewhere, SEEN, ("actions/0/rows/1/0", "0" * 16)))
+    assert device.startswith("It was simulated on cuda: NVIDIA H100 instead of cpu, whose pictures are not the same")
+    assert seen.startswith("Something else is seen")
+
+
 def test_a_run_that_is_cut_short_agrees_as_far_as_it_goes(driven: dict[str, Any]) -> None:
     rows = driven["actions"][0]["rows"]
     (text, *_) = comparing.differences(driven, changed(driven, SEEN, ("actions/0/rows", rows[:3])))

@@ -71,6 +71,21 @@ def test_several_scenes_settings_and_a_reset_are_replayed(verify: Verify, made: 
     assert (verification.verified, verification.observations) == (True, 4)
 
 
+def test_a_result_is_replayed_on_its_device_where_there_is_one_and_nobody_is_accused_where_there_is_none(
+    verify: Verify, driven: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    elsewhere = changed(driven, "provenance/machine/device", "cuda: NVIDIA H100")
+    other = changed(elsewhere, "actions/0/rows/1/0", "0" * 16)
+    assert verify(elsewhere).verified, "no GPU is here, and the same is seen all the same"
+    with pytest.raises(BenchbotError, match="cannot be verified on this machine") as refused:
+        verify(other)
+    assert "simulated on cpu instead of cuda: NVIDIA H100" in refused.value.why
+
+    monkeypatch.setenv("SAMPLE_GPU", "NVIDIA H100")
+    assert verify(other).problems[0].startswith("Something else is seen"), "the same device shows what was there"
+    assert verify(changed(driven, "provenance/machine/device", "cpu")).verified
+
+
 def test_a_collision_is_seen_again_and_cannot_be_denied(verify: Verify, made: Make) -> None:
     def drive(session: Session) -> None:
         session.reset()

@@ -68,7 +68,7 @@ def test_this_machine_has_processors_memory_and_a_time() -> None:
             "CUDA's library is there and does not st",
         ),
         ({"library": True, "cuda": 12080, "devices": []}, True, Level.OK, "none, and none is needed"),
-        (TWO, True, Level.OK, "NVIDIA H200 (139 GiB), NVIDIA T4 (15 GiB), CUDA 12.8, for the ray tracer with --set"),
+        (TWO, True, Level.OK, "NVIDIA H200 (139 GiB), NVIDIA T4 (15 GiB), CUDA 12.8, which the ray tracer uses when"),
     ],
 )
 def test_what_cuda_says_is_told(

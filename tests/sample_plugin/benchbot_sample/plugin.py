@@ -1,11 +1,12 @@
 """What the sample plug-in offers; light, so that listing it costs nothing."""
 
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Mapping
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from benchbot.plugin import AssetPack, RobotDriver, Simulator, hookimpl
+from benchbot.plugin import AssetPack, BenchbotError, RobotDriver, Simulator, hookimpl
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -40,7 +41,7 @@ def benchbot_episodes() -> "Iterable[Traversable]":
 @hookimpl
 def benchbot_simulators() -> Iterable[Simulator]:
     """Yield `sim_sample`."""
-    yield Simulator("sim_sample", _create)
+    yield Simulator("sim_sample", _create_simulated, device=device)
 
 
 @hookimpl
@@ -53,6 +54,22 @@ def benchbot_robot_drivers() -> Iterable[RobotDriver]:
 def benchbot_asset_packs() -> Iterable[AssetPack]:
     """Yield `sample_toys`, which holds nothing."""
     yield AssetPack("sample_toys", Path(str(files("benchbot_sample") / "assets" / "catalogue.json")))
+
+
+def _create_simulated(spec: "PlatformSpec") -> "Platform":
+    from benchbot_sample.simulator import TracedSimulator
+
+    return TracedSimulator(spec)
+
+
+def device(options: Mapping[str, Any]) -> str:
+    """Return the device of options; there is a GPU where $SAMPLE_GPU names it."""
+    gpu = os.environ.get("SAMPLE_GPU")
+    if options.get("device", "auto") == "cpu" or (gpu is None and options.get("device") != "cuda"):
+        return "cpu"
+    if gpu is None:
+        raise BenchbotError("There is no GPU here.", "$SAMPLE_GPU names none.", "Leave --device out.")
+    return f"cuda: {gpu}"
 
 
 def _create(spec: "PlatformSpec") -> "Platform":

@@ -37,6 +37,7 @@ class SampleSimulator:
         self._localisation = spec.localisation
         self._ask = spec.ask
         self._tell = spec.tell
+        self._note = spec.note
         self._halted: str | None = None
 
     @property
@@ -60,6 +61,8 @@ class SampleSimulator:
             self._tell("A person has the robot.")
             time.sleep(float(str(self._options["taken_over_s"])))
             self._tell(None)
+        if self._note is not None:
+            self._note("the simulator reads its world")
         self._world = world.read(scene.folder / scene.environment["map_path"])
         self._class_ids = {name: number for number, name in enumerate(scene.environment.get("object_labels", ()), 1)}
         self._instances = _instance_ids(self._world.labels, self._class_ids)
@@ -195,6 +198,20 @@ class SampleSimulator:
         base = self.odometry() if self._localisation == "noisy" else self.pose()
         offered = {"base_link": base, "initial_pose": self._start, "camera": base @ view.CAMERA_TO_BASE, "lidar": base}
         return {name: offered[name].record("map") for name in self._frames}
+
+
+class TracedSimulator(SampleSimulator):
+    """The simulator, which says what device it runs on."""
+
+    def __init__(self, spec: PlatformSpec) -> None:
+        super().__init__(spec)
+        self._spec = spec
+
+    def provenance(self) -> dict[str, str]:
+        """Return the device, which changes nothing."""
+        from benchbot_sample.plugin import device
+
+        return {"device": device(self._spec.options)}
 
 
 def _safety_stop(why: str) -> BenchbotError:

@@ -211,6 +211,33 @@ def test_a_platform_that_says_what_it_waits_for_may_wait_longer_than_one_that_ha
     assert start_host(taken_over(timeouts.load_s + 1.0), timeouts).load(0, 0).clock_s == 0.0
 
 
+def test_a_simulator_is_created_before_it_is_needed_also_for_the_run_after(start_host: StartHost) -> None:
+    ahead, plain = start_host(), start_host()
+    ahead.prepare()
+    ahead.prepare()
+    ahead.renew(sample_selection(), None)
+    assert ahead.load(0, 0) == plain.load(0, 0)
+
+
+def test_a_simulator_that_dies_while_it_is_created_ahead_is_told_by_the_first_load(start_host: StartHost) -> None:
+    host = start_host()
+    os.kill(host.pid, signal.SIGKILL)
+    host.prepare()
+    with pytest.raises(BenchbotError, match="died") as caught:
+        host.load(0, 0)
+    assert caught.value.failure is FailureClass.PLATFORM
+
+
+def test_what_a_platform_does_where_that_takes_long_is_told_and_logged(start_host: StartHost, tmp_path: Path) -> None:
+    noted: list[str | None] = []
+    host = start_host(operator=Operator(lambda request: None, noted.append))
+    host.load(0, 0)
+    assert [text for text in noted if text is not None] == ["the simulator reads its world"]
+    assert noted[-1] is None, "it is over with the answer"
+    (log,) = tmp_path.rglob("*.log")
+    assert "the simulator reads its world" in log.read_text("utf-8")
+
+
 def taken_over(seconds: float) -> Selection:
     """Return a selection whose simulator is taken over by a person for some seconds."""
     selection = sample_selection()

@@ -69,9 +69,12 @@ def named() -> list[Path]:
 
 def in_use() -> "tuple[Recorded, ...]":
     """Return the recordings in use in this process; raises BenchbotError for one that cannot be replayed."""
-    from benchbot_replay.recordings import read
+    names = named()
+    if not names:
+        return ()
+    from benchbot_replay.recordings import read  # with all that a recording is read with
 
-    return tuple(map(read, named()))
+    return tuple(map(read, names))
 
 
 def folders() -> list[RecordingFolder]:

@@ -29,7 +29,7 @@ def _do(function: str, *arguments: Any) -> None:
         raise BenchbotError(
             "The GPU's memory could not be copied",
             f"CUDA's driver answers {function} with error {code}.",
-            "See what else uses the GPU (nvidia-smi), or choose the option arch: cpu.",
+            "See what else uses the GPU (nvidia-smi), or run on the processor: --device cpu",
         )
 
 

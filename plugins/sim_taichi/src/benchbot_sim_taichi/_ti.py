@@ -4,6 +4,7 @@ import contextlib
 import importlib
 import io
 import os
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot.plugin import BenchbotError, cache_dir
+from benchbot.process import processors
 from benchbot_sim_taichi import _cuda, _float_mode, _front_end, kernel_cache
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
@@ -19,11 +21,14 @@ os.environ.setdefault("ENABLE_QUADRANTS_HEADER_PRINT", "0")
 ti: Any = importlib.import_module(os.environ.get("BENCHBOT_TAICHI", "taichi"))
 _front_end.hasten(ti)
 
-ARCHS = ("cpu", "cuda")
+DEVICES = ("cpu", "cuda")
 # Taichi's own passes take five sixths of the time of compiling, and LLVM does that work again: on a processor, pictures
 # take no longer without them.
 OPT_LEVELS = {"cpu": 0, "cuda": 1}
-CHUNKS_PER_THREAD = 32
+PIECES = 512
+"""A loop is cut into this many, so that a thread whose part of the picture is easy does not wait for the others. It is
+part of kernels, and so the same for any number of threads: all workers of a batch then find them in the cache."""
+THREADS = "TI_CPU_MAX_NUM_THREADS"
 _SHORT_NAMES = {"float32": "f32", "int32": "i32", "uint8": "u8", "uint32": "u32"}
 _NAMES = {getattr(ti, short): name for name, short in _SHORT_NAMES.items()}
 _started: str | None = None
@@ -34,40 +39,51 @@ def default_cache_dir() -> Path:
     return cache_dir() / "sim_taichi"
 
 
-def start(arch: str, cache_dir: Path) -> None:
-    """Start the runtime once per process; a second start with another `arch` raises `BenchbotError`."""
+def start(device: str, cache_dir: Path) -> None:
+    """Start the runtime once per process; a second start with another `device` raises `BenchbotError`."""
     global _started
-    if arch not in ARCHS:
+    if device not in DEVICES:
         raise BenchbotError(
-            f"There is no compute device called {arch!r}",
-            "The ray tracer runs on one of: " + ", ".join(ARCHS) + ".",
+            f"There is no compute device called {device!r}",
+            "The ray tracer runs on one of: " + ", ".join(DEVICES) + ".",
             "Choose one of those.",
         )
-    if _started == arch:
+    if _started == device:
         return
     if _started is not None:
         raise BenchbotError(
-            f"The ray tracer cannot run on {arch!r} here",
+            f"The ray tracer cannot run on {device!r} here",
             f"This process already runs it on {_started!r}, and the runtime is one per process.",
             f"Use {_started!r}, or start another process.",
         )
     kernels = kernel_cache.prepare(cache_dir)
+    # By default Taichi starts a thread for each processor of the machine, whatever this process may use of them.
+    threads = {} if THREADS in os.environ else {"cpu_max_num_threads": processors()}
     # Vectors stay whole on a processor: see `kernels.lanes`.
     # It prints a banner whatever the log level, and has this thread take tiny numbers for zero from then on.
     with contextlib.redirect_stdout(io.StringIO()), _float_mode.kept():
         ti.init(
-            arch=getattr(ti, arch),
+            arch=getattr(ti, device),
             offline_cache=True,
             offline_cache_file_path=str(kernels),
             log_level=ti.ERROR,
-            opt_level=OPT_LEVELS[arch],
-            real_matrix_scalarize=arch != "cpu",
+            opt_level=OPT_LEVELS[device],
+            real_matrix_scalarize=device != "cpu",
             enable_fallback=False,
+            **threads,
         )
-    # A loop is cut into this many pieces, by default one a thread, so that a thread whose part of the picture is easy
-    # waits for the others. The threads themselves are started by then.
-    ti.lang.impl.current_cfg().cpu_max_num_threads *= CHUNKS_PER_THREAD
-    _started = arch
+    # The threads themselves are started by then; from here on, it is the number of pieces.
+    ti.lang.impl.current_cfg().cpu_max_num_threads = PIECES
+    _started = device
+
+
+def save_kernels() -> None:
+    """Write what was compiled to disk now, so that a process that is killed has not compiled in vain.
+
+    On a processor and Linux; elsewhere a process cannot be copied for it, and writes when it ends.
+    """
+    if _started == "cpu" and sys.platform == "linux":
+        kernel_cache.save(ti.lang.impl.get_runtime().prog)
 
 
 def is_on_processor() -> bool:

@@ -1,6 +1,5 @@
 """The noise of a camera's sensor: shot noise and read noise."""
 
-import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
@@ -8,18 +7,21 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from benchbot_sim_taichi.camera_response import BRIGHTEST, CURVE_STEPS, filmic, srgb_bytes
+from benchbot_sim_taichi import camera_response
+from benchbot_sim_taichi.textures import srgb_to_linear
 
 WHITE = 255
+SATURATING = 9.0  # exposed radiance, 5.6 stops above middle grey
 
 
 @dataclass(frozen=True)
 class CameraNoise:
     """The camera model of EMVA 1288 (release 4.0, section 2), in electrons.
 
-    `saturation_electrons` are what a photosite holds where the picture gets white; a photosite counts a Poisson
+    `saturation_electrons` are what a photosite holds at 50 times middle grey; a photosite counts a Poisson
     distributed number of them, whose mean is proportional to radiance, plus a normal one of standard deviation
-    `read_electrons`. Each of red, green and blue has photosites of its own.
+    `read_electrons`. Each of red, green and blue has photosites of its own. What is brighter, up to white, is counted
+    on, as if by a second, larger photosite: sensors of wide range have two of them.
     """
 
     saturation_electrons: float
@@ -40,23 +42,10 @@ class CameraNoise:
         Bytes go back through the camera's response to linear light, where the noise is, and forth again. What is white
         stays so: its photosites are full.
         """
-        to_bytes, to_radiance = _response()
-        per_electron = to_radiance[WHITE] / self.saturation_electrons
-        mean = (to_radiance / per_electron)[rgb]
+        per_electron = SATURATING / self.saturation_electrons
+        mean = camera_response.exposed(srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)[rgb]) / per_electron
         electrons = random.poisson(mean) + np.float32(self.read_electrons) * random.standard_normal(
             rgb.shape, np.float32
         )
-        share = np.clip(electrons * (per_electron / BRIGHTEST), 0.0, 1.0)
-        noisy = to_bytes[np.rint(np.sqrt(share) * (CURVE_STEPS - 1)).astype(np.intp)]
-        return np.where(rgb == WHITE, rgb, noisy)
-
-
-@functools.cache
-def _response() -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float64]]:
-    """Bytes for even steps of the root of radiance up to `BRIGHTEST`, and the radiance (256,) of each byte."""
-    radiance = np.linspace(0.0, 1.0, CURVE_STEPS) ** 2 * BRIGHTEST
-    to_bytes = srgb_bytes(filmic(radiance.astype(np.float32)))
-    first, last = (np.searchsorted(to_bytes, np.arange(256), side) for side in ("left", "right"))
-    to_radiance = (radiance[first] + radiance[last - 1]) / 2
-    to_radiance[0], to_radiance[WHITE] = 0.0, radiance[first[WHITE]]
-    return to_bytes, to_radiance
+        radiance = np.clip(electrons * per_electron, 0.0, camera_response.BRIGHTEST).astype(np.float32)
+        return np.where(rgb == WHITE, rgb, camera_response.srgb_bytes(camera_response.filmic(radiance)))

@@ -1,4 +1,4 @@
-"""From radiance to sRGB bytes: exposure, bloom, filmic tone curve, transfer function."""
+"""From radiance to sRGB bytes: exposure, white balance, bloom, tone curve, transfer function."""
 
 import functools
 from collections.abc import Callable
@@ -8,21 +8,44 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot_sim_taichi import _ti
+from benchbot_sim_taichi.colorimetry import LUMINANCE
 from benchbot_sim_taichi.frames import DeviceFrames
 
 FloatArray = npt.NDArray[np.float32]
 
-BLOOM_SHARE = 0.03
+BLOOM_SHARE = 0.02
+BLOOM_BRIGHTEST = 12.0  # of what is scattered: windows do not drown their frames
 BLOOM_CELL_PIXELS = 8
 BLOOM_WIDTHS = (0.012, 0.05)  # standard deviations, as shares of the picture's width
 BLOOM_REACH = 4  # standard deviations
-EXPOSURE_SCALE = 0.7
-BRIGHTEST = 12.0  # the tone curve is white before
+BRIGHTEST = 80.0  # where the picture is white, nearly 9 stops above middle grey
 CURVE_STEPS = 2**14  # finer than a byte everywhere
+GREY = 0.18
+CONTRAST = 1.3  # powers of radiance below middle grey, and above
+SHOULDER = 0.11
+KNEE = 3.0  # how sharp the bend between both is
+WHITENED = (0.45, 0.85)  # from where on bright colours turn white, and how much of the way
 MIDDLE_GREY = 0.16
 DIM = 0.005  # 50 cd/m2: below, a picture is to look darker than by day
 DIMMING = 0.25  # stops that it gets darker with each stop of light
+WHITE_BALANCE_STRENGTH = 0.85
 DARKEST = 5e-5  # 0.5 cd/m2, what 1/30 s at f/2 and ISO 3200 can lift to middle grey
+
+
+def exposure(
+    luminance: float, irradiance: npt.NDArray[np.float64], declared: float | None = None
+) -> npt.NDArray[np.float64]:
+    """Gain of red, green and blue (3,), once for all pictures of a scene so that they do not flicker.
+
+    Unless `declared`, the scene's median luminance decides. White balance: the mean `irradiance` (3,) is taken for
+    white, but not wholly, as cameras leave evening light warm.
+    """
+    gain = declared or automatic_gain(luminance)
+    if irradiance.min() <= 0:
+        return np.full(3, gain)
+    balance = (LUMINANCE @ irradiance / irradiance) ** WHITE_BALANCE_STRENGTH
+    balanced: npt.NDArray[np.float64] = gain * balance / (LUMINANCE @ balance)
+    return balanced
 
 
 def automatic_gain(luminance: float) -> float:
@@ -51,11 +74,11 @@ def develop(
     cells = count * rows * columns
     small, scattered, bloom = buffer("small", cells * 3), buffer("scattered", cells * 6), buffer("bloom", cells * 3)
     lens, reach = _lens(width)
-    kernels.shrink(radiance, small, count, width, height, BLOOM_CELL_PIXELS, BRIGHTEST)
+    kernels.shrink(radiance, small, count, width, height, BLOOM_CELL_PIXELS, BLOOM_BRIGHTEST)
     kernels.scatter_down(small, lens, scattered, count, columns, rows, reach)
     kernels.scatter_across(scattered, lens, bloom, count, columns, rows, reach)
     size = (count, width, height)
-    kernels.expose(radiance, bloom, curve(), words, rgb_at, *size, BLOOM_CELL_PIXELS, BLOOM_SHARE, BRIGHTEST)
+    kernels.expose(radiance, bloom, *curves(), words, rgb_at, *size, BLOOM_CELL_PIXELS, BLOOM_SHARE)
 
 
 def develop_on_host(radiance: FloatArray) -> npt.NDArray[np.uint8]:
@@ -74,14 +97,51 @@ def develop_on_host(radiance: FloatArray) -> npt.NDArray[np.uint8]:
     return frames.to_host()[0].rgb
 
 
-def filmic(radiance: FloatArray) -> FloatArray:
-    """Tone curve with toe and shoulder; 0.18 stays near 0.18.
+def tone(brightness: FloatArray) -> FloatArray:
+    """Tone curve from exposed radiance to 0 … 1: a power law each for shadows and highlights, and a knee between.
 
-    Narkowicz's fit of ACES ("ACES filmic tone mapping curve", 2015).
+    0.18 stays; a third of the range is for what is over two stops brighter, as behind windows. Powers in parts, as
+    in Hable, "Filmic tonemapping with piecewise power curves", 2017; the smaller of both, made smooth.
     """
-    x = radiance * np.float32(EXPOSURE_SCALE)
-    curve = (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)
-    return np.clip(curve, 0.0, 1.0).astype(np.float32)
+    x = np.clip(np.asarray(brightness, np.float64), 1e-9, BRIGHTEST)
+    shoulder = (x / BRIGHTEST) ** SHOULDER
+    grey = GREY * (1.0 - (GREY / (GREY / BRIGHTEST) ** SHOULDER) ** KNEE) ** (-1.0 / KNEE)
+    shadows = grey * (x / GREY) ** CONTRAST
+    curve = (shadows**-KNEE + shoulder**-KNEE) ** (-1.0 / KNEE)
+    shown: FloatArray = np.minimum(curve, 1.0).astype(np.float32)
+    return shown
+
+
+def whitening(tones: FloatArray) -> FloatArray:
+    """Return how far towards white colours go whose brightest channel is shown as `tones`."""
+    first, most = WHITENED
+    share = np.clip((tones - first) / (1.0 - first), 0.0, 1.0)
+    whitened: FloatArray = (most * share * share * (3.0 - 2.0 * share)).astype(np.float32)
+    return whitened
+
+
+def filmic(radiance: FloatArray) -> FloatArray:
+    """Exposed radiance (…, 3) as linear sRGB within 0 … 1.
+
+    The curve is that of the brightest channel, whose ratios to the others stay: channels with a curve each turn sunlit
+    wood yellow. Only towards white colours pale, as in film and in AgX (Sobotka, 2019).
+    """
+    brightest = np.maximum(radiance.max(axis=-1, keepdims=True), 1e-6)
+    tones = tone(brightest)
+    share = whitening(tones)
+    shown: FloatArray = tones * (np.clip(radiance / brightest, 0.0, 1.0) * (1.0 - share) + share)
+    return shown
+
+
+def exposed(shown: FloatArray) -> FloatArray:
+    """Inverse of `filmic`."""
+    tones = shown.max(axis=-1, keepdims=True)
+    steps = np.linspace(0.0, 1.0, CURVE_STEPS) ** 2 * BRIGHTEST
+    brightest = np.interp(tones, tone(steps.astype(np.float32)), steps)
+    share = whitening(tones)
+    ratio = (shown / np.maximum(tones, 1e-6) - share) / (1.0 - share)
+    radiance: FloatArray = (brightest * np.clip(ratio, 0.0, 1.0)).astype(np.float32)
+    return radiance
 
 
 def srgb_bytes(linear: FloatArray) -> npt.NDArray[np.uint8]:
@@ -91,9 +151,18 @@ def srgb_bytes(linear: FloatArray) -> npt.NDArray[np.uint8]:
 
 
 @functools.cache
-def curve() -> Any:
-    """Bytes for even steps of the root of radiance, from black to `BRIGHTEST`."""
-    return _ti.upload(srgb_bytes(filmic(np.linspace(0, 1, CURVE_STEPS, dtype=np.float32) ** 2 * np.float32(BRIGHTEST))))
+def curves() -> tuple[Any, Any]:
+    """The look-up tables of `filmic` for kernels: factors and sums of colours, and bytes.
+
+    The first has a factor and a summand (2 each) for even steps of the root of the brightest channel's radiance, to
+    `BRIGHTEST`; the second bytes for even steps of the root of linear sRGB.
+    """
+    steps = np.linspace(0, 1, CURVE_STEPS, dtype=np.float32) ** 2
+    brightest = np.maximum(steps * np.float32(BRIGHTEST), np.float32(1e-6))
+    tones = tone(brightest)
+    share = whitening(tones)
+    factors = np.stack([tones / brightest * (1.0 - share), tones * share], axis=1)
+    return _ti.upload(factors.astype(np.float32).ravel()), _ti.upload(srgb_bytes(steps))
 
 
 @functools.cache

@@ -98,7 +98,7 @@ class Daylight:
 
     def ground_radiance(self) -> Array:
         """(3,) what the ground sends back of sun and sky."""
-        upward = _hemisphere()
+        upward = even_hemisphere()
         from_sky = math.pi * self._above(upward).mean(axis=0)
         _, elevation_deg = self.sun_angles_deg()
         from_sun = np.array(self.sun_irradiance()) * max(math.sin(math.radians(elevation_deg)), 0.0)
@@ -109,7 +109,7 @@ class Daylight:
         azimuth_deg, elevation_deg = self.sun_angles_deg()
         day = _preetham(direction, math.radians(azimuth_deg), math.radians(max(elevation_deg, 0.0)), self.turbidity)
         if elevation_deg < LOW_SUN_DEG:  # where the model is too bright: it is to meet what is measured at sunset
-            sunset = math.pi * LUMINANCE @ _preetham(_hemisphere(), 0.0, 0.0, self.turbidity).mean(axis=0)
+            sunset = math.pi * LUMINANCE @ _preetham(even_hemisphere(), 0.0, 0.0, self.turbidity).mean(axis=0)
             at_sunset: float = TWILIGHT_LOG10_LUX[0] - 4.0 - math.log10(sunset)
             faded = np.interp(-elevation_deg, TWILIGHT_DEPRESSION_DEG, TWILIGHT_LOG10_LUX) - TWILIGHT_LOG10_LUX[0]
             day *= 10 ** (at_sunset * (1.0 - max(elevation_deg, 0.0) / LOW_SUN_DEG) + faded)
@@ -170,7 +170,7 @@ _PEREZ = (
 )
 
 
-def _hemisphere(count: int = 512) -> Array:
+def even_hemisphere(count: int = 512) -> Array:
     """(N, 3) directions above the horizon, dense as the cosine, so that the mean of radiance is irradiance / pi."""
     index = np.arange(count)
     radius, angle = np.sqrt((index + 0.5) / count), index * math.pi * (3 - math.sqrt(5))

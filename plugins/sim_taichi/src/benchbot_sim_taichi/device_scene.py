@@ -1,18 +1,19 @@
 """Brings a scene to where kernels can read it: builds or loads its tree, packs its tables, finds its windows."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from benchbot_scenes.scene import SceneGeometry
-from benchbot_sim_taichi import _ti, bvh, disk_cache, lights, tables, textures
+from benchbot_sim_taichi import _ti, bvh, disk_cache, lights, progress, tables, textures
 from benchbot_sim_taichi.arrangement import Arrangement
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.two_levels import Levels
 
 TREE_VERSION = 2
+TEXELS_VERSION = 1
 NARROW = 4
 PORTAL_RAYS = 16
 PORTAL_MIN_OPEN_SHARE = 0.25
@@ -24,7 +25,7 @@ def upload(scene: SceneGeometry, lighting: Lighting, cache_dir: Path) -> tables.
     groups = tables.group_triangles(scene)
     tree = _tree(scene, groups, cache_dir)
     device_tree = (_ti.upload(tree.nodes), _ti.upload(tree.leaves))
-    texels = textures.pack(scene.images, tables.color_images(scene.materials))
+    texels = _texels(scene, cache_dir)
     table = lights.light_table(scene, _portals(scene, groups, device_tree))
     return tables.DeviceScene(
         tree=device_tree,
@@ -36,7 +37,7 @@ def upload(scene: SceneGeometry, lighting: Lighting, cache_dir: Path) -> tables.
             _ti.upload(texels.table),
         ),
         lights=(
-            _ti.upload(lights.environment_record(lighting)),
+            _ti.upload(lights.environment_record(lighting, cache_dir)),
             _ti.upload(table.records),
             table.portals,
             table.lamps,
@@ -108,12 +109,25 @@ def _with_tree(device: tables.DeviceScene, tree: bvh.Bvh) -> tables.DeviceScene:
 
 def _tree(scene: SceneGeometry, groups: tables.TriangleGroups, cache_dir: Path, width: int = bvh.WIDTH) -> bvh.Bvh:
     path = cache_dir / f"tree-{TREE_VERSION}-{width}-{scene.content_hash[:32]}.npz"
-    stored = disk_cache.load(path)
-    if stored is not None and stored.keys() == {"nodes", "leaves", "roots"}:
-        return bvh.Bvh(stored["nodes"], stored["leaves"], tuple(int(root) for root in stored["roots"]), width)
-    tree = bvh.build(scene.vertices, scene.triangles, (groups.solid, groups.sheer), width)
-    disk_cache.store(path, {"nodes": tree.nodes, "leaves": tree.leaves, "roots": np.array(tree.roots)})
-    return tree
+
+    def build() -> disk_cache.Arrays:
+        progress.tell(f"the simulator builds the search tree of {len(scene.triangles):,} triangles")
+        tree = bvh.build(scene.vertices, scene.triangles, (groups.solid, groups.sheer), width)
+        return {"nodes": tree.nodes, "leaves": tree.leaves, "roots": np.array(tree.roots)}
+
+    kept = disk_cache.load_or_make(path, {"nodes", "leaves", "roots"}, build)
+    return bvh.Bvh(kept["nodes"], kept["leaves"], tuple(int(root) for root in kept["roots"]), width)
+
+
+def _texels(scene: SceneGeometry, cache_dir: Path) -> textures.TexelStore:
+    if not scene.images:
+        return textures.pack((), set())
+    path = cache_dir / f"texels-{TEXELS_VERSION}-{scene.content_hash[:32]}.npz"
+
+    def pack() -> disk_cache.Arrays:
+        return asdict(textures.pack(scene.images, tables.color_images(scene.materials)))
+
+    return textures.TexelStore(**disk_cache.load_or_make(path, {"texels", "table"}, pack))
 
 
 def _portals(

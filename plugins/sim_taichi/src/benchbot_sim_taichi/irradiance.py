@@ -6,7 +6,7 @@ synthesis", 1993).
 """
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -61,15 +61,11 @@ def load_or_solve(
     scene: SceneGeometry, lighting: Lighting, device: DeviceScene, cache_dir: Path, seed: int
 ) -> Irradiance:
     """Return the irradiance of a scene, from `cache_dir` if it was computed before."""
-    key = hashlib.sha256(repr((VERSION, scene.content_hash, lighting.sun, lighting.sky, seed)).encode()).hexdigest()
+    light = (lighting.sun, lighting.sky, lighting.exterior)
+    key = hashlib.sha256(repr((VERSION, scene.content_hash, *light, seed)).encode()).hexdigest()
     path = cache_dir / f"irradiance-{key[:32]}.npz"
-    stored = disk_cache.load(path)
-    if stored is not None and stored.keys() == {"grid", "cells", "layout", "near"}:
-        return Irradiance(stored["grid"], stored["cells"], stored["layout"], stored["near"])
-    solved = solve(scene, device, seed)
-    arrays = {"grid": solved.grid, "cells": solved.cells, "layout": solved.layout, "near": solved.near}
-    disk_cache.store(path, arrays)
-    return solved
+    names = {field.name for field in fields(Irradiance)}
+    return Irradiance(**disk_cache.load_or_make(path, names, lambda: asdict(solve(scene, device, seed))))
 
 
 def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:

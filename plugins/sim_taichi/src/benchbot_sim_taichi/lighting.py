@@ -7,6 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from benchbot.plugin import BenchbotError, did_you_mean
 from benchbot_sim_taichi.colorimetry import COOLEST_K, HOTTEST_K
 from benchbot_sim_taichi.daylight import Daylight
@@ -14,7 +17,9 @@ from benchbot_sim_taichi.lamps import Lamps
 
 CLOCK = re.compile(r"([01]\d|2[0-3]):([0-5]\d)")
 TIME_KEYS = ("time", "date", "latitude_deg", "north_deg", "turbidity")
-KEYS = [*TIME_KEYS, "sun", "sky", "lamps", "exposure"]
+KEYS = [*TIME_KEYS, "sun", "sky", "lamps", "exterior", "exposure"]
+EXTERIORS = ["town", "trees", "field", "none"]
+USUAL_EXTERIOR = "field"
 MIDSUMMER = "2023-06-21"
 MIDDLE_LATITUDE_DEG = 45.0
 
@@ -48,6 +53,24 @@ class Sky:
     horizon: Rgb = (1.0, 1.1, 1.25)
     ground: Rgb = (0.35, 0.33, 0.3)
 
+    def sky_radiance(self, direction: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """(N, 3) radiance along (N, 3) unit directions; the ground below the horizon."""
+        height = np.sqrt(np.clip(direction[:, 2:], 0.0, 1.0))
+        above = np.array(self.horizon) + (np.array(self.zenith) - np.array(self.horizon)) * height
+        return np.where(direction[:, 2:] < 0, self.ground_radiance(), above)
+
+    def ground_radiance(self) -> npt.NDArray[np.float64]:
+        """(3,) as declared."""
+        return np.array(self.ground)
+
+
+@dataclass(frozen=True)
+class Exterior:
+    """The surroundings, far away: `town`, `trees`, `field`, or `none` for bare ground and sky; `seed` gives another."""
+
+    kind: str = "none"
+    seed: int = 0
+
 
 @dataclass(frozen=True)
 class Lighting:
@@ -57,6 +80,7 @@ class Lighting:
     sky: Sky | Daylight = field(default_factory=Sky)
     exposure: float | None = None
     lamps: Lamps = field(default_factory=Lamps)
+    exterior: Exterior = field(default_factory=Exterior)
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any] | None) -> "Lighting":
@@ -69,6 +93,7 @@ class Lighting:
             sky=sky,
             exposure=None if exposure is None else _positive("lighting.exposure", exposure),
             lamps=_lamps(given.get("lamps")),
+            exterior=_exterior(given.get("exterior")),
         )
 
 
@@ -136,6 +161,22 @@ def _lamps(value: Any) -> Lamps:
         else _within("lighting.lamps.temperature_k", temperature, COOLEST_K, HOTTEST_K),
         scale=scale,
     )
+
+
+def _exterior(value: Any) -> Exterior:
+    given = _mapping("lighting.exterior", value, [entry.name for entry in fields(Exterior)])
+    kind, seed = given.get("kind", USUAL_EXTERIOR), given.get("seed", Exterior.seed)
+    if kind not in EXTERIORS:
+        raise BenchbotError(
+            "lighting.exterior.kind is not known",
+            f"It is {kind!r}; there are {', '.join(EXTERIORS)}.",
+            f"Write one of them.{did_you_mean(str(kind), EXTERIORS)}",
+        )
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise BenchbotError(
+            "lighting.exterior.seed is no seed", f"It is {seed!r}.", "Write a whole number of at least 0."
+        )
+    return Exterior(kind, seed)
 
 
 def _clock(where: str, value: Any) -> float:

@@ -1,13 +1,17 @@
 """Light sources as flat arrays: sun and sky, and the triangles that light enters through or comes from."""
 
+import hashlib
 import math
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from benchbot_scenes.scene import FloatArray, IntArray, SceneGeometry
-from benchbot_sim_taichi.daylight import Daylight
+from benchbot_sim_taichi import disk_cache
+from benchbot_sim_taichi.exterior import panorama
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.reflectance import ALBEDO_STEPS, albedo_table
 from benchbot_sim_taichi.tables import triangle_areas
@@ -19,6 +23,7 @@ PORTAL_MIN_AREA_M2 = 0.01
 ALBEDO_AT = 20
 SKY_AT = ALBEDO_AT + ALBEDO_STEPS * ALBEDO_STEPS * 2
 SKY_STEPS = 64
+OUTLOOK_AT = SKY_AT + SKY_STEPS * SKY_STEPS * 3
 TEXTURE_POINTS = 16
 
 
@@ -37,34 +42,57 @@ class LightTable:
     of_triangle: IntArray
 
 
-def environment_record(lighting: Lighting) -> FloatArray:
-    """Direction to the sun, its irradiance, sky zenith, horizon and ground, cosine of the sun's radius, and two tables.
+def environment_record(lighting: Lighting, cache_dir: Path | None = None) -> FloatArray:
+    """Direction to the sun, its irradiance, ground below the horizon, cosine of the sun's radius, and tables.
 
-    Value 16 is 1 where the sky is a table, 17 the sun's solid angle. From `ALBEDO_AT` on: `reflectance.albedo_table`.
-    From `SKY_AT` on, if there: the upper hemisphere's radiance (64 * 64 * 3) over the disc of equal areas, on whose
-    points (x, y) / sqrt(1 + z) of unit directions the grid from -1 to 1 lies.
+    Value 16 is 1 where there are surroundings, 17 the sun's solid angle; 6 to 11 are not used. From `ALBEDO_AT` on:
+    `reflectance.albedo_table`. From `SKY_AT` on: the upper hemisphere's radiance (64 * 64 * 3) over the disc of equal
+    areas, on whose points (x, y) / sqrt(1 + z) of unit directions the grid from -1 to 1 lies. From `OUTLOOK_AT` on, if
+    there: the panorama, as `exterior.panorama.packed` leaves it. It is kept in `cache_dir`, if given.
     """
     record = np.zeros(ALBEDO_AT, np.float32)
     record[0:3] = lighting.sun.direction
     record[3:6] = lighting.sun.irradiance
+    record[12:15] = lighting.sky.ground_radiance()
     cosine = math.cos(math.radians(SUN_ANGULAR_RADIUS_DEG))
     record[15] = cosine
     record[17] = 2 * math.pi * (1 - cosine)
-    if not isinstance(lighting.sky, Daylight):
-        record[6:9] = lighting.sky.zenith
-        record[9:12] = lighting.sky.horizon
-        record[12:15] = lighting.sky.ground
-        return np.concatenate([record, albedo_table()])
-    record[12:15] = lighting.sky.ground_radiance()
+    if lighting.exterior.kind == "none":
+        sky = lighting.sky.sky_radiance(_sky_directions()[0]).astype(np.float32)
+        return np.concatenate([record, albedo_table(), sky.ravel()])
+    surroundings = _surroundings(lighting, cache_dir)
+    record[12:15] = surroundings["ground"]
     record[16] = 1.0
+    return np.concatenate([record, albedo_table(), surroundings["sky"].ravel(), surroundings["texels"]])
+
+
+def _surroundings(lighting: Lighting, cache_dir: Path | None) -> dict[str, npt.NDArray[Any]]:
+    """Return the panorama's texels, and what it is on average: radiance of the ground and table of the sky."""
+    named = repr((panorama.VERSION, lighting.sun, lighting.sky, lighting.exterior))
+    path = None if cache_dir is None else cache_dir / f"outlook-{hashlib.sha256(named.encode()).hexdigest()[:32]}.npz"
+    stored = None if path is None else disk_cache.load(path)
+    if stored is not None and stored.keys() == {"ground", "sky", "texels"}:
+        return stored
+    radiance = panorama.paint(lighting)
+    made = {
+        "ground": panorama.mean_ground(radiance).astype(np.float32),
+        "sky": panorama.mean_above(radiance, *_sky_directions()).astype(np.float32),
+        "texels": panorama.packed(radiance),
+    }
+    if path is not None:
+        disk_cache.store(path, made)
+    return made
+
+
+def _sky_directions() -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return the unit directions (N, 3) of the sky's table, and half the steps of their heights (N,)."""
     across = np.linspace(-1.0, 1.0, SKY_STEPS)
     disc = np.stack(np.meshgrid(across, across), axis=-1).reshape(-1, 2)
     length = np.linalg.norm(disc, axis=1, keepdims=True)
     disc *= np.minimum(1.0, 1.0 / np.maximum(length, 1e-9))
     height = 1.0 - (disc**2).sum(axis=1)
     direction = np.column_stack([disc * np.sqrt(1.0 + height)[:, None], np.maximum(height, 0.0)])
-    sky = lighting.sky.sky_radiance(direction).astype(np.float32)
-    return np.concatenate([record, albedo_table(), sky.ravel()])
+    return direction, np.maximum(np.linalg.norm(disc, axis=1), 1.0 / SKY_STEPS) * 2.0 / SKY_STEPS
 
 
 def light_table(scene: SceneGeometry, portal_triangles: IntArray) -> LightTable:

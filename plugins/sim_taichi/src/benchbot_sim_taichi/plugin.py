@@ -22,4 +22,5 @@ def benchbot_simulators() -> Iterable[Simulator]:
         "sim_taichi",
         create=target("benchbot_sim_taichi.simulator:RayTracedSimulator"),
         warm=target("benchbot_sim_taichi.warm:warm"),
+        device=target("benchbot_sim_taichi.devices:described"),
     )

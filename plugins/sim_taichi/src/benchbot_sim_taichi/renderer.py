@@ -22,7 +22,6 @@ from benchbot_sim_taichi import (
     lightmap,
     path_trace,
 )
-from benchbot_sim_taichi.colorimetry import LUMINANCE
 from benchbot_sim_taichi.frames import DeviceFrames, Frame, FrameBatch
 from benchbot_sim_taichi.intrinsics import Intrinsics, camera_records, common_size
 from benchbot_sim_taichi.lighting import Lighting
@@ -33,7 +32,6 @@ __all__ = ["DeviceFrames", "Frame", "FrameBatch", "Intrinsics", "Renderer"]
 
 PIXELS_AT_ONCE = 2**20  # 240 bytes of working memory each
 GLANCED_PIXELS_AT_ONCE = 2**24  # 4 bytes each
-WHITE_BALANCE_STRENGTH = 0.6
 
 
 class Renderer:
@@ -49,12 +47,12 @@ class Renderer:
         lighting: Lighting,
         *,
         cache_dir: Path | None = None,
-        arch: str = "cpu",
+        device: str = "cpu",
         seed: int = 0,
         quality: Quality = REALTIME,
     ) -> None:
         cache_dir = cache_dir or _ti.default_cache_dir()
-        _ti.start(arch, cache_dir)
+        _ti.start(device, cache_dir)
         self._buffers: dict[str, tuple[int, Any]] = {}
         self._seed = seed & 0x7FFFFFFF
         self._quality = quality
@@ -74,7 +72,7 @@ class Renderer:
     @cached_property
     def exposure(self) -> npt.NDArray[np.float64]:
         """Gain (3,) of red, green and blue that all pictures of this scene share."""
-        return _exposure(self.irradiance, self._lighting.exposure)
+        return camera_response.exposure(*self.irradiance.mean_light(), self._lighting.exposure)
 
     @property
     def device_for_paths(self) -> DeviceScene:
@@ -107,7 +105,7 @@ class Renderer:
         place = (self._scene, self.device, self.near_lights, self._cells)
         if self._arranged is not None:
             return lightmap.bake(*place, self._seed)
-        key = repr((self._lighting.sun, self._lighting.sky))
+        key = repr((self._lighting.sun, self._lighting.sky, self._lighting.exterior))
         return lightmap.load_or_bake(*place, key, self._cache_dir, self._seed)
 
     @property
@@ -221,7 +219,7 @@ class Renderer:
         device = self.device_for_paths
         scene = (*device.tree, device.sheer_root, *device.surfaces)
         colors = self._buffer("colors", math.prod(size), np.int32)
-        light = (self.device.lights[0], *self._cells, camera_response.curve(), camera_response.BRIGHTEST)
+        light = (self.device.lights[0], *self._cells, *camera_response.curves())
         places = (frames.depth_at(first), frames.instance_at(first))
         variant = (device.sheer_root >= 0, _ti.is_on_gpu())
         glance.glance(*scene, *light, cameras, hits, frames.words, colors, *places, *size, *variant)
@@ -321,18 +319,3 @@ class Renderer:
         if self._buffers.get(name, (0, None))[0] < size:
             self._buffers[name] = (size, _ti.upload(np.zeros(size, dtype)))
         return self._buffers[name][1]
-
-
-def _exposure(light: irradiance.Irradiance, declared: float | None) -> npt.NDArray[np.float64]:
-    """Gain of red, green and blue, once for all frames so that pictures do not flicker.
-
-    Unless declared, the scene's median radiance decides (see `camera_response.automatic_gain`). White balance: the
-    mean irradiance is taken for white, but only partly, as a photographer leaves evening light warm.
-    """
-    mean, irradiance_rgb = light.mean_light()
-    gain = declared or camera_response.automatic_gain(mean)
-    if irradiance_rgb.min() <= 0:
-        return np.full(3, gain)
-    balance = (LUMINANCE @ irradiance_rgb / irradiance_rgb) ** WHITE_BALANCE_STRENGTH
-    balanced: npt.NDArray[np.float64] = gain * balance / (LUMINANCE @ balance)
-    return balanced

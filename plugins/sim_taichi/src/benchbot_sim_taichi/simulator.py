@@ -22,7 +22,7 @@ from benchbot.plugin import (
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.scene_file import scene_file
-from benchbot_sim_taichi import dynamics, lamps, quality
+from benchbot_sim_taichi import _ti, devices, dynamics, lamps, progress, quality
 from benchbot_sim_taichi.collision import Clearance, ObstacleMap, travel
 from benchbot_sim_taichi.dynamics import State
 from benchbot_sim_taichi.imu import Motion
@@ -41,13 +41,15 @@ CHANNELS = [*PICTURES, *(f"{picture}_info" for picture in PICTURES), "laser", "l
 class RayTracedSimulator:
     """Implements `benchbot.core.platform.Platform` in simulated time.
 
-    Options of the environment, or of who starts the simulator (these win): `arch` chooses where rays are traced, cpu
-    (default), cuda, …; `quality` and `samples` how pictures are lit (see `quality`). The same pose in the same scene
-    gives the same colours and depth, whatever the seed; the seed is that of odometry and of the sensors' noise.
+    Options of the environment, or of who starts the simulator (these win): `device` chooses what rays are traced on
+    (see `devices`); `quality` and `samples` how pictures are lit (see `quality`). The same pose in the same scene gives
+    the same colours and depth on the same device, whatever the seed; the seed is that of odometry and of the sensors'
+    noise.
     """
 
     def __init__(self, spec: PlatformSpec) -> None:
         self._spec = spec
+        progress.listen(spec.note)
         self._robot = Robot.from_declaration(spec.robot, MotionConfig.from_robot(spec.robot, spec.localisation))
         self._worlds: dict[tuple[Path, str, float], _World] = {}
 
@@ -118,6 +120,7 @@ class RayTracedSimulator:
             for number, (i, frame) in enumerate(zip(there, frames, strict=True)):
                 scanned = {name: scan[number] for name, scan in scans.items()}
                 observed[i] = platforms[i]._seen(wanted, frame, scanned)
+        _ti.save_kernels()
         return observed
 
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
@@ -174,6 +177,10 @@ class RayTracedSimulator:
         until it is moved again. Light bounces anew, which takes seconds when the next picture is asked for.
         """
         self._world.move_object(name, transform)
+
+    def provenance(self) -> dict[str, str]:
+        """Return the device of the loaded scene, which pictures depend on to the byte."""
+        return {"device": str(self._world.device)}
 
     def halt(self, why: str) -> None:
         """Do nothing: a simulated robot moves inside `drive` only."""
@@ -268,10 +275,12 @@ class _World:
             )
         self._spec = spec
         source = scene.folder / environment["map_path"]
+        progress.tell(f"the simulator loads the scene {environment['map_path']}")
         self._geometry: SceneGeometry = load_scene(scene_file(source, spec.cache_dir, environment.get("assets")))
         self._lighting = Lighting.from_mapping(environment.get("lighting"))
         lamps.check(self._geometry, self._lighting.lamps)
         self._options = {**environment.get("options", {}), **spec.options}
+        self.device = devices.resolve(self._options)
         self._quality = quality.from_options(self._options)
         self.labels = Labels.of(self._geometry.instances, environment.get("object_labels", ()))
         # The base stands on the floor.
@@ -295,7 +304,7 @@ class _World:
 
     @cached_property
     def renderer(self) -> Renderer:
-        arch = str(self._options.get("arch", "cpu"))
-        return Renderer(
-            self._geometry, self._lighting, cache_dir=self._spec.cache_dir, arch=arch, quality=self._quality
-        )
+        kind, cache_dir = self.device.kind, self._spec.cache_dir
+        renderer = Renderer(self._geometry, self._lighting, cache_dir=cache_dir, device=kind, quality=self._quality)
+        progress.tell("the simulator works out the light of the scene, and compiles what is not compiled yet")
+        return renderer

@@ -6,6 +6,7 @@ stored as it is.
 """
 
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,7 @@ from benchbot_scenes.scene import ImageArray
 
 IMAGE_STRIDE = 4
 MAX_LEVELS = 13
+ALPHA = 3
 
 
 @dataclass(frozen=True)
@@ -31,45 +33,48 @@ def srgb_to_linear(values: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]
 
 def pack(images: tuple[ImageArray, ...], color_images: set[int]) -> TexelStore:
     """Pack all images; those in `color_images` are sRGB, the others data."""
-    decode = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
+    plain = np.arange(256, dtype=np.float32) / np.float32(255.0)
+    linear = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
     texels: list[npt.NDArray[np.int32]] = []
     table = np.zeros((max(len(images), 1), IMAGE_STRIDE), np.int32)
     total = 0
     for index, image in enumerate(images):
-        level = image.astype(np.float32) / 255.0
         is_color = index in color_images
-        if is_color:
-            level[..., :3] = decode[image[..., :3]]
-        height, width = level.shape[:2]
-        levels = 0
-        start = total
+        of_byte = [linear if is_color else plain] * 3 + [plain]
+        planes = np.ascontiguousarray(image.transpose(2, 0, 1))
+        # Three of four texels are of the first level, whose values are those of a byte.
+        codes = [_code(values, channel, is_color) for channel, values in enumerate(of_byte)]
+        encoded = reduce(np.bitwise_or, (code[plane] for code, plane in zip(codes, planes, strict=True)))
+        level = [values[plane] for values, plane in zip(of_byte, planes, strict=True)]
+        levels, start = 1, total
         while True:
-            encoded = _encode(level, is_color)
-            texels.append(encoded)
-            total += len(encoded)
-            levels += 1
-            if level.shape[:2] == (1, 1) or levels == MAX_LEVELS:
+            texels.append(encoded.view(np.int32).ravel())
+            total += encoded.size
+            if encoded.shape == (1, 1) or levels == MAX_LEVELS:
                 break
-            level = _halve(level)
+            level = [_halve(plane) for plane in level]
+            encoded = reduce(np.bitwise_or, (_code(plane, channel, is_color) for channel, plane in enumerate(level)))
+            levels += 1
+        height, width = image.shape[:2]
         table[index] = (start, width, height, levels)
     packed = np.concatenate(texels) if texels else np.zeros(1, np.int32)
     return TexelStore(packed, table.ravel())
 
 
-def _halve(level: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    """Box-filter to half the size, odd rows and columns being repeated first."""
-    height, width = level.shape[:2]
-    padded = np.pad(level, ((0, height % 2 if height > 1 else 0), (0, width % 2 if width > 1 else 0), (0, 0)), "edge")
+def _halve(plane: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """Box-filter one channel to half the size, odd rows and columns being repeated first."""
+    height, width = plane.shape
     if height > 1:
-        padded = (padded[0::2] + padded[1::2]) * np.float32(0.5)
+        plane = np.concatenate([plane, plane[-1:]]) if height % 2 else plane
+        plane = (plane[0::2] + plane[1::2]) * np.float32(0.5)
     if width > 1:
-        padded = (padded[:, 0::2] + padded[:, 1::2]) * np.float32(0.5)
-    return padded
+        plane = np.concatenate([plane, plane[:, -1:]], axis=1) if width % 2 else plane
+        plane = (plane[:, 0::2] + plane[:, 1::2]) * np.float32(0.5)
+    return plane
 
 
-def _encode(level: npt.NDArray[np.float32], is_color: bool) -> npt.NDArray[np.int32]:
-    rgb = np.sqrt(level[..., :3]) if is_color else level[..., :3]
-    bits = np.round(np.clip(rgb, 0, 1) * 1023).astype(np.uint32)
-    alpha = np.round(np.clip(level[..., 3], 0, 1) * 3).astype(np.uint32)
-    packed = bits[..., 0] | bits[..., 1] << 10 | bits[..., 2] << 20 | alpha << 30
-    return packed.astype(np.uint32).view(np.int32).ravel()
+def _code(values: npt.NDArray[np.float32], channel: int, is_color: bool) -> npt.NDArray[np.uint32]:
+    """Return the bits that values, 0 … 1, of red, green, blue or alpha have in a texel."""
+    bits = np.sqrt(values) if is_color and channel < ALPHA else values
+    steps = np.rint(bits * np.float32(3 if channel == ALPHA else 1023)).astype(np.uint32)
+    return steps << np.uint32(10 * channel)

@@ -7,34 +7,44 @@ import numpy as np
 
 from benchbot.plugin import Pose
 from benchbot_scenes.scene import Material, SceneGeometry
+from benchbot_sim_taichi import progress
+from benchbot_sim_taichi.devices import resolve
 from benchbot_sim_taichi.lighting import Lighting
+from benchbot_sim_taichi.quality import FAST, PATH, REALTIME, Quality
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
+
+QUALITIES = (REALTIME, FAST, Quality(PATH.name, 1))
+"""One of each way to take a picture: `reference` is taken as `path` is."""
 
 
 def warm(cache_dir: Path) -> str:
-    """Compile all kernels into `cache_dir` on a tiny scene; returns a sentence on what was done."""
+    """Compile all kernels into `cache_dir`, for the device that runs choose by themselves; return what was done."""
     started_s = time.monotonic()
-    renderer = Renderer(_corner(), Lighting(), cache_dir=cache_dir)
+    device = resolve({})
     view = Pose((0.0, 0.0, 1.0), (-0.5, 0.5, -0.5, 0.5)).matrix()
     intrinsics = Intrinsics(16, 16, 8.0, 8.0, 8.0, 8.0)
-    renderer.render(view, intrinsics)
-    renderer.render(view, intrinsics, rgb=False)
+    for quality in QUALITIES:
+        progress.tell(f"the simulator compiles what takes pictures of the quality {quality.name}")
+        renderer = Renderer(_corner(), Lighting(), cache_dir=cache_dir, device=device.kind, quality=quality)
+        renderer.render(view, intrinsics)
+        renderer.render(view, intrinsics, rgb=False)
     renderer.cast(np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]]), 10.0)
-    return f"compiled the ray tracer in {time.monotonic() - started_s:.1f} s into {cache_dir}"
+    return f"compiled the ray tracer for {device} in {time.monotonic() - started_s:.1f} s into {cache_dir}"
 
 
 def _corner() -> SceneGeometry:
-    """Return a floor and a glowing wall."""
-    vertices = [(-1, -3, 0), (3, -3, 0), (3, 3, 0), (-1, 3, 0), (3, -3, 3), (3, 3, 3)]
-    triangles = [(0, 1, 2), (0, 2, 3), (2, 1, 4), (2, 4, 5)]
-    normals = [(0.0, 0.0, 1.0)] * 4 + [(-1.0, 0.0, 0.0)] * 2
+    """Return a floor, a glowing wall and a window: too many triangles for one leaf of the search tree."""
+    vertices = [(-1, -3, 0), (3, -3, 0), (3, 3, 0), (-1, 3, 0), (3, -3, 3), (3, 3, 3), (-1, -3, 3)]
+    triangles = [(0, 1, 2), (0, 2, 3), (2, 1, 4), (2, 4, 5), (1, 0, 6), (1, 6, 4), (4, 6, 3), (4, 3, 5)]
+    normals = [(0.0, 0.0, 1.0)] * 4 + [(-1.0, 0.0, 0.0)] * 3
+    materials = (Material("floor"), Material("wall", emission=(1.0, 1.0, 1.0)), Material("window", transmission=1.0))
     return SceneGeometry(
         vertices=np.array(vertices, np.float32),
         triangles=np.array(triangles, np.int32),
-        triangle_instance=np.zeros(4, np.int32),
-        triangle_material=np.array([0, 0, 1, 1], np.int32),
+        triangle_instance=np.zeros(len(triangles), np.int32),
+        triangle_material=np.array([0, 0, 1, 1, 0, 0, 2, 2], np.int32),
         normals=np.array(normals, np.float32),
-        uvs=np.zeros((6, 2), np.float32),
-        materials=(Material("floor"), Material("wall", emission=(1.0, 1.0, 1.0))),
+        uvs=np.zeros((len(vertices), 2), np.float32),
+        materials=materials,
         instances=(),
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from benchbot.cli.kit import console
-from benchbot.cli.kit.options import Seed, group
+from benchbot.cli.kit.options import Device, Seed, group
 
 if TYPE_CHECKING:
     from benchbot_robot_ros2.bridge.robot import BridgedRobot
@@ -43,7 +43,7 @@ def ros2(
         bool,
         typer.Option(" /--no-map-transform", help="Leave map → odom to AMCL or slam_toolbox.", show_default=False),
     ] = True,
-    arch: Annotated[str, typer.Option(metavar="ARCH", help="What rays are traced on: cpu or cuda.")] = "cpu",
+    device: Device = "auto",
     namespace: Annotated[str, typer.Option(metavar="NAME", help="Put topics and services below it.")] = "",
     frame_prefix: Annotated[
         str | None,
@@ -70,7 +70,7 @@ def ros2(
     scene = find_scene(catalog, declaration, environment)
     if frame_prefix is None:
         frame_prefix = f"{namespace}/" if namespace else ""
-    bridged = BridgedRobot(declaration, namespace, {"arch": arch}, str(cache_dir()), frame_prefix, stamped)
+    bridged = BridgedRobot(declaration, namespace, {"device": device}, str(cache_dir()), frame_prefix, stamped)
 
     for signal_number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(signal_number, _interrupt)

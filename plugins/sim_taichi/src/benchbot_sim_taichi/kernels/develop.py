@@ -2,6 +2,7 @@
 """The last steps of a picture: bloom, tone curve, transfer function, bytes."""
 
 from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.camera_response import BRIGHTEST
 from benchbot_sim_taichi.frames import PIXELS_PER_GROUP, WORDS_PER_GROUP
 from benchbot_sim_taichi.kernels.surface import load3
 from benchbot_sim_taichi.kernels.traversal import floats, ints, vec3
@@ -92,10 +93,25 @@ def bloom_at(bloom: ti.template(), picture, x, y, columns, rows):
     return top * (1.0 - fy) + bottom * fy
 
 
+@ti.func
+def developed(color, tones: ti.template(), curve: ti.template()):
+    """The three bytes of exposed radiance, red the lowest, by the tables of `camera_response.curves`."""
+    brightest = ti.math.clamp(color.max(), 0.0, BRIGHTEST)
+    last = ti.cast(tones.shape[0] // 2 - 1, ti.f32)
+    at = ti.cast(ti.sqrt(brightest * (1.0 / BRIGHTEST)) * last + 0.5, ti.i32) * 2
+    shown = ti.math.clamp(color * tones[at] + tones[at + 1], 0.0, 1.0)
+    packed = 0
+    for i in ti.static(range(3)):
+        place = ti.cast(ti.sqrt(shown[i]) * ti.cast(curve.shape[0] - 1, ti.f32) + 0.5, ti.i32)
+        packed |= ti.cast(curve[place], ti.i32) << (8 * i)
+    return packed
+
+
 @ti.kernel
 def expose(
     radiance: floats,
     bloom: floats,
+    tones: floats,
     curve: bytes_,
     words: ints,
     rgb_at: ti.i32,
@@ -104,9 +120,8 @@ def expose(
     height: ti.i32,
     cell: ti.i32,
     bloom_share: ti.f32,
-    brightest: ti.f32,
 ):
-    """Mix in the bloom and look the bytes up: `curve` has even steps of the root of radiance.
+    """Mix in the bloom and look the bytes up: `developed`.
 
     The 12 bytes of each 4 pixels make 3 of the `words` from `rgb_at` on; every picture starts a new word.
     """
@@ -123,10 +138,8 @@ def expose(
                 y = (ti.cast(pixel // width, ti.f32) + 0.5) / ti.cast(cell, ti.f32)
                 color = load3(radiance, (picture * width * height + pixel) * 3) * (1.0 - bloom_share)
                 color += bloom_at(bloom, picture, x, y, columns, rows) * bloom_share
-                steps = ti.cast(curve.shape[0] - 1, ti.f32)
+                bytes_of_pixel = developed(color, tones, curve)
                 for i in ti.static(range(3)):
-                    place = ti.sqrt(ti.math.clamp(color[i] / brightest, 0.0, 1.0)) * steps
-                    value = ti.cast(curve[ti.cast(place + 0.5, ti.i32)], ti.i32)
-                    packed[(k * 3 + i) // 4] |= value << ((k * 3 + i) % 4 * 8)
+                    packed[(k * 3 + i) // 4] |= ((bytes_of_pixel >> (8 * i)) & 255) << ((k * 3 + i) % 4 * 8)
         for i in ti.static(range(WORDS_PER_GROUP)):
             words[rgb_at + group * WORDS_PER_GROUP + i] = packed[i]

@@ -10,10 +10,10 @@ from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.frames import INFINITY_BITS, PIXELS_PER_GROUP, WORDS_PER_GROUP
 from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray
 from benchbot_sim_taichi.kernels.cell_lookup import nearest_cell
-from benchbot_sim_taichi.kernels.develop import bytes_
+from benchbot_sim_taichi.kernels.develop import bytes_, developed
 from benchbot_sim_taichi.kernels.first_hits import met
 from benchbot_sim_taichi.kernels.lanes import absolute
-from benchbot_sim_taichi.kernels.light import sky_radiance
+from benchbot_sim_taichi.kernels.light import outlook
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS
 from benchbot_sim_taichi.kernels.reflectance import INV_PI, pane_reflectance
 from benchbot_sim_taichi.kernels.shading import mirrored_share, shade
@@ -222,8 +222,8 @@ def glance(
     grid: ints,
     cells: floats,
     layout: floats,
+    tones: floats,
     curve: bytes_,
-    brightest: ti.f32,
     cameras: floats,
     hits: floats,
     words: ints,
@@ -283,13 +283,9 @@ def glance(
                 mirrored = mirrored_share(env, direction, surface.normal, surface.specular, surface.roughness)
                 color = shade(env, direction, surface, light, 0.0, mirrored, light * INV_PI)
             else:
-                color = sky_radiance(env, direction)
+                color = outlook(env, direction, 1.0 / cameras[eye + 12])
             color *= seen.passed * load3(cameras, eye + 16)
-            packed = 0
-            for i in ti.static(range(3)):
-                place = ti.sqrt(ti.math.clamp(color[i] / brightest, 0.0, 1.0)) * ti.cast(curve.shape[0] - 1, ti.f32)
-                packed |= ti.cast(curve[ti.cast(place + 0.5, ti.i32)], ti.i32) << (8 * i)
-            colors[pixel] = packed
+            colors[pixel] = developed(color, tones, curve)
 
 
 @ti.kernel

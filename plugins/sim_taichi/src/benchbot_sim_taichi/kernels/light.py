@@ -1,35 +1,75 @@
 # mypy: ignore-errors
-"""Sky radiance and points on light sources."""
+"""Radiance of sky and surroundings, and points on light sources."""
 
 from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.exterior.canvas import COLUMNS, TEXEL
+from benchbot_sim_taichi.exterior.panorama import BEND, LEVELS, ROWS
 from benchbot_sim_taichi.kernels.sampling import TWO_PI, orthonormal
 from benchbot_sim_taichi.kernels.surface import load3
 from benchbot_sim_taichi.kernels.traversal import vec3
-from benchbot_sim_taichi.lights import LIGHT_STRIDE, SKY_AT, SKY_STEPS
+from benchbot_sim_taichi.lights import LIGHT_STRIDE, OUTLOOK_AT, SKY_AT, SKY_STEPS
 
 MIN_DISTANCE2_M2 = 0.0025
+COARSEST = 0.035  # the sky's table has steps of two degrees
 
 
 @ti.func
 def sky_radiance(env: ti.template(), direction):
-    """Sky along unit `direction`: a table's, or horizon to zenith above; ground below, blended over half a degree."""
+    """Sky along unit `direction`, and ground below, blended over half a degree: coarse, for light and dull mirrors."""
     height = ti.math.clamp(direction.z, -1.0, 1.0)
-    above = load3(env, 9) + (load3(env, 6) - load3(env, 9)) * ti.sqrt(ti.max(height, 0.0))
-    if env[16] > 0.5:
-        flat = ti.max(height, 0.0)
-        scale = 0.5 * (SKY_STEPS - 1) / ti.sqrt(ti.max(1.0 + flat, 1e-6))
-        x = ti.math.clamp(direction.x * scale + 0.5 * (SKY_STEPS - 1), 0.0, SKY_STEPS - 1.001)
-        y = ti.math.clamp(direction.y * scale + 0.5 * (SKY_STEPS - 1), 0.0, SKY_STEPS - 1.001)
-        x0 = ti.cast(x, ti.i32)
-        y0 = ti.cast(y, ti.i32)
-        fx = x - ti.cast(x0, ti.f32)
-        fy = y - ti.cast(y0, ti.f32)
-        at = SKY_AT + (y0 * SKY_STEPS + x0) * 3
-        near = load3(env, at) * (1.0 - fx) + load3(env, at + 3) * fx
-        far = load3(env, at + SKY_STEPS * 3) * (1.0 - fx) + load3(env, at + SKY_STEPS * 3 + 3) * fx
-        above = near * (1.0 - fy) + far * fy
+    flat = ti.max(height, 0.0)
+    scale = 0.5 * (SKY_STEPS - 1) / ti.sqrt(ti.max(1.0 + flat, 1e-6))
+    x = ti.math.clamp(direction.x * scale + 0.5 * (SKY_STEPS - 1), 0.0, SKY_STEPS - 1.001)
+    y = ti.math.clamp(direction.y * scale + 0.5 * (SKY_STEPS - 1), 0.0, SKY_STEPS - 1.001)
+    x0 = ti.cast(x, ti.i32)
+    y0 = ti.cast(y, ti.i32)
+    fx = x - ti.cast(x0, ti.f32)
+    fy = y - ti.cast(y0, ti.f32)
+    at = SKY_AT + (y0 * SKY_STEPS + x0) * 3
+    near = load3(env, at) * (1.0 - fx) + load3(env, at + 3) * fx
+    far = load3(env, at + SKY_STEPS * 3) * (1.0 - fx) + load3(env, at + SKY_STEPS * 3 + 3) * fx
     blend = ti.math.clamp(height * 60.0 + 0.5, 0.0, 1.0)
-    return load3(env, 12) * (1.0 - blend) + above * blend
+    return load3(env, 12) * (1.0 - blend) + (near * (1.0 - fy) + far * fy) * blend
+
+
+@ti.func
+def outlook(env: ti.template(), direction, angle):
+    """Radiance that a camera or a mirror sees along unit `direction`, of details not finer than `angle` (radians)."""
+    radiance = vec3(0.0)
+    if env[16] < 0.5 or angle > COARSEST:
+        radiance = sky_radiance(env, direction)
+    else:
+        level = ti.cast(angle > 1.5 * TEXEL, ti.i32) + ti.cast(angle > 3.0 * TEXEL, ti.i32)
+        columns = COLUMNS >> level
+        rows = ROWS >> level
+        start = OUTLOOK_AT
+        for i in ti.static(range(LEVELS - 1)):
+            start += ti.select(level > i, (COLUMNS >> i) * (ROWS >> i), 0)
+        bent = direction.z / (ti.abs(direction.z) + BEND) * (1.0 + BEND)
+        y = ti.math.clamp((bent + 1.0) * 0.5 * ti.cast(rows, ti.f32) - 0.5, 0.0, ti.cast(rows, ti.f32) - 1.001)
+        turn = ti.atan2(direction.y, direction.x) / TWO_PI
+        x = (turn - ti.floor(turn)) * ti.cast(columns, ti.f32) - 0.5
+        left = ti.cast(ti.floor(x), ti.i32)
+        below = ti.cast(y, ti.i32)
+        fx = x - ti.floor(x)
+        fy = y - ti.cast(below, ti.f32)
+        right = ti.select(left + 1 >= columns, 0, left + 1)
+        left = ti.select(left < 0, columns - 1, left)
+        low = start + below * columns
+        high = low + columns
+        near = unpacked(env, low + left) * (1.0 - fx) + unpacked(env, low + right) * fx
+        far = unpacked(env, high + left) * (1.0 - fx) + unpacked(env, high + right) * fx
+        radiance = near * (1.0 - fy) + far * fy
+    return radiance
+
+
+@ti.func
+def unpacked(env: ti.template(), at):
+    """A texel of the panorama: `exterior.panorama.packed`."""
+    bits = ti.bit_cast(env[at], ti.u32)
+    scale = ti.bit_cast(ti.cast((bits >> 27) + 98, ti.i32) << 23, ti.f32)  # 2 ** (exponent - 29)
+    red, green, blue = bits & 511, (bits >> 9) & 511, (bits >> 18) & 511
+    return vec3(ti.cast(red, ti.f32), ti.cast(green, ti.f32), ti.cast(blue, ti.f32)) * scale
 
 
 @ti.func

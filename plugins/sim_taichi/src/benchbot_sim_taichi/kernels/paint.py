@@ -16,7 +16,7 @@ from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.frames import INFINITY_BITS
 from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray, locate
 from benchbot_sim_taichi.kernels.first_hits import met
-from benchbot_sim_taichi.kernels.light import sky_radiance
+from benchbot_sim_taichi.kernels.light import outlook
 from benchbot_sim_taichi.kernels.lightmap import light_at
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS
 from benchbot_sim_taichi.kernels.reflectance import INV_PI, pane_reflectance
@@ -95,7 +95,7 @@ def paint(
         pane_specular = 0.0
         passed = vec3(1.0)
         kind = ROUGH
-        color = sky_radiance(env, direction)
+        color = outlook(env, direction, 1.0 / cameras[eye + 12])
         flat = vec3(0.0)
         sun_edge = 0
         root = 0

@@ -10,7 +10,7 @@ from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray
 from benchbot_sim_taichi.kernels.glance import tile_pixel
 from benchbot_sim_taichi.kernels.lanes import negated
-from benchbot_sim_taichi.kernels.light import is_sun, sky_radiance, sun_direction
+from benchbot_sim_taichi.kernels.light import is_sun, outlook, sun_direction
 from benchbot_sim_taichi.kernels.light_grid import density_in_row, row_near, sample_row
 from benchbot_sim_taichi.kernels.reflectance import (
     LEAST_COSINE,
@@ -241,7 +241,8 @@ def trace_paths(
                         in_flight = False
                     else:
                         other = ti.select(was_lit, window_density, 0.0)
-                        seen = sky_radiance(env, direction) * share(density, other, strategies)
+                        spread = ti.select(depth == 0, 1.0 / camera[12], 1.0)
+                        seen = outlook(env, direction, spread) * share(density, other, strategies)
                         if is_sun(env, direction):
                             other = ti.select(was_lit, 1.0 / env[17], 0.0)
                             seen += load3(env, 3) / env[17] * share(density, other, strategies)

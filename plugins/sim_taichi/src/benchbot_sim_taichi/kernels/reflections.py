@@ -8,7 +8,7 @@ sampling: Keller and Heidrich, 2001), and one to a lamp, which such rays seldom 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray, locate
 from benchbot_sim_taichi.kernels.lanes import negated
-from benchbot_sim_taichi.kernels.light import sky_radiance
+from benchbot_sim_taichi.kernels.light import outlook
 from benchbot_sim_taichi.kernels.light_grid import density_in_row, row_near, sample_near, shifted
 from benchbot_sim_taichi.kernels.lightmap import OFFSET_M, stored_light
 from benchbot_sim_taichi.kernels.neighbours import fit, pixel_plane
@@ -147,7 +147,7 @@ def reflect(
                     layers += 1
                 else:
                     root = -1
-            reflection = sky_radiance(env, toward)
+            reflection = outlook(env, toward, 0.002 + roughness * roughness)
             if hit.triangle >= 0:
                 surface = surface_at(
                     triangles,

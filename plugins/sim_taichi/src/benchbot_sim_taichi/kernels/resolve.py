@@ -8,7 +8,7 @@ from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray, locate
 from benchbot_sim_taichi.kernels.first_hits import TILE
 from benchbot_sim_taichi.kernels.lanes import ints16, vec16
-from benchbot_sim_taichi.kernels.light import sky_radiance
+from benchbot_sim_taichi.kernels.light import outlook
 from benchbot_sim_taichi.kernels.lightmap import light_at
 from benchbot_sim_taichi.kernels.packet import RAYS, Packet, trace_packet
 from benchbot_sim_taichi.kernels.paint import (
@@ -148,7 +148,7 @@ def seen_through(
     Each is four values: distance, triangle (bits), u and v.
     """
     direction = ray.normalized()
-    value = sky_radiance(env, direction)
+    value = outlook(env, direction, pixel_angle)
     for part in range(2):
         hit = Hit(
             t=hits[part * 4],

@@ -21,13 +21,19 @@ def pixel_rays(info: CameraModel) -> Floats:
 def in_map_frame(points: Floats, pose: FramePose) -> Floats:
     """Return points (N, 3) of a frame in the map frame, given the frame's pose."""
     rotation = rotation_matrix(pose["rotation_xyzw"]).astype(np.float32)
-    return points @ rotation.T + np.asarray(pose["translation_xyz"], np.float32)
+    return _rotated(points, rotation) + np.asarray(pose["translation_xyz"], np.float32)
 
 
 def in_frame(points: Floats, pose: FramePose) -> Floats:
     """Return points (N, 3) of the map frame in a frame, given the frame's pose: the inverse of `in_map_frame`."""
     rotation = rotation_matrix(pose["rotation_xyzw"]).astype(np.float32)
-    return (points - np.asarray(pose["translation_xyz"], np.float32)) @ rotation
+    return _rotated(points - np.asarray(pose["translation_xyz"], np.float32), rotation.T)
+
+
+def _rotated(points: Floats, rotation: Floats) -> Floats:
+    """Return points (N, 3) rotated, by columns: a product of matrices this narrow takes numpy 16 times as long."""
+    x, y, z = points.T
+    return np.stack([row[0] * x + row[1] * y + row[2] * z for row in rotation], axis=-1)
 
 
 def rotation_matrix(xyzw: Iterable[float]) -> NDArray[np.float64]:

@@ -1,0 +1,1 @@
+"""The surroundings of a scene, far away."""
