@@ -32,6 +32,9 @@ RUNNING = {"running", "paused", "restarting", "stopping"}
 POLLS_S = 0.01, 0.1
 """The first and the longest pause between questions to the engine for the end of a container."""
 
+TELLS_END_WITHIN_S = 5.0
+"""How long an engine may take to tell the end of a process that is gone."""
+
 Result = TypeVar("Result")
 
 
@@ -89,7 +92,9 @@ class Container:
         except BaseException:
             self.end()
             raise
-        if self._group is None and not self._ended.is_set() and self._limits.cpu_time_s is not None:
+        unseen = self._group is None and self._limits.cpu_time_s is not None
+        # A solution that is over at once leaves no group either; the engine tells its end a little later.
+        if unseen and not self._ended.wait(TELLS_END_WITHIN_S):
             self.end()
             raise refused([CPU_TIME], "The CPU time of its container cannot be seen on this machine.")
         return self

@@ -17,9 +17,11 @@ OTHERS = {
     "benchbot/api/tools/__init__.py": "the output of a solution",
     "benchbot/emergency_stop.py": "it imports the standard library alone, and writes foreign characters out by itself",
     "benchbot/plugins/preflight/probe.py": "what a child process answers, as JSON",
+    "benchbot/supervisor/platform/process.py": "the log of a run",
     "plugins/robot_ros2/src/benchbot_robot_ros2/calls.py": "the log of a run",
     "plugins/robot_ros2/src/benchbot_robot_ros2/guard/link.py": "the log of a run",
     "plugins/scenes/src/benchbot_scenes/packs/command.py": "a bar, without a word of others",
+    "plugins/sim_taichi/src/benchbot_sim_taichi/gpu_query.py": "what a child process answers, as JSON",
 }
 """What else prints, and why that may be."""
 PRINTS = {"print", "input", "Console", *(f"typer.{name}" for name in ("echo", "secho", "confirm", "prompt", "style"))}

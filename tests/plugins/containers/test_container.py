@@ -8,8 +8,8 @@ from pathlib import Path
 import docker
 import pytest
 
-from benchbot.core.errors import FailureClass
-from benchbot.plugins.containers import context, mode
+from benchbot.core.errors import BenchbotError, FailureClass
+from benchbot.plugins.containers import container, context, mode
 from benchbot.plugins.containers.mode import Containerised
 from benchbot.submission.modes import ProcessLimits, SolutionSpec
 from benchbot.supervisor.backend import Backend
@@ -103,12 +103,15 @@ def containers_left(told: Containerised) -> list[str]:
         return [container["Id"] for container in client.containers(all=True)]
 
 
-def test_a_solution_in_a_container_from_its_first_step_to_its_limits(told: Containerised) -> None:
+def test_a_solution_in_a_container_from_its_first_step_to_its_limits(
+    told: Containerised, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with back_end() as backend:
         reaches_its_goal(told, backend)
         sees_nothing_but_itself(told, backend)
         is_bounded(told, backend)
         ends_with_all_that_it_has_started(told, backend)
+        is_refused_where_its_cpu_time_cannot_be_seen(told, backend, monkeypatch)
         socket = Path(backend.state.connection.socket or "")
         assert socket.stat().st_uid == 0, "what was lent has been given back"
 
@@ -172,4 +175,17 @@ def ends_with_all_that_it_has_started(told: Containerised, backend: Backend) -> 
     assert ended.problem is not None
     assert ended.problem.failure == FailureClass.TIMEOUT
     assert not Path(f"/proc/{spectator.process}").exists()
+    assert containers_left(told) == []
+
+
+def is_refused_where_its_cpu_time_cannot_be_seen(
+    told: Containerised, backend: Backend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """But not where it is only over too soon to be seen."""
+    monkeypatch.setattr(container, "of_process", lambda _process: None)
+    ended, _ = submit(spec("print('end')", told), backend)
+    assert ended.problem is not None
+    assert ended.problem.title == "The solution saved no result."
+    with pytest.raises(BenchbotError, match=r"limits would not hold: CPU time"):
+        submit(spec("import time; time.sleep(1000)", told), backend)
     assert containers_left(told) == []
