@@ -86,6 +86,11 @@ def save_kernels() -> None:
         kernel_cache.save(ti.lang.impl.get_runtime().prog)
 
 
+def device_kind() -> str:
+    """Return the kind of device that kernels run on."""
+    return _started or ""
+
+
 def is_on_processor() -> bool:
     """Return whether kernels run on the processor; false before the runtime is started."""
     return _started == "cpu"

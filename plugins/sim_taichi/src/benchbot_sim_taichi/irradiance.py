@@ -38,11 +38,6 @@ class Irradiance:
     layout: FloatArray
     near: FloatArray
 
-    def places(self) -> tuple[FloatArray, FloatArray]:
-        """Mean position and normal of each cell, (N, 3) both."""
-        values = self.cells.reshape(-1, surface_cells.CELL_STRIDE)
-        return values[:, 0:3], values[:, 3:6]
-
     def mean_light(self) -> tuple[float, npt.NDArray[np.float64]]:
         """Median luminance that leaves surfaces, and mean irradiance (3,); indoors alone where there is an indoors."""
         values = self.cells.reshape(-1, surface_cells.CELL_STRIDE).astype(np.float64)
@@ -61,11 +56,16 @@ def load_or_solve(
     scene: SceneGeometry, lighting: Lighting, device: DeviceScene, cache_dir: Path, seed: int
 ) -> Irradiance:
     """Return the irradiance of a scene, from `cache_dir` if it was computed before."""
-    light = (lighting.sun, lighting.sky, lighting.exterior)
-    key = hashlib.sha256(repr((VERSION, scene.content_hash, *light, seed)).encode()).hexdigest()
-    path = cache_dir / f"irradiance-{key[:32]}.npz"
+    path = cache_dir / f"irradiance-{cache_key(VERSION, scene, lighting, seed)}.npz"
     names = {field.name for field in fields(Irradiance)}
     return Irradiance(**disk_cache.load_or_make(path, names, lambda: asdict(solve(scene, device, seed))))
+
+
+def cache_key(version: int, scene: SceneGeometry, lighting: Lighting, seed: int) -> str:
+    """Return a name of what is worked out from these, on the kind of device that kernels run on."""
+    light = (lighting.sun, lighting.sky, lighting.exterior)
+    described = repr((version, _ti.device_kind(), scene.content_hash, *light, seed))
+    return hashlib.sha256(described.encode()).hexdigest()[:32]
 
 
 def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:

@@ -1,6 +1,6 @@
 """Light that belongs to surfaces: worked out once per scene and lighting, cached on disk, looked up by pictures."""
 
-import hashlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from benchbot_scenes.scene import SceneGeometry
-from benchbot_sim_taichi import _ti, charts, disk_cache
+from benchbot_sim_taichi import _ti, charts, disk_cache, progress
+from benchbot_sim_taichi.irradiance import cache_key
+from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.tables import DeviceScene
 
 VERSION = 3
@@ -16,7 +18,6 @@ NODES_AT_ONCE = 2**17
 ALIKE_STEPS = (4, 8)
 FAR_STEPS = (4, 8, 16)
 LOOSE_ROUNDS = 3
-KINDS = ("places", "index", "light")
 
 
 @dataclass(frozen=True)
@@ -33,27 +34,32 @@ class Lightmap:
         return self.places, self.index, self.light
 
 
+Cells = tuple[Any, Any, Any]
+"""Grid, cells and layout of `irradiance`, on the device."""
+
+
 def load_or_bake(
     scene: SceneGeometry,
+    lighting: Lighting,
     device: DeviceScene,
+    cells: Cells,
     near: Any,
-    cells: tuple[Any, Any, Any],
-    key: str,
     cache_dir: Path,
     seed: int,
 ) -> Lightmap:
-    """Return the light of a scene, from `cache_dir` if it was worked out before with the same `key`."""
-    name = hashlib.sha256(repr((VERSION, scene.content_hash, key, seed)).encode()).hexdigest()
-    path = cache_dir / f"lightmap-{name[:32]}.npz"
-    stored = disk_cache.load(path)
-    if stored is not None and stored.keys() == set(KINDS):
-        return Lightmap(*(_ti.upload(stored[kind]) for kind in KINDS))
-    baked = bake(scene, device, near, cells, seed)
-    disk_cache.store(path, {kind: _ti.download(array) for kind, array in zip(KINDS, baked.arrays, strict=True)})
-    return baked
+    """Return the light of a scene, from `cache_dir` if it was worked out before."""
+    path = cache_dir / f"lightmap-{cache_key(VERSION, scene, lighting, seed)}.npz"
+    names = ("places", "index", "light")
+
+    def made() -> disk_cache.Arrays:
+        baked = bake(scene, device, cells, near, seed)
+        return {name: _ti.download(array) for name, array in zip(names, baked.arrays, strict=True)}
+
+    kept = disk_cache.load_or_make(path, set(names), made)
+    return Lightmap(*(_ti.upload(kept[name]) for name in names))
 
 
-def bake(scene: SceneGeometry, device: DeviceScene, near: Any, cells: tuple[Any, Any, Any], seed: int) -> Lightmap:
+def bake(scene: SceneGeometry, device: DeviceScene, cells: Cells, near: Any, seed: int) -> Lightmap:
     """Find the nodes, trace rays from them, and smooth what they found."""
     from benchbot_sim_taichi.kernels import bake as kernels
 
@@ -66,16 +72,14 @@ def bake(scene: SceneGeometry, device: DeviceScene, near: Any, cells: tuple[Any,
     charted = _ti.upload(found.nodes)
     links = _ti.upload(found.first_link), _ti.upload(found.links)
     vertices, samples = _ti.upload(scene.vertices[scene.triangles].ravel()), _ti.upload(found.samples)
-    chosen = _ti.upload(np.arange(count, dtype=np.int32))
     raw, other = (_ti.upload(np.zeros(count * kernels.RAW_STRIDE, np.float32)) for _ in range(2))
     scene_arrays = (*device.tree, device.sheer_root, *device.surfaces, *device.lights)
-    nodes = (vertices, samples, charted, chosen)
-    runs = [(first, min(NODES_AT_ONCE, count - first), seed) for first in range(0, count, NODES_AT_ONCE)]
-    for run in runs:
-        kernels.light_directly(*scene_arrays, near, *nodes, raw, *run)
+    nodes = (vertices, samples, charted)
+    for run in _runs(count, "the simulator lights surfaces"):
+        kernels.light_directly(*scene_arrays, near, *nodes, raw, *run, seed)
     kernels.finish(raw, raw, charted, index, *links, light, count)
-    for run in runs:
-        kernels.gather(*scene_arrays, *cells, places, index, light, *nodes, raw, *run)
+    for run in _runs(count, "the simulator lights surfaces by way of others"):
+        kernels.gather(*scene_arrays, *cells, places, index, light, *nodes, raw, *run, seed)
     for down in (0, 1):
         kernels.smooth(raw, charted, index, other, count, down, 1, 0, 10)
         raw, other = other, raw
@@ -92,4 +96,15 @@ def bake(scene: SceneGeometry, device: DeviceScene, near: Any, cells: tuple[Any,
             kernels.smooth(raw, charted, index, other, count, down, step, 6, 10)
             raw, other = other, raw
     kernels.finish(narrow, raw, charted, index, *links, light, count)
+    _ti.save_kernels()
     return Lightmap(places, index, light)
+
+
+def _runs(count: int, what: str) -> Iterator[tuple[int, int]]:
+    """Yield the first node and the number of each launch, and tell how far it is, in tenths."""
+    tenth = -1
+    for first in range(0, count, NODES_AT_ONCE):
+        if 10 * first // count > tenth:
+            tenth = 10 * first // count
+            progress.tell(f"{what}: {10 * tenth} % of {count:,} points")
+        yield first, min(NODES_AT_ONCE, count - first)

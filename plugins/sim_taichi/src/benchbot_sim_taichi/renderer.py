@@ -18,7 +18,6 @@ from benchbot_sim_taichi import (
     device_scene,
     irradiance,
     lamps,
-    light_grid,
     lightmap,
     path_trace,
 )
@@ -59,7 +58,6 @@ class Renderer:
         self._scene, self._lighting, self._cache_dir = lamps.switched(scene, lighting.lamps), lighting, cache_dir
         self.device = device_scene.upload(self._scene, lighting, cache_dir)
         self._arranged: arrangement.Arrangement | None = None
-        self._lights_moved = False
 
     @cached_property
     def irradiance(self) -> irradiance.Irradiance:
@@ -94,19 +92,15 @@ class Renderer:
     @cached_property
     def near_lights(self) -> Any:
         """The importance of lights by position, as `kernels.light_grid` reads it."""
-        light = self.irradiance
-        if self._lights_moved:
-            return _ti.upload(light_grid.find(self.device, light.layout, *light.places()))
-        return _ti.upload(light.near)
+        return _ti.upload(self.irradiance.near)
 
     @cached_property
     def lightmap(self) -> lightmap.Lightmap:
         """The light of all surfaces, worked out (seconds) or loaded when the first picture asks for it."""
-        place = (self._scene, self.device, self.near_lights, self._cells)
+        light = (self._cells, self.near_lights)  # first: they look for lamps anew
         if self._arranged is not None:
-            return lightmap.bake(*place, self._seed)
-        key = repr((self._lighting.sun, self._lighting.sky, self._lighting.exterior))
-        return lightmap.load_or_bake(*place, key, self._cache_dir, self._seed)
+            return lightmap.bake(self._scene, self.device, *light, self._seed)
+        return lightmap.load_or_bake(self._scene, self._lighting, self.device, *light, self._cache_dir, self._seed)
 
     @property
     def scene(self) -> SceneGeometry:
@@ -116,8 +110,8 @@ class Renderer:
     def move(self, instance: int, transform: npt.NDArray[np.floating]) -> None:
         """Move an object by the rigid `transform` (4, 4) of its original position; it takes milliseconds.
 
-        Shapes, shadows and direct light are right at once; light that bounces stays that of before until `relight`.
-        Raises BenchbotError for what is no object or no pose.
+        All light and the exposure are those of the new arrangement, which the next picture in colour works out
+        (seconds, not kept on disk). Raises BenchbotError for what is no object or no pose.
         """
         before = self._arrangement()
         self._arrange(before, arrangement.move(before, instance, transform), before.triangles_of(instance))
@@ -137,12 +131,6 @@ class Renderer:
         self._arrange(before, after, np.arange(len(before.scene.triangles), len(after.scene.triangles)))
         return numbers
 
-    def relight(self) -> None:
-        """Let light bounce anew off objects where they are now (seconds), when the next picture asks for it."""
-        for stored in ("irradiance", "exposure", "_cells", "near_lights", "lightmap"):
-            self.__dict__.pop(stored, None)
-        self._lights_moved = False
-
     def _arrangement(self) -> arrangement.Arrangement:
         if self._arranged is not None:
             return self._arranged
@@ -152,14 +140,12 @@ class Renderer:
     def _arrange(
         self, arranged: arrangement.Arrangement, after: arrangement.Arrangement, changed: npt.NDArray[np.int64]
     ) -> None:
-        before = self.device
-        self.device, *narrower = device_scene.rearranged(before, arranged, after, changed)
+        self.device, *narrower = device_scene.rearranged(self.device, arranged, after, changed)
         for narrow in narrower:
             self._narrow = narrow
         self._arranged, self._scene = after, after.scene
-        if self.device.lights is not before.lights:
-            self.__dict__.pop("near_lights", None)
-            self._lights_moved = "irradiance" in self.__dict__
+        for stored in ("irradiance", "exposure", "_cells", "near_lights", "lightmap"):
+            self.__dict__.pop(stored, None)
 
     def render(self, camera_to_map: npt.NDArray[np.floating], intrinsics: Intrinsics, *, rgb: bool = True) -> Frame:
         """Take one picture; `camera_to_map` is the (4, 4) pose of the optical frame (x right, y down, z forward).

@@ -40,7 +40,7 @@ LIKENESS = 0.05  # half of the largest difference to be averaged away
 
 @ti.dataclass
 class Node:
-    """A node's place, lifted off its surface, its normal and its face's; stratum and scramble of its rays, and how many.
+    """A node's place, lifted off its surface, its normal and its face's; stratum, scramble and number of its rays.
 
     Those of charts are as many as there are in all, `times` as many those of nodes with few neighbours.
     """
@@ -99,19 +99,14 @@ def light_directly(
     vertices: floats,
     samples: floats,
     charted: ints,
-    chosen: ints,
     raw: floats,
     first: ti.i32,
     count: ti.i32,
     seed: ti.i32,
 ):
-    """Find the light of windows, lamps and the sun at the nodes `chosen[first]` to `chosen[first + count - 1]`.
-
-    It goes to the same places in `raw`, of which all else becomes zero.
-    """
-    for number in range(first, first + count):
-        node = chosen[number]
-        at = number * RAW_STRIDE
+    """Find the light of windows, lamps and the sun at `count` nodes from `first` on; all else of them becomes zero."""
+    for node in range(first, first + count):
+        at = node * RAW_STRIDE
         here = node_at(triangles, vertices, samples, charted, node)
         direct = vec3(0.0)
         sun = 0.0
@@ -186,7 +181,6 @@ def gather(
     vertices: floats,
     samples: floats,
     charted: ints,
-    chosen: ints,
     raw: floats,
     first: ti.i32,
     count: ti.i32,
@@ -196,9 +190,8 @@ def gather(
 
     What a surface sends on is its direct light, as stored in `light`, and the rest that its cell knows of.
     """
-    for number in range(first, first + count):
-        node = chosen[number]
-        at = number * RAW_STRIDE
+    for node in range(first, first + count):
+        at = node * RAW_STRIDE
         here = node_at(triangles, vertices, samples, charted, node)
         near_light = vec3(0.0)
         far_light = vec3(0.0)

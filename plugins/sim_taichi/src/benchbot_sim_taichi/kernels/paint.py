@@ -7,9 +7,9 @@ bit, whatever it is taken together with.
 
 A pixel's guide (`GUIDE_STRIDE` values): normal without normal map and depth of its opaque surface, what filters need.
 Its shade (`SHADE_STRIDE`): radiance without what is mirrored, and a number for the surface, below -1 behind a pane. Its
-kind: `ROUGH`, `GLOSSY` or `MIRROR`, and `SUN_EDGE` beside where sunshine ends. Its mirror (`MIRROR_STRIDE`), unless it is
-`ROUGH`: normal, face normal, share of each colour mirrored, roughness,
-distance along the camera's ray, radiance that comes from there, specular reflectance.
+kind: `ROUGH`, `GLOSSY` or `MIRROR`, and `SUN_EDGE` beside where sunshine ends. Its mirror (`MIRROR_STRIDE`), unless it
+is `ROUGH`: normal, face normal, share of each colour mirrored, roughness, distance along the camera ray, radiance that
+comes from there, specular reflectance.
 """
 
 from benchbot_sim_taichi._ti import ti

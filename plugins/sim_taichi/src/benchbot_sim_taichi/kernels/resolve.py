@@ -66,7 +66,7 @@ def at_edge(
     width,
     height,
 ):
-    """Return whether a pixel has contrast and touches an edge of an object or of sunshine, a crease or a jump in depth."""
+    """Return whether a pixel has contrast and touches an edge of an object or sunshine, a crease, a jump in depth."""
     here = first + y * width + x
     lowest = load3(centers, here * 3)
     highest = lowest
