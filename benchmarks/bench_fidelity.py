@@ -138,7 +138,6 @@ def measure(environment: Declaration, cache: Path, options: argparse.Namespace) 
         paths = [
             Renderer(scene, lighting, cache_dir=cache, device=options.device, quality=half, seed=number)
             for number in (0, 1)
-            for seed in (0, 1)
         ]
         paths[1].irradiance = paths[0].irradiance
         for view, pose in enumerate(poses):
