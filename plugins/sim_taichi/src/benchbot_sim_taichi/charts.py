@@ -67,6 +67,9 @@ class _Parts:
 
 def find(scene: SceneGeometry) -> Charts:
     """Find the nodes of all surfaces that reflect light."""
+    if not len(scene.triangles):
+        none = np.zeros(0, np.float32), np.zeros(0, np.float32), np.full(1, -1, np.int32), np.zeros(0, np.int32)
+        return Charts(*none, first_link=np.zeros(1, np.int32), links=np.zeros(1, np.int32))
     corner = scene.vertices[scene.triangles].astype(np.float64)
     edge = corner[:, [1, 2, 0]] - corner
     length_m = np.sqrt(np.einsum("tcx,tcx->tc", edge, edge))

@@ -13,7 +13,7 @@ from benchbot_sim_taichi.irradiance import cache_key
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 3
+VERSION = 4
 NODES_AT_ONCE = 2**17
 ALIKE_STEPS = (4, 8)
 FAR_STEPS = (4, 8, 16)

@@ -17,8 +17,15 @@ from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import row_near, sample_near, shifted
 from benchbot_sim_taichi.kernels.lightmap import OFFSET_M, SUN_STEPS, stored_light
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sent, sheerness
-from benchbot_sim_taichi.kernels.reflectance import INV_PI
-from benchbot_sim_taichi.kernels.sampling import cone_direction, cosine_direction, hash_u32, interleave_index, sobol_2d
+from benchbot_sim_taichi.kernels.reflectance import INV_PI, pane_reflectance
+from benchbot_sim_taichi.kernels.sampling import (
+    ONE_OVER_2_32,
+    cone_direction,
+    cosine_direction,
+    hash_u32,
+    interleave_index,
+    sobol_2d,
+)
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
@@ -204,12 +211,14 @@ def gather(
             if toward.dot(here.face) > 0.0:
                 hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
                 passed = vec3(1.0)
+                origin = here.point
                 panes = 0
+                mirrors = 0
                 root = 0
                 start = 0.0
                 layers = 0
                 while root >= 0:
-                    other = trace(nodes, leaves, root, here.point + toward * start, toward, hit.t - start, False)
+                    other = trace(nodes, leaves, root, origin + toward * start, toward, hit.t - start, False)
                     if root == 0:
                         hit = other
                         root = sheer_root
@@ -217,17 +226,30 @@ def gather(
                         layer = sheerness(
                             triangles, materials, texels, images, other.triangle, other.u, other.v, toward
                         )
-                        # The light of leaves and grilles is that of what is behind them.
-                        if layer.panes == 1:
-                            passed *= layer.share
-                            panes += 1
                         start += other.t + STEP_M
                         layers += 1
+                        # The light of leaves and grilles is that of what is behind them.
+                        if layer.panes == 1:
+                            pane = other.triangle * TRIANGLE_STRIDE
+                            across = load3(triangles, pane + 15)
+                            glass = ti.cast(triangles[pane + 18], ti.i32) * MATERIAL_STRIDE
+                            mirrored = pane_reflectance(materials[glass + 16], ti.abs(across.dot(toward)))
+                            chance = hash_u32(node ^ hash_u32((k + seed) * MAX_LAYERS + layers))
+                            if ti.cast(chance, ti.f32) * ONE_OVER_2_32 < mirrored:
+                                origin += toward * (start - 2.0 * STEP_M)
+                                toward = toward - across * (2.0 * across.dot(toward))
+                                hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
+                                start = 0.0
+                                root = 0
+                                mirrors += 1
+                            else:
+                                passed *= layer.share / (1.0 - mirrored)
+                                panes += 1
                     else:
                         root = -1
                 radiance = vec3(0.0)
                 is_far = True
-                if hit.t < GAP_M:
+                if hit.t < GAP_M and mirrors == 0:
                     blocked += 1.0
                 if hit.triangle >= 0:
                     surface = surface_at(
@@ -239,7 +261,7 @@ def gather(
                         backs += 1.0
                         is_far = False
                     else:
-                        met = here.point + toward * hit.t
+                        met = origin + toward * hit.t
                         stored = stored_light(places, index, light, triangles, hit, surface.face)
                         total = stored.irradiance
                         total += load3(env, 3) * (stored.sun * ti.max(surface.face.dot(load3(env, 0)), 0.0))
@@ -249,7 +271,7 @@ def gather(
                         sent_on = surface.diffuse * (1.0 - surface.specular) + surface.specular
                         radiance = passed * sent_on * total * INV_PI
                         is_far = hit.t > NEAR_M
-                elif portals == 0 or panes == 0:  # sky that is seen through a pane is direct light
+                elif portals == 0 or panes == 0 or mirrors > 0:  # sky that is seen through a pane is direct light
                     radiance = passed * sky_radiance(env, toward)
                 if is_far:
                     open_share += 1.0

@@ -157,7 +157,7 @@ def paint(
                             hit,
                             surface.face,
                             origin + ray * hit.t,
-                            pixel,
+                            y * width + x,
                         )
                         sun_edge = stored.is_sun_edge
                         mirrored = mirrored_share(env, direction, surface.normal, surface.specular, surface.roughness)
