@@ -16,8 +16,9 @@ from benchbot_sim_taichi import _ti
 from benchbot_sim_taichi.bvh import usable
 from benchbot_sim_taichi.lights import is_sheet
 
-NODE_M = 0.025
+NODE_M = 0.05
 LOOSE_M = 0.0375
+LOOSE_INSET_M = 0.005
 STRIP_M = 0.10
 LONGEST_LOOSE_EDGE_M = 0.06
 SMALLEST_CHART_M2 = 0.004
@@ -240,7 +241,8 @@ def _lay_out_loose(parts: _Parts, scene: SceneGeometry, triangle: Ints, fronts: 
     parts.places[triangle, back, 0] = parts.entries + first
     parts.places[triangle, back, 1] = size[:, 0]
     parts.index.append((parts.count + cluster).astype(np.int32))
-    inside = 0.9 * uv.reshape(-1, 2)[chosen] + 0.1 / 3
+    inset = np.minimum(0.1, LOOSE_INSET_M / length_m[triangle[owner]].max(axis=1))[:, None]
+    inside = (1.0 - inset) * uv.reshape(-1, 2)[chosen] + inset / 3
     parts.samples.append(np.column_stack([triangle[owner], inside, side[owner]]).astype(np.float32))
     nodes = np.zeros((len(chosen), NODE_STRIDE), np.int32)
     nodes[:, 0] = -1

@@ -33,10 +33,10 @@ from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
 
 RAW_STRIDE = 12
 NEAR_M = 0.5
-DIRECT_RAYS = 8
-GATHERED_RAYS = 8
+DIRECT_RAYS = 16
+GATHERED_RAYS = 16
 SUN_RAYS = 8
-LOOSE_TIMES = 4  # rays of nodes that have few neighbours to average with
+LOOSE_TIMES = 1  # rays of nodes that have few neighbours to average with
 MOST_BACKS = 0.5
 MOST_BLOCKED = 0.75
 GAP_M = 0.02  # what mouldings and pictures leave between themselves and a wall
@@ -131,8 +131,9 @@ def light_directly(
                 if these > 0:
                     ray = k - kind * rays
                     # Rows of blocks all about, so that no block's edge can be seen.
-                    row = row_near(near, shifted(near, here.point, here.normal, ray * 7919 + here.rank), here.normal)
-                    sample = here.rank * rays + ray
+                    row = row_near(near, shifted(near, here.point, here.normal, here.rank), here.normal)
+                    every = ti.cast(near[row + kind], ti.i32)  # so that no sample is left out
+                    sample = (here.rank * rays + ray) * every
                     light = sample_near(
                         near,
                         lights,
@@ -146,7 +147,7 @@ def light_directly(
                         here.scramble + seed + 1 + kind,
                     )
                     toward = light.direction
-                    value = light.value
+                    value = light.value / ti.cast(every, ti.f32)
                     reach = ti.select(kind == 0, FAR, light.distance)
             cosine = here.normal.dot(toward)
             if cosine > 0.0 and here.face.dot(toward) > 0.0 and value.max() > 0.0:
@@ -321,7 +322,7 @@ def smooth(
             place = charted[node * NODE_STRIDE + ti.select(down == 1, 2, 1)]
             size = charted[node * NODE_STRIDE + ti.select(down == 1, 4, 3)]
             stride = step * ti.select(down == 1, charted[node * NODE_STRIDE + 3], 1)
-            reach = ti.select(step == 1, 2, 1)
+            reach = 1
             weights = 0.0
             total = ti.Vector([0.0] * RAW_STRIDE)
             for k in range(-reach, reach + 1):

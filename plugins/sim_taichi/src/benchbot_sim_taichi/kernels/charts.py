@@ -9,7 +9,7 @@ from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, vec3
 vec2 = ti.types.vector(2, ti.f32)
 
 FARTHEST_STEPS = 1.5
-INSET = 0.05
+INSET_STEPS = 0.1
 VOXEL_M = 0.02
 NORMAL_STEPS = 2.5
 ALIKE = 0.8
@@ -69,8 +69,12 @@ def place(lattice: ints, chart_of: ints, first: ints, triangles: ints, corners: 
         samples[point * 4] = -1.0
         if is_near:
             samples[point * 4] = ti.cast(triangles[best], ti.f32)
-        samples[point * 4 + 1] = best_u + (1.0 / 3.0 - best_u) * INSET
-        samples[point * 4 + 2] = best_v + (1.0 / 3.0 - best_v) * INSET
+            b = vec2(corners[best * 6 + 2] - corners[best * 6], corners[best * 6 + 3] - corners[best * 6 + 1])
+            c = vec2(corners[best * 6 + 4] - corners[best * 6], corners[best * 6 + 5] - corners[best * 6 + 1])
+            to_middle = (b * (1.0 / 3.0 - best_u) + c * (1.0 / 3.0 - best_v)).norm()
+            inset = ti.min(INSET_STEPS / ti.max(to_middle, 1e-6), 0.5)
+            samples[point * 4 + 1] = best_u + (1.0 / 3.0 - best_u) * inset
+            samples[point * 4 + 2] = best_v + (1.0 / 3.0 - best_v) * inset
         samples[point * 4 + 3] = 1.0
 
 
