@@ -38,10 +38,12 @@ class Charts:
     `places` (T * 2 * 8) is where both sides of each triangle find their nodes: the first entry of a lattice in `index`
     (-1: not lit) and its width, then x and y in it for u = v = 0 and their slopes over u and v. `index` holds the node
     of each lattice point, -1 beyond the surface. `nodes` (N * 5): a chart's node has its entry in `index`, x, y, width
-    and height; any other has -1, and as neighbours `links[first_link[i]]` to `links[first_link[i + 1] - 1]`.
+    and height; any other has -1, and as neighbours `links[first_link[i]]` to `links[first_link[i + 1] - 1]`. `area_m2`
+    (N) is how much of the surface each stands for.
     """
 
     samples: FloatArray
+    area_m2: FloatArray
     places: FloatArray
     index: IntArray
     nodes: IntArray
@@ -60,6 +62,7 @@ class _Parts:
 
     places: FloatArray
     samples: list[FloatArray]
+    area_m2: list[FloatArray]
     nodes: list[IntArray]
     index: list[IntArray]
     entries: int = 0
@@ -69,8 +72,8 @@ class _Parts:
 def find(scene: SceneGeometry) -> Charts:
     """Find the nodes of all surfaces that reflect light."""
     if not len(scene.triangles):
-        none = np.zeros(0, np.float32), np.zeros(0, np.float32), np.full(1, -1, np.int32), np.zeros(0, np.int32)
-        return Charts(*none, first_link=np.zeros(1, np.int32), links=np.zeros(1, np.int32))
+        nothing, one = np.zeros(0, np.float32), np.zeros(1, np.int32)
+        return Charts(nothing, nothing, nothing, one - 1, one[:0], one, one)
     corner = scene.vertices[scene.triangles].astype(np.float64)
     edge = corner[:, [1, 2, 0]] - corner
     length_m = np.sqrt(np.einsum("tcx,tcx->tc", edge, edge))
@@ -87,16 +90,18 @@ def find(scene: SceneGeometry) -> Charts:
     surface = _surfaces(scene, large, corner, face)
     of_chart = np.bincount(surface, area_m2[large])[surface] > SMALLEST_CHART_M2 if len(large) else np.zeros(0, bool)
     charted = large[of_chart]
-    parts = _Parts(np.zeros((len(corner), 2, PLACE_STRIDE), np.float32), [], [], [])
+    parts = _Parts(np.zeros((len(corner), 2, PLACE_STRIDE), np.float32), [], [], [], [])
     parts.places[:, :, 0] = -1.0
     if len(charted):
-        _lay_out_charts(parts, charted, surface[of_chart], corner, face, length_m, has_back)
+        _lay_out_charts(parts, charted, surface[of_chart], corner, face, length_m, area_m2, has_back)
     is_loose = lit.copy()
     is_loose[charted] = False
     loose = np.flatnonzero(is_loose)
     first_link, links = np.zeros(parts.count + 1, np.int32), np.zeros(1, np.int32)
     if len(loose):
-        pairs = _lay_out_loose(parts, scene, np.concatenate([loose, loose[has_back[loose]]]), len(loose), length_m)
+        pairs = _lay_out_loose(
+            parts, scene, np.concatenate([loose, loose[has_back[loose]]]), len(loose), length_m, area_m2
+        )
         first_link = np.searchsorted(pairs[:, 0], np.arange(parts.count + 1)).astype(np.int32)
         links = pairs[:, 1].astype(np.int32) if len(pairs) else links
     # The back of a closed surface is seen where its mesh is not quite closed.
@@ -104,6 +109,7 @@ def find(scene: SceneGeometry) -> Charts:
     nothing = [np.zeros((0, SAMPLE_STRIDE), np.float32)], [np.zeros((0, NODE_STRIDE), np.int32)]
     return Charts(
         np.concatenate(parts.samples or nothing[0]).ravel(),
+        np.concatenate(parts.area_m2 or [np.zeros(0, np.float32)]),
         parts.places.ravel(),
         np.concatenate(parts.index) if parts.index else np.full(1, -1, np.int32),
         np.concatenate(parts.nodes or nothing[1]).ravel(),
@@ -145,6 +151,7 @@ def _lay_out_charts(
     corner: Floats,
     face: Floats,
     length_m: Floats,
+    area_m2: Floats,
     has_back: npt.NDArray[np.bool_],
 ) -> None:
     """Lay a lattice over each flat surface, along the longest edge in it."""
@@ -180,6 +187,7 @@ def _lay_out_charts(
         len(found),
     )
     found = _ti.download(samples).reshape(found.shape)
+    chart_m2 = np.bincount(chart, area_m2[charted])
     slopes = np.concatenate([local[:, 0], local[:, 1] - local[:, 0], local[:, 2] - local[:, 0]], axis=1)
     for back, of_side in enumerate((np.ones(len(charted), bool), has_back[charted])):
         wanted = np.zeros(len(size), bool)
@@ -195,6 +203,10 @@ def _lay_out_charts(
         of_nodes = found[is_node].copy()
         of_nodes[:, 3] = 1 - 2 * back
         parts.samples.append(of_nodes)
+        shared = chart_of[is_node]
+        parts.area_m2.append(
+            (chart_m2 / np.maximum(np.bincount(shared, minlength=len(size)), 1))[shared].astype(np.float32)
+        )
         parts.nodes.append(
             np.column_stack([parts.entries + np.cumsum(here)[is_node] - 1, lattice[is_node]]).astype(np.int32)
         )
@@ -203,7 +215,9 @@ def _lay_out_charts(
         parts.count += len(of_nodes)
 
 
-def _lay_out_loose(parts: _Parts, scene: SceneGeometry, triangle: Ints, fronts: int, length_m: Floats) -> Ints:
+def _lay_out_loose(
+    parts: _Parts, scene: SceneGeometry, triangle: Ints, fronts: int, length_m: Floats, area_m2: Floats
+) -> Ints:
     """Lay a lattice over each triangle; the first `fronts` show their front.
 
     Returns pairs of neighbours, in order."""
@@ -244,6 +258,7 @@ def _lay_out_loose(parts: _Parts, scene: SceneGeometry, triangle: Ints, fronts: 
     inset = np.minimum(0.1, LOOSE_INSET_M / length_m[triangle[owner]].max(axis=1))[:, None]
     inside = (1.0 - inset) * uv.reshape(-1, 2)[chosen] + inset / 3
     parts.samples.append(np.column_stack([triangle[owner], inside, side[owner]]).astype(np.float32))
+    parts.area_m2.append(np.bincount(cluster, np.repeat(area_m2[triangle] / points, points)).astype(np.float32))
     nodes = np.zeros((len(chosen), NODE_STRIDE), np.int32)
     nodes[:, 0] = -1
     parts.nodes.append(nodes)

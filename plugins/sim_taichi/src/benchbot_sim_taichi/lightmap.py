@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from benchbot_scenes.scene import SceneGeometry
+from benchbot_scenes.scene import FloatArray, SceneGeometry
 from benchbot_sim_taichi import _ti, charts, disk_cache, progress
+from benchbot_sim_taichi.colorimetry import LUMINANCE
 from benchbot_sim_taichi.irradiance import cache_key
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 44
+VERSION = 5
 NODES_AT_ONCE = 2**17
 ALIKE_STEPS: tuple[int, ...] = ()
 FAR_STEPS: tuple[int, ...] = (2,)
@@ -78,8 +79,10 @@ def bake(scene: SceneGeometry, device: DeviceScene, cells: Cells, near: Any, see
     for run in _runs(count, "the simulator lights surfaces"):
         kernels.light_directly(*scene_arrays, near, *nodes, raw, *run, seed)
     kernels.finish(raw, raw, charted, index, *links, light, count)
+    kernels.find_glow(*device.surfaces, device.lights[0], *nodes, raw, other, count)
+    patches = _patches(_ti.download(other)[: 3 * count].reshape(-1, 3), found.area_m2)
     for run in _runs(count, "the simulator lights surfaces by way of others"):
-        kernels.gather(*scene_arrays, *cells, places, index, light, *nodes, raw, *run, seed)
+        kernels.gather(*scene_arrays, *cells, places, index, light, *nodes, raw, *patches, *run, seed)
     for down in (0, 1):
         kernels.smooth(raw, charted, index, other, count, down, 1, 0, 10)
         raw, other = other, raw
@@ -98,6 +101,19 @@ def bake(scene: SceneGeometry, device: DeviceScene, cells: Cells, near: Any, see
     kernels.finish(narrow, raw, charted, index, *links, light, count)
     _ti.save_kernels()
     return Lightmap(places, index, light)
+
+
+def _patches(radiance: FloatArray, area_m2: FloatArray) -> tuple[Any, Any, Any, int]:
+    """Return the nodes in the sun, as `kernels.bake.gather` reads them, and their number; `radiance` is (N, 3)."""
+    power = (radiance @ LUMINANCE) * area_m2
+    lit = np.flatnonzero(power > 0.0)
+    if not len(lit):
+        return _ti.upload(np.zeros(1, np.int32)), *(_ti.upload(np.zeros(3, np.float32)) for _ in range(2)), 0
+    total = power[lit].sum(dtype=np.float64)
+    shares = np.cumsum(power[lit], dtype=np.float64) / total
+    colors = radiance[lit] * (area_m2[lit] * total / power[lit])[:, None]
+    arrays = (lit.astype(np.int32), shares.astype(np.float32), colors.astype(np.float32).ravel())
+    return *(_ti.upload(array) for array in arrays), len(lit)
 
 
 def _runs(count: int, what: str) -> Iterator[tuple[int, int]]:

@@ -10,9 +10,10 @@ well spread rays (interleaved sampling: Keller and Heidrich, 2001).
 """
 
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.charts import NODE_STRIDE
+from benchbot_sim_taichi.charts import NODE_M, NODE_STRIDE
 from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells, nearest_cell
 from benchbot_sim_taichi.kernels.cells import sample_point
+from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import row_near, sample_near, shifted
 from benchbot_sim_taichi.kernels.lightmap import OFFSET_M, SUN_STEPS, stored_light
@@ -32,10 +33,12 @@ from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
 from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
 
 RAW_STRIDE = 12
+PI = 3.14159265
 NEAR_M = 0.5
 DIRECT_RAYS = 16
-GATHERED_RAYS = 16
+GATHERED_RAYS = 24
 SUN_RAYS = 8
+PATCHES = 16
 LOOSE_TIMES = 1  # rays of nodes that have few neighbours to average with
 MOST_BACKS = 0.5
 MOST_BLOCKED = 0.75
@@ -116,12 +119,14 @@ def light_directly(
         at = node * RAW_STRIDE
         here = node_at(triangles, vertices, samples, charted, node)
         direct = vec3(0.0)
+        covered = 0.0
         sun = 0.0
         rays = DIRECT_RAYS * here.times
         for k in range(rays * 2 + SUN_RAYS):
             kind = ti.select(k < rays, 0, ti.select(k < rays * 2, 1, 2))
             toward = load3(env, 0)
             value = load3(env, 3)
+            radiance = value
             reach = FAR
             if kind == 2:
                 toward = cone_direction(toward, env[15], sobol_2d(k - rays * 2, hash_u32(node)))
@@ -148,6 +153,7 @@ def light_directly(
                     )
                     toward = light.direction
                     value = light.value / ti.cast(every, ti.f32)
+                    radiance = light.radiance
                     reach = ti.select(kind == 0, FAR, light.distance)
             cosine = here.normal.dot(toward)
             if cosine > 0.0 and here.face.dot(toward) > 0.0 and value.max() > 0.0:
@@ -158,6 +164,9 @@ def light_directly(
                     sun += passed.share.min() / ti.cast(SUN_RAYS, ti.f32)
                 else:
                     direct += passed.share * value * (cosine / ti.cast(rays, ti.f32))
+                    covered += cosine * value.max() / ti.max(radiance.max() * ti.cast(rays, ti.f32), 1e-9)
+        # No more than all around can be light; points close to a window find it larger now and then.
+        direct *= ti.min(PI / ti.max(covered, PI), 1.0)
         for i in ti.static(range(3)):
             raw[at + i] = direct[i]
         for i in ti.static(range(3, RAW_STRIDE)):
@@ -165,6 +174,57 @@ def light_directly(
         raw[at + 9] = 1.0
         raw[at + 10] = sun
         raw[at + 11] = 1.0
+
+
+@ti.kernel
+def find_glow(
+    triangles: floats,
+    materials: floats,
+    texels: ints,
+    images: ints,
+    env: floats,
+    vertices: floats,
+    samples: floats,
+    charted: ints,
+    raw: floats,
+    glow: floats,
+    count: ti.i32,
+):
+    """Fill `glow` (3 per node) with the radiance that nodes send of the sunshine on them."""
+    for node in range(count):
+        here = node_at(triangles, vertices, samples, charted, node)
+        base = node * SAMPLE_STRIDE
+        triangle = ti.cast(samples[base], ti.i32)
+        surface = surface_at(
+            triangles,
+            materials,
+            texels,
+            images,
+            triangle,
+            samples[base + 1],
+            samples[base + 2],
+            negated(here.face),
+            NODE_M,
+        )
+        sun = raw[node * RAW_STRIDE + 10] * ti.max(here.normal.dot(load3(env, 0)), 0.0)
+        lit = load3(env, 3) * sun
+        sent_on = surface.diffuse * (1.0 - surface.specular) + surface.specular
+        for i in ti.static(range(3)):
+            glow[node * 3 + i] = sent_on[i] * lit[i] * INV_PI
+
+
+@ti.func
+def patch_below(shares: ti.template(), last, number):
+    """Return the first of `last` + 1 entries that `number` is not above."""
+    low = 0
+    high = last
+    while low < high:
+        middle = (low + high) >> 1
+        if shares[middle] <= number:
+            low = middle + 1
+        else:
+            high = middle
+    return low
 
 
 @ti.kernel
@@ -190,13 +250,19 @@ def gather(
     samples: floats,
     charted: ints,
     raw: floats,
+    patches: ints,
+    shares: floats,
+    colors: floats,
+    lit: ti.i32,
     first: ti.i32,
     count: ti.i32,
     seed: ti.i32,
 ):
     """Find the light that comes to the same nodes by way of other surfaces, and how much each node counts.
 
-    What a surface sends on is its direct light, as stored in `light`, and the rest that its cell knows of.
+    What a surface sends on is its direct light, as stored in `light`, and the rest that its cell knows of. Sunshine from
+    beyond `NEAR_M` comes from `patches` instead, `lit` nodes that rays about would seldom meet: one is chosen by its part
+    of all that they send (`shares`, summed up), and `colors` (3 per patch) are what it sends, divided by that part.
     """
     for node in range(first, first + count):
         at = node * RAW_STRIDE
@@ -263,15 +329,16 @@ def gather(
                         is_far = False
                     else:
                         met = origin + toward * hit.t
+                        is_far = hit.t > NEAR_M
                         stored = stored_light(places, index, light, triangles, hit, surface.face)
                         total = stored.irradiance
-                        total += load3(env, 3) * (stored.sun * ti.max(surface.face.dot(load3(env, 0)), 0.0))
+                        if not is_far:
+                            total += load3(env, 3) * (stored.sun * ti.max(surface.face.dot(load3(env, 0)), 0.0))
                         cell = nearest_cell(grid, cells, layout, met, surface.face)
                         if cell >= 0:
                             total += load3(cells, cell * CELL_STRIDE + 9)
                         sent_on = surface.diffuse * (1.0 - surface.specular) + surface.specular
                         radiance = passed * sent_on * total * INV_PI
-                        is_far = hit.t > NEAR_M
                 elif portals == 0 or panes == 0 or mirrors > 0:  # sky that is seen through a pane is direct light
                     radiance = passed * sky_radiance(env, toward)
                 if is_far:
@@ -281,11 +348,30 @@ def gather(
                     near_light += radiance
         counted = ti.cast(rays, ti.f32)
         scale = 1.0 / ti.max(counted - backs, 1.0)
+        from_patches = vec3(0.0)
+        taken = ti.select(lit > 0, PATCHES * here.times, 0)
+        for k in range(taken):
+            xi = sobol_2d(here.rank * taken + k, here.scramble + seed + 5)
+            patch = patch_below(shares, lit - 1, xi.x)
+            other = node_at(triangles, vertices, samples, charted, patches[patch])
+            offset = other.point - here.point
+            distance2 = offset.norm_sqr()
+            if distance2 > NEAR_M * NEAR_M:
+                distance = ti.sqrt(distance2)
+                toward = offset / distance
+                received = here.normal.dot(toward)
+                given = -other.normal.dot(toward)
+                if received > 0.0 and given > 0.0 and here.face.dot(toward) > 0.0 and other.face.dot(toward) < 0.0:
+                    passed = sent(
+                        nodes, leaves, sheer_root, triangles, materials, texels, images, here.point, toward, distance
+                    )
+                    weight = received * given / (distance2 * ti.cast(taken, ti.f32))
+                    from_patches += passed.share * load3(colors, patch * 3) * weight
         is_hidden = backs > MOST_BACKS * counted or blocked > MOST_BLOCKED * counted
         stored = interpolate_cells(grid, cells, layout, here.point, here.normal)
         for i in ti.static(range(3)):
             raw[at + 3 + i] = near_light[i] * (scale / INV_PI)
-            raw[at + 6 + i] = far_light[i] * (scale / INV_PI)
+            raw[at + 6 + i] = far_light[i] * (scale / INV_PI) + from_patches[i]
         raw[at + 9] = open_share * scale
         raw[at + 11] = 1.0
         if is_hidden:
