@@ -161,7 +161,10 @@ def light_directly(
                     nodes, leaves, sheer_root, triangles, materials, texels, images, here.point, toward, reach
                 )
                 if kind == 2:
-                    sun += passed.share.min() / ti.cast(SUN_RAYS, ti.f32)
+                    # The share of the colour of which panes let pass least; what passes more of the others is added.
+                    least = passed.share.min()
+                    sun += least / ti.cast(SUN_RAYS, ti.f32)
+                    direct += (passed.share - least) * value * (cosine / ti.cast(SUN_RAYS, ti.f32))
                 else:
                     direct += passed.share * value * (cosine / ti.cast(rays, ti.f32))
                     covered += cosine * value.max() / ti.max(radiance.max() * ti.cast(rays, ti.f32), 1e-9)
