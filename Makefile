@@ -11,8 +11,11 @@ EDITABLE_MORE := $(foreach plugin,$(MORE_PLUGINS),-e plugins/$(plugin))
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 FOR_TESTS := $(addprefix $(VENV)/.,interfaces browser slurm engines tmux)
 SOURCES := benchbot benchbot_api benchbot_eval tests benchmarks plugins release docs/tools tools conftest.py
+# The kernel without robots, servers and solutions; new tests in these folders belong to it by themselves.
+QUICK := tests/api tests/cli/kit tests/core tests/evaluation tests/wire $(wildcard tests/plugins/test_*.py) \
+	tests/docs/test_blocks.py tests/docs/test_reference.py
 
-.PHONY: help install install-test demo test coverage lint format bench docs reference release-check clean
+.PHONY: help install install-test demo test test-quick coverage lint format bench docs reference release-check clean
 
 help:  ## Say what each target does
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
@@ -64,6 +67,9 @@ demo: install  ## Drive a robot through a ray-traced room, map it, score the map
 
 test: install-test  ## Run every test
 	$(BIN)/python -m pytest
+
+test-quick: $(VENV)/.installed-test  ## Run what a small change needs, in a minute
+	$(BIN)/python -m pytest -m "not slow" $(QUICK)
 
 coverage: install-test  ## Measure what the tests (or TESTS=...) run of the kernel, line by line and branch by branch
 	$(BIN)/coverage erase

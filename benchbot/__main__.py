@@ -14,9 +14,12 @@ def main() -> NoReturn:
             sys.exit(emergency_stop.stop_as_told(sys.argv[2:], "benchbot stop"))
     # Few objects die young while a command line starts: looking for them less often makes every command start faster.
     gc.set_threshold(50_000, 20, 20)
-    from benchbot.cli import app
+    try:
+        from benchbot.cli import app
 
-    app.main()
+        app.main()
+    except KeyboardInterrupt:  # while it imports, which the command line itself does not see
+        sys.exit(130)
 
 
 if __name__ == "__main__":

@@ -38,19 +38,24 @@ def processors(root: Path = Path("/sys/fs/cgroup"), membership: Path = Path("/pr
     A quota counts in whole processors, one at least (Linux, cgroup-v2.rst `cpu.max`; sched-bwc.rst for version 1).
     """
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    groups = control_groups(root, membership)
+    quotas = [_quota(group) for names, group in groups if not names or "cpu" in names.split(",")]
+    return max(1, min([count, *(quota for quota in quotas if quota is not None)]))
+
+
+def control_groups(root: Path, membership: Path) -> Iterator[tuple[str, Path]]:
+    """Yield the folders of a process's control groups, with the names of their controllers (none in version 2).
+
+    A limit may be that of a group around its own, such as a container's, or a cluster's job around its step: those are
+    yielded as well. `membership` is the process's file in /proc.
+    """
     try:
-        lines = [line.split(":", 2) for line in membership.read_text("utf-8").splitlines()]
+        lines = membership.read_text("utf-8").splitlines()
     except OSError:
-        return count
-    quotas = []
-    for _, controllers, own in lines:
-        if controllers and "cpu" not in controllers.split(","):
-            continue
-        # The quota may be that of a group around its own, such as a container's.
+        return
+    for _, names, own in (line.split(":", 2) for line in lines):
         parts = [part for part in own.split("/") if part]
-        groups = [root.joinpath(controllers, *parts[:depth]) for depth in range(len(parts) + 1)]
-        quotas += [quota for quota in map(_quota, groups) if quota is not None]
-    return max(1, min([count, *quotas]))
+        yield from ((names, root.joinpath(names, *parts[:depth])) for depth in range(len(parts) + 1))
 
 
 def _quota(group: Path) -> int | None:

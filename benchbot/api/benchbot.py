@@ -157,19 +157,24 @@ class BenchBot:
         kwargs = {**(arguments or {}), **action_kwargs}
         if action is not None:
             print(f"Sending action '{action}' with args: {kwargs}", flush=True)
-        with _raised_as(WrongValueError):
+        try:
             self._request(lambda: client.step(action, kwargs))
+        except BenchbotError as error:
+            raise _mistake(error, WrongValueError) from error.__cause__
         return self._deliver()
 
     def next_scene(self) -> bool:
         """Advance to the next scene; return False when there is none. Raises WrongMomentError after a collision."""
         client = self._running()
         is_one_of_several = len(self.environment_details) > 1
-        with _announced("Moving to next scene") if is_one_of_several else nullcontext(), _raised_as(WrongMomentError):
-            self._request(client.next_scene)
-            advanced = bool(self._state["advanced"])
-            if is_one_of_several:
-                print("Done." if advanced else "Failed.", flush=True)
+        try:
+            with _announced("Moving to next scene") if is_one_of_several else nullcontext():
+                self._request(client.next_scene)
+                advanced = bool(self._state["advanced"])
+                if is_one_of_several:
+                    print("Done." if advanced else "Failed.", flush=True)
+        except BenchbotError as error:
+            raise _mistake(error, WrongMomentError) from error.__cause__
         return advanced
 
     def empty_results(self) -> dict[str, Any]:
@@ -274,22 +279,12 @@ def _announced(what: str) -> Iterator[None]:
         raise
 
 
-@contextmanager
-def _raised_as(kind: type[BenchbotError]) -> Iterator[None]:
-    """Raise a BenchbotError that the solution has caused as `kind`, others as they are."""
-    try:
-        yield
-    except BenchbotError as error:
-        if error.failure not in (FailureClass.AGENT, FailureClass.COLLISION):
-            raise
-        raise kind(
-            error.title,
-            error.why,
-            error.fix,
-            exit_code=error.exit_code,
-            failure=error.failure,
-            ends_run=error.ends_run,
-        ) from error
+def _mistake(error: BenchbotError, kind: type[BenchbotError]) -> BenchbotError:
+    """Return an error that the solution has caused as `kind`, whose traceback begins anew, and others as they are."""
+    if error.failure not in (FailureClass.AGENT, FailureClass.COLLISION):
+        return error
+    code, failure = error.exit_code, error.failure
+    return kind(error.title, error.why, error.fix, exit_code=code, failure=failure, ends_run=error.ends_run)
 
 
 def _unusable_result(title: str, why: str, fix: str) -> BenchbotError:

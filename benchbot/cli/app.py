@@ -46,6 +46,11 @@ Exit codes:
   3    internal error: BenchBot, the simulator or the machine failed
   4    scored below a --require threshold
   130  interrupted
+
+\b
+A first run, of an example in a small room (with what benchbot[full] brings):
+  benchbot submit --example hello_passive --env miniroom:1 \\
+      --robot carter_lowres --task semantic_slam:passive:ground_truth
 """
 
 
@@ -173,6 +178,7 @@ def benchbot(
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit; every error ends as a panel on stderr and an exit code."""
     settings = Settings()
+    console.escape_unprintable()
     try:
         typer.main.get_command(app).main(args=arguments, prog_name="benchbot", obj=settings)
     except BenchbotError as error:

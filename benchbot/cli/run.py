@@ -1,6 +1,6 @@
 """`benchbot run`: a robot in an environment, ready for a solution."""
 
-from functools import partial
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -74,6 +74,10 @@ def run(
     show_format: Annotated[str | None, showing("formats", "--show-format")] = None,
 ) -> None:
     """Start a robot in an environment, ready for a solution; Ctrl-C ends it (exit code 130), so does benchbot stop."""
+    from benchbot.wire import joining
+
+    starting = ExitStack()
+    starting.enter_context(joining.starting())  # imports take their time
     from benchbot.cli.kit.preflight import Intent, Preflight, scenes_of
     from benchbot.cli.kit.status_line import StatusLine
     from benchbot.core import overrides
@@ -99,7 +103,11 @@ def run(
     if port is None and unix_socket is None:
         port = DEFAULT_PORT
 
-    with StatusLine(display) as status:
+    def announce(state: "RunState") -> None:
+        starting.close()
+        _announce(state, no_token=no_token)
+
+    with starting, StatusLine(display) as status:
 
         def show(progress: "Progress") -> None:
             status.show_progress(progress_document(progress, with_pose=True), len(selection.environments))
@@ -110,7 +118,7 @@ def run(
             unix_socket=unix_socket,
             open_to_v2=no_token,
             record=recorded,
-            on_ready=partial(_announce, no_token=no_token),
+            on_ready=announce,
             on_progress=show,
         )
     console.note("The back end has ended.")

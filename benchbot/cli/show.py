@@ -2,14 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict
+from itertools import chain
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import Json, group
-
-app = group("Print one declaration and where it is.")
+from benchbot.core.errors import did_you_mean
 
 Name = Annotated[str, typer.Argument(metavar="NAME", help="Its name, as benchbot list prints it.")]
 
@@ -27,6 +28,30 @@ SHOWN: Mapping[str, tuple[str, str]] = {
 }
 """Sub-commands to the pool that they look into and their help line."""
 _RECORDS = ("evaluators", "simulators")
+
+
+class AnyKind(TyperGroup):
+    """A group whose sub-command need not be named for what alone has a name: `benchbot show carter`."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
+        """Put its kind before a name that is no sub-command."""
+        if args[0] not in self.commands:
+            from benchbot.core.declarations.catalog import Catalog
+            from benchbot.core.plugin_manager import load
+
+            catalog = Catalog(load())
+            pools = {pool: (load().pool if pool in _RECORDS else catalog.pool)(pool) for pool, _ in SHOWN.values()}
+            kinds = [word for word, (pool, _) in SHOWN.items() if word != "env" and args[0] in pools[pool]]
+            if len(kinds) > 1:
+                ctx.fail(f"There is a {' and a '.join(kinds)} called '{args[0]}'. Say which: show {kinds[0]} {args[0]}")
+            if not kinds:
+                near = did_you_mean(args[0], [*self.commands, *chain(*pools.values())])
+                ctx.fail(f"Nothing that is installed is called '{args[0]}'.{near}")
+            args = [*kinds, *args]
+        return super().resolve_command(ctx, args)
+
+
+app = group("Print one declaration and where it is. What alone has a name needs no kind: show carter.", AnyKind)
 
 
 def declaration(kind: str, name: str, as_json: bool = False) -> None:

@@ -1,5 +1,6 @@
 """`benchbot submit`: a solution, run against a back end, its result checked, kept and scored."""
 
+import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from benchbot.submission.episode import EndedEpisode
     from benchbot.submission.modes import Mode
     from benchbot.wire.run_state import Connection, RunState
+
+START_PERIOD_S = 0.1
 
 
 def submit(
@@ -215,7 +218,7 @@ def submit(
     # Before anything is built or started.
     flight.prove(catalog, intent, tell_all=dry_run)
     if names is None:
-        target, summary = _joined(joined)
+        target, summary = _joined(joined, display)
     if dry_run:
         console.note(*summary)
         return
@@ -335,11 +338,13 @@ def _names(task: str | None, robot: str | None, environment: str | None) -> tupl
     return None
 
 
-def _joined(name: str | None) -> tuple["RunState | Connection", list[str]]:
+def _joined(name: str | None, display: options.Display) -> tuple["RunState | Connection", list[str]]:
     """Return the run to join, or how to reach it where no more is known, and which that is.
 
-    Raises BenchbotError when it is taken, or not clear.
+    Waits for one that is starting. Raises BenchbotError when it is taken, or not clear.
     """
+    from benchbot.cli.kit.status_line import StatusLine
+    from benchbot.supervisor.backend import START_TIMEOUT_S
     from benchbot.wire import joining
     from benchbot.wire.run_state import RUN, live
 
@@ -347,6 +352,12 @@ def _joined(name: str | None) -> tuple["RunState | Connection", list[str]]:
     addressed = [state for state in live() if state.owner == RUN and state.connection == there]
     if there is not None and not addressed:
         return there, [f"Joins the run at {there.url or there.socket}, which the environment names."]
+    if not addressed:
+        until_s = time.monotonic() + START_TIMEOUT_S
+        with StatusLine(display) as line:
+            while joining.is_starting() and (left_s := until_s - time.monotonic()) > 0:
+                line.show(f"A run is starting. Waiting for it: {left_s:.0f} s at most", round(left_s))
+                time.sleep(START_PERIOD_S)
     state = addressed[0] if addressed else joining.chosen(name)
     lease = joining.lease_of(Path(state.folder))
     if lease is not None:

@@ -62,9 +62,13 @@ class BenchbotError(Exception):
 
 
 def did_you_mean(wrong: str, known: list[str]) -> str:
-    """Return ` Did you mean 'x'?` for the nearest known name, or an empty string."""
+    """Return ` Did you mean 'x'?` for the first known name that begins with it and a colon, or the nearest name.
+
+    Returns an empty string when none is near.
+    """
     from difflib import get_close_matches
 
     originals = {name.lower(): name for name in known}
-    near = get_close_matches(wrong.lower(), originals, n=1)
-    return f" Did you mean '{originals[near[0]]}'?" if near else ""
+    longer = [name for name in known if name.lower().startswith(f"{wrong.lower()}:")]
+    near = longer or [originals[name] for name in get_close_matches(wrong.lower(), originals, n=1)]
+    return f" Did you mean '{near[0]}'?" if near else ""

@@ -89,8 +89,11 @@ class Session:
         self._guarded(lambda: self._running_host().prepare())
 
     def begin_episode(self) -> None:
-        """Begin an episode with the next reset: what was spent before was another solution's, or the host's."""
+        """Begin an episode with the next reset: what was before was another solution's, or the host's."""
         self._begins_episode = True
+        if self._safety_stop is None:
+            self.digest.wait()
+            self._forget(Spent())
 
     def reset(self) -> Step:
         """Start anew in the first scene and observe; also the way back after a collision or a dead platform.
@@ -107,13 +110,16 @@ class Session:
         self.driven_by_hand = 0 if is_new else self.driven_by_hand
         self.taken_over_s = [] if is_new else self.taken_over_s
         self.handed_in = False
+        self._forget(before)
+        self._tell_recordings(lambda recording: recording.reset())
+        return self._enter(0)
+
+    def _forget(self, before: Spent) -> None:
         self.progress = Progress(before=before, time_is_simulated=self.selection.time_is_simulated)
         self.tracks = []
         self.log = ActionLog()
         self.digest = self._new_digest()
         self._simulated_before_s = 0.0
-        self._tell_recordings(lambda recording: recording.reset())
-        return self._enter(0)
 
     def next_scene(self) -> Step | None:
         """Advance to the next scene and observe, or return None when there is none. Never goes back.

@@ -5,7 +5,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -88,7 +88,7 @@ class Run:
         self._clock = threading.Lock()
         self._caller: Caller | None = None
         self._solution: str | None = None
-        """The token of the solution that has reset last."""
+        """The token of the solution that the session is about."""
         self._closing = threading.Lock()
         self._closed = False
         self._started = False
@@ -118,15 +118,19 @@ class Run:
         What that one has spent, or the host before it, is not for another solution to pay.
         """
         with self._moving(ACTION_WAIT_S, caller):
-            if caller is not None and caller.solution != self._solution:
-                self._solution = caller.solution
-                self.session.begin_episode()
+            self._begin_episode_of(None if caller is None else caller.solution)
             self.last_action = None
             step = self._noting_failures(self.session.reset)
             self._started = True
             self.note_pause()
             self._tell("scene")
             return self._deliver(self._step_document(step), convert)
+
+    def admit(self, solution: str) -> None:
+        """Begin the episode of a solution, by its token, that has the robot now; it may fail before it resets."""
+        if solution != self._solution:
+            with suppress(BenchbotError), self._exclusively():  # the one before may still use it
+                self._begin_episode_of(solution)
 
     def step(
         self,
@@ -167,14 +171,20 @@ class Run:
             return self._deliver({"advanced": True, **self._step_document(step)}, convert)
 
     def finish(
-        self, document: dict[str, Any] | None, solution: dict[str, Any] | None, failure: tuple[FailureClass, str] | None
+        self,
+        document: dict[str, Any] | None,
+        solution: dict[str, Any] | None,
+        failure: tuple[FailureClass, str] | None,
+        token: str | None = None,
     ) -> dict[str, Any]:
         """Check and complete a result, or record a failed episode when there is no document; write it; return it.
 
         The answer, unlike what is written, has neither seed nor secret, and track, simulated time and what was spent
-        only where the task tells true poses anyway. Waits for an action that is still under way.
+        only where the task tells true poses anyway. Waits for an action that is still under way. `token` is that of
+        the solution, where it is known.
         """
         with self._exclusively(ACTION_WAIT_S):
+            self._begin_episode_of(token)
             if failure is not None:
                 self.session.fail(*failure)
             if document is None:
@@ -307,6 +317,13 @@ class Run:
             self.last_action = {**taken, "outcome": step.outcome, "result": step.result}
         self._tell("step")
         return self._step_document(step)
+
+    def _begin_episode_of(self, solution: str | None) -> None:
+        """Leave the solution before behind, if this is another one. The caller holds the session's lock."""
+        if solution is not None and solution != self._solution:
+            self._solution = solution
+            self.last_action = None
+            self.session.begin_episode()
 
     def _start_host(self, start: Callable[[], Host]) -> Host:
         self._host = start()

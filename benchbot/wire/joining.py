@@ -10,17 +10,20 @@ import json
 import os
 import secrets
 import time
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.emergency_stop import called, is_locked
-from benchbot.wire.run_state import LEASE_FILE, RUN, Connection, RunState, live
+from benchbot.wire.run_state import LEASE_FILE, RUN, Connection, RunState, live, runs_dir
 
 PROBES, PROBE_PERIOD_S = 10, 0.02
 """Whoever looks whether a file is locked holds its lock for an instant."""
+
+STARTING_FILE = "starting"
+"""Locked by a run that has not got as far as its state file."""
 
 _leases: dict[str, tuple[int, Connection]] = {}
 """The leases of this process, by the folder of the run: the open file, and the connection."""
@@ -55,6 +58,25 @@ def find(address: str | None = None) -> Connection:
         return given() or join(chosen())
     token = os.environ.get("BENCHBOT_TOKEN") or join(chosen()).token
     return Connection(address, None, token)
+
+
+@contextmanager
+def starting() -> Iterator[None]:
+    """Have submissions wait for a run meanwhile; where that cannot be said, or is said already, nothing is done."""
+    handle = None
+    with suppress(OSError):
+        handle = os.open(runs_dir() / STARTING_FILE, os.O_RDONLY | os.O_CREAT, 0o600)
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    try:
+        yield
+    finally:
+        if handle is not None:
+            os.close(handle)
+
+
+def is_starting() -> bool:
+    """Say whether a run is starting, and none is there yet."""
+    return is_locked(runs_dir() / STARTING_FILE) and all(state.owner != RUN for state in live())
 
 
 def chosen(name: str | None = None) -> RunState:

@@ -1,6 +1,7 @@
 import json
 import os
 import signal
+import traceback
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -173,6 +174,17 @@ def test_a_mistake_is_raised_as_the_supervisor_says_it(start_backend: StartBacke
         bot.step("move_nxt")
     assert "Did you mean 'move_next'?" in caught.value.why
     assert caught.value.failure is FailureClass.AGENT
+
+
+def test_the_traceback_of_a_mistake_ends_one_call_below_the_line_that_made_it(start_backend: StartBackend) -> None:
+    start_backend()
+    bot = BenchBot()
+    with pytest.raises(ValueError, match="'move_nxt' is not an action") as caught:
+        bot.step("move_nxt")
+
+    told = "".join(traceback.format_exception(caught.value))
+    assert told.count("Traceback (most recent call last)") == 1
+    assert [frame.name for frame in traceback.extract_tb(caught.value.__traceback__)][1:] == ["step"]
 
 
 def test_a_result_that_breaks_its_format_is_refused(start_backend: StartBackend) -> None:

@@ -1,5 +1,6 @@
 import json
 import pkgutil
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable
@@ -53,6 +54,28 @@ def test_every_command_in_the_box_exists_and_explains_itself(command: Command, h
 
     assert done.returncode == 0
     assert f"Usage: benchbot {command.name}" in done.stdout
+    assert here(command.name, "-h").stdout == done.stdout
+
+
+@pytest.mark.parametrize("words", [(), ("list", "tasks"), ("plugins", "list"), ("batch", "run"), ("batch", "status")])
+def test_h_is_help_everywhere(words: tuple[str, ...], here: Here) -> None:
+    done = here(*words, "-h")
+
+    assert done.returncode == 0
+    assert done.stdout == here(*words, "--help").stdout
+    assert "-h, --help" in done.stdout
+
+
+def test_benchbot_alone_ends_with_a_first_run_that_works_as_typed(cli: CommandLine) -> None:
+    told = cli().stderr
+    _, _, offered = told.partition("A first run, ")
+    words = shlex.split(offered.partition("\n")[2].replace("\\\n", " "))
+    del cli.variables["BENCHBOT_PLUGINS"]  # with all that is installed
+
+    done = cli(*words[1:], "--dry-run")
+
+    assert words[:2] == ["benchbot", "submit"]
+    assert done.returncode == 0, done.stderr
 
 
 def test_version(here: Here) -> None:
@@ -149,6 +172,32 @@ def test_verbose_shows_the_traceback(failing: CommandLine) -> None:
 
 def test_an_interrupted_command_exits_with_130(failing: CommandLine) -> None:
     assert failing("fail", "--interrupt").returncode == 130
+
+
+INTERRUPTS_ITSELF = """\
+import os, signal, sys
+
+class Interrupt:
+    def find_spec(self, name, path=None, target=None):
+        if name == os.environ["INTERRUPTED_AT"]:
+            sys.meta_path.remove(self)
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupt())
+"""
+
+
+@pytest.mark.parametrize("module", ["typer", "benchbot.cli.app", "benchbot.cli.evaluate", "jsonschema", "numpy"])
+def test_a_command_that_is_interrupted_while_it_imports_exits_with_130(
+    module: str, result_folder: CommandLine, tmp_path: Path
+) -> None:
+    (tmp_path / "sitecustomize.py").write_text(INTERRUPTS_ITSELF)
+    path = f"{tmp_path}:{result_folder.variables['PYTHONPATH']}"
+
+    done = result_folder("eval", "perfect.json", "--ground-truth", "truth.json", PYTHONPATH=path, INTERRUPTED_AT=module)
+
+    assert done.returncode == 130
+    assert "Traceback" not in done.stderr
 
 
 def test_a_user_error_is_a_title_a_reason_and_a_fix(here: Here) -> None:

@@ -191,3 +191,31 @@ def test_a_simulated_robot_has_no_diagnosis(cli: CommandLine) -> None:
     assert done.returncode == 0, done.stderr
     assert "Diagnosis" not in done.stderr
     assert "robot" not in read(cli.folder / "result.json")["provenance"]
+
+
+def test_a_submission_typed_during_the_diagnosis_waits_for_the_run_and_joins_it(cli: CommandLine, robot: Robot) -> None:
+    journal = robot(broken=False, takes_s=8.0)
+    solution = cli.script("solution.py", SOLUTION)
+    back_end = cli.start("run", *SEEN, "--port", "0")
+    while "diagnosed" not in journal():
+        assert back_end.poll() is None
+        time.sleep(0.02)
+
+    done = cli("submit", "--native", solution, "--display", "plain")
+
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.index("A run is starting. Waiting for it:") < done.stderr.index("Joins ")
+
+
+def test_a_submission_that_waits_for_a_run_learns_that_it_does_not_start(cli: CommandLine, robot: Robot) -> None:
+    journal = robot(broken=True, takes_s=8.0)
+    back_end = cli.start("run", *SEEN, "--port", "0")
+    while "diagnosed" not in journal():
+        assert back_end.poll() is None
+        time.sleep(0.02)
+
+    done = cli("submit", "--example", "hello_passive", "--display", "plain")
+
+    assert done.returncode == 2
+    assert "A run is starting." in done.stderr
+    assert "No BenchBot run is there to connect to." in done.stderr

@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -12,7 +13,7 @@ import pytest
 
 from benchbot.core.request import RunRequest
 from benchbot.supervisor.backend import Backend
-from benchbot.wire import run_state
+from benchbot.wire import joining, run_state
 from benchbot.wire.run_state import RunState
 from tests.cli.solutions import PASSIVE
 from tests.cli.submitted import SELECTION, read
@@ -211,3 +212,47 @@ def test_what_a_solution_has_spent_is_not_for_the_next_one_to_pay(cli: CommandLi
     assert joined.returncode == 0, joined.stderr
     provenance = read(cli.folder / "result.json")["provenance"]
     assert (provenance["failure"], provenance["restarts"], "spent" in provenance) == (None, 0, False)
+
+
+def test_a_solution_that_fails_before_it_begins_has_done_nothing_that_the_one_before_did(cli: CommandLine) -> None:
+    start_run(cli)
+    wrong = 'from benchbot.api import BenchBot\nBenchBot().step("fly")'
+    for name, code in {"good": PASSIVE, "wrong": wrong, "broken": "import sys; sys.exit(7)"}.items():
+        cli("submit", "--native", cli.script(f"{name}.py", code), "-r", f"{name}.json")
+
+    good, wrong_one, broken = (read(cli.folder / f"{name}.json")["provenance"] for name in ("good", "wrong", "broken"))
+
+    assert (good["failure"], wrong_one["failure"]["class"]) == (None, "agent")
+    assert good["steps"] > 0
+    assert wrong_one["steps"] == 0
+    assert "exit status 7" in broken["failure"]["why"]
+    assert (broken["steps"], broken["restarts"]) == (0, 0)
+
+
+def test_a_submission_waits_while_a_run_starts_and_no_longer(cli: CommandLine) -> None:
+    with joining.starting(), joining.starting():  # two at once
+        waiting = cli.start("submit", "--example", "hello_passive", "--display", "plain")
+        told = wait_for(waiting, "A run is starting.")
+        assert joining.is_starting()
+
+    assert not joining.is_starting()
+    assert "Waiting for it: 180 s at most" in told
+    assert ended(waiting) == 2
+    assert waiting.stderr is not None
+    assert "No BenchBot run is there to connect to." in waiting.stderr.read()
+
+
+def test_waiting_for_a_run_ends_at_ctrl_c(cli: CommandLine) -> None:
+    with joining.starting():
+        waiting = cli.start("submit", "--example", "hello_passive", "--display", "plain")
+        wait_for(waiting, "A run is starting.")
+        waiting.send_signal(signal.SIGINT)
+        assert ended(waiting) == 130
+
+
+def test_a_run_that_is_there_is_joined_though_another_one_starts(cli: CommandLine) -> None:
+    solution = cli.script("solution.py", PASSIVE)
+    start_run(cli)
+
+    with joining.starting():
+        assert cli("submit", "--native", solution).returncode == 0

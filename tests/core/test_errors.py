@@ -1,3 +1,5 @@
+import pytest
+
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass, did_you_mean
 
 
@@ -27,3 +29,9 @@ def test_exit_codes_are_a_contract() -> None:
 def test_a_near_miss_is_guessed_in_its_own_spelling() -> None:
     assert did_you_mean("cartr", ["Carter", "husky"]) == " Did you mean 'Carter'?"
     assert did_you_mean("zzz", ["Carter", "husky"]) == ""
+
+
+@pytest.mark.parametrize("short", ["miniroom", "Miniroom"])
+def test_a_short_name_is_guessed_as_the_first_that_goes_on_after_it(short: str) -> None:
+    known = ["house:1", "miniroom:1", "miniroom:2", "miniroom:5", "miniroof"]
+    assert did_you_mean(short, known) == " Did you mean 'miniroom:1'?"

@@ -11,6 +11,7 @@ import signal
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,12 @@ if TYPE_CHECKING:
     from benchbot.core.findings import Finding
 
 _QUOTED = "  | "
+
+
+def escape_unprintable() -> None:
+    """Have stdout show a character that its encoding lacks as an escape, as Python has stderr do."""
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 def data(*lines: str) -> None:
@@ -53,10 +60,10 @@ def document(text: str) -> None:
 
 
 def data_json(content: Any) -> None:
-    """Print a document as JSON on stdout."""
+    """Print a document as JSON on stdout, in escapes of its own where stdout is not in UTF-8."""
     import json
 
-    document(json.dumps(content, indent=2, ensure_ascii=False))
+    document(json.dumps(content, indent=2, ensure_ascii=(sys.stdout.encoding or "").lower() != "utf-8"))
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:

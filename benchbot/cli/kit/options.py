@@ -6,10 +6,14 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
+from typer.core import TyperGroup
 
 from benchbot.core.errors import BenchbotError
 
-QUICK: dict[str, Any] = {"default_map": {"help": False, "install_completion": False, "show_completion": False}}
+QUICK: dict[str, Any] = {
+    "default_map": {"help": False, "install_completion": False, "show_completion": False},
+    "help_option_names": ["--help", "-h"],
+}
 """Context settings of commands that must start fast: typer imports pydantic to read a flag that defaults to None."""
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
@@ -150,10 +154,13 @@ def recordings(wanted: list[str] | None, result: Path | None = None) -> dict[str
         name, equals, folder = text.partition("=")
         named = {name: Path(folder)} if equals else {one: _beside(result) / one for one in text.split(",")}
         if not all(named) or (equals and (not folder or "," in text)) or found.keys() & named.keys():
+            mixed = equals and "," in text and all(part.strip("=") for part in text.split(","))
+            meant = text.split(",") if mixed else ["mcap,video", "frames=FOLDER"]
             raise BenchbotError(
                 f"--record {text} cannot be understood.",
                 "It names recorders, each once, or one recorder and the folder that it writes into.",
-                "Write it like this: --record mcap,video --record frames=FOLDER. There are: benchbot list recorders",
+                f"Write it like this: {' '.join(f'--record {part}' for part in meant)}. "
+                "There are: benchbot list recorders",
             )
         found |= named
     return found
@@ -195,9 +202,10 @@ def tell_recordings(folders: dict[str, Path]) -> None:
             console.note(f"Warning: {problem}")
 
 
-def group(help_line: str) -> typer.Typer:
+def group(help_line: str, kind: type[TyperGroup] = TyperGroup) -> typer.Typer:
     """Return an app that holds sub-commands."""
     return typer.Typer(
+        cls=kind,
         help=help_line,
         add_completion=False,
         no_args_is_help=True,

@@ -11,7 +11,7 @@ from typer.core import TyperGroup
 from benchbot.cli.kit import console, requirement
 from benchbot.cli.kit.options import QUICK, Display, Json, Requirements
 from benchbot.cli.show import listing, showing
-from benchbot.core.errors import BenchbotError
+from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.plugins.batch import following, solution_options
 from benchbot.plugins.batch.following import Detach
 from benchbot.plugins.batch.options import LIMITS, GroupedCommand, with_options
@@ -30,16 +30,22 @@ class RunsByDefault(TyperGroup):
     """A group whose sub-command `run` need not be named: `benchbot batch --task …`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Take words that begin with no sub-command for those of `run`."""
-        if args and args[0] not in self.commands and args != ["--help"]:
-            args = [DEFAULT, *args]
+        """Take words that begin with no sub-command, nor with what is nearly one, for those of `run`."""
+        if args and args[0] not in (*self.commands, *ctx.help_option_names):
+            mistyped = not Path(args[0]).exists() and did_you_mean(args[0], list(self.commands))
+            args = args if mistyped else [DEFAULT, *args]
         return super().parse_args(ctx, args)
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write the options of `run`, then the sub-commands."""
+        self.commands[DEFAULT].format_options(ctx, formatter)
+        self.format_commands(ctx, formatter)
 
 
 app = typer.Typer(
     cls=RunsByDefault,
     help="Compute many episodes: every robot in every environment, with every seed and setting.",
-    epilog="Without a command it is `run`: benchbot batch --task … (benchbot batch run --help lists the options).",
+    epilog="Without a command it is `run`, which has these options: benchbot batch --task …",
     add_completion=False,
     no_args_is_help=True,
     rich_markup_mode=None,

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -145,10 +146,11 @@ def cancel(folder: Folder) -> None:
     _end(folder, RunningWorkers(folder, WorkerPool.read(folder)))
 
 
-def retry(folder: Folder, failed: str | None) -> int:
-    """Make finished episodes of these classes of failure pending again; return how many. Needs the driver lock.
+def retry(folder: Folder, failed: str | None) -> tuple[int, Counter[str]]:
+    """Make finished episodes of these classes of failure pending again; return how many, and how many of others stay.
 
-    `failed` names classes (`agent,timeout`), None is those that are nobody's fault. Raises BenchbotError for others.
+    Needs the driver lock. `failed` names classes (`agent,timeout`), None is those that are nobody's fault. Raises
+    BenchbotError for others.
     """
     known = [str(each) for each in FailureClass]
     for name in names(failed or ""):
@@ -162,11 +164,14 @@ def retry(folder: Folder, failed: str | None) -> int:
     plan = plans.read(folder.plan)
     check_writable(folder.claims)
     events, me = EventLog(folder.events, DRIVER), f"retry-{secrets.token_hex(4)}"
-    count = 0
+    count, others = 0, Counter[str]()
     for episode in plan.episodes:
         attempts = folder.attempts(episode)
         finished = attempts.finished()
-        if finished is None or finished.failure not in classes:
+        if finished is None or finished.failure is None:
+            continue
+        if finished.failure not in classes:
+            others[finished.failure] += 1
             continue
         claim = HeldClaim.take(folder.claims / episode.key, me)
         if claim is not None:
@@ -176,7 +181,7 @@ def retry(folder: Folder, failed: str | None) -> int:
                 claim.release()
             events.tell("retried", key=episode.key)
             count += 1
-    return count
+    return count, others
 
 
 def _wanted(pool: WorkerPool, status: BatchStatus) -> int:

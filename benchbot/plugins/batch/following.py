@@ -137,8 +137,13 @@ def retry(
     folder = Folder(directory.absolute())
     plans.read(folder.plan)
     with driver_lock(folder):
-        count = driver.retry(folder, failed)
-    console.note(f"{count} episodes are computed once more.")
+        count, others = driver.retry(folder, failed)
+    console.note(f"{count} episode{' is' if count == 1 else 's are'} computed once more.")
+    if others:
+        said = ", ".join(f"{number} {name}" for name, number in sorted(others.items()))
+        console.note(
+            f"Failed in other ways, and left as they are: {said}. For these: --failed {','.join(sorted(others))}"
+        )
     _go_on(directory, jobs, archive=archive, detach=detach, display=display, as_json=as_json)
 
 

@@ -17,7 +17,7 @@ from typing import Any, Self, TypeVar
 import psutil
 
 from benchbot.core.errors import BenchbotError
-from benchbot.process import processors
+from benchbot.process import control_groups, processors
 
 T = TypeVar("T")
 MEMORY_PER_WORKER_BYTES = 2 * 2**30
@@ -133,17 +133,8 @@ groups (Linux, cgroup-v2.rst and cgroup-v1/memory.rst)."""
 
 def group_bytes(root: Path = Path("/sys/fs/cgroup"), membership: Path = _PROC / "self/cgroup") -> int | None:
     """Return the memory left to this process's control groups; None when none of them has a limit."""
-    try:
-        lines = [line.split(":", 2) for line in membership.read_text("utf-8").splitlines()]
-    except OSError:
-        return None
-    left = []
-    for _, controller, own in lines:
-        if controller in _GROUP_FILES:
-            # The limit may be that of a group around its own, such as a cluster's job around its step.
-            parts = [part for part in own.split("/") if part]
-            groups = (root.joinpath(controller, *parts[:count]) for count in range(len(parts) + 1))
-            left += [_left_bytes(group, *_GROUP_FILES[controller]) for group in groups]
+    groups = control_groups(root, membership)
+    left = [_left_bytes(group, *_GROUP_FILES[names]) for names, group in groups if names in _GROUP_FILES]
     return min((free for free in left if free is not None), default=None)
 
 

@@ -18,7 +18,7 @@ def line(status: BatchStatus) -> str:
     if status.idle and not status.is_complete:
         parts.append(f"{len(status.idle)} idle")
     if status.rate_per_hour is not None:
-        parts.append(f"{status.rate_per_hour:.{0 if status.rate_per_hour >= 10 else 1}f}/h")
+        parts.append(f"{per_hour(status.rate_per_hour)}/h")
     if status.left_s is not None and not status.is_complete:
         parts.append(f"{duration(status.left_s)} left")
     return " · ".join([*parts, *_score(status)])
@@ -73,6 +73,11 @@ def duration(seconds: float) -> str:
     if seconds < 100:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 100 * 60 else f"{seconds / 3600:.1f} h"
+
+
+def per_hour(rate: float) -> str:
+    """Return a number of episodes per hour as people write it: `2.5`, `240`, `12900`."""
+    return f"{rate:.{0 if rate >= 10 else 1}f}"
 
 
 def _failures(status: BatchStatus) -> list[str]:

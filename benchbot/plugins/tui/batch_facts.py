@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from textual.content import Content
 
-from benchbot.plugins.batch.status_lines import duration
+from benchbot.plugins.batch.status_lines import duration, per_hour
 from benchbot.plugins.tui.panels import Badge, Row
 from benchbot.plugins.watching.views import BatchView, EpisodeCell, WorkerRow
 
@@ -73,7 +73,7 @@ def numbers(view: BatchView) -> list[Row]:
     if status.retried:
         rows.append(("Tried again", str(status.retried)))
     if status.mean_s is not None:
-        rate = "" if status.rate_per_hour is None else f", {status.rate_per_hour:.3g} per hour"
+        rate = "" if status.rate_per_hour is None else f", {per_hour(status.rate_per_hour)} per hour"
         rows.append(("An episode", f"{duration(status.mean_s)}{rate}"))
     if not status.is_complete:
         rows.append(("Left", "not known yet" if status.left_s is None else duration(status.left_s)))
@@ -90,7 +90,7 @@ def compact(view: BatchView) -> str:
         parts.append(f"{duration(status.left_s)} left")
     idle = f", {len(status.idle)} idle" if status.idle and not status.is_complete else ""
     parts.append(f"{len(status.running)} run on {_count(status.workers)}{idle}")
-    parts += [f"{status.rate_per_hour:.3g} per hour"] if status.rate_per_hour is not None else []
+    parts += [f"{per_hour(status.rate_per_hour)} per hour"] if status.rate_per_hour is not None else []
     parts += [f"{status.retried} tried again"] if status.retried else []
     return " · ".join(parts)
 

@@ -84,7 +84,7 @@ class BatchFeed:
         from benchbot.plugins.batch.worker_pool import WorkerPool
 
         with driver_lock(self._folder):
-            count = driver.retry(self._folder, ",".join(classes) or None)
+            count, _ = driver.retry(self._folder, ",".join(classes) or None)
         if count:
             driver.detach(self._folder, replace(WorkerPool.read(self._folder), detached=True))
         self._begin_anew()

@@ -80,12 +80,17 @@ class Access:
         """Say whether a request has the operator's token."""
         return _has_token(request, self.operator_token)
 
+    def leased_to(self) -> str | None:
+        """Return the token of the solution that has leased the robot, if one has, and has said so to the end."""
+        lease = self._lease()
+        return lease.token if lease is not None and lease.pid else None
+
     def check_solution(self, request: Request) -> Lease | None:
         """Return the lease of the robot, if a solution has it.
 
         Raises RefusedError (401) for a request without the token of the run or of that solution.
         """
-        lease = None if self.folder is None else lease_of(self.folder)
+        lease = self._lease()
         if not _has_token(request, self.token) and (lease is None or not _has_token(request, lease.token)):
             raise RefusedError(
                 401,
@@ -103,6 +108,9 @@ class Access:
             raise RefusedError(409, error.title, error.why, error.fix)
         # Of the token itself: the header may have it in many forms.
         setattr(request.state, SOLUTION, self.token if lease is None else lease.token)
+
+    def _lease(self) -> Lease | None:
+        return None if self.folder is None else lease_of(self.folder)
 
     def _or_operators(self, endpoint: Endpoint, check: Callable[[Request], object]) -> Endpoint:
         return _checked(endpoint, lambda request: None if self.is_operator(request) else check(request))

@@ -105,6 +105,8 @@ def create_app(
         return bodies.respond(request, document)
 
     async def session(request: Request) -> Response:
+        if (token := access.leased_to()) is not None:
+            await in_thread(run.admit, token)
         return bodies.respond(request, run.describe())
 
     def observing(kind: type[T], call: Callable[[T, Caller, borrowed.Converter[bytes]], bytes]) -> Endpoint:
@@ -144,7 +146,7 @@ def create_app(
                 "The run itself knows of none, and an episode that failed like that may be tried again.",
                 "Say that the solution failed, with class 'agent'.",
             )
-        finished = await in_thread(run.finish, body.result, body.solution, failure)
+        finished = await in_thread(run.finish, body.result, body.solution, failure, access.leased_to())
         return bodies.respond(request, finished)
 
     async def results_function(request: Request) -> Response:

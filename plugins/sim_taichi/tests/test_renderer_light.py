@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchbot_scenes.gltf import load_scene
-from benchbot_sim_taichi import camera_response, device_scene, irradiance
+from benchbot_sim_taichi import _ti, camera_response, device_scene, irradiance
 from benchbot_sim_taichi.lamps import Lamps
 from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
 from benchbot_sim_taichi.path_trace import path_trace
@@ -210,3 +210,15 @@ def test_the_light_is_worked_out_alike_every_time(tmp_path: Path, kernel_cache: 
     solved = {irradiance.solve(scene, device, seed=3).cells.tobytes() for _ in range(12)}
 
     assert len(solved) == 1
+
+
+def test_light_that_another_kind_of_device_has_worked_out_is_not_loaded(
+    tmp_path: Path, kernel_cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A GPU's light differs in its last digits: a run on a processor is not to depend on who was there before."""
+    scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
+    Renderer(scene, Lighting(), cache_dir=kernel_cache)
+    names = {irradiance.cache_key(scene, Lighting(), 0)}
+    monkeypatch.setattr(_ti, "_started", "cuda")
+    names.add(irradiance.cache_key(scene, Lighting(), 0))
+    assert len(names) == 2

@@ -39,16 +39,28 @@ def test_recordings_without_a_result_have_a_folder_for_the_hour(
         ["mcap,"],
         ["=folder"],
         ["mcap="],
-        ["mcap,video=folder"],
+        ["frames=,"],
         ["mcap", "mcap"],
         ["mcap", "mcap=there"],
-        ["frames=pictures,video"],
     ],
 )
 def test_recordings_that_are_not_clear_are_refused_with_an_example(wanted: list[str]) -> None:
     with pytest.raises(BenchbotError, match="cannot be understood") as caught:
         options.recordings(wanted)
     assert "--record frames=FOLDER" in caught.value.fix
+
+
+@pytest.mark.parametrize(
+    ("mixed", "meant"),
+    [
+        ("frames=DIR,video,rerun", "--record frames=DIR --record video --record rerun."),
+        ("mcap,video=folder", "--record mcap --record video=folder."),
+    ],
+)
+def test_recordings_with_and_without_a_folder_in_one_word_are_told_apart_in_the_fix(mixed: str, meant: str) -> None:
+    with pytest.raises(BenchbotError, match="cannot be understood") as caught:
+        options.recordings([mixed])
+    assert caught.value.fix.startswith(f"Write it like this: {meant}")
 
 
 def test_options_of_a_mode_are_names_and_values() -> None:

@@ -154,6 +154,20 @@ def test_what_a_solution_does_wrong_is_a_result_and_not_tried_again(batches: Bat
     assert "no idea what a chair is" in batches.cli("batch", "logs", "b", "arena").stdout
 
 
+def test_retry_leaves_failures_of_the_solution_and_says_how_to_have_them(batches: Batches) -> None:
+    crashing = Batches(batches.cli, batches.cli.script("crashing.py", CRASHING))
+    assert crashing.run("b", "--jobs", "1", seeds="0", envs="arena:1").returncode == 1
+
+    left = batches.cli("batch", "retry", "b")
+    asked = batches.cli("batch", "retry", "b", "--failed", "agent")
+
+    assert "0 episodes are computed once more." in left.stderr
+    assert "Failed in other ways, and left as they are: 1 agent. For these: --failed agent" in left.stderr
+    assert "1 episode is computed once more." in asked.stderr
+    assert "left as they are" not in asked.stderr
+    assert crashing.told("b", "began") == 2
+
+
 def test_limits_hold_in_a_batch_are_in_its_keys_and_each_attempt_of_the_batch_has_its_own(batches: Batches) -> None:
     resetting = Batches(batches.cli, batches.cli.script("resetting.py", RESETTING) + " 9")
     words = ["--task", "sample:active", "--jobs", "1", "--rerun-collided", "1"]
@@ -184,7 +198,7 @@ def test_a_simulator_that_crashes_is_tried_again_and_then_given_up(batches: Batc
     assert list(batches.path("b").glob("episodes/*crash*/platform.log"))
 
     again = batches.cli("batch", "retry", "b")
-    assert "1 episodes are computed once more" in again.stderr
+    assert "1 episode is computed once more" in again.stderr
     assert again.returncode == 3
     assert len(list(batches.path("b").glob("episodes/*crash*/attempt-*"))) == 3
 

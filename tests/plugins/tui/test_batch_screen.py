@@ -7,6 +7,7 @@ import pytest
 from textual.pilot import Pilot
 
 from benchbot.plugins.batch.folder import Folder
+from benchbot.plugins.tui import batch_facts
 from benchbot.plugins.tui.app import BenchbotApp
 from benchbot.plugins.tui.batch_screen import BatchScreen
 from benchbot.plugins.tui.jobs import Alive
@@ -145,3 +146,12 @@ def test_before_a_batch_has_been_read_its_screen_says_so(home: Path) -> None:
         assert "Nothing is known yet." not in shown(pilot)
 
     watch(BatchScreen(feed), scenario)
+
+
+def test_a_high_pace_is_written_as_people_write_numbers() -> None:
+    view = batch_view(2, 4)
+    assert view.status is not None
+    fast = replace(view, status=replace(view.status, rate_per_hour=12_900.4))
+
+    assert ("An episode", "41 s, 12900 per hour") in batch_facts.numbers(fast)
+    assert "12900 per hour" in batch_facts.compact(fast)

@@ -52,6 +52,32 @@ def test_what_benchbot_install_names_is_taken_apart(words: list[str], error: str
     assert error in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["-u"], "-u is gone. Nothing is installed outside the Python environment: pip uninstall benchbot"),
+        (["--simulators", "sim_omni"], "--simulators is gone. A simulator is a plug-in: pip install 'benchbot[full]'"),
+        (["--branch=develop", "-f"], "--branch is gone. There are no images and no clones to keep in step"),
+    ],
+)
+def test_each_flag_that_is_gone_says_why(words: list[str], said: str, cli: CommandLine) -> None:
+    done = old(cli, "install", *words)
+
+    assert done.returncode == 2
+    assert done.stderr.startswith(said)
+    assert "No such option" not in done.stderr
+
+
+def test_a_flag_that_is_gone_keeps_the_others_from_nothing(cli: CommandLine) -> None:
+    done = old(cli, "install", "--no-update", "--list-simulators")
+
+    assert done.stderr == (
+        "--no-update is gone. There are no images and no clones to keep in step: "
+        "versions are those that pip has installed.\n"
+    )
+    assert "sim_sample" in done.stdout
+
+
 def test_killing_the_controller_is_stopping_the_run(cli: CommandLine) -> None:
     done = old(cli, "run", "--kill-controller")
 

@@ -93,7 +93,7 @@ def unknown_names(document: Document, names: KnownNames) -> Iterator[Problem]:
         known = names.known(what)
         if known is None or name in known:
             continue
-        message = f"'{name}' is none of the {what} that are installed.{_nearest(name, sorted(known))}"
+        message = f"'{name}' is none of the {what} that are installed.{did_you_mean(name, sorted(known))}"
         yield Problem(document.path, document.positions.line(keys), pointer(keys), message, warning=True)
 
 
@@ -131,11 +131,6 @@ def _references(document: Document) -> Iterator[tuple[Keys, str, str]]:
                 yield from ((keys, f"{place}:{variant}", what) for variant in variants)
             else:
                 yield keys, name, what
-
-
-def _nearest(name: str, known: list[str]) -> str:
-    longer = next((other for other in known if other.startswith(f"{name}:")), None)
-    return f" Did you mean '{longer}'?" if longer else did_you_mean(name, known)
 
 
 def _name(kind: str, document: Document) -> str | None:

@@ -87,7 +87,7 @@ def save_kernels() -> None:
 
 
 def device_kind() -> str:
-    """Return the kind of device that kernels run on."""
+    """Return the kind of device that kernels run on; empty before the runtime is started."""
     return _started or ""
 
 
