@@ -22,6 +22,7 @@ LOOSE_INSET_M = 0.005
 STRIP_M = 0.10
 LONGEST_LOOSE_EDGE_M = 0.06
 SMALLEST_CHART_M2 = 0.004
+AREA_POINTS = 8  # of each node, to find how much of the surface it stands for
 FLAT = np.cos(np.radians(1.0))
 NODE_STRIDE = 5
 PLACE_STRIDE = 8
@@ -54,6 +55,15 @@ class Charts:
     def count(self) -> int:
         """Number of nodes."""
         return len(self.nodes) // NODE_STRIDE
+
+    def places_in(self, scene: SceneGeometry) -> tuple[FloatArray, FloatArray]:
+        """Return where the nodes are in a scene, and the normals of their faces, (N, 3) both."""
+        triangle, u, v, side = self.samples.reshape(-1, SAMPLE_STRIDE).T
+        corner = scene.vertices[scene.triangles[triangle.astype(np.int64)]]
+        along, beside = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+        normal = np.cross(along, beside) * side[:, None]
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-20)
+        return corner[:, 0] + along * u[:, None] + beside * v[:, None], normal.astype(np.float32)
 
 
 @dataclass
@@ -187,7 +197,7 @@ def _lay_out_charts(
         len(found),
     )
     found = _ti.download(samples).reshape(found.shape)
-    chart_m2 = np.bincount(chart, area_m2[charted])
+    stands_for_m2 = _areas(local, np.cumsum(points)[chart] - points[chart], size[chart, 0], area_m2[charted], len(found))
     slopes = np.concatenate([local[:, 0], local[:, 1] - local[:, 0], local[:, 2] - local[:, 0]], axis=1)
     for back, of_side in enumerate((np.ones(len(charted), bool), has_back[charted])):
         wanted = np.zeros(len(size), bool)
@@ -203,16 +213,28 @@ def _lay_out_charts(
         of_nodes = found[is_node].copy()
         of_nodes[:, 3] = 1 - 2 * back
         parts.samples.append(of_nodes)
-        shared = chart_of[is_node]
-        parts.area_m2.append(
-            (chart_m2 / np.maximum(np.bincount(shared, minlength=len(size)), 1))[shared].astype(np.float32)
-        )
+        parts.area_m2.append(stands_for_m2[is_node].astype(np.float32))
         parts.nodes.append(
             np.column_stack([parts.entries + np.cumsum(here)[is_node] - 1, lattice[is_node]]).astype(np.int32)
         )
         parts.index.append(index.astype(np.int32))
         parts.entries += len(index)
         parts.count += len(of_nodes)
+
+
+def _areas(local: Floats, first: Ints, width: Ints, area_m2: Floats, count: int) -> Floats:
+    """Return the area nearest to each of `count` lattice points; `local` (T, 3, 2) are triangles in their lattices."""
+    times = np.ceil(AREA_POINTS * area_m2 / NODE_M**2).astype(np.int64)
+    triangle = np.repeat(np.arange(len(times)), times)
+    number = np.arange(len(triangle)) - np.repeat(np.cumsum(times) - times, times)
+    # Well spread over the unit square: Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018.
+    u, v = (0.5 + np.outer([0.7548776662466927, 0.5698402909980532], number)) % 1.0
+    u, v = np.where(u + v > 1.0, (1.0 - u, 1.0 - v), (u, v))
+    corner = local[triangle]
+    at = corner[:, 0] + u[:, None] * (corner[:, 1] - corner[:, 0]) + v[:, None] * (corner[:, 2] - corner[:, 0])
+    x, y = np.rint(at).astype(np.int64).T
+    areas: Floats = np.bincount(first[triangle] + y * width[triangle] + x, (area_m2 / times)[triangle], minlength=count)
+    return areas
 
 
 def _lay_out_loose(

@@ -1,17 +1,18 @@
 """Light that belongs to surfaces: worked out once per scene and lighting, cached on disk, looked up by pictures."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchbot_scenes.scene import FloatArray, SceneGeometry
-from benchbot_sim_taichi import _ti, charts, disk_cache, progress
+from benchbot_sim_taichi import _ti, charts, disk_cache, light_grid, progress
 from benchbot_sim_taichi.colorimetry import LUMINANCE
 from benchbot_sim_taichi.irradiance import cache_key
 from benchbot_sim_taichi.lighting import Lighting
+from benchbot_sim_taichi.lights import LIGHT_STRIDE
 from benchbot_sim_taichi.tables import DeviceScene
 
 VERSION = 5
@@ -19,6 +20,7 @@ NODES_AT_ONCE = 2**17
 ALIKE_STEPS: tuple[int, ...] = ()
 FAR_STEPS: tuple[int, ...] = (2,)
 LOOSE_ROUNDS = 3
+CLUSTER_M = 0.5
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,7 @@ def bake(scene: SceneGeometry, device: DeviceScene, cells: Cells, near: Any, see
         kernels.light_directly(*scene_arrays, near, *nodes, raw, *run, seed)
     kernels.finish(raw, raw, charted, index, *links, light, count)
     kernels.find_glow(*device.surfaces, device.lights[0], *nodes, raw, other, count)
-    patches = _patches(_ti.download(other)[: 3 * count].reshape(-1, 3), found.area_m2)
+    patches = _patches(scene, device, _ti.download(cells[2]), found, _ti.download(other)[: 3 * count].reshape(-1, 3))
     for run in _runs(count, "the simulator lights surfaces by way of others"):
         kernels.gather(*scene_arrays, *cells, places, index, light, *nodes, raw, *patches, *run, seed)
     for down in (0, 1):
@@ -103,17 +105,59 @@ def bake(scene: SceneGeometry, device: DeviceScene, cells: Cells, near: Any, see
     return Lightmap(places, index, light)
 
 
-def _patches(radiance: FloatArray, area_m2: FloatArray) -> tuple[Any, Any, Any, int]:
-    """Return the nodes in the sun, as `kernels.bake.gather` reads them, and their number; `radiance` is (N, 3)."""
-    power = (radiance @ LUMINANCE) * area_m2
+def _patches(
+    scene: SceneGeometry, device: DeviceScene, layout: FloatArray, found: charts.Charts, radiance: FloatArray
+) -> tuple[Any, Any, Any, Any, Any, int]:
+    """Return the nodes in the sun, as `kernels.bake.gather` reads them; `radiance` (N, 3) is what they send.
+
+    They are gathered in clusters that are close by and face the same way. A grid as that of `light_grid`, whose lights
+    the clusters are, knows which of them matter where.
+    """
+    power = (radiance @ LUMINANCE) * found.area_m2
     lit = np.flatnonzero(power > 0.0)
     if not len(lit):
-        return _ti.upload(np.zeros(1, np.int32)), *(_ti.upload(np.zeros(3, np.float32)) for _ in range(2)), 0
-    total = power[lit].sum(dtype=np.float64)
-    shares = np.cumsum(power[lit], dtype=np.float64) / total
-    colors = radiance[lit] * (area_m2[lit] * total / power[lit])[:, None]
-    arrays = (lit.astype(np.int32), shares.astype(np.float32), colors.astype(np.float32).ravel())
-    return *(_ti.upload(array) for array in arrays), len(lit)
+        one = np.zeros(1, np.int32)
+        floats = np.zeros(1, np.float32)
+        return *(_ti.upload(array) for array in (one, one, floats, floats, floats)), 0
+    positions, normals = found.places_in(scene)
+    axis = np.abs(normals[lit]).argmax(axis=1)
+    way = 2 * axis + (normals[lit, axis] < 0)
+    key = np.column_stack([np.floor(positions[lit] / CLUSTER_M).astype(np.int64), way])
+    cluster = np.unique(key, axis=0, return_inverse=True)[1].ravel()
+    order = np.argsort(cluster, kind="stable")
+    lit, cluster = lit[order], cluster[order]
+    first = np.searchsorted(cluster, np.arange(cluster[-1] + 2))
+    total = np.add.reduceat(power[lit], first[:-1], dtype=np.float64)
+    before = np.cumsum(power[lit], dtype=np.float64)
+    shares = (before - (before[first[:-1]] - power[lit[first[:-1]]])[cluster]) / total[cluster]
+    colors = radiance[lit] * (found.area_m2[lit] * total[cluster] / power[lit])[:, None]
+    lights = _as_lamps(positions[lit], normals[lit], radiance[lit], found.area_m2[lit], power[lit], first)
+    of_clusters = replace(device, lights=(device.lights[0], _ti.upload(lights.ravel()), 0, len(lights)))
+    grid = light_grid.find(of_clusters, layout, positions, normals)
+    arrays = (first.astype(np.int32), lit.astype(np.int32), shares.astype(np.float32), colors.astype(np.float32).ravel())
+    return *(_ti.upload(array) for array in (*arrays, grid)), len(lights)
+
+
+def _as_lamps(
+    positions: FloatArray, normals: FloatArray, radiance: FloatArray, area_m2: FloatArray, power: Any, first: Any
+) -> FloatArray:
+    """Return records as of `lights.LightTable`, one for all nodes from each `first` one to the next."""
+    start = first[:-1]
+    weight = (power / np.repeat(np.add.reduceat(power, start), np.diff(first)))[:, None]
+    middle, normal = np.add.reduceat(positions * weight, start), np.add.reduceat(normals * weight, start)
+    size_m = np.sqrt(np.add.reduceat(((positions - np.repeat(middle, np.diff(first), axis=0)) ** 2) * weight, start))
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
+    area = np.add.reduceat(area_m2, start)
+    records = np.zeros((len(start), LIGHT_STRIDE), np.float32)
+    # Two edges that all of its spread is in, whichever way it lies: points on them are all that is asked of them.
+    one, other = size_m * [1.0, 0.0, 1.0], size_m * [0.0, 1.0, -1.0]
+    records[:, 0:3] = middle - (one + other) / 2
+    records[:, 3:6], records[:, 6:9], records[:, 9:12] = one, other, normal
+    records[:, 12] = np.cumsum(np.add.reduceat(power, start)) / power.sum()
+    records[-1, 12] = 1.0
+    records[:, 13] = area
+    records[:, 14:17] = np.add.reduceat(radiance * area_m2[:, None], start) / area[:, None]
+    return records
 
 
 def _runs(count: int, what: str) -> Iterator[tuple[int, int]]:

@@ -15,7 +15,7 @@ from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells, nearest_c
 from benchbot_sim_taichi.kernels.cells import sample_point
 from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
-from benchbot_sim_taichi.kernels.light_grid import row_near, sample_near, shifted
+from benchbot_sim_taichi.kernels.light_grid import choose, row_near, sample_near, shifted
 from benchbot_sim_taichi.kernels.lightmap import OFFSET_M, SUN_STEPS, stored_light
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sent, sheerness
 from benchbot_sim_taichi.kernels.reflectance import INV_PI, pane_reflectance
@@ -27,6 +27,7 @@ from benchbot_sim_taichi.kernels.sampling import (
     interleave_index,
     sobol_2d,
 )
+from benchbot_sim_taichi.kernels.shading import mirrored_share
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
@@ -217,9 +218,9 @@ def find_glow(
 
 
 @ti.func
-def patch_below(shares: ti.template(), last, number):
-    """Return the first of `last` + 1 entries that `number` is not above."""
-    low = 0
+def patch_below(shares: ti.template(), first, last, number):
+    """Return the first entry from `first` to `last` that `number` is not above."""
+    low = first
     high = last
     while low < high:
         middle = (low + high) >> 1
@@ -253,10 +254,12 @@ def gather(
     samples: floats,
     charted: ints,
     raw: floats,
+    first_patch: ints,
     patches: ints,
     shares: floats,
     colors: floats,
-    lit: ti.i32,
+    clusters_near: floats,
+    clusters: ti.i32,
     first: ti.i32,
     count: ti.i32,
     seed: ti.i32,
@@ -264,8 +267,9 @@ def gather(
     """Find the light that comes to the same nodes by way of other surfaces, and how much each node counts.
 
     What a surface sends on is its direct light, as stored in `light`, and the rest that its cell knows of. Sunshine from
-    beyond `NEAR_M` comes from `patches` instead, `lit` nodes that rays about would seldom meet: one is chosen by its part
-    of all that they send (`shares`, summed up), and `colors` (3 per patch) are what it sends, divided by that part.
+    beyond `NEAR_M` comes from `patches` instead, nodes that rays about would seldom meet: `clusters_near` chooses one of
+    their clusters, whose patches are chosen by their part of all that it sends (`shares`, summed up), and `colors` (3
+    per patch) are what each sends, divided by that part.
     """
     for node in range(first, first + count):
         at = node * RAW_STRIDE
@@ -340,7 +344,8 @@ def gather(
                         cell = nearest_cell(grid, cells, layout, met, surface.face)
                         if cell >= 0:
                             total += load3(cells, cell * CELL_STRIDE + 9)
-                        sent_on = surface.diffuse * (1.0 - surface.specular) + surface.specular
+                        mirrored = mirrored_share(env, toward, surface.normal, surface.specular, surface.roughness)
+                        sent_on = surface.diffuse * (1.0 - mirrored) + mirrored
                         radiance = passed * sent_on * total * INV_PI
                 elif portals == 0 or panes == 0 or mirrors > 0:  # sky that is seen through a pane is direct light
                     radiance = passed * sky_radiance(env, toward)
@@ -352,10 +357,15 @@ def gather(
         counted = ti.cast(rays, ti.f32)
         scale = 1.0 / ti.max(counted - backs, 1.0)
         from_patches = vec3(0.0)
-        taken = ti.select(lit > 0, PATCHES * here.times, 0)
+        taken = ti.select(clusters > 0, PATCHES * here.times, 0)
+        row = 0
+        if clusters > 0:
+            row = row_near(clusters_near, shifted(clusters_near, here.point, here.normal, here.rank), here.normal)
         for k in range(taken):
             xi = sobol_2d(here.rank * taken + k, here.scramble + seed + 5)
-            patch = patch_below(shares, lit - 1, xi.x)
+            chosen = choose(clusters_near, row, 0, clusters, xi.x)
+            first_of = first_patch[chosen.light]
+            patch = patch_below(shares, first_of, first_patch[chosen.light + 1] - 1, chosen.across)
             other = node_at(triangles, vertices, samples, charted, patches[patch])
             offset = other.point - here.point
             distance2 = offset.norm_sqr()
@@ -368,7 +378,7 @@ def gather(
                     passed = sent(
                         nodes, leaves, sheer_root, triangles, materials, texels, images, here.point, toward, distance
                     )
-                    weight = received * given / (distance2 * ti.cast(taken, ti.f32))
+                    weight = received * given / (distance2 * chosen.share * ti.cast(taken, ti.f32))
                     from_patches += passed.share * load3(colors, patch * 3) * weight
         is_hidden = backs > MOST_BACKS * counted or blocked > MOST_BLOCKED * counted
         stored = interpolate_cells(grid, cells, layout, here.point, here.normal)
