@@ -197,7 +197,8 @@ def _lay_out_charts(
         len(found),
     )
     found = _ti.download(samples).reshape(found.shape)
-    stands_for_m2 = _areas(local, np.cumsum(points)[chart] - points[chart], size[chart, 0], area_m2[charted], len(found))
+    begins = (np.cumsum(points) - points)[chart]
+    stands_for_m2 = _areas(local, begins, size[chart, 0], area_m2[charted], len(found))
     slopes = np.concatenate([local[:, 0], local[:, 1] - local[:, 0], local[:, 2] - local[:, 0]], axis=1)
     for back, of_side in enumerate((np.ones(len(charted), bool), has_back[charted])):
         wanted = np.zeros(len(size), bool)

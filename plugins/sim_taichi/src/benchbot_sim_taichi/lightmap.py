@@ -15,7 +15,7 @@ from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.lights import LIGHT_STRIDE
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 5
+VERSION = 6
 NODES_AT_ONCE = 2**17
 ALIKE_STEPS: tuple[int, ...] = ()
 FAR_STEPS: tuple[int, ...] = (2,)
@@ -134,7 +134,12 @@ def _patches(
     lights = _as_lamps(positions[lit], normals[lit], radiance[lit], found.area_m2[lit], power[lit], first)
     of_clusters = replace(device, lights=(device.lights[0], _ti.upload(lights.ravel()), 0, len(lights)))
     grid = light_grid.find(of_clusters, layout, positions, normals)
-    arrays = (first.astype(np.int32), lit.astype(np.int32), shares.astype(np.float32), colors.astype(np.float32).ravel())
+    arrays = (
+        first.astype(np.int32),
+        lit.astype(np.int32),
+        shares.astype(np.float32),
+        colors.astype(np.float32).ravel(),
+    )
     return *(_ti.upload(array) for array in (*arrays, grid)), len(lights)
 
 

@@ -110,8 +110,8 @@ class Renderer:
     def move(self, instance: int, transform: npt.NDArray[np.floating]) -> None:
         """Move an object by the rigid `transform` (4, 4) of its original position; it takes milliseconds.
 
-        All light and the exposure are those of the new arrangement, which the next picture in colour works out
-        (seconds, not kept on disk). Raises BenchbotError for what is no object or no pose.
+        Depth and ids are right at once; the light on objects and the exposure stay those of before until `relight`,
+        unless a lamp or a pane moves. Raises BenchbotError for what is no object or no pose.
         """
         before = self._arrangement()
         self._arrange(before, arrangement.move(before, instance, transform), before.triangles_of(instance))
@@ -124,12 +124,19 @@ class Renderer:
     def add(self, mesh: SceneGeometry, transform: npt.NDArray[np.floating]) -> tuple[int, ...]:
         """Put the objects of `mesh` into the scene, moved by `transform`; otherwise as `move`.
 
-        Returns the numbers that they have here, in the order of its instances. Its lamps are on.
+        Returns the numbers that they have here, in the order of its instances. Its lamps are on. All light is worked
+        out anew, as by `relight`.
         """
         before = self._arrangement()
         after, numbers = arrangement.add(before, mesh, transform)
         self._arrange(before, after, np.arange(len(before.scene.triangles), len(after.scene.triangles)))
+        self.relight()
         return numbers
+
+    def relight(self) -> None:
+        """Have all light and the exposure worked out anew (seconds, not kept on disk) when the next picture asks."""
+        for stored in ("irradiance", "exposure", "_cells", "near_lights", "lightmap"):
+            self.__dict__.pop(stored, None)
 
     def _arrangement(self) -> arrangement.Arrangement:
         if self._arranged is not None:
@@ -140,12 +147,13 @@ class Renderer:
     def _arrange(
         self, arranged: arrangement.Arrangement, after: arrangement.Arrangement, changed: npt.NDArray[np.int64]
     ) -> None:
-        self.device, *narrower = device_scene.rearranged(self.device, arranged, after, changed)
+        before = self.device
+        self.device, *narrower = device_scene.rearranged(before, arranged, after, changed)
         for narrow in narrower:
             self._narrow = narrow
         self._arranged, self._scene = after, after.scene
-        for stored in ("irradiance", "exposure", "_cells", "near_lights", "lightmap"):
-            self.__dict__.pop(stored, None)
+        if self.device.lights is not before.lights:
+            self.relight()
 
     def render(self, camera_to_map: npt.NDArray[np.floating], intrinsics: Intrinsics, *, rgb: bool = True) -> Frame:
         """Take one picture; `camera_to_map` is the (4, 4) pose of the optical frame (x right, y down, z forward).

@@ -299,6 +299,7 @@ class _World:
         for instance in self._geometry.instances:
             if instance.name == name:
                 self.renderer.move(instance.index, transform)
+        self.renderer.relight()
         self.obstacles = ObstacleMap(self.renderer.scene, *self._slab_m)
 
     @cached_property

@@ -18,7 +18,7 @@ from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import choose, row_near, sample_near, shifted
 from benchbot_sim_taichi.kernels.lightmap import OFFSET_M, SUN_STEPS, stored_light
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sent, sheerness
-from benchbot_sim_taichi.kernels.reflectance import INV_PI, pane_reflectance
+from benchbot_sim_taichi.kernels.reflectance import INV_PI, mean_mirrored, pane_reflectance
 from benchbot_sim_taichi.kernels.sampling import (
     ONE_OVER_2_32,
     cone_direction,
@@ -39,8 +39,9 @@ NEAR_M = 0.5
 DIRECT_RAYS = 16
 GATHERED_RAYS = 24
 SUN_RAYS = 8
+PROBES = 6  # to find out whether a node is hidden
 PATCHES = 16
-LOOSE_TIMES = 1  # rays of nodes that have few neighbours to average with
+CHARTED_TIMES = 2  # the rays of other nodes: flat surfaces show noise first
 MOST_BACKS = 0.5
 MOST_BLOCKED = 0.75
 GAP_M = 0.02  # what mouldings and pictures leave between themselves and a wall
@@ -53,7 +54,7 @@ LIKENESS = 0.05  # half of the largest difference to be averaged away
 class Node:
     """A node's place, lifted off its surface, its normal and its face's; stratum, scramble and number of its rays.
 
-    Those of charts are as many as there are in all, `times` as many those of nodes with few neighbours.
+    A chart's node takes `times` as many rays.
     """
 
     point: vec3
@@ -89,8 +90,16 @@ def node_at(triangles: ti.template(), vertices: ti.template(), samples: ti.templ
         face=face,
         rank=rank,
         scramble=scramble,
-        times=ti.select(is_charted, 1, LOOSE_TIMES),
+        times=ti.select(is_charted, CHARTED_TIMES, 1),
     )
+
+
+@ti.func
+def is_inside(triangles: ti.template(), materials: ti.template(), triangle, toward):
+    """Return 1 if a ray that meets a triangle comes from within the solid which it bounds, else 0."""
+    base = triangle * TRIANGLE_STRIDE
+    is_sheet = ti.cast(materials[ti.cast(triangles[base + 18], ti.i32) * MATERIAL_STRIDE + 14], ti.i32)
+    return ti.select(load3(triangles, base + 15).dot(toward) > 0.0, 1 - is_sheet, 0)
 
 
 @ti.kernel
@@ -119,11 +128,21 @@ def light_directly(
     for node in range(first, first + count):
         at = node * RAW_STRIDE
         here = node_at(triangles, vertices, samples, charted, node)
+        shut_in = 0
+        for probe in range(PROBES):
+            if shut_in == probe:
+                toward = cosine_direction(here.normal, sobol_2d(probe, hash_u32(node)))
+                hit = trace(nodes, leaves, 0, here.point, toward, FAR, False)
+                if hit.t < GAP_M:
+                    shut_in += 1
+                elif hit.triangle >= 0:
+                    shut_in += is_inside(triangles, materials, hit.triangle, toward)
+        is_hidden = shut_in == PROBES
         direct = vec3(0.0)
         covered = 0.0
         sun = 0.0
-        rays = DIRECT_RAYS * here.times
-        for k in range(rays * 2 + SUN_RAYS):
+        rays = ti.select(is_hidden, 0, DIRECT_RAYS * here.times)
+        for k in range(ti.select(is_hidden, 0, rays * 2 + SUN_RAYS)):
             kind = ti.select(k < rays, 0, ti.select(k < rays * 2, 1, 2))
             toward = load3(env, 0)
             value = load3(env, 3)
@@ -177,7 +196,7 @@ def light_directly(
             raw[at + i] = 0.0
         raw[at + 9] = 1.0
         raw[at + 10] = sun
-        raw[at + 11] = 1.0
+        raw[at + 11] = ti.select(is_hidden, HIDDEN_WEIGHT, 1.0)
 
 
 @ti.kernel
@@ -199,20 +218,13 @@ def find_glow(
         here = node_at(triangles, vertices, samples, charted, node)
         base = node * SAMPLE_STRIDE
         triangle = ti.cast(samples[base], ti.i32)
-        surface = surface_at(
-            triangles,
-            materials,
-            texels,
-            images,
-            triangle,
-            samples[base + 1],
-            samples[base + 2],
-            negated(here.face),
-            NODE_M,
-        )
+        u, v = samples[base + 1], samples[base + 2]
+        surface = surface_at(triangles, materials, texels, images, triangle, u, v, negated(here.face), NODE_M)
         sun = raw[node * RAW_STRIDE + 10] * ti.max(here.normal.dot(load3(env, 0)), 0.0)
         lit = load3(env, 3) * sun
-        sent_on = surface.diffuse * (1.0 - surface.specular) + surface.specular
+        mirrored = mean_mirrored(env, surface.specular, surface.roughness)
+        sent_on = surface.diffuse * (vec3(1.0) - mirrored)
+        sent_on += mirrored_share(env, negated(load3(env, 0)), here.normal, surface)
         for i in ti.static(range(3)):
             glow[node * 3 + i] = sent_on[i] * lit[i] * INV_PI
 
@@ -266,10 +278,10 @@ def gather(
 ):
     """Find the light that comes to the same nodes by way of other surfaces, and how much each node counts.
 
-    What a surface sends on is its direct light, as stored in `light`, and the rest that its cell knows of. Sunshine from
-    beyond `NEAR_M` comes from `patches` instead, nodes that rays about would seldom meet: `clusters_near` chooses one of
-    their clusters, whose patches are chosen by their part of all that it sends (`shares`, summed up), and `colors` (3
-    per patch) are what each sends, divided by that part.
+    What a surface sends on is its direct light, as stored in `light`, and the rest that its cell knows of. Sunshine
+    from beyond `NEAR_M` comes from `patches` instead, nodes that rays about would seldom meet: `clusters_near` chooses
+    one of their clusters, whose patches are chosen by their part of all that it sends (`shares`, summed up), and
+    `colors` (3 per patch) are what each sends, divided by that part.
     """
     for node in range(first, first + count):
         at = node * RAW_STRIDE
@@ -279,7 +291,8 @@ def gather(
         open_share = 0.0
         backs = 0.0
         blocked = 0.0
-        rays = GATHERED_RAYS * here.times
+        was_hidden = raw[at + 11] != 1.0
+        rays = ti.select(was_hidden, 0, GATHERED_RAYS * here.times)
         for k in range(rays):
             toward = cosine_direction(here.normal, sobol_2d(here.rank * rays + k, here.scramble + seed + 3))
             if toward.dot(here.face) > 0.0:
@@ -329,9 +342,7 @@ def gather(
                     surface = surface_at(
                         triangles, materials, texels, images, hit.triangle, hit.u, hit.v, toward, 0.1 + 0.5 * hit.t
                     )
-                    is_back = load3(triangles, hit.triangle * TRIANGLE_STRIDE + 15).dot(surface.face) < 0.0
-                    row = ti.cast(triangles[hit.triangle * TRIANGLE_STRIDE + 18], ti.i32) * MATERIAL_STRIDE
-                    if is_back and materials[row + 14] < 0.5:
+                    if is_inside(triangles, materials, hit.triangle, toward) == 1:
                         backs += 1.0
                         is_far = False
                     else:
@@ -344,7 +355,7 @@ def gather(
                         cell = nearest_cell(grid, cells, layout, met, surface.face)
                         if cell >= 0:
                             total += load3(cells, cell * CELL_STRIDE + 9)
-                        mirrored = mirrored_share(env, toward, surface.normal, surface.specular, surface.roughness)
+                        mirrored = mirrored_share(env, toward, surface.normal, surface)
                         sent_on = surface.diffuse * (1.0 - mirrored) + mirrored
                         radiance = passed * sent_on * total * INV_PI
                 elif portals == 0 or panes == 0 or mirrors > 0:  # sky that is seen through a pane is direct light
@@ -357,7 +368,7 @@ def gather(
         counted = ti.cast(rays, ti.f32)
         scale = 1.0 / ti.max(counted - backs, 1.0)
         from_patches = vec3(0.0)
-        taken = ti.select(clusters > 0, PATCHES * here.times, 0)
+        taken = ti.select(clusters > 0 and rays > 0, PATCHES * here.times, 0)
         row = 0
         if clusters > 0:
             row = row_near(clusters_near, shifted(clusters_near, here.point, here.normal, here.rank), here.normal)
@@ -380,7 +391,7 @@ def gather(
                     )
                     weight = received * given / (distance2 * chosen.share * ti.cast(taken, ti.f32))
                     from_patches += passed.share * load3(colors, patch * 3) * weight
-        is_hidden = backs > MOST_BACKS * counted or blocked > MOST_BLOCKED * counted
+        is_hidden = was_hidden or backs > MOST_BACKS * counted or blocked > MOST_BLOCKED * counted
         stored = interpolate_cells(grid, cells, layout, here.point, here.normal)
         for i in ti.static(range(3)):
             raw[at + 3 + i] = near_light[i] * (scale / INV_PI)

@@ -12,7 +12,7 @@ from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import row_near, sample_near
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, Passage, pack, sent, sheerness, unpack
-from benchbot_sim_taichi.kernels.reflectance import pane_reflectance
+from benchbot_sim_taichi.kernels.reflectance import mean_mirrored, pane_reflectance
 from benchbot_sim_taichi.kernels.sampling import ONE_OVER_2_32, cone_direction, cosine_direction, hash_u32, sobol_2d
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
@@ -120,7 +120,8 @@ def light_cells(
             weights += weight
             mean_position += weight * position
             mean_normal += weight * surface.normal
-            albedo += weight * (surface.diffuse * (vec3(1.0) - surface.specular) + surface.specular)
+            mirrored = mean_mirrored(env, surface.specular, surface.roughness)
+            albedo += weight * (surface.diffuse * (vec3(1.0) - mirrored) + mirrored)
             xi = sobol_2d(k, scramble)
             row = row_near(near, position, surface.normal)
             for kind in range(3):

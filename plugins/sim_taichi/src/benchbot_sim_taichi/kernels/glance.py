@@ -280,7 +280,7 @@ def glance(
                     hit.t / cameras[eye + 12],
                 )
                 light = stored_light(grid, cells, layout, origin + ray * hit.t + surface.face * LIFT_M, surface.smooth)
-                mirrored = mirrored_share(env, direction, surface.normal, surface.specular, surface.roughness)
+                mirrored = mirrored_share(env, direction, surface.normal, surface)
                 color = shade(env, direction, surface, light, 0.0, mirrored, light * INV_PI)
             else:
                 color = outlook(env, direction, 1.0 / cameras[eye + 12])

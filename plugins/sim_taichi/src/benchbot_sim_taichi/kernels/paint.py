@@ -160,7 +160,7 @@ def paint(
                             y * width + x,
                         )
                         sun_edge = stored.is_sun_edge
-                        mirrored = mirrored_share(env, direction, surface.normal, surface.specular, surface.roughness)
+                        mirrored = mirrored_share(env, direction, surface.normal, surface)
                         kind = ROUGH
                         reflection = stored.irradiance * INV_PI
                         if surface.roughness < REFLECT_ROUGHNESS:

@@ -188,7 +188,7 @@ def seen_through(
                 )
                 if reflection.x < 0.0:
                     reflection = stored.irradiance * INV_PI
-                mirrored = mirrored_share(env, direction, surface.normal, surface.specular, surface.roughness)
+                mirrored = mirrored_share(env, direction, surface.normal, surface)
                 value = shade(env, direction, surface, stored.irradiance, stored.sun, mirrored, reflection)
     return value
 

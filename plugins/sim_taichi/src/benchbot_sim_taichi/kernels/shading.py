@@ -25,9 +25,9 @@ def sun_highlight(normal, view, toward, specular, roughness):
 
 
 @ti.func
-def mirrored_share(env: ti.template(), direction, normal, specular, roughness):
-    """Return the share of each colour that a surface mirrors towards the viewer."""
-    return environment_brdf(env, specular, roughness, ti.max(-normal.dot(direction), 0.0))
+def mirrored_share(env: ti.template(), direction, normal, surface):
+    """Return the share of each colour that a surface mirrors towards a viewer who looks along `direction`."""
+    return environment_brdf(env, surface.specular, surface.roughness, ti.max(-normal.dot(direction), 0.0))
 
 
 @ti.func
