@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchbot_scenes.gltf import load_scene
-from benchbot_sim_taichi import _ti, camera_response, device_scene, irradiance
+from benchbot_sim_taichi import _ti, camera_response, irradiance
 from benchbot_sim_taichi.lamps import Lamps
 from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
 from benchbot_sim_taichi.path_trace import path_trace
@@ -197,7 +197,7 @@ def test_a_lamps_light_comes_back_from_the_lamp_itself_from_panes_and_from_smoot
 
 def test_panes_that_show_the_sky_are_windows_and_glasses_are_not(tmp_path: Path, kernel_cache: Path) -> None:
     scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
-    device = device_scene.upload(scene, Lighting(), kernel_cache)
+    device = Renderer(scene, Lighting(), cache_dir=kernel_cache).device
     inner_faces_of_the_pane = 2
     assert device.lights[2] == inner_faces_of_the_pane
     assert irradiance.load_or_solve(scene, Lighting(), device, kernel_cache, 0).cells.any()
@@ -218,7 +218,7 @@ def test_light_that_another_kind_of_device_has_worked_out_is_not_loaded(
     """A GPU's light differs in its last digits: a run on a processor is not to depend on who was there before."""
     scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
     Renderer(scene, Lighting(), cache_dir=kernel_cache)
-    names = {irradiance.cache_key(scene, Lighting(), 0)}
+    names = {irradiance.cache_key(1, scene, Lighting(), 0)}
     monkeypatch.setattr(_ti, "_started", "cuda")
-    names.add(irradiance.cache_key(scene, Lighting(), 0))
+    names.add(irradiance.cache_key(1, scene, Lighting(), 0))
     assert len(names) == 2
