@@ -169,7 +169,7 @@ def test_light_stays_on_a_moved_object_until_all_is_lit_anew(kernel_cache: Path,
     renderer.relight()
     relit = renderer.render(view, SMALL)
     fresh = Renderer(shifted(scene, ball, transform), day, cache_dir=kernel_cache).render(view, SMALL)
-    np.testing.assert_array_equal(moved.depth, fresh.depth)
+    np.testing.assert_array_equal(moved.depth_m, fresh.depth_m)
     unlike = {
         name: np.abs(frame.rgb.astype(float) - fresh.rgb).mean()
         for name, frame in (("before", before), ("moved", moved), ("relit", relit))
