@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from benchbot_scenes.gltf import load_scene
-from benchbot_sim_taichi import _ti, camera_response, device_scene, irradiance
+from benchbot_sim_taichi import _ti, camera_response, irradiance
 from benchbot_sim_taichi.lamps import Lamps
 from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
 from benchbot_sim_taichi.path_trace import path_trace
+from benchbot_sim_taichi.reflectance import ALBEDO_STEPS, albedo_table
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE
 from plugins.sim_taichi.tests import rooms
@@ -32,7 +33,11 @@ def test_a_closed_room_holds_as_much_light_as_its_lamp_gives(tmp_path: Path, ker
     power = np.pi * radiance * 4 * np.pi * radius**2
     cells = renderer.irradiance.cells.reshape(-1, CELL_STRIDE)
     cells = cells[np.abs(cells[:, :3]).max(axis=1) > 0.9 * width / 2]  # without those of the lamp
-    reflectance = 0.96 * albedo + 0.04  # the surface itself mirrors 4 %, as glTF has it
+    # Of light from all about, the surface itself mirrors what `reflectance` says of the roughest.
+    cosine = np.linspace(0.0, 1.0, ALBEDO_STEPS) ** 2
+    scale, bias = albedo_table().reshape(ALBEDO_STEPS, ALBEDO_STEPS, 2)[-1].T
+    mirrored = float(np.trapezoid(2.0 * cosine * (0.04 * scale + bias), cosine))
+    reflectance = (1.0 - mirrored) * albedo + mirrored
     # Cells at edges are smaller and darker; light that has been reflected is the same everywhere, near enough.
     distance = np.linalg.norm(cells[:, :3], axis=1)
     cosine = -(cells[:, :3] * cells[:, 3:6]).sum(axis=1) / distance
@@ -197,7 +202,7 @@ def test_a_lamps_light_comes_back_from_the_lamp_itself_from_panes_and_from_smoot
 
 def test_panes_that_show_the_sky_are_windows_and_glasses_are_not(tmp_path: Path, kernel_cache: Path) -> None:
     scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
-    device = device_scene.upload(scene, Lighting(), kernel_cache)
+    device = Renderer(scene, Lighting(), cache_dir=kernel_cache).device
     inner_faces_of_the_pane = 2
     assert device.lights[2] == inner_faces_of_the_pane
     assert irradiance.load_or_solve(scene, Lighting(), device, kernel_cache, 0).cells.any()
@@ -218,7 +223,7 @@ def test_light_that_another_kind_of_device_has_worked_out_is_not_loaded(
     """A GPU's light differs in its last digits: a run on a processor is not to depend on who was there before."""
     scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
     Renderer(scene, Lighting(), cache_dir=kernel_cache)
-    names = {irradiance.cache_key(scene, Lighting(), 0)}
+    names = {irradiance.cache_key(1, scene, Lighting(), 0)}
     monkeypatch.setattr(_ti, "_started", "cuda")
-    names.add(irradiance.cache_key(scene, Lighting(), 0))
+    names.add(irradiance.cache_key(1, scene, Lighting(), 0))
     assert len(names) == 2

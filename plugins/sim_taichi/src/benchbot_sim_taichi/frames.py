@@ -15,6 +15,7 @@ __all__ = ["DeviceArray", "DeviceFrames", "Frame", "FrameBatch"]
 PIXELS_PER_GROUP = 4
 WORDS_PER_GROUP = 3
 MOST_WORDS = 2**31 - 1
+INFINITY_BITS = 0x7F800000
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from benchbot_sim_taichi.kernels import cells as kernels
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 22
+VERSION = 24
 RAYS_PER_CELL = 256
 POINTS_PER_CELL = 32
 BOUNCES = 24
@@ -37,11 +37,6 @@ class Irradiance:
     cells: FloatArray
     layout: FloatArray
     near: FloatArray
-
-    def places(self) -> tuple[FloatArray, FloatArray]:
-        """Mean position and normal of each cell, (N, 3) both."""
-        values = self.cells.reshape(-1, surface_cells.CELL_STRIDE)
-        return values[:, 0:3], values[:, 3:6]
 
     def mean_light(self) -> tuple[float, npt.NDArray[np.float64]]:
         """Median luminance that leaves surfaces, and mean irradiance (3,); indoors alone where there is an indoors."""
@@ -61,15 +56,15 @@ def load_or_solve(
     scene: SceneGeometry, lighting: Lighting, device: DeviceScene, cache_dir: Path, seed: int
 ) -> Irradiance:
     """Return the irradiance of a scene, from `cache_dir` if it was computed before."""
-    path = cache_dir / f"irradiance-{cache_key(scene, lighting, seed)}.npz"
+    path = cache_dir / f"irradiance-{cache_key(VERSION, scene, lighting, seed)}.npz"
     names = {field.name for field in fields(Irradiance)}
     return Irradiance(**disk_cache.load_or_make(path, names, lambda: asdict(solve(scene, device, seed))))
 
 
-def cache_key(scene: SceneGeometry, lighting: Lighting, seed: int) -> str:
-    """Return a name of the light of a scene, as the kind of device that kernels run on works it out."""
+def cache_key(version: int, scene: SceneGeometry, lighting: Lighting, seed: int) -> str:
+    """Return a name of what is worked out from these, on the kind of device that kernels run on."""
     light = (lighting.sun, lighting.sky, lighting.exterior)
-    described = repr((VERSION, _ti.device_kind(), scene.content_hash, *light, seed))
+    described = repr((version, _ti.device_kind(), scene.content_hash, *light, seed))
     return hashlib.sha256(described.encode()).hexdigest()[:32]
 
 
@@ -129,7 +124,7 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
     for _ in range(BOUNCES + 1):
         kernels.bounce_cells(links, tints, sky, direct, cells, before, after, count, rays, int(has_panes))
         before, after = after, before
-    indirect, smoothed = _ti.upload(np.zeros(count * 6, np.float32)), _ti.upload(np.zeros(count * 6, np.float32))
+    indirect, smoothed = _ti.upload(np.zeros(count * 3, np.float32)), _ti.upload(np.zeros(count * 3, np.float32))
     kernels.split_cells(cells, direct, before, sky, indirect, count, rays)
     for step in SMOOTHING_STEPS:
         kernels.smooth_cells(grid, cells, layout, indirect, smoothed, _ti.upload(found.keys), count, step)

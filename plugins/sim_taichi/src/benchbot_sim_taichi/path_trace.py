@@ -75,19 +75,21 @@ def is_denoised(quality: "Quality") -> bool:
     return quality.name == "path" and denoise.is_installed()
 
 
-def features(pixels: Any, count: int, size: tuple[int, int, int]) -> tuple[FloatArray, FloatArray]:
-    """Return reflectance and normal, (N, H, W, 3) each, of `count` pixels from `kernels.primary.see`.
+def features(
+    device: DeviceScene, cameras: Any, hits: Any, count: int, size: tuple[int, int]
+) -> tuple[FloatArray, FloatArray]:
+    """Return reflectance and normal, (N, H, W, 3) each, of what the pixels of N cameras show; W and H are `size`.
 
-    `size` is N, W and H. The sky has reflectance 1 and no normal.
+    On a processor, `hits` are those of `kernels.first_hits`. The sky has reflectance 1 and no normal.
     """
-    from benchbot_sim_taichi.kernels.primary import PIXEL_STRIDE
-    from benchbot_sim_taichi.kernels.traversal import FAR
+    from benchbot_sim_taichi.kernels.primary import FEATURE_STRIDE, find_features
 
-    values = _ti.download(pixels)[: count * PIXEL_STRIDE].reshape(size[0], size[2], size[1], PIXEL_STRIDE)
-    is_sky = values[..., :1] >= np.float32(FAR)
-    albedo = np.where(is_sky, 1.0, np.clip(values[..., 7:10] + values[..., 10:13], 0.0, 1.0))
-    normal = np.where(is_sky, 0.0, values[..., 1:4])
-    return albedo.astype(np.float32), normal.astype(np.float32)
+    width, height = size
+    values = _ti.upload(np.zeros(count * width * height * FEATURE_STRIDE, np.float32))
+    scene = (*device.tree, device.sheer_root, *device.surfaces)
+    find_features(*scene, cameras, hits, values, count, width, height, device.sheer_root >= 0, _ti.is_on_gpu())
+    found = _ti.download(values).reshape(count, height, width, FEATURE_STRIDE)
+    return found[..., :3], found[..., 3:]
 
 
 def _converge(

@@ -18,7 +18,7 @@ from benchbot_sim_taichi import (
     device_scene,
     irradiance,
     lamps,
-    light_grid,
+    lightmap,
     path_trace,
 )
 from benchbot_sim_taichi.frames import DeviceFrames, Frame, FrameBatch
@@ -58,7 +58,6 @@ class Renderer:
         self._scene, self._lighting, self._cache_dir = lamps.switched(scene, lighting.lamps), lighting, cache_dir
         self.device = device_scene.upload(self._scene, lighting, cache_dir)
         self._arranged: arrangement.Arrangement | None = None
-        self._lights_moved = False
 
     @cached_property
     def irradiance(self) -> irradiance.Irradiance:
@@ -93,10 +92,15 @@ class Renderer:
     @cached_property
     def near_lights(self) -> Any:
         """The importance of lights by position, as `kernels.light_grid` reads it."""
-        light = self.irradiance
-        if self._lights_moved:
-            return _ti.upload(light_grid.find(self.device, light.layout, *light.places()))
-        return _ti.upload(light.near)
+        return _ti.upload(self.irradiance.near)
+
+    @cached_property
+    def lightmap(self) -> lightmap.Lightmap:
+        """The light of all surfaces, worked out (seconds) or loaded when the first picture asks for it."""
+        light = (self._cells, self.near_lights)  # first: they look for lamps anew
+        if self._arranged is not None:
+            return lightmap.bake(self._scene, self.device, *light, self._seed)
+        return lightmap.load_or_bake(self._scene, self._lighting, self.device, *light, self._cache_dir, self._seed)
 
     @property
     def scene(self) -> SceneGeometry:
@@ -106,8 +110,8 @@ class Renderer:
     def move(self, instance: int, transform: npt.NDArray[np.floating]) -> None:
         """Move an object by the rigid `transform` (4, 4) of its original position; it takes milliseconds.
 
-        Shapes, shadows and direct light are right at once; light that bounces stays that of before until `relight`.
-        Raises BenchbotError for what is no object or no pose.
+        Depth and ids are right at once; the light on objects and the exposure stay those of before until `relight`,
+        unless a lamp or a pane moves. Raises BenchbotError for what is no object or no pose.
         """
         before = self._arrangement()
         self._arrange(before, arrangement.move(before, instance, transform), before.triangles_of(instance))
@@ -120,18 +124,19 @@ class Renderer:
     def add(self, mesh: SceneGeometry, transform: npt.NDArray[np.floating]) -> tuple[int, ...]:
         """Put the objects of `mesh` into the scene, moved by `transform`; otherwise as `move`.
 
-        Returns the numbers that they have here, in the order of its instances. Its lamps are on.
+        Returns the numbers that they have here, in the order of its instances. Its lamps are on. All light is worked
+        out anew, as by `relight`.
         """
         before = self._arrangement()
         after, numbers = arrangement.add(before, mesh, transform)
         self._arrange(before, after, np.arange(len(before.scene.triangles), len(after.scene.triangles)))
+        self.relight()
         return numbers
 
     def relight(self) -> None:
-        """Let light bounce anew off objects where they are now (seconds), when the next picture asks for it."""
-        for stored in ("irradiance", "exposure", "_cells", "near_lights"):
+        """Have all light and the exposure worked out anew (seconds, not kept on disk) when the next picture asks."""
+        for stored in ("irradiance", "exposure", "_cells", "near_lights", "lightmap"):
             self.__dict__.pop(stored, None)
-        self._lights_moved = False
 
     def _arrangement(self) -> arrangement.Arrangement:
         if self._arranged is not None:
@@ -148,8 +153,7 @@ class Renderer:
             self._narrow = narrow
         self._arranged, self._scene = after, after.scene
         if self.device.lights is not before.lights:
-            self.__dict__.pop("near_lights", None)
-            self._lights_moved = "irradiance" in self.__dict__
+            self.relight()
 
     def render(self, camera_to_map: npt.NDArray[np.floating], intrinsics: Intrinsics, *, rgb: bool = True) -> Frame:
         """Take one picture; `camera_to_map` is the (4, 4) pose of the optical frame (x right, y down, z forward).
@@ -185,8 +189,11 @@ class Renderer:
         width, height = common_size(poses, intrinsics)
         frames = DeviceFrames.allocate(len(poses), width, height, has_rgb=rgb, out=out)
         records = camera_records(poses, intrinsics, self.exposure if rgb else 1.0).reshape(-1, CAMERA_STRIDE)
-        is_glanced = self._quality == FAST if rgb else _ti.is_on_gpu()
-        take, pixels_at_once = (self._glance, GLANCED_PIXELS_AT_ONCE) if is_glanced else (self._take, PIXELS_AT_ONCE)
+        take, pixels_at_once = self._take, PIXELS_AT_ONCE
+        if self._quality == FAST or not rgb:
+            take, pixels_at_once = self._glance, GLANCED_PIXELS_AT_ONCE
+        elif self._quality == REALTIME:
+            take = self._paint
         at_once = max(pixels_at_once // max(width * height, 1), 1)
         for first in range(0, len(poses), at_once):
             take(records[first : first + at_once], frames, first)
@@ -197,21 +204,30 @@ class Renderer:
         from benchbot_sim_taichi.kernels import glance
 
         size = (len(records), frames.width, frames.height)
-        pixel_count = len(records) * frames.width * frames.height
         cameras = self._buffer("cameras", records.size)
         _ti.write(cameras, records.ravel())
+        hits = self._first_hits(cameras, size)
+        if not frames.has_rgb:
+            self._see(cameras, hits, frames, first, len(records))
+            return
+        device = self.device_for_paths
+        scene = (*device.tree, device.sheer_root, *device.surfaces)
+        colors = self._buffer("colors", math.prod(size), np.int32)
+        light = (self.device.lights[0], *self._cells, *camera_response.curves())
+        places = (frames.depth_at(first), frames.instance_at(first))
+        variant = (device.sheer_root >= 0, _ti.is_on_gpu())
+        glance.glance(*scene, *light, cameras, hits, frames.words, colors, *places, *size, *variant)
+        glance.pack(colors, frames.words, frames.rgb_at(first), len(records), frames.width * frames.height)
+
+    def _see(self, cameras: Any, hits: Any, frames: DeviceFrames, first: int, count: int) -> None:
+        """Find depth and instances of pictures `first` … of `frames`."""
+        from benchbot_sim_taichi.kernels import glance
+
         device = self.device_for_paths
         scene = (*device.tree, device.sheer_root, *device.surfaces)
         places = (frames.depth_at(first), frames.instance_at(first))
-        hits = self._first_hits(cameras, size)
-        variant = (self.device.sheer_root >= 0, _ti.is_on_gpu())
-        if not frames.has_rgb:
-            glance.see(*scene, cameras, hits, frames.words, *places, *size, *variant)
-            return
-        colors = self._buffer("colors", pixel_count, np.int32)
-        light = (self.device.lights[0], *self._cells, *camera_response.curves())
-        glance.glance(*scene, *light, cameras, hits, frames.words, colors, *places, *size, *variant)
-        glance.pack(colors, frames.words, frames.rgb_at(first), len(records), frames.width * frames.height)
+        size, variant = (count, frames.width, frames.height), (device.sheer_root >= 0, _ti.is_on_gpu())
+        glance.see(*scene, cameras, hits, frames.words, *places, *size, *variant)
 
     def _first_hits(self, cameras: Any, size: tuple[int, int, int]) -> Any:
         """Return the buffer of the cameras' first hits: filled here on a processor, by its reader on a GPU."""
@@ -224,65 +240,46 @@ class Renderer:
         return hits
 
     def _take(self, records: npt.NDArray[np.float32], frames: DeviceFrames, first: int) -> None:
-        """Take pictures `first` … of `frames` in one launch of each kernel."""
-        from benchbot_sim_taichi.kernels import filtering, illumination, primary, resolve
+        """Take pictures `first` … of `frames` by following paths."""
+        size = (len(records), frames.width, frames.height)
+        cameras = _ti.upload(records.ravel())
+        hits = self._first_hits(cameras, size)
+        self._see(cameras, hits, frames, first, len(records))
+        shown = None
+        if path_trace.is_denoised(self._quality):
+            shown = path_trace.features(self.device_for_paths, cameras, hits, len(records), size[1:])
+        place = (self.device_for_paths, self.near_lights)
+        paths = path_trace.expose(*place, records, size[1:], self._quality, shown, self._seed)
+        camera_response.develop(_ti.upload(paths.ravel()), frames.words, frames.rgb_at(first), *size, self._buffer)
+
+    def _paint(self, records: npt.NDArray[np.float32], frames: DeviceFrames, first: int) -> None:
+        """Take pictures `first` … of `frames` in one launch of each kernel, their light looked up on surfaces."""
+        from benchbot_sim_taichi.kernels import paint, reflections, resolve
 
         size = (len(records), frames.width, frames.height)
-        pixel_count = len(records) * frames.width * frames.height
+        pixels = math.prod(size)
         cameras = _ti.upload(records.ravel())
-        pixels = self._buffer("pixels", pixel_count * primary.PIXEL_STRIDE if frames.has_rgb else 1)
-        guide = self._buffer("guide", pixel_count * primary.GUIDE_STRIDE if frames.has_rgb else 1)
-        device = self.device
+        device, on_gpu = self.device, _ti.is_on_gpu()
         hits = self._first_hits(cameras, size)
-        primary.see(
-            *device.tree,
-            device.sheer_root,
-            *device.surfaces,
-            cameras,
-            hits,
-            pixels,
-            guide,
-            frames.words,
-            frames.depth_at(first),
-            frames.instance_at(first),
-            *size,
-            int(frames.has_rgb),
-            int(not _ti.is_on_gpu()),
-        )
-        if not frames.has_rgb:
-            return
-        if self._quality != REALTIME:
-            shown = path_trace.features(pixels, pixel_count, size) if path_trace.is_denoised(self._quality) else None
-            place = (self.device_for_paths, self.near_lights)
-            paths = path_trace.expose(*place, records, size[1:], self._quality, shown, self._seed)
-            radiance = _ti.upload(paths.ravel())
-            camera_response.develop(radiance, frames.words, frames.rgb_at(first), *size, self._buffer)
-            return
+        guide = self._buffer("guide", pixels * paint.GUIDE_STRIDE)
+        shades = self._buffer("shades", pixels * paint.SHADE_STRIDE)
+        mirrors = self._buffer("mirrors", pixels * paint.MIRROR_STRIDE)
+        kinds = self._buffer("kinds", pixels, np.int32)
+        centers, radiance, beside = (self._buffer(name, pixels * 3) for name in ("centers", "radiance", "beside"))
+        seen, mirrored = (guide, shades, mirrors, kinds), (mirrors, kinds)
         scene = (*device.tree, device.sheer_root, *device.surfaces)
-        light = self._buffer("light", pixel_count * illumination.LIGHT_PIXEL_STRIDE)
-        smooth = self._buffer("smooth", pixel_count * illumination.LIGHT_PIXEL_STRIDE)
-        tree, cells, seed = device.tree, self._cells, self._seed
-        seen = (cameras, pixels, guide)
-        illumination.light_indirectly(*tree, *device.surfaces[:2], *cells, *seen, light, *size, seed)
-        illumination.light_directly(*scene, *device.lights, self.near_lights, *seen, light, *size, seed)
-        lit = (*device.lights, device.light_of, self.near_lights)
-        illumination.reflect(*scene, *lit, *cells, *seen, light, *size, seed)
-        for step in (1, 4):
-            filtering.smooth(cameras, guide, light, smooth, *size, 0, step)
-            filtering.smooth(cameras, guide, smooth, light, *size, 1, step)
-        radiance = self._buffer("radiance", pixel_count * 3)
-        centers = self._buffer("centers", pixel_count * 3)
-        resolve.shade_centers(device.lights[0], cameras, pixels, light, centers, *size)
-        resolve.resolve(
-            *scene,
-            device.lights[0],
-            *cells,
-            *seen,
-            light,
-            centers,
-            radiance,
-            *size,
-        )
+        lit = (*scene, device.lights[0], *self.lightmap.arrays)
+        places = (frames.words, frames.depth_at(first), frames.instance_at(first))
+        paint.paint(*lit, cameras, hits, *seen, centers, *places, *size, int(not on_gpu))
+        lights = (*device.lights, device.light_of, self.near_lights)
+        reflections.reflect(*scene, *lights, *self.lightmap.arrays, cameras, *mirrored, *size, self._seed)
+        reflections.spread(cameras, guide, kinds, mirrors, radiance, *size, 0, 1, paint.MIRROR_STRIDE, 11)
+        reflections.spread(cameras, guide, kinds, radiance, beside, *size, 1, 1, 3, 0)
+        reflections.spread(cameras, guide, kinds, beside, radiance, *size, 0, 4, 3, 0)
+        reflections.spread(cameras, guide, kinds, radiance, beside, *size, 1, 4, 3, 0)
+        reflections.combine(cameras, shades, *mirrored, beside, centers, *size)
+        add_edges = resolve.resolve_pixels if on_gpu else resolve.resolve_tiles
+        add_edges(*lit, cameras, *seen, centers, radiance, *size)
         camera_response.develop(radiance, frames.words, frames.rgb_at(first), *size, self._buffer)
 
     def cast(

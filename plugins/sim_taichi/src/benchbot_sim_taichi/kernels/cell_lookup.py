@@ -62,12 +62,10 @@ def nearest_cell(grid: ti.template(), cells: ti.template(), layout: ti.template(
 
 @ti.dataclass
 class CellLight:
-    """Interpolated cell values, see the module; `sun`: whether any of the cells sees it (or none is there to ask)."""
+    """Interpolated irradiance: all of it, and that by way of other surfaces."""
 
     total: vec3
-    far: vec3
-    direct: vec3
-    sun: ti.f32
+    bounced: vec3
 
 
 @ti.func
@@ -78,7 +76,7 @@ def interpolate_cells(grid: ti.template(), cells: ti.template(), layout: ti.temp
     local = (point - load3(layout, 0)) * inv_size
     corner = ti.floor(local - 0.5)
     fraction = local - 0.5 - corner
-    light = CellLight(total=vec3(0.0), far=vec3(0.0), direct=vec3(0.0), sun=0.0)
+    light = CellLight(total=vec3(0.0), bounced=vec3(0.0))
     weight_sum = 0.0
     for axis in range(3):
         component = ti.select(axis == 0, normal.x, ti.select(axis == 1, normal.y, normal.z))
@@ -98,14 +96,9 @@ def interpolate_cells(grid: ti.template(), cells: ti.template(), layout: ti.temp
                         )
                         base = cell * CELL_STRIDE
                         light.total += load3(cells, base + 6) * weight
-                        light.far += load3(cells, base + 9) * weight
-                        light.direct += load3(cells, base + 12) * weight
-                        light.sun = ti.max(light.sun, cells[base + 22])
+                        light.bounced += load3(cells, base + 9) * weight
                         weight_sum += weight
     scale = ti.select(weight_sum > 0.0, 1.0 / ti.max(weight_sum, 1e-20), 0.0)
-    if weight_sum <= 0.0:
-        light.sun = 1.0
     light.total *= scale
-    light.far *= scale
-    light.direct *= scale
+    light.bounced *= scale
     return light

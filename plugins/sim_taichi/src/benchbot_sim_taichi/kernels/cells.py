@@ -1,7 +1,7 @@
 # mypy: ignore-errors
 """Irradiance stored in world-space cells: the passes that fill them once per environment.
 
-A cell is 24 values: mean position, mean normal, irradiance (all light), mean radiance from beyond `NEAR_M`,
+A cell is 24 values: mean position, mean normal, irradiance (all light), irradiance by way of other surfaces,
 irradiance that arrives straight from windows and lamps, radiance that leaves it, albedo, openness to the sky, whether
 the sun is seen, how much it counts (the share of rays that did not start inside a solid; a tenth of it outdoors).
 """
@@ -12,21 +12,19 @@ from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import row_near, sample_near
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, Passage, pack, sent, sheerness, unpack
-from benchbot_sim_taichi.kernels.reflectance import pane_reflectance
+from benchbot_sim_taichi.kernels.reflectance import mean_mirrored, pane_reflectance
 from benchbot_sim_taichi.kernels.sampling import ONE_OVER_2_32, cone_direction, cosine_direction, hash_u32, sobol_2d
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
 from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
 
-NEAR_M = 0.5
 OFFSET_M = 5e-4
 GAP_M = 0.25  # deeper than what lamps and furniture leave between themselves and a wall
 HIDDEN_WEIGHT = 1e-3
 OUTDOORS_WEIGHT = 0.1
 OUTDOORS_RAYS = 4  # of each sample: to the sun, and about
 LINK_NONE = -1
-LINK_NEAR = 1 << 30
 INV_PI = 0.31830988618379067
 
 
@@ -122,7 +120,8 @@ def light_cells(
             weights += weight
             mean_position += weight * position
             mean_normal += weight * surface.normal
-            albedo += weight * (surface.diffuse * (vec3(1.0) - surface.specular) + surface.specular)
+            mirrored = mean_mirrored(env, surface.specular, surface.roughness)
+            albedo += weight * (surface.diffuse * (vec3(1.0) - mirrored) + mirrored)
             xi = sobol_2d(k, scramble)
             row = row_near(near, position, surface.normal)
             for kind in range(3):
@@ -271,8 +270,6 @@ def link_cells(
                     else:
                         met = ti.select(met.dot(direction) > 0.0, negated(met), met)
                         link = nearest_cell(grid, cells, layout, position + direction * solid.t, met)
-                        if link >= 0 and solid.t < NEAR_M and not is_mirrored:
-                            link |= LINK_NEAR
                 # Sky that is seen through a pane counts as direct light.
                 elif portals == 0 or passed.panes == 0 or is_mirrored:
                     sum_sky += passed.share * sky_radiance(env, direction)
@@ -305,28 +302,19 @@ def bounce_cells(
     """One more bounce: irradiance `after` from irradiance `before` (3 per cell each)."""
     for cell in range(count):
         total = vec3(0.0)
-        far = vec3(0.0)
-        near = 0.0
         for r in range(rays):
-            link = links[cell * rays + r]
-            if link >= 0:
-                other = link & (LINK_NEAR - 1)
+            other = links[cell * rays + r]
+            if other >= 0:
                 radiance = load3(before, other * 3) * load3(cells, other * CELL_STRIDE + 18) * INV_PI
                 if has_panes == 1:
                     radiance *= unpack(tints[cell * rays + r])
                 total += radiance
-                if link & LINK_NEAR:
-                    near += 1.0
-                else:
-                    far += radiance
         escaped = load3(sky, cell * 4)
         valid = sky[cell * 4 + 3]
         inv = ti.select(valid > 0.0, 1.0 / ti.max(valid, 1.0), 0.0)
-        inv_far = ti.select(valid - near > 0.5, 1.0 / ti.max(valid - near, 1.0), 0.0)
         for c in ti.static(range(3)):
             straight = direct[cell * 3 + c] + cells[cell * CELL_STRIDE + 12 + c]
             after[cell * 3 + c] = straight + (total[c] + escaped[c]) * inv / INV_PI
-            cells[cell * CELL_STRIDE + 9 + c] = (far[c] + escaped[c]) * inv_far
 
 
 @ti.kernel
@@ -340,7 +328,7 @@ def smooth_cells(
     count: ti.i32,
     step: ti.i32,
 ):
-    """Average 6 values per cell over coplanar neighbours, `step` cells apart (à-trous: Dammertz et al., 2010)."""
+    """Average 3 values per cell over coplanar neighbours, `step` cells apart (à-trous: Dammertz et al., 2010)."""
     nx, ny, nz = ti.cast(layout[4], ti.i32), ti.cast(layout[5], ti.i32), ti.cast(layout[6], ti.i32)
     for cell in range(count):
         key = keys[cell]
@@ -351,7 +339,7 @@ def smooth_cells(
         base = cell * CELL_STRIDE
         position = load3(cells, base)
         normal = load3(cells, base + 3)
-        total = ti.Vector([0.0] * 6)
+        total = vec3(0.0)
         weight_sum = 0.0
         for k in range(125):
             dx, dy, dz = k % 5 - 2, k // 5 % 5 - 2, k // 25 - 2
@@ -361,12 +349,11 @@ def smooth_cells(
                 if other >= 0:
                     spread = ti.exp(-0.35 * ti.cast(dx * dx + dy * dy + dz * dz, ti.f32))
                     weight = spread * cell_weight(cells, other, position, normal, layout[3])
-                    for c in ti.static(range(6)):
-                        total[c] += source[other * 6 + c] * weight
+                    total += load3(source, other * 3) * weight
                     weight_sum += weight
-        for c in ti.static(range(6)):
-            target[cell * 6 + c] = ti.select(
-                weight_sum > 1e-6, total[c] / ti.max(weight_sum, 1e-6), source[cell * 6 + c]
+        for c in ti.static(range(3)):
+            target[cell * 3 + c] = ti.select(
+                weight_sum > 1e-6, total[c] / ti.max(weight_sum, 1e-6), source[cell * 3 + c]
             )
 
 
@@ -374,14 +361,13 @@ def smooth_cells(
 def split_cells(
     cells: floats, direct: floats, irradiance: floats, sky: floats, target: floats, count: ti.i32, rays: ti.i32
 ):
-    """The part of a cell's light that came by way of other surfaces: irradiance, and radiance from afar."""
+    """The part of a cell's irradiance that came by way of other surfaces."""
     for cell in range(count):
         # Not in `link_cells`, whose rays look this value up in other cells at the same time.
         cells[cell * CELL_STRIDE + 23] *= sky[cell * 4 + 3] / ti.cast(rays, ti.f32)
         for c in ti.static(range(3)):
             straight = direct[cell * 3 + c] + cells[cell * CELL_STRIDE + 12 + c]
-            target[cell * 6 + c] = irradiance[cell * 3 + c] - straight
-            target[cell * 6 + 3 + c] = cells[cell * CELL_STRIDE + 9 + c]
+            target[cell * 3 + c] = irradiance[cell * 3 + c] - straight
 
 
 @ti.kernel
@@ -390,7 +376,8 @@ def finish_cells(cells: floats, direct: floats, indirect: floats, count: ti.i32)
     for cell in range(count):
         for c in ti.static(range(3)):
             straight = direct[cell * 3 + c] + cells[cell * CELL_STRIDE + 12 + c]
-            value = straight + ti.max(indirect[cell * 6 + c], 0.0)
+            bounced = ti.max(indirect[cell * 3 + c], 0.0)
+            value = straight + bounced
             cells[cell * CELL_STRIDE + 6 + c] = value
-            cells[cell * CELL_STRIDE + 9 + c] = indirect[cell * 6 + 3 + c]
+            cells[cell * CELL_STRIDE + 9 + c] = bounced
             cells[cell * CELL_STRIDE + 15 + c] = value * cells[cell * CELL_STRIDE + 18 + c] * INV_PI

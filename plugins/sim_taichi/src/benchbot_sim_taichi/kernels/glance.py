@@ -7,7 +7,7 @@ one tile of 8 x 4, whose rays meet much the same nodes.
 """
 
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.frames import PIXELS_PER_GROUP, WORDS_PER_GROUP
+from benchbot_sim_taichi.frames import INFINITY_BITS, PIXELS_PER_GROUP, WORDS_PER_GROUP
 from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray
 from benchbot_sim_taichi.kernels.cell_lookup import nearest_cell
 from benchbot_sim_taichi.kernels.develop import bytes_, developed
@@ -15,16 +15,14 @@ from benchbot_sim_taichi.kernels.first_hits import met
 from benchbot_sim_taichi.kernels.lanes import absolute
 from benchbot_sim_taichi.kernels.light import outlook
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS
-from benchbot_sim_taichi.kernels.primary import INFINITY_BITS
-from benchbot_sim_taichi.kernels.reflectance import pane_reflectance
-from benchbot_sim_taichi.kernels.resolve import shade
+from benchbot_sim_taichi.kernels.reflectance import INV_PI, pane_reflectance
+from benchbot_sim_taichi.kernels.shading import mirrored_share, shade
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 from benchbot_sim_taichi.kernels.traversal_gpu import BLOCK, trace_gpu
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE
 from benchbot_sim_taichi.tables import CAMERA_STRIDE, TRIANGLE_STRIDE
 
-INV_PI = 0.31830988618379067
 LIFT_M = 1e-3
 
 
@@ -74,7 +72,7 @@ def look(
     has_sheer: ti.template(),
     on_gpu: ti.template(),
 ):
-    """First the opaque surface, then the panes and cut-outs before it, front to back; as in `primary.see`.
+    """First the opaque surface, then the panes and cut-outs before it, front to back; as in `paint.paint`.
 
     On a processor, `first_hits.meet` has left the first of either in `hits`.
     """
@@ -282,18 +280,8 @@ def glance(
                     hit.t / cameras[eye + 12],
                 )
                 light = stored_light(grid, cells, layout, origin + ray * hit.t + surface.face * LIFT_M, surface.smooth)
-                color = shade(
-                    env,
-                    direction,
-                    surface.normal,
-                    surface.diffuse,
-                    surface.specular,
-                    surface.emission,
-                    surface.roughness,
-                    light,
-                    0.0,
-                    light * INV_PI,
-                )
+                mirrored = mirrored_share(env, direction, surface.normal, surface)
+                color = shade(env, direction, surface, light, 0.0, mirrored, light * INV_PI)
             else:
                 color = outlook(env, direction, 1.0 / cameras[eye + 12])
             color *= seen.passed * load3(cameras, eye + 16)

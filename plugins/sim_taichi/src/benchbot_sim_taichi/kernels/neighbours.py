@@ -3,7 +3,7 @@
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.camera import camera_ray
-from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE
+from benchbot_sim_taichi.kernels.paint import GUIDE_STRIDE
 from benchbot_sim_taichi.kernels.surface import load3
 from benchbot_sim_taichi.kernels.traversal import FAR, vec3
 

@@ -30,6 +30,15 @@ def environment_brdf(env: ti.template(), specular, roughness, cosine):
 
 
 @ti.func
+def mean_mirrored(env: ti.template(), specular, roughness):
+    """Share of uniform light that a GGX surface mirrors into all directions together, from four of them."""
+    total = vec3(0.0)
+    for k in range(4):
+        total += environment_brdf(env, specular, roughness, ti.sqrt((ti.cast(k, ti.f32) + 0.5) / 4.0))
+    return total / 4.0
+
+
+@ti.func
 def schlick(specular, cosine):
     """Fresnel reflectance (Schlick, "An inexpensive BRDF model", 1994)."""
     return specular + (vec3(1.0) - specular) * (1.0 - ti.math.clamp(cosine, 0.0, 1.0)) ** 5

@@ -1,151 +1,200 @@
 # mypy: ignore-errors
-"""From light and reflectance to the radiance of each pixel, with more camera rays where pixels hold edges."""
+"""Edges at their full worth: more camera rays through pixels that hold several surfaces.
+
+On a processor the rays of four such pixels of a square of 4 x 4 go together, each in a lane of a packet.
+"""
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray, locate
-from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells
-from benchbot_sim_taichi.kernels.cells import INV_PI
-from benchbot_sim_taichi.kernels.illumination import LIGHT_PIXEL_STRIDE
-from benchbot_sim_taichi.kernels.lanes import negated
+from benchbot_sim_taichi.kernels.first_hits import TILE
+from benchbot_sim_taichi.kernels.lanes import ints16, vec16
 from benchbot_sim_taichi.kernels.light import outlook
-from benchbot_sim_taichi.kernels.panes import unpack
-from benchbot_sim_taichi.kernels.primary import GUIDE_STRIDE, PIXEL_STRIDE
-from benchbot_sim_taichi.kernels.reflectance import environment_brdf, pane_reflectance
+from benchbot_sim_taichi.kernels.lightmap import light_at
+from benchbot_sim_taichi.kernels.packet import RAYS, Packet, trace_packet
+from benchbot_sim_taichi.kernels.paint import (
+    GUIDE_STRIDE,
+    MIRROR_STRIDE,
+    REFLECT_ROUGHNESS,
+    ROUGH,
+    SHADE_STRIDE,
+    SUN_EDGE,
+    gloss,
+    surface_number,
+)
+from benchbot_sim_taichi.kernels.reflectance import INV_PI, pane_reflectance
+from benchbot_sim_taichi.kernels.shading import compress, expand, mirrored_share, shade
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
-from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
+from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
+from benchbot_sim_taichi.tables import CAMERA_STRIDE
 
 SUBSAMPLES = 4
 VISIBLE_STEP = 0.02
 
 
 @ti.func
-def sun_highlight(normal, view, toward, specular, roughness):
-    """GGX reflection of the sun, per unit irradiance times cosine; `view` points to the viewer."""
-    half = (view + toward).normalized(1e-9)
-    nv = ti.max(normal.dot(view), 1e-3)
-    nl = ti.max(normal.dot(toward), 1e-3)
-    nh = ti.max(normal.dot(half), 0.0)
-    alpha = ti.max(roughness * roughness, 0.02)
-    a2 = alpha * alpha
-    d = nh * nh * (a2 - 1.0) + 1.0
-    distribution = a2 * INV_PI / (d * d)
-    visibility = 0.5 / (nl * ti.sqrt(nv * nv * (1.0 - a2) + a2) + nv * ti.sqrt(nl * nl * (1.0 - a2) + a2))
-    fresnel = specular + (vec3(1.0) - specular) * ti.pow(1.0 - ti.max(half.dot(view), 0.0), 5.0)
-    return fresnel * ti.min(distribution * visibility, 50.0)
+def steps_visibly(lowest, highest, dark):
+    """Return whether a range of colours is over `VISIBLE_STEP` wide, as square roots of compressed light.
 
-
-@ti.func
-def shade(env: ti.template(), direction, normal, diffuse, specular, emission, roughness, irradiance, sun, reflection):
-    """Radiance that leaves a surface towards the viewer."""
-    toward = load3(env, 0)
-    cosine = ti.max(normal.dot(toward), 0.0)
-    mirrored = environment_brdf(env, specular, roughness, ti.max(-normal.dot(direction), 0.0))
-    sunlight = load3(env, 3) * (sun * cosine)
-    radiance = emission + (irradiance + sunlight) * diffuse * (vec3(1.0) - mirrored) * INV_PI + mirrored * reflection
-    if sun * cosine > 0.0:
-        radiance += sunlight * sun_highlight(normal, negated(direction), toward, specular, roughness)
-    return radiance
-
-
-@ti.func
-def compress(color):
-    """Bounded weight of a sample, so that one bright sample does not own an edge pixel (Karis, 2013)."""
-    return color / (1.0 + color.max())
-
-
-@ti.func
-def expand(color):
-    """Inverse of `compress`."""
-    return color / ti.max(1.0 - color.max(), 1e-3)
-
-
-@ti.func
-def has_contrast(centers: ti.template(), first, x, y, width, height):
-    """Return whether colours around a pixel differ by over `VISIBLE_STEP`, as square roots of compressed light."""
-    here = load3(centers, (first + y * width + x) * 3)
-    lowest = here
-    highest = here
-    for k in range(9):
-        sx = ti.math.clamp(x + k % 3 - 1, 0, width - 1)
-        sy = ti.math.clamp(y + k // 3 - 1, 0, height - 1)
-        beside = load3(centers, (first + sy * width + sx) * 3)
-        lowest = ti.min(lowest, beside)
-        highest = ti.max(highest, beside)
-    # d sqrt(c) = dc / (2 sqrt(c)), squared to do without the root; the constant term spares noise in the dark.
-    step = (highest - lowest) ** 2 - (highest + 0.002) * (4.0 * VISIBLE_STEP * VISIBLE_STEP)
+    d sqrt(c) = dc / (2 sqrt(c)), squared to do without the root; its constant term spares noise in the dark.
+    """
+    step = (highest - lowest) ** 2 - (dark + 0.002) * (4.0 * VISIBLE_STEP * VISIBLE_STEP)
     return step.max() > 0.0
 
 
 @ti.func
-def needs_more(pixels: ti.template(), guide: ti.template(), first, x, y, width, height):
-    """Return whether a pixel touches an edge of an object, a crease or a jump in depth."""
-    base = (first + y * width + x) * PIXEL_STRIDE
-    found = False
-    for k in range(8):
-        d = ti.select(k >= 4, k + 1, k)
-        sx = ti.math.clamp(x + d % 3 - 1, 0, width - 1)
-        sy = ti.math.clamp(y + d // 3 - 1, 0, height - 1)
-        other = (first + sy * width + sx) * PIXEL_STRIDE
-        if pixels[other + 19] != pixels[base + 19]:
-            found = True
-        if (pixels[other + 14] < FAR) != (pixels[base + 14] < FAR):
-            found = True
-        if pixels[base] < FAR and pixels[other] < FAR:
-            beside = (first + sy * width + sx) * GUIDE_STRIDE
-            if load3(guide, (first + y * width + x) * GUIDE_STRIDE).dot(load3(guide, beside)) < 0.85:
-                found = True
-            t = pixels[base]
-            if ti.abs(pixels[other] - t) > 0.05 * t:
-                found = True
-            if (load3(pixels, base + 7) - load3(pixels, other + 7)).norm() > 0.2:
-                found = True
-    return found
+def may_have_contrast(centers: ti.template(), first, left, top, width, height):
+    """Return whether any pixel of a square may have contrast: false only where no pixel has."""
+    lowest = vec3(FAR)
+    highest = vec3(0.0)
+    for y in range(ti.max(top - 1, 0), ti.min(top + TILE + 1, height)):
+        for x in range(ti.max(left - 1, 0), ti.min(left + TILE + 1, width)):
+            value = load3(centers, (first + y * width + x) * 3)
+            lowest = ti.min(lowest, value)
+            highest = ti.max(highest, value)
+    return steps_visibly(lowest, highest, lowest)
 
 
-@ti.kernel
-def shade_centers(
-    env: floats,
-    cameras: floats,
-    pixels: floats,
-    light_pixels: floats,
-    centers: floats,
-    count: ti.i32,
-    width: ti.i32,
-    height: ti.i32,
+@ti.func
+def at_edge(
+    centers: ti.template(),
+    guide: ti.template(),
+    shades: ti.template(),
+    kinds: ti.template(),
+    first,
+    x,
+    y,
+    width,
+    height,
 ):
-    """Exposed radiance seen through the middle of each pixel, compressed (3 per pixel)."""
-    for pixel in range(count * width * height):
-        x, y, _, eye = locate(pixel, width, height)
-        base = pixel * PIXEL_STRIDE
-        at = pixel * LIGHT_PIXEL_STRIDE
-        center = vec3(0.0)
-        ray = camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
-        direction = ray.normalized()
-        if pixels[base] < FAR:
-            center = shade(
-                env,
-                direction,
-                load3(pixels, base + 1),
-                load3(pixels, base + 7),
-                load3(pixels, base + 10),
-                load3(pixels, base + 20),
-                pixels[base + 13],
-                load3(light_pixels, at),
-                light_pixels[at + 3],
-                ti.select(pixels[base + 14] < FAR, vec3(0.0), load3(light_pixels, at + 4)),
+    """Return whether a pixel has contrast and touches an edge of an object or sunshine, a crease, a jump in depth."""
+    here = first + y * width + x
+    lowest = load3(centers, here * 3)
+    highest = lowest
+    t = guide[here * GUIDE_STRIDE + 3]
+    found = (kinds[here] & SUN_EDGE) != 0
+    for k in range(9):
+        sx = ti.math.clamp(x + k % 3 - 1, 0, width - 1)
+        sy = ti.math.clamp(y + k // 3 - 1, 0, height - 1)
+        other = first + sy * width + sx
+        beside = load3(centers, other * 3)
+        lowest = ti.min(lowest, beside)
+        highest = ti.max(highest, beside)
+        if shades[other * SHADE_STRIDE + 3] != shades[here * SHADE_STRIDE + 3]:
+            found = True
+        elif t < FAR:
+            if load3(guide, here * GUIDE_STRIDE).dot(load3(guide, other * GUIDE_STRIDE)) < 0.85:
+                found = True
+            if ti.abs(guide[other * GUIDE_STRIDE + 3] - t) > 0.05 * t:
+                found = True
+    return found and steps_visibly(lowest, highest, highest)
+
+
+@ti.func
+def point_in_pixel(x, y, sample):
+    """Return a point of a pixel for each sample, on a rotated grid: four rows, four columns, one sample in each."""
+    across = ti.cast(x, ti.f32) + (ti.cast((sample * 2 + sample // 2) % 4, ti.f32) + 0.5) * 0.25
+    down = ti.cast(y, ti.f32) + (ti.cast(sample, ti.f32) + 0.5) * 0.25
+    return across, down
+
+
+@ti.func
+def borrowed(
+    shades: ti.template(), mirrors: ti.template(), kinds: ti.template(), number, is_glass, first, x, y, width, height
+):
+    """Return what a pixel near by, of the same surface, mirrors; negative where there is none."""
+    reflection = vec3(-1.0)
+    for k in range(9):  # the pixel itself first
+        sx = ti.math.clamp(x + (k + 4) % 9 % 3 - 1, 0, width - 1)
+        sy = ti.math.clamp(y + (k + 4) % 9 // 3 - 1, 0, height - 1)
+        other = first + sy * width + sx
+        shown = shades[other * SHADE_STRIDE + 3]
+        is_same = shown == number
+        if is_glass == 1:
+            is_same = shown < -1.5
+        if reflection.x < 0.0 and is_same and gloss(kinds[other]) != ROUGH:
+            reflection = load3(mirrors, other * MIRROR_STRIDE + 11)
+    return reflection
+
+
+@ti.func
+def seen_through(
+    nodes: ti.template(),
+    leaves: ti.template(),
+    sheer_root,
+    triangles: ti.template(),
+    materials: ti.template(),
+    texels: ti.template(),
+    images: ti.template(),
+    env: ti.template(),
+    places: ti.template(),
+    index: ti.template(),
+    light: ti.template(),
+    shades: ti.template(),
+    mirrors: ti.template(),
+    kinds: ti.template(),
+    origin,
+    ray,
+    pixel_angle,
+    hits,
+    sample,
+    first,
+    x,
+    y,
+    width,
+    height,
+):
+    """Return the radiance along one ray of a pixel; `hits` are the nearest opaque one and the sheer one before it.
+
+    Each is four values: distance, triangle (bits), u and v.
+    """
+    direction = ray.normalized()
+    value = outlook(env, direction, pixel_angle)
+    for part in range(2):
+        hit = Hit(
+            t=hits[part * 4],
+            triangle=ti.bit_cast(hits[part * 4 + 1], ti.i32),
+            u=hits[part * 4 + 2],
+            v=hits[part * 4 + 3],
+        )
+        if hit.triangle >= 0:
+            surface = surface_at(
+                triangles, materials, texels, images, hit.triangle, hit.u, hit.v, direction, hit.t * pixel_angle
             )
-        else:
-            center = outlook(env, direction, 1.0 / cameras[eye + 12])
-        if pixels[base + 14] < FAR:
-            mirrored = pane_reflectance(pixels[base + 23], -load3(pixels, base + 15).dot(direction))
-            center = center * unpack(ti.bit_cast(pixels[base + 18], ti.i32)) + load3(light_pixels, at + 4) * mirrored
-        color = compress(center * load3(cameras, eye + 16))
-        for i in ti.static(range(3)):
-            centers[pixel * 3 + i] = color[i]
+            reflection = vec3(-1.0)
+            if surface.is_glass == 1 or surface.roughness < REFLECT_ROUGHNESS:
+                number = surface_number(triangles, hit.triangle)
+                reflection = borrowed(shades, mirrors, kinds, number, surface.is_glass, first, x, y, width, height)
+            if surface.is_cut == 0 and surface.is_glass == 1:
+                mirrored = pane_reflectance(surface.specular.x, -surface.normal.dot(direction))
+                value *= surface.diffuse * (1.0 - mirrored)
+                value += ti.max(reflection, 0.0) * mirrored
+            elif surface.is_cut == 0:
+                stored = light_at(
+                    nodes,
+                    leaves,
+                    sheer_root,
+                    triangles,
+                    materials,
+                    texels,
+                    images,
+                    env,
+                    places,
+                    index,
+                    light,
+                    hit,
+                    surface.face,
+                    origin + ray * hit.t,
+                    sample,
+                )
+                if reflection.x < 0.0:
+                    reflection = stored.irradiance * INV_PI
+                mirrored = mirrored_share(env, direction, surface.normal, surface)
+                value = shade(env, direction, surface, stored.irradiance, stored.sun, mirrored, reflection)
+    return value
 
 
 @ti.kernel
-def resolve(
+def resolve_tiles(
     nodes: floats,
     leaves: floats,
     sheer_root: ti.i32,
@@ -154,13 +203,14 @@ def resolve(
     texels: ints,
     images: ints,
     env: floats,
-    grid: ints,
-    cells: floats,
-    layout: floats,
+    places: floats,
+    index: ints,
+    light: ints,
     cameras: floats,
-    pixels: floats,
     guide: floats,
-    light_pixels: floats,
+    shades: floats,
+    mirrors: floats,
+    kinds: ints,
     centers: floats,
     radiance: floats,
     count: ti.i32,
@@ -168,98 +218,178 @@ def resolve(
     height: ti.i32,
 ):
     """Exposed linear radiance (3 per pixel), from its `centers` alone where the neighbours look the same."""
-    for pixel in range(count * width * height):
-        x, y, first, eye = locate(pixel, width, height)
-        exposure = load3(cameras, eye + 16)
-        color = load3(centers, pixel * 3)
-        if has_contrast(centers, first, x, y, width, height) and needs_more(pixels, guide, first, x, y, width, height):
+    columns = (width + TILE - 1) // TILE
+    rows = (height + TILE - 1) // TILE
+    for member in range(count * columns * rows * RAYS):  # one thread takes 512 at least, which would be many as tiles
+        if member % RAYS == 0:
+            tile = member // RAYS
+            picture = tile // (columns * rows)
+            inside = tile - picture * (columns * rows)
+            left = inside % columns * TILE
+            top = inside // columns * TILE
+            first = picture * width * height
+            eye = picture * CAMERA_STRIDE
             origin = camera_origin(cameras, eye)
-            total = color
-            for s in range(SUBSAMPLES):
-                # Rotated grid: four rows, four columns, one sample in each.
-                px = ti.cast(x, ti.f32) + (ti.cast((s * 2 + s // 2) % 4, ti.f32) + 0.5) * 0.25
-                py = ti.cast(y, ti.f32) + (ti.cast(s, ti.f32) + 0.5) * 0.25
-                sub_ray = camera_ray(cameras, eye, px, py)
-                sub_direction = sub_ray.normalized()
-                value = outlook(env, sub_direction, 1.0 / cameras[eye + 12])
-                pane = vec3(1.0)
-                pane_light = vec3(0.0)
+            edge = ti.Vector([0] * RAYS, dt=ti.i32)
+            edges = 0
+            may = may_have_contrast(centers, first, left, top, width, height)
+            for i in range(RAYS):
+                x = left + i % TILE
+                y = top + i // TILE
+                if x < width and y < height:
+                    if may and at_edge(centers, guide, shades, kinds, first, x, y, width, height):
+                        edge[edges] = i
+                        edges += 1
+                    else:
+                        color = expand(load3(centers, (first + y * width + x) * 3))
+                        for c in ti.static(range(3)):
+                            radiance[(first + y * width + x) * 3 + c] = color[c]
+            for group in range((edges + 3) // 4):
+                along_x, along_y, along_z = vec16(0.0), vec16(0.0), vec16(0.0)
+                for i in range(RAYS):
+                    place = edge[ti.min(group * 4 + i // SUBSAMPLES, edges - 1)]
+                    px, py = point_in_pixel(left + place % TILE, top + place // TILE, i % SUBSAMPLES)
+                    way = camera_ray(cameras, eye, px, py)
+                    along_x[i], along_y[i], along_z[i] = way.x, way.y, way.z
+                rays = Packet(along_x=along_x, along_y=along_y, along_z=along_z, reach=vec16(FAR))
+                rays.x, rays.y, rays.z = vec16(origin.x), vec16(origin.y), vec16(origin.z)
+                # What is indexed at run time lies in memory: not the packet itself.
+                triangle = ti.Vector([-1] * 32, dt=ti.i32)
+                reach = ti.Vector([FAR] * 32, dt=ti.f32)
+                us = ti.Vector([0.0] * 32, dt=ti.f32)
+                vs = ti.Vector([0.0] * 32, dt=ti.f32)
                 root = 0
-                limit = FAR
+                slot = 0
                 while root >= 0:
-                    hit = trace(nodes, leaves, root, origin, sub_ray, limit, False)
-                    if hit.triangle >= 0:
-                        limit = hit.t
-                        surface = surface_at(
+                    rays.triangle = ints16(-1)
+                    trace_packet(nodes, leaves, root, rays, False)
+                    for i in range(RAYS):
+                        triangle[slot + i] = rays.triangle[i]
+                        reach[slot + i] = rays.reach[i]
+                        us[slot + i] = rays.u[i]
+                        vs[slot + i] = rays.v[i]
+                    root = ti.select(root == 0, sheer_root, -1)
+                    slot += RAYS
+                for number in range(ti.min(4, edges - group * 4)):
+                    place = edge[group * 4 + number]
+                    x = left + place % TILE
+                    y = top + place // TILE
+                    pixel = first + y * width + x
+                    total = load3(centers, pixel * 3)
+                    for s in range(SUBSAMPLES):
+                        lane = number * SUBSAMPLES + s
+                        hits = ti.Vector([0.0] * 8)
+                        for part in ti.static(range(2)):
+                            hits[part * 4] = reach[part * RAYS + lane]
+                            hits[part * 4 + 1] = ti.bit_cast(triangle[part * RAYS + lane], ti.f32)
+                            hits[part * 4 + 2] = us[part * RAYS + lane]
+                            hits[part * 4 + 3] = vs[part * RAYS + lane]
+                        value = seen_through(
+                            nodes,
+                            leaves,
+                            sheer_root,
                             triangles,
                             materials,
                             texels,
                             images,
-                            hit.triangle,
-                            hit.u,
-                            hit.v,
-                            sub_direction,
-                            hit.t / cameras[eye + 12],
+                            env,
+                            places,
+                            index,
+                            light,
+                            shades,
+                            mirrors,
+                            kinds,
+                            origin,
+                            vec3(along_x[lane], along_y[lane], along_z[lane]),
+                            1.0 / cameras[eye + 12],
+                            hits,
+                            (y * width + x) * SUBSAMPLES + s,
+                            first,
+                            x,
+                            y,
+                            width,
+                            height,
                         )
-                        # Light is borrowed from the neighbour whose surface is most alike.
-                        best = -1
-                        best_fit = 0.75
-                        point = origin + sub_ray * hit.t
-                        for k in range(9):
-                            sx = ti.math.clamp(x + k % 3 - 1, 0, width - 1)
-                            sy = ti.math.clamp(y + k // 3 - 1, 0, height - 1)
-                            other = (first + sy * width + sx) * PIXEL_STRIDE
-                            if surface.is_glass == 1:
-                                if pixels[other + 14] < FAR:
-                                    best = first + sy * width + sx
-                            elif pixels[other] < FAR:
-                                alignment = surface.smooth.dot(load3(guide, (first + sy * width + sx) * GUIDE_STRIDE))
-                                same = ti.cast(pixels[other + 19] == ti.cast(surface.instance, ti.f32), ti.f32)
-                                fit = alignment - 0.3 * (1.0 - same)
-                                if fit > best_fit:
-                                    place = (
-                                        origin
-                                        + camera_ray(cameras, eye, ti.cast(sx, ti.f32) + 0.5, ti.cast(sy, ti.f32) + 0.5)
-                                        * pixels[other]
-                                    )
-                                    fit -= (place - point).norm() / hit.t * cameras[eye + 12] * 0.1
-                                    if fit > best_fit:
-                                        best_fit = fit
-                                        best = first + sy * width + sx
-                        irradiance = vec3(0.0)
-                        reflection = vec3(0.0)
-                        sun = 0.0
-                        if best >= 0:
-                            irradiance = load3(light_pixels, best * LIGHT_PIXEL_STRIDE)
-                            sun = light_pixels[best * LIGHT_PIXEL_STRIDE + 3]
-                            reflection = load3(light_pixels, best * LIGHT_PIXEL_STRIDE + 4)
-                        elif surface.is_glass == 0:
-                            stored = interpolate_cells(grid, cells, layout, point, surface.normal)
-                            irradiance = stored.total
-                            reflection = stored.total * INV_PI
-                        if surface.is_glass == 1:
-                            mirrored = pane_reflectance(surface.specular.x, -surface.normal.dot(sub_direction))
-                            pane_light = reflection * mirrored
-                            # This is its first face only; the neighbours have met all.
-                            pane = surface.diffuse * (1.0 - mirrored)
-                            if best >= 0:
-                                pane = unpack(ti.bit_cast(pixels[best * PIXEL_STRIDE + 18], ti.i32))
-                        elif surface.is_cut == 0:
-                            value = shade(
-                                env,
-                                sub_direction,
-                                surface.normal,
-                                surface.diffuse,
-                                surface.specular,
-                                surface.emission,
-                                surface.roughness,
-                                irradiance,
-                                sun,
-                                reflection,
-                            )
-                    root = ti.select(root == 0, sheer_root, -1)
-                total += compress((value * pane + pane_light) * exposure)
-            color = total / ti.cast(SUBSAMPLES + 1, ti.f32)
-        color = expand(color)
-        for i in ti.static(range(3)):
-            radiance[pixel * 3 + i] = color[i]
+                        total += compress(value * load3(cameras, eye + 16))
+                    color = expand(total / ti.cast(SUBSAMPLES + 1, ti.f32))
+                    for c in ti.static(range(3)):
+                        radiance[pixel * 3 + c] = color[c]
+
+
+@ti.kernel
+def resolve_pixels(
+    nodes: floats,
+    leaves: floats,
+    sheer_root: ti.i32,
+    triangles: floats,
+    materials: floats,
+    texels: ints,
+    images: ints,
+    env: floats,
+    places: floats,
+    index: ints,
+    light: ints,
+    cameras: floats,
+    guide: floats,
+    shades: floats,
+    mirrors: floats,
+    kinds: ints,
+    centers: floats,
+    radiance: floats,
+    count: ti.i32,
+    width: ti.i32,
+    height: ti.i32,
+):
+    """The same on a GPU, each pixel for itself."""
+    for pixel in range(count * width * height):
+        x, y, first, eye = locate(pixel, width, height)
+        total = load3(centers, pixel * 3)
+        if at_edge(centers, guide, shades, kinds, first, x, y, width, height):
+            origin = camera_origin(cameras, eye)
+            for s in range(SUBSAMPLES):
+                px, py = point_in_pixel(x, y, s)
+                ray = camera_ray(cameras, eye, px, py)
+                hits = ti.Vector([0.0] * 8)
+                hits[1] = ti.bit_cast(-1, ti.f32)
+                hits[5] = ti.bit_cast(-1, ti.f32)
+                reach = FAR
+                for part in range(2):
+                    root = ti.select(part == 0, 0, sheer_root)
+                    if root >= 0:
+                        hit = trace(nodes, leaves, root, origin, ray, reach, False)
+                        reach = ti.min(reach, hit.t)
+                        hits[part * 4] = hit.t
+                        hits[part * 4 + 1] = ti.bit_cast(hit.triangle, ti.f32)
+                        hits[part * 4 + 2] = hit.u
+                        hits[part * 4 + 3] = hit.v
+                value = seen_through(
+                    nodes,
+                    leaves,
+                    sheer_root,
+                    triangles,
+                    materials,
+                    texels,
+                    images,
+                    env,
+                    places,
+                    index,
+                    light,
+                    shades,
+                    mirrors,
+                    kinds,
+                    origin,
+                    ray,
+                    1.0 / cameras[eye + 12],
+                    hits,
+                    (y * width + x) * SUBSAMPLES + s,
+                    first,
+                    x,
+                    y,
+                    width,
+                    height,
+                )
+                total += compress(value * load3(cameras, eye + 16))
+            total /= ti.cast(SUBSAMPLES + 1, ti.f32)
+        color = expand(total)
+        for c in ti.static(range(3)):
+            radiance[pixel * 3 + c] = color[c]

@@ -1,0 +1,558 @@
+# mypy: ignore-errors
+"""Light at the nodes of surfaces: worked out, smoothed, packed.
+
+A node's raw light is 12 values: irradiance straight from windows and lamps, irradiance by way of surfaces nearer than
+`NEAR_M`, and by way of all others, how much of the hemisphere those others fill (1: all), the share of the sun that is
+seen, and how much the node counts (next to nothing inside of solids).
+
+Each of 8 x 8 nodes of a chart takes a stratum of its own of each ray, so that an average over neighbours is one over
+well spread rays (interleaved sampling: Keller and Heidrich, 2001).
+"""
+
+from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.charts import NODE_M, NODE_STRIDE
+from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells, nearest_cell
+from benchbot_sim_taichi.kernels.cells import sample_point
+from benchbot_sim_taichi.kernels.lanes import negated
+from benchbot_sim_taichi.kernels.light import sky_radiance
+from benchbot_sim_taichi.kernels.light_grid import choose, row_near, sample_near, shifted
+from benchbot_sim_taichi.kernels.lightmap import OFFSET_M, SUN_STEPS, stored_light
+from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sent, sheerness
+from benchbot_sim_taichi.kernels.reflectance import INV_PI, mean_mirrored, pane_reflectance
+from benchbot_sim_taichi.kernels.sampling import (
+    ONE_OVER_2_32,
+    cone_direction,
+    cosine_direction,
+    hash_u32,
+    interleave_index,
+    sobol_2d,
+)
+from benchbot_sim_taichi.kernels.shading import mirrored_share
+from benchbot_sim_taichi.kernels.surface import load3, surface_at
+from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
+from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
+from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
+
+RAW_STRIDE = 12
+PI = 3.14159265
+NEAR_M = 0.5
+DIRECT_RAYS = 16
+GATHERED_RAYS = 24
+SUN_RAYS = 8
+PROBES = 6  # to find out whether a node is hidden
+PATCHES = 16
+CHARTED_TIMES = 2  # the rays of other nodes: flat surfaces show noise first
+MOST_BACKS = 0.5
+MOST_BLOCKED = 0.75
+GAP_M = 0.02  # what mouldings and pictures leave between themselves and a wall
+HIDDEN_WEIGHT = 1e-3
+SUN_EDGE = 0.02
+LIKENESS = 0.05  # half of the largest difference to be averaged away
+
+
+@ti.dataclass
+class Node:
+    """A node's place, lifted off its surface, its normal and its face's; stratum, scramble and number of its rays.
+
+    A chart's node takes `times` as many rays.
+    """
+
+    point: vec3
+    normal: vec3
+    face: vec3
+    rank: ti.i32
+    scramble: ti.i32
+    times: ti.i32
+
+
+@ti.func
+def node_at(triangles: ti.template(), vertices: ti.template(), samples: ti.template(), charted: ti.template(), node):
+    """Return where a node is, and how many times the rays of others it takes."""
+    base = node * SAMPLE_STRIDE
+    u, v, side = samples[base + 1], samples[base + 2], samples[base + 3]
+    record = ti.cast(samples[base], ti.i32) * TRIANGLE_STRIDE
+    face = load3(triangles, record + 15) * side
+    normal = load3(triangles, record) * (1.0 - u - v)
+    normal += load3(triangles, record + 3) * u + load3(triangles, record + 6) * v
+    normal = (normal * side).normalized(1e-9)
+    if normal.dot(face) < 0.1:
+        normal = face
+    is_charted = charted[node * NODE_STRIDE] >= 0
+    rank = ti.cast(hash_u32(node) & 63, ti.i32)
+    scramble = 0
+    if is_charted:
+        x, y = charted[node * NODE_STRIDE + 1], charted[node * NODE_STRIDE + 2]
+        rank = interleave_index(x, y)
+        scramble = ti.cast(hash_u32((y >> 3) * 65536 + (x >> 3)) >> 8, ti.i32)
+    return Node(
+        point=sample_point(triangles, vertices, samples, node) + face * OFFSET_M,
+        normal=normal,
+        face=face,
+        rank=rank,
+        scramble=scramble,
+        times=ti.select(is_charted, CHARTED_TIMES, 1),
+    )
+
+
+@ti.func
+def is_inside(triangles: ti.template(), materials: ti.template(), triangle, toward):
+    """Return 1 if a ray that meets a triangle comes from within the solid which it bounds, else 0."""
+    base = triangle * TRIANGLE_STRIDE
+    is_sheet = ti.cast(materials[ti.cast(triangles[base + 18], ti.i32) * MATERIAL_STRIDE + 14], ti.i32)
+    return ti.select(load3(triangles, base + 15).dot(toward) > 0.0, 1 - is_sheet, 0)
+
+
+@ti.kernel
+def light_directly(
+    nodes: floats,
+    leaves: floats,
+    sheer_root: ti.i32,
+    triangles: floats,
+    materials: floats,
+    texels: ints,
+    images: ints,
+    env: floats,
+    lights: floats,
+    portals: ti.i32,
+    lamps: ti.i32,
+    near: floats,
+    vertices: floats,
+    samples: floats,
+    charted: ints,
+    raw: floats,
+    first: ti.i32,
+    count: ti.i32,
+    seed: ti.i32,
+):
+    """Find the light of windows, lamps and the sun at `count` nodes from `first` on; all else of them becomes zero."""
+    for node in range(first, first + count):
+        at = node * RAW_STRIDE
+        here = node_at(triangles, vertices, samples, charted, node)
+        shut_in = 0
+        for probe in range(PROBES):
+            if shut_in == probe:
+                toward = cosine_direction(here.normal, sobol_2d(probe, hash_u32(node)))
+                hit = trace(nodes, leaves, 0, here.point, toward, FAR, False)
+                if hit.t < GAP_M:
+                    shut_in += 1
+                elif hit.triangle >= 0:
+                    shut_in += is_inside(triangles, materials, hit.triangle, toward)
+        is_hidden = shut_in == PROBES
+        direct = vec3(0.0)
+        covered = 0.0
+        sun = 0.0
+        rays = ti.select(is_hidden, 0, DIRECT_RAYS * here.times)
+        for k in range(ti.select(is_hidden, 0, rays * 2 + SUN_RAYS)):
+            kind = ti.select(k < rays, 0, ti.select(k < rays * 2, 1, 2))
+            toward = load3(env, 0)
+            value = load3(env, 3)
+            radiance = value
+            reach = FAR
+            if kind == 2:
+                toward = cone_direction(toward, env[15], sobol_2d(k - rays * 2, hash_u32(node)))
+            else:
+                value = vec3(0.0)
+                these = ti.select(kind == 0, portals, lamps)
+                if these > 0:
+                    ray = k - kind * rays
+                    # Rows of blocks all about, so that no block's edge can be seen.
+                    row = row_near(near, shifted(near, here.point, here.normal, here.rank), here.normal)
+                    every = ti.cast(near[row + kind], ti.i32)  # so that no sample is left out
+                    sample = (here.rank * rays + ray) * every
+                    light = sample_near(
+                        near,
+                        lights,
+                        env,
+                        row,
+                        kind,
+                        kind * portals,
+                        these,
+                        here.point,
+                        sample,
+                        here.scramble + seed + 1 + kind,
+                    )
+                    toward = light.direction
+                    value = light.value / ti.cast(every, ti.f32)
+                    radiance = light.radiance
+                    reach = ti.select(kind == 0, FAR, light.distance)
+            cosine = here.normal.dot(toward)
+            if cosine > 0.0 and here.face.dot(toward) > 0.0 and value.max() > 0.0:
+                passed = sent(
+                    nodes, leaves, sheer_root, triangles, materials, texels, images, here.point, toward, reach
+                )
+                if kind == 2:
+                    # The share of the colour of which panes let pass least; what passes more of the others is added.
+                    least = passed.share.min()
+                    sun += least / ti.cast(SUN_RAYS, ti.f32)
+                    direct += (passed.share - least) * value * (cosine / ti.cast(SUN_RAYS, ti.f32))
+                else:
+                    direct += passed.share * value * (cosine / ti.cast(rays, ti.f32))
+                    covered += cosine * value.max() / ti.max(radiance.max() * ti.cast(rays, ti.f32), 1e-9)
+        # No more than all around can be light; points close to a window find it larger now and then.
+        direct *= ti.min(PI / ti.max(covered, PI), 1.0)
+        for i in ti.static(range(3)):
+            raw[at + i] = direct[i]
+        for i in ti.static(range(3, RAW_STRIDE)):
+            raw[at + i] = 0.0
+        raw[at + 9] = 1.0
+        raw[at + 10] = sun
+        raw[at + 11] = ti.select(is_hidden, HIDDEN_WEIGHT, 1.0)
+
+
+@ti.kernel
+def find_glow(
+    triangles: floats,
+    materials: floats,
+    texels: ints,
+    images: ints,
+    env: floats,
+    vertices: floats,
+    samples: floats,
+    charted: ints,
+    raw: floats,
+    glow: floats,
+    count: ti.i32,
+):
+    """Fill `glow` (3 per node) with the radiance that nodes send of the sunshine on them."""
+    for node in range(count):
+        here = node_at(triangles, vertices, samples, charted, node)
+        base = node * SAMPLE_STRIDE
+        triangle = ti.cast(samples[base], ti.i32)
+        u, v = samples[base + 1], samples[base + 2]
+        surface = surface_at(triangles, materials, texels, images, triangle, u, v, negated(here.face), NODE_M)
+        sun = raw[node * RAW_STRIDE + 10] * ti.max(here.normal.dot(load3(env, 0)), 0.0)
+        lit = load3(env, 3) * sun
+        mirrored = mean_mirrored(env, surface.specular, surface.roughness)
+        sent_on = surface.diffuse * (vec3(1.0) - mirrored)
+        sent_on += mirrored_share(env, negated(load3(env, 0)), here.normal, surface)
+        for i in ti.static(range(3)):
+            glow[node * 3 + i] = sent_on[i] * lit[i] * INV_PI
+
+
+@ti.func
+def patch_below(shares: ti.template(), first, last, number):
+    """Return the first entry from `first` to `last` that `number` is not above."""
+    low = first
+    high = last
+    while low < high:
+        middle = (low + high) >> 1
+        if shares[middle] <= number:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@ti.kernel
+def gather(
+    nodes: floats,
+    leaves: floats,
+    sheer_root: ti.i32,
+    triangles: floats,
+    materials: floats,
+    texels: ints,
+    images: ints,
+    env: floats,
+    lights: floats,
+    portals: ti.i32,
+    lamps: ti.i32,
+    grid: ints,
+    cells: floats,
+    layout: floats,
+    places: floats,
+    index: ints,
+    light: ints,
+    vertices: floats,
+    samples: floats,
+    charted: ints,
+    raw: floats,
+    first_patch: ints,
+    patches: ints,
+    shares: floats,
+    colors: floats,
+    clusters_near: floats,
+    clusters: ti.i32,
+    first: ti.i32,
+    count: ti.i32,
+    seed: ti.i32,
+):
+    """Find the light that comes to the same nodes by way of other surfaces, and how much each node counts.
+
+    What a surface sends on is its direct light, as stored in `light`, and the rest that its cell knows of. Sunshine
+    from beyond `NEAR_M` comes from `patches` instead, nodes that rays about would seldom meet: `clusters_near` chooses
+    one of their clusters, whose patches are chosen by their part of all that it sends (`shares`, summed up), and
+    `colors` (3 per patch) are what each sends, divided by that part.
+    """
+    for node in range(first, first + count):
+        at = node * RAW_STRIDE
+        here = node_at(triangles, vertices, samples, charted, node)
+        near_light = vec3(0.0)
+        far_light = vec3(0.0)
+        open_share = 0.0
+        backs = 0.0
+        blocked = 0.0
+        was_hidden = raw[at + 11] != 1.0
+        rays = ti.select(was_hidden, 0, GATHERED_RAYS * here.times)
+        for k in range(rays):
+            toward = cosine_direction(here.normal, sobol_2d(here.rank * rays + k, here.scramble + seed + 3))
+            if toward.dot(here.face) > 0.0:
+                hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
+                passed = vec3(1.0)
+                origin = here.point
+                panes = 0
+                mirrors = 0
+                root = 0
+                start = 0.0
+                layers = 0
+                while root >= 0:
+                    other = trace(nodes, leaves, root, origin + toward * start, toward, hit.t - start, False)
+                    if root == 0:
+                        hit = other
+                        root = sheer_root
+                    elif other.triangle >= 0 and layers < MAX_LAYERS:
+                        layer = sheerness(
+                            triangles, materials, texels, images, other.triangle, other.u, other.v, toward
+                        )
+                        start += other.t + STEP_M
+                        layers += 1
+                        # The light of leaves and grilles is that of what is behind them.
+                        if layer.panes == 1:
+                            pane = other.triangle * TRIANGLE_STRIDE
+                            across = load3(triangles, pane + 15)
+                            glass = ti.cast(triangles[pane + 18], ti.i32) * MATERIAL_STRIDE
+                            mirrored = pane_reflectance(materials[glass + 16], ti.abs(across.dot(toward)))
+                            chance = hash_u32(node ^ hash_u32((k + seed) * MAX_LAYERS + layers))
+                            if ti.cast(chance, ti.f32) * ONE_OVER_2_32 < mirrored:
+                                origin += toward * (start - 2.0 * STEP_M)
+                                toward = toward - across * (2.0 * across.dot(toward))
+                                hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
+                                start = 0.0
+                                root = 0
+                                mirrors += 1
+                            else:
+                                passed *= layer.share / (1.0 - mirrored)
+                                panes += 1
+                    else:
+                        root = -1
+                radiance = vec3(0.0)
+                is_far = True
+                if hit.t < GAP_M and mirrors == 0:
+                    blocked += 1.0
+                if hit.triangle >= 0:
+                    surface = surface_at(
+                        triangles, materials, texels, images, hit.triangle, hit.u, hit.v, toward, 0.1 + 0.5 * hit.t
+                    )
+                    if is_inside(triangles, materials, hit.triangle, toward) == 1:
+                        backs += 1.0
+                        is_far = False
+                    else:
+                        met = origin + toward * hit.t
+                        is_far = hit.t > NEAR_M
+                        stored = stored_light(places, index, light, triangles, hit, surface.face)
+                        total = stored.irradiance
+                        if not is_far:
+                            total += load3(env, 3) * (stored.sun * ti.max(surface.face.dot(load3(env, 0)), 0.0))
+                        cell = nearest_cell(grid, cells, layout, met, surface.face)
+                        if cell >= 0:
+                            total += load3(cells, cell * CELL_STRIDE + 9)
+                        mirrored = mirrored_share(env, toward, surface.normal, surface)
+                        sent_on = surface.diffuse * (1.0 - mirrored) + mirrored
+                        radiance = passed * sent_on * total * INV_PI
+                elif portals == 0 or panes == 0 or mirrors > 0:  # sky that is seen through a pane is direct light
+                    radiance = passed * sky_radiance(env, toward)
+                if is_far:
+                    open_share += 1.0
+                    far_light += radiance
+                else:
+                    near_light += radiance
+        counted = ti.cast(rays, ti.f32)
+        scale = 1.0 / ti.max(counted - backs, 1.0)
+        from_patches = vec3(0.0)
+        taken = ti.select(clusters > 0 and rays > 0, PATCHES * here.times, 0)
+        row = 0
+        if clusters > 0:
+            row = row_near(clusters_near, shifted(clusters_near, here.point, here.normal, here.rank), here.normal)
+        for k in range(taken):
+            xi = sobol_2d(here.rank * taken + k, here.scramble + seed + 5)
+            chosen = choose(clusters_near, row, 0, clusters, xi.x)
+            first_of = first_patch[chosen.light]
+            patch = patch_below(shares, first_of, first_patch[chosen.light + 1] - 1, chosen.across)
+            other = node_at(triangles, vertices, samples, charted, patches[patch])
+            offset = other.point - here.point
+            distance2 = offset.norm_sqr()
+            if distance2 > NEAR_M * NEAR_M:
+                distance = ti.sqrt(distance2)
+                toward = offset / distance
+                received = here.normal.dot(toward)
+                given = -other.normal.dot(toward)
+                if received > 0.0 and given > 0.0 and here.face.dot(toward) > 0.0 and other.face.dot(toward) < 0.0:
+                    passed = sent(
+                        nodes, leaves, sheer_root, triangles, materials, texels, images, here.point, toward, distance
+                    )
+                    weight = received * given / (distance2 * chosen.share * ti.cast(taken, ti.f32))
+                    from_patches += passed.share * load3(colors, patch * 3) * weight
+        is_hidden = was_hidden or backs > MOST_BACKS * counted or blocked > MOST_BLOCKED * counted
+        stored = interpolate_cells(grid, cells, layout, here.point, here.normal)
+        for i in ti.static(range(3)):
+            raw[at + 3 + i] = near_light[i] * (scale / INV_PI)
+            raw[at + 6 + i] = far_light[i] * (scale / INV_PI) + from_patches[i]
+        raw[at + 9] = open_share * scale
+        raw[at + 11] = 1.0
+        if is_hidden:
+            for i in ti.static(range(3)):
+                raw[at + i] = stored.total[i]
+                raw[at + 3 + i] = 0.0
+                raw[at + 6 + i] = 0.0
+            raw[at + 9] = 0.0
+            raw[at + 11] = HIDDEN_WEIGHT
+
+
+@ti.kernel
+def smooth(
+    source: floats,
+    charted: ints,
+    index: ints,
+    target: floats,
+    count: ti.i32,
+    down: ti.i32,
+    step: ti.i32,
+    first: ti.template(),
+    last: ti.template(),
+):
+    """Average values `first` to `last` - 1 of charts' nodes over others `step` apart: 5 of neighbours, else 3.
+
+    The outermost count half, so that every stratum counts alike.
+    """
+    for node in range(count):
+        at = node * RAW_STRIDE
+        for c in ti.static(range(RAW_STRIDE)):
+            target[at + c] = source[at + c]
+        entry = charted[node * NODE_STRIDE]
+        if entry >= 0:
+            place = charted[node * NODE_STRIDE + ti.select(down == 1, 2, 1)]
+            size = charted[node * NODE_STRIDE + ti.select(down == 1, 4, 3)]
+            stride = step * ti.select(down == 1, charted[node * NODE_STRIDE + 3], 1)
+            reach = 1
+            weights = 0.0
+            total = ti.Vector([0.0] * RAW_STRIDE)
+            for k in range(-reach, reach + 1):
+                if 0 <= place + k * step < size:
+                    other = index[entry + k * stride]
+                    if other >= 0:
+                        weight = ti.select(ti.abs(k) == reach, 0.5, 1.0) * source[other * RAW_STRIDE + 11]
+                        for c in ti.static(range(first, last)):
+                            total[c] += weight * source[other * RAW_STRIDE + c]
+                        weights += weight
+            if weights > 0.0:
+                for c in ti.static(range(first, last)):
+                    target[at + c] = total[c] / weights
+
+
+@ti.kernel
+def smooth_alike(source: floats, charted: ints, index: ints, target: floats, count: ti.i32, down: ti.i32, step: ti.i32):
+    """Average the irradiance that changes quickly with that of nodes `step` apart which have nearly as much.
+
+    What noise is left disappears, while shadows stay (Tomasi and Manduchi, "Bilateral filtering", 1998).
+    """
+    for node in range(count):
+        at = node * RAW_STRIDE
+        for c in ti.static(range(RAW_STRIDE)):
+            target[at + c] = source[at + c]
+        entry = charted[node * NODE_STRIDE]
+        if entry >= 0:
+            place = charted[node * NODE_STRIDE + ti.select(down == 1, 2, 1)]
+            size = charted[node * NODE_STRIDE + ti.select(down == 1, 4, 3)]
+            stride = step * ti.select(down == 1, charted[node * NODE_STRIDE + 3], 1)
+            brightness = 0.0
+            for c in ti.static(range(6)):
+                brightness += source[at + c]
+            weights = 1.0
+            total = ti.Vector([source[at + c] for c in range(6)])
+            for side in range(2):
+                k = ti.select(side == 0, -1, 1)
+                if 0 <= place + k * step < size:
+                    other = index[entry + k * stride] * RAW_STRIDE
+                    if other >= 0 and source[other + 11] == 1.0:
+                        beside = 0.0
+                        for c in ti.static(range(6)):
+                            beside += source[other + c]
+                        unlike = (beside - brightness) / ti.max(LIKENESS * (beside + brightness), 1e-9)
+                        weight = 0.5 * ti.max(1.0 - unlike * unlike, 0.0)
+                        for c in ti.static(range(6)):
+                            total[c] += weight * source[other + c]
+                        weights += weight
+            for c in ti.static(range(6)):
+                target[at + c] = total[c] / weights
+
+
+@ti.kernel
+def smooth_loose(source: floats, charted: ints, first_link: ints, links: ints, target: floats, count: ti.i32):
+    """Average the light of nodes that are not a chart's with that of their neighbours."""
+    for node in range(count):
+        at = node * RAW_STRIDE
+        weight = 2.0 * source[at + 11]
+        weights = weight
+        total = ti.Vector([0.0] * 10)
+        for c in ti.static(range(10)):
+            total[c] = weight * source[at + c]
+        if charted[node * NODE_STRIDE] < 0:
+            for k in range(first_link[node], first_link[node + 1]):
+                other = links[k] * RAW_STRIDE
+                for c in ti.static(range(10)):
+                    total[c] += source[other + 11] * source[other + c]
+                weights += source[other + 11]
+        for c in ti.static(range(10)):
+            target[at + c] = total[c] / weights
+        target[at + 10] = source[at + 10]
+        target[at + 11] = source[at + 11]
+
+
+@ti.func
+def sixteen_bits(value):
+    """Exponent and eight bits of the fraction of a number that is not negative."""
+    return ti.min((ti.bit_cast(ti.max(value, 0.0), ti.i32) + 0x4000) >> 15, 0xFEFF)
+
+
+@ti.kernel
+def finish(
+    narrow: floats,
+    wide: floats,
+    charted: ints,
+    index: ints,
+    first_link: ints,
+    links: ints,
+    light: ints,
+    count: ti.i32,
+):
+    """Pack each node's light into two words: irradiance of red and green; of blue, the sun's share, and a bit.
+
+    The bit says that a neighbour sees more or less of the sun. Light from afar is that of `wide`, by the share of the
+    hemisphere that is open in `narrow`: it changes slowly, while what hides it does not.
+    """
+    for node in range(count):
+        at = node * RAW_STRIDE
+        from_afar = narrow[at + 9] / ti.max(wide[at + 9], 1e-6)
+        value = vec3(0.0)
+        for c in ti.static(range(3)):
+            value[c] = narrow[at + c] + narrow[at + 3 + c] + wide[at + 6 + c] * from_afar
+        sun = narrow[at + 10]
+        edge = 0
+        entry = charted[node * NODE_STRIDE]
+        if entry >= 0:
+            x, y = charted[node * NODE_STRIDE + 1], charted[node * NODE_STRIDE + 2]
+            width, height = charted[node * NODE_STRIDE + 3], charted[node * NODE_STRIDE + 4]
+            for k in range(9):
+                dx = k % 3 - 1
+                dy = k // 3 - 1
+                if 0 <= x + dx < width and 0 <= y + dy < height:
+                    other = index[entry + dy * width + dx]
+                    if other >= 0 and ti.abs(narrow[other * RAW_STRIDE + 10] - sun) > SUN_EDGE:
+                        edge = 1
+        else:
+            for k in range(first_link[node], first_link[node + 1]):
+                if ti.abs(narrow[links[k] * RAW_STRIDE + 10] - sun) > SUN_EDGE:
+                    edge = 1
+        light[node * 2] = sixteen_bits(value.x) | sixteen_bits(value.y) << 16
+        light[node * 2 + 1] = (
+            sixteen_bits(value.z) | ti.cast(ti.math.clamp(sun, 0.0, 1.0) * SUN_STEPS + 0.5, ti.i32) << 16 | edge << 31
+        )

@@ -1,0 +1,244 @@
+# mypy: ignore-errors
+"""The radiance that smooth surfaces and panes mirror: traced, spread among neighbours where they are rough, added.
+
+Of glossy surfaces every other pixel traces a ray of its own, in a pattern that the filter averages out (interleaved
+sampling: Keller and Heidrich, 2001), and one to a lamp, which such rays seldom meet.
+"""
+
+from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray, locate
+from benchbot_sim_taichi.kernels.lanes import negated
+from benchbot_sim_taichi.kernels.light import outlook
+from benchbot_sim_taichi.kernels.light_grid import density_in_row, row_near, sample_near, shifted
+from benchbot_sim_taichi.kernels.lightmap import OFFSET_M, stored_light
+from benchbot_sim_taichi.kernels.neighbours import fit, pixel_plane
+from benchbot_sim_taichi.kernels.paint import GLOSSY, MIRROR_STRIDE, ROUGH, SHADE_STRIDE, gloss
+from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sent, sheerness
+from benchbot_sim_taichi.kernels.reflectance import INV_PI, mirror_direction, scatter
+from benchbot_sim_taichi.kernels.sampling import bounded, interleave_index, power_share, sobol_2d
+from benchbot_sim_taichi.kernels.shading import compress
+from benchbot_sim_taichi.kernels.surface import load3, surface_at
+from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
+
+BRIGHTEST_REFLECTION = 6.0
+STEEPEST = 0.02
+UNSEEN = -1.0
+
+
+@ti.func
+def lobe(mirrors: ti.template(), out, view, toward):
+    """Return the share of light from `toward` that a glossy surface mirrors, per solid angle and colour (3).
+
+    The fourth value is the density with which `mirror_direction` finds it. The shares of all directions integrate to 1.
+    """
+    normal = load3(mirrors, out)
+    mirrored = load3(mirrors, out + 6)
+    sent_on = scatter(normal, view, toward, vec3(0.0), load3(mirrors, out + 14), mirrors[out + 9], 1.0)
+    even = ti.max(mirrored, 1e-4)
+    return ti.Vector([sent_on.x / even.x, sent_on.y / even.y, sent_on.z / even.z, sent_on.w])
+
+
+@ti.func
+def no_glare(cameras: ti.template(), eye, reflection):
+    """The same colour, no brighter than `BRIGHTEST_REFLECTION` in the picture.
+
+    A rare bright hit would show as a square of the filter; beyond white, brighter looks the same.
+    """
+    exposure = load3(cameras, eye + 16)
+    return bounded(reflection * exposure, BRIGHTEST_REFLECTION) / exposure
+
+
+@ti.func
+def stratum(x, y):
+    """Rank of a pixel in its 8x8 tile; either colour of the chessboard has 32 in a row."""
+    rank = interleave_index(x, y)
+    return (rank >> 1) | (rank & 1) << 5
+
+
+@ti.kernel
+def reflect(
+    nodes: floats,
+    leaves: floats,
+    sheer_root: ti.i32,
+    triangles: floats,
+    materials: floats,
+    texels: ints,
+    images: ints,
+    env: floats,
+    lights: floats,
+    portals: ti.i32,
+    lamps: ti.i32,
+    light_of: ints,
+    near: floats,
+    places: floats,
+    index: ints,
+    light: ints,
+    cameras: floats,
+    mirrors: floats,
+    kinds: ints,
+    count: ti.i32,
+    width: ti.i32,
+    height: ti.i32,
+    seed: ti.i32,
+):
+    """Trace what pixels mirror: radiance into their mirror, `UNSEEN` where neighbours are to speak for them."""
+    for pixel in range(count * width * height):
+        x, y, _, eye = locate(pixel, width, height)
+        kind = gloss(kinds[pixel])
+        out = pixel * MIRROR_STRIDE
+        if kind == GLOSSY and (x ^ y) & 1 == 1:
+            mirrors[out + 11] = UNSEEN
+        elif kind != ROUGH:
+            ray = camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
+            direction = ray.normalized()
+            normal = load3(mirrors, out)
+            face = load3(mirrors, out + 3)
+            roughness = mirrors[out + 9]
+            origin = camera_origin(cameras, eye) + ray * mirrors[out + 10]
+            origin += face * (OFFSET_M + 1e-4 * mirrors[out + 10])
+            toward = direction - normal * (2.0 * direction.dot(normal))
+            weight = ti.Vector([1.0, 1.0, 1.0, 0.0])
+            at_lamp = vec3(0.0)
+            row = 0
+            if kind == GLOSSY:
+                view = negated(direction)
+                if lamps > 0:
+                    row = row_near(near, shifted(near, origin, face, stratum(x, y)), face)
+                    sample = sample_near(near, lights, env, row, 1, portals, lamps, origin, stratum(x, y), seed + 2)
+                    if sample.value.max() > 0.0 and face.dot(sample.direction) > 0.0:
+                        mirrored = lobe(mirrors, out, view, sample.direction)
+                        mirrored *= power_share(sample.density / near[row + 1], mirrored.w)
+                        given = no_glare(cameras, eye, sample.value * vec3(mirrored.x, mirrored.y, mirrored.z))
+                        if given.max() > 0.0:
+                            at_lamp = (
+                                given
+                                * sent(
+                                    nodes,
+                                    leaves,
+                                    sheer_root,
+                                    triangles,
+                                    materials,
+                                    texels,
+                                    images,
+                                    origin,
+                                    sample.direction,
+                                    sample.distance,
+                                ).share
+                            )
+                toward = mirror_direction(normal, view, roughness, sobol_2d(stratum(x, y), seed + 4))
+                weight = lobe(mirrors, out, view, toward)
+                weight /= ti.Vector([weight.w, weight.w, weight.w, 1.0]) + 1e-20
+            if toward.dot(face) < STEEPEST:
+                toward = (toward + face * (STEEPEST - toward.dot(face))).normalized()
+            hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
+            passed = vec3(1.0)
+            root = 0
+            start = 0.0
+            layers = 0
+            while root >= 0:
+                other = trace(nodes, leaves, root, origin + toward * start, toward, hit.t - start, False)
+                if root == 0:
+                    hit = other
+                    root = sheer_root
+                elif other.triangle >= 0 and layers < MAX_LAYERS:
+                    layer = sheerness(triangles, materials, texels, images, other.triangle, other.u, other.v, toward)
+                    passed *= ti.select(layer.panes == 1, layer.share, vec3(1.0))
+                    start += other.t + STEP_M
+                    layers += 1
+                else:
+                    root = -1
+            reflection = outlook(env, toward, 0.002 + roughness * roughness)
+            if hit.triangle >= 0:
+                surface = surface_at(
+                    triangles,
+                    materials,
+                    texels,
+                    images,
+                    hit.triangle,
+                    hit.u,
+                    hit.v,
+                    toward,
+                    hit.t * (0.002 + roughness * roughness),
+                )
+                stored = stored_light(places, index, light, triangles, hit, surface.face)
+                stored.irradiance += load3(env, 3) * (stored.sun * ti.max(surface.normal.dot(load3(env, 0)), 0.0))
+                reflection = (surface.diffuse + surface.specular * 0.5) * stored.irradiance * INV_PI
+                density = 0.0
+                lamp = light_of[hit.triangle]
+                if kind == GLOSSY and lamp >= portals:
+                    density = density_in_row(near, lights, row, 1, portals, lamp, toward * hit.t, toward)
+                reflection += surface.emission * power_share(weight.w, density)
+            reflection *= passed
+            if kind == GLOSSY:
+                reflection = no_glare(cameras, eye, reflection * vec3(weight.x, weight.y, weight.z)) + at_lamp
+            for i in ti.static(range(3)):
+                mirrors[out + 11 + i] = reflection[i]
+
+
+@ti.kernel
+def spread(
+    cameras: floats,
+    guide: floats,
+    kinds: ints,
+    source: floats,
+    target: floats,
+    count: ti.i32,
+    width: ti.i32,
+    height: ti.i32,
+    down: ti.i32,
+    step: ti.i32,
+    stride: ti.i32,
+    begin: ti.i32,
+):
+    """Average what glossy surfaces mirror, taps `step` apart; `source` has `stride` values a pixel, from `begin` on."""
+    for pixel in range(count * width * height):
+        if gloss(kinds[pixel]) == GLOSSY:
+            x, y, _, eye = locate(pixel, width, height)
+            plane = pixel_plane(cameras, eye, guide, pixel, x, y)
+            total = vec3(0.0)
+            weights = 0.0
+            for k in range(-2, 3):
+                dx = ti.select(down == 0, k * step, 0)
+                dy = ti.select(down == 0, 0, k * step)
+                if 0 <= x + dx < width and 0 <= y + dy < height:
+                    other = pixel + dy * width + dx
+                    if gloss(kinds[other]) == GLOSSY and source[other * stride + begin] != UNSEEN:
+                        # Either way each class of pixels modulo the filter's period counts alike.
+                        tap = ti.select(ti.abs(k) == 2, 0.5, 1.0)
+                        if step > 1:
+                            tap = ti.select(k == 0, 1.0, ti.select(ti.abs(k) == 2, 0.1666667, 0.6666667))
+                        weight = fit(guide, plane, dx, dy, other) * tap
+                        total += load3(source, other * stride + begin) * weight
+                        weights += weight
+            if weights > 0.0:
+                total /= weights
+            elif stride == MIRROR_STRIDE:
+                total.x = UNSEEN
+            for i in ti.static(range(3)):
+                target[pixel * 3 + i] = total[i]
+
+
+@ti.kernel
+def combine(
+    cameras: floats,
+    shades: floats,
+    mirrors: floats,
+    kinds: ints,
+    spread_out: floats,
+    centers: floats,
+    count: ti.i32,
+    width: ti.i32,
+    height: ti.i32,
+):
+    """Add what pixels mirror to their `centers`, of glossy ones as it was spread out."""
+    for pixel in range(count * width * height):
+        out = pixel * MIRROR_STRIDE
+        if gloss(kinds[pixel]) != ROUGH:
+            _, _, _, eye = locate(pixel, width, height)
+            if gloss(kinds[pixel]) == GLOSSY:
+                for i in ti.static(range(3)):
+                    mirrors[out + 11 + i] = spread_out[pixel * 3 + i]
+            color = load3(shades, pixel * SHADE_STRIDE) + load3(mirrors, out + 6) * load3(mirrors, out + 11)
+            shown = compress(color * load3(cameras, eye + 16))
+            for i in ti.static(range(3)):
+                centers[pixel * 3 + i] = shown[i]

@@ -1,0 +1,175 @@
+"""Light that belongs to surfaces: worked out once per scene and lighting, cached on disk, looked up by pictures."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchbot_scenes.scene import FloatArray, SceneGeometry
+from benchbot_sim_taichi import _ti, charts, disk_cache, light_grid, progress
+from benchbot_sim_taichi.colorimetry import LUMINANCE
+from benchbot_sim_taichi.irradiance import cache_key
+from benchbot_sim_taichi.lighting import Lighting
+from benchbot_sim_taichi.lights import LIGHT_STRIDE
+from benchbot_sim_taichi.tables import DeviceScene
+
+VERSION = 6
+NODES_AT_ONCE = 2**17
+ALIKE_STEPS: tuple[int, ...] = ()
+FAR_STEPS: tuple[int, ...] = (2,)
+LOOSE_ROUNDS = 3
+CLUSTER_M = 0.5
+
+
+@dataclass(frozen=True)
+class Lightmap:
+    """`places` and `index` of `charts`, and the `light` of its nodes (two words each), as kernels read them."""
+
+    places: Any
+    index: Any
+    light: Any
+
+    @property
+    def arrays(self) -> tuple[Any, Any, Any]:
+        """All three, in the order in which kernels take them."""
+        return self.places, self.index, self.light
+
+
+Cells = tuple[Any, Any, Any]
+"""Grid, cells and layout of `irradiance`, on the device."""
+
+
+def load_or_bake(
+    scene: SceneGeometry,
+    lighting: Lighting,
+    device: DeviceScene,
+    cells: Cells,
+    near: Any,
+    cache_dir: Path,
+    seed: int,
+) -> Lightmap:
+    """Return the light of a scene, from `cache_dir` if it was worked out before."""
+    path = cache_dir / f"lightmap-{cache_key(VERSION, scene, lighting, seed)}.npz"
+    names = ("places", "index", "light")
+
+    def made() -> disk_cache.Arrays:
+        baked = bake(scene, device, cells, near, seed)
+        return {name: _ti.download(array) for name, array in zip(names, baked.arrays, strict=True)}
+
+    kept = disk_cache.load_or_make(path, set(names), made)
+    return Lightmap(*(_ti.upload(kept[name]) for name in names))
+
+
+def bake(scene: SceneGeometry, device: DeviceScene, cells: Cells, near: Any, seed: int) -> Lightmap:
+    """Find the nodes, trace rays from them, and smooth what they found."""
+    from benchbot_sim_taichi.kernels import bake as kernels
+
+    found = charts.find(scene)
+    places, index = _ti.upload(found.places), _ti.upload(found.index)
+    count = found.count
+    light = _ti.upload(np.zeros(max(2 * count, 2), np.int32))
+    if count == 0:
+        return Lightmap(places, index, light)
+    charted = _ti.upload(found.nodes)
+    links = _ti.upload(found.first_link), _ti.upload(found.links)
+    vertices, samples = _ti.upload(scene.vertices[scene.triangles].ravel()), _ti.upload(found.samples)
+    raw, other = (_ti.upload(np.zeros(count * kernels.RAW_STRIDE, np.float32)) for _ in range(2))
+    scene_arrays = (*device.tree, device.sheer_root, *device.surfaces, *device.lights)
+    nodes = (vertices, samples, charted)
+    for run in _runs(count, "the simulator lights surfaces"):
+        kernels.light_directly(*scene_arrays, near, *nodes, raw, *run, seed)
+    kernels.finish(raw, raw, charted, index, *links, light, count)
+    kernels.find_glow(*device.surfaces, device.lights[0], *nodes, raw, other, count)
+    patches = _patches(scene, device, _ti.download(cells[2]), found, _ti.download(other)[: 3 * count].reshape(-1, 3))
+    for run in _runs(count, "the simulator lights surfaces by way of others"):
+        kernels.gather(*scene_arrays, *cells, places, index, light, *nodes, raw, *patches, *run, seed)
+    for down in (0, 1):
+        kernels.smooth(raw, charted, index, other, count, down, 1, 0, 10)
+        raw, other = other, raw
+    for step in ALIKE_STEPS:
+        for down in (0, 1):
+            kernels.smooth_alike(raw, charted, index, other, count, down, step)
+            raw, other = other, raw
+    for _ in range(LOOSE_ROUNDS):
+        kernels.smooth_loose(raw, charted, *links, other, count)
+        raw, other = other, raw
+    narrow = _ti.upload(_ti.download(raw).copy())
+    for step in FAR_STEPS:
+        for down in (0, 1):
+            kernels.smooth(raw, charted, index, other, count, down, step, 6, 10)
+            raw, other = other, raw
+    kernels.finish(narrow, raw, charted, index, *links, light, count)
+    _ti.save_kernels()
+    return Lightmap(places, index, light)
+
+
+def _patches(
+    scene: SceneGeometry, device: DeviceScene, layout: FloatArray, found: charts.Charts, radiance: FloatArray
+) -> tuple[Any, Any, Any, Any, Any, int]:
+    """Return the nodes in the sun, as `kernels.bake.gather` reads them; `radiance` (N, 3) is what they send.
+
+    They are gathered in clusters that are close by and face the same way. A grid as that of `light_grid`, whose lights
+    the clusters are, knows which of them matter where.
+    """
+    power = (radiance @ LUMINANCE) * found.area_m2
+    lit = np.flatnonzero(power > 0.0)
+    if not len(lit):
+        one = np.zeros(1, np.int32)
+        floats = np.zeros(1, np.float32)
+        return *(_ti.upload(array) for array in (one, one, floats, floats, floats)), 0
+    positions, normals = found.places_in(scene)
+    axis = np.abs(normals[lit]).argmax(axis=1)
+    way = 2 * axis + (normals[lit, axis] < 0)
+    key = np.column_stack([np.floor(positions[lit] / CLUSTER_M).astype(np.int64), way])
+    cluster = np.unique(key, axis=0, return_inverse=True)[1].ravel()
+    order = np.argsort(cluster, kind="stable")
+    lit, cluster = lit[order], cluster[order]
+    first = np.searchsorted(cluster, np.arange(cluster[-1] + 2))
+    total = np.add.reduceat(power[lit], first[:-1], dtype=np.float64)
+    before = np.cumsum(power[lit], dtype=np.float64)
+    shares = (before - (before[first[:-1]] - power[lit[first[:-1]]])[cluster]) / total[cluster]
+    colors = radiance[lit] * (found.area_m2[lit] * total[cluster] / power[lit])[:, None]
+    lights = _as_lamps(positions[lit], normals[lit], radiance[lit], found.area_m2[lit], power[lit], first)
+    of_clusters = replace(device, lights=(device.lights[0], _ti.upload(lights.ravel()), 0, len(lights)))
+    grid = light_grid.find(of_clusters, layout, positions, normals)
+    arrays = (
+        first.astype(np.int32),
+        lit.astype(np.int32),
+        shares.astype(np.float32),
+        colors.astype(np.float32).ravel(),
+    )
+    return *(_ti.upload(array) for array in (*arrays, grid)), len(lights)
+
+
+def _as_lamps(
+    positions: FloatArray, normals: FloatArray, radiance: FloatArray, area_m2: FloatArray, power: Any, first: Any
+) -> FloatArray:
+    """Return records as of `lights.LightTable`, one for all nodes from each `first` one to the next."""
+    start = first[:-1]
+    weight = (power / np.repeat(np.add.reduceat(power, start), np.diff(first)))[:, None]
+    middle, normal = np.add.reduceat(positions * weight, start), np.add.reduceat(normals * weight, start)
+    size_m = np.sqrt(np.add.reduceat(((positions - np.repeat(middle, np.diff(first), axis=0)) ** 2) * weight, start))
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
+    area = np.add.reduceat(area_m2, start)
+    records = np.zeros((len(start), LIGHT_STRIDE), np.float32)
+    # Two edges that all of its spread is in, whichever way it lies: points on them are all that is asked of them.
+    one, other = size_m * [1.0, 0.0, 1.0], size_m * [0.0, 1.0, -1.0]
+    records[:, 0:3] = middle - (one + other) / 2
+    records[:, 3:6], records[:, 6:9], records[:, 9:12] = one, other, normal
+    records[:, 12] = np.cumsum(np.add.reduceat(power, start)) / power.sum()
+    records[-1, 12] = 1.0
+    records[:, 13] = area
+    records[:, 14:17] = np.add.reduceat(radiance * area_m2[:, None], start) / area[:, None]
+    return records
+
+
+def _runs(count: int, what: str) -> Iterator[tuple[int, int]]:
+    """Yield the first node and the number of each launch, and tell how far it is, in tenths."""
+    tenth = -1
+    for first in range(0, count, NODES_AT_ONCE):
+        if 10 * first // count > tenth:
+            tenth = 10 * first // count
+            progress.tell(f"{what}: {10 * tenth} % of {count:,} points")
+        yield first, min(NODES_AT_ONCE, count - first)
