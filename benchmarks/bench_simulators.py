@@ -29,7 +29,7 @@ from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, execute
 from benchbot.core.platform import PlatformSpec, Scene, Simulation
 from benchbot.core.plugin_manager import load
-from benchbot_task_semslam.mapping.objects import ObjectMap, describe
+from benchbot.mapping import ObjectMap, describe
 
 TASK = "semantic_slam:passive:ground_truth:segmentation"
 CHANNELS = ("image_depth", "image_depth_info", "image_segment", "poses")

@@ -51,6 +51,19 @@ def test_actions_reach_their_goals(room: Scene, angle_deg: float) -> None:
     assert execute(robot, "move_distance", {"distance": -0.5}, None, config) is Outcome.REACHED
 
 
+def test_motion_that_is_not_finite_is_an_error_and_leaves_no_log(
+    room: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    robot = simulator()
+    robot.load(room, 0)
+    robot.world.physics._data.qvel[0] = math.nan
+    with pytest.raises(BenchbotError, match="lost hold") as raised:
+        robot.drive(0.1, 0.0, robot.control_period_s)
+    assert "unstable" in raised.value.why
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("speed_mps", [0.2, 1.5])
 def test_the_robot_stops_where_it_touches_a_wall(room: Scene, speed_mps: float) -> None:
     robot = simulator(**EXACT_WHEELS)

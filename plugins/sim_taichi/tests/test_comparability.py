@@ -19,8 +19,8 @@ from benchbot.plugins.authoring.comparability.senses import Sight
 from benchbot.plugins.authoring.comparability.world import World
 from benchbot.plugins.authoring.conformance.bench import Bench, make_bench
 from benchbot.plugins.authoring.conformance.comparing import check_comparability, drive_at_the_wall, look_around
+from benchbot.plugins.simulation.contact import Clearance
 from benchbot.testing import as_text
-from benchbot_sim_taichi.collision import Clearance
 from benchbot_sim_taichi.simulator import RayTracedSimulator
 from plugins.sim_taichi.tests import sensor_faults
 from plugins.sim_taichi.tests.sensor_faults import FAULTS
@@ -144,9 +144,8 @@ def test_walls_stop_the_robot(bench: Bench, tmp_path: Path) -> None:
 class SeesNoWalls(RayTracedSimulator):
     """Drives through everything."""
 
-    @property
-    def _clearance(self) -> Clearance:
-        return Nowhere(self._world.obstacles, self._robot.footprint.radius_m)
+    def _new_clearance(self) -> Clearance:
+        return Nowhere(self.world.clearance_m, self.robot.footprint.radius_m)
 
 
 class Nowhere(Clearance):

@@ -21,7 +21,7 @@ from benchbot.mapping import (
     rotation_matrix,
     unproject,
 )
-from benchbot_sim_taichi.distortion import Distortion
+from benchbot.plugins.simulation.distortion import Distortion
 from tests.plugins.mapping.casting import BOXES, OPTICAL, observe, views
 
 Coordinates = st.floats(-10, 10)

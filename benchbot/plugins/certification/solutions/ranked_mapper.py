@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from benchbot.api import ActionResult, Agent, BenchBot, Observations
-from benchbot_task_semslam.mapping.objects import ObjectMap, describe
+from benchbot.mapping import ObjectMap, describe
 
 
 class RankedMapper(Agent):

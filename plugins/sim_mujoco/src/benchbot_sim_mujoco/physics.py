@@ -15,6 +15,9 @@ from benchbot_sim_mujoco.base import FLOOR, FOOTPRINT, HELD_BIT, LOOSE_BIT, POST
 
 Floats = npt.NDArray[np.float64]
 
+# Warnings are looked for after each tick; MuJoCo itself would write a file into the current folder.
+mujoco.set_mju_user_warning(lambda message: None)
+
 TIMESTEP_S = 0.0025
 SETTLING_S = 1.0
 POSTS, POST_RADIUS_M, POST_REACH_M = 16, 0.01, 0.06
@@ -85,6 +88,7 @@ class Physics:
                 # The bumper gives: all of the impact is lost, and the robot stands still for the rest of the tick.
                 contact, self._command = True, (0.0, 0.0)
                 self._data.qvel[:8] = 0.0
+        self._check()
         # What depends on positions is of the last but one step until now.
         mujoco.mj_kinematics(self.model, self._data)
         return contact
@@ -143,6 +147,17 @@ class Physics:
                     "Leave it out of options.loose: objects that stand on the floor or on a table can be loose.",
                 )
         return settled
+
+    def _check(self) -> None:
+        """Raise BenchbotError where MuJoCo gave a warning: it begins anew by itself when values are not finite."""
+        given = np.flatnonzero(self._data.warning.number)
+        if len(given):
+            stats = self._data.warning[int(given[0])]
+            raise BenchbotError(
+                "MuJoCo lost hold of this scene.",
+                mujoco.mju_warningText(int(given[0]), stats.lastinfo),
+                "Leave the objects that were touched last out of options.loose.",
+            )
 
     def _ramped(self, target: tuple[float, float], limits: DriveLimits) -> tuple[float, float]:
         steps = (limits.linear_acceleration_mps2 * TIMESTEP_S, limits.angular_acceleration_radps2 * TIMESTEP_S)

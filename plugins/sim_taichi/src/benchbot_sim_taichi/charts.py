@@ -116,13 +116,13 @@ def find(scene: SceneGeometry) -> Charts:
         links = pairs[:, 1].astype(np.int32) if len(pairs) else links
     # The back of a closed surface is seen where its mesh is not quite closed.
     parts.places[~has_back, 1] = parts.places[~has_back, 0]
-    nothing = [np.zeros((0, SAMPLE_STRIDE), np.float32)], [np.zeros((0, NODE_STRIDE), np.int32)]
+    no_samples, no_nodes = np.zeros((0, SAMPLE_STRIDE), np.float32), np.zeros((0, NODE_STRIDE), np.int32)
     return Charts(
-        np.concatenate(parts.samples or nothing[0]).ravel(),
+        np.concatenate(parts.samples or [no_samples]).ravel(),
         np.concatenate(parts.area_m2 or [np.zeros(0, np.float32)]),
         parts.places.ravel(),
         np.concatenate(parts.index) if parts.index else np.full(1, -1, np.int32),
-        np.concatenate(parts.nodes or nothing[1]).ravel(),
+        np.concatenate(parts.nodes or [no_nodes]).ravel(),
         first_link,
         links,
     )
@@ -230,11 +230,13 @@ def _areas(local: Floats, first: Ints, width: Ints, area_m2: Floats, count: int)
     number = np.arange(len(triangle)) - np.repeat(np.cumsum(times) - times, times)
     # Well spread over the unit square: Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018.
     u, v = (0.5 + np.outer([0.7548776662466927, 0.5698402909980532], number)) % 1.0
-    u, v = np.where(u + v > 1.0, (1.0 - u, 1.0 - v), (u, v))
+    is_beyond = u + v > 1.0
+    u, v = np.where(is_beyond, 1.0 - u, u), np.where(is_beyond, 1.0 - v, v)
     corner = local[triangle]
     at = corner[:, 0] + u[:, None] * (corner[:, 1] - corner[:, 0]) + v[:, None] * (corner[:, 2] - corner[:, 0])
-    x, y = np.rint(at).astype(np.int64).T
-    areas: Floats = np.bincount(first[triangle] + y * width[triangle] + x, (area_m2 / times)[triangle], minlength=count)
+    nearest = np.rint(at).astype(np.int64)
+    entry = first[triangle] + nearest[:, 1] * width[triangle] + nearest[:, 0]
+    areas: Floats = np.bincount(entry, (area_m2 / times)[triangle], minlength=count).astype(np.float64)
     return areas
 
 
