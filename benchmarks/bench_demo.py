@@ -71,6 +71,7 @@ SPANS = {
     "benchbot_sim_taichi._ti": {"start": "start of Taichi"},
     "benchbot_sim_taichi.device_scene": {"upload": "tree"},
     "benchbot_sim_taichi.irradiance": {"load_or_solve": "light"},
+    "benchbot_sim_taichi.lightmap": {"load_or_bake": "light"},
     "benchbot_sim_taichi.renderer": {"Renderer.render_on_device": "pictures"},
     "benchbot.plugins.simulation.sensors": {
         "Camera.rgb": "sensors",
