@@ -87,11 +87,11 @@ def test_a_faulty_one_is_found_out(faulty: Project, built: dict[str, Built], tmp
     found += imports.problems(faulty, [faulty, built["benchbot"].project])
 
     for problem in (
-        "benchbot_faulty/tasks/benchbot_faulty.yaml is in the checkout and not in the wheel",
+        "benchbot_faulty/tasks/faulty.yaml is in the checkout and not in the wheel",
         "benchbot_faulty/tests/test_it.py is a test",
         "benchbot_faulty has no py.typed",
         "the licence is missing",
-        "the entry point benchbot_faulty is benchbot_faulty.plug_in, and there is no such module",
+        "the entry point faulty is benchbot_faulty.plug_in, and there is no such module",
         "License-Expression is missing",
         "the README is not said to be Markdown",
         f"it needs benchbot>=99, and the version that is made here is {built['benchbot'].version}",

@@ -231,7 +231,7 @@ class _Finder:
             starts = [path.parents[one.level - 1]] if one.level <= len(path.parents) else []
         else:
             starts = [*self.tree.roots, path.parent, *self._search]
-            if parts[0] in packages_known() and not any(brings_own(start, parts[0]) for start in starts):
+            if parts[0] in packages_known() and not brings_own(starts, parts[0]):
                 return
         for start in dict.fromkeys(starts):
             if self._module(start, parts, one.names):

@@ -1,7 +1,7 @@
 """Where the files of a solution may be: what Python imports from, and what gathers in such folders beside."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from importlib.machinery import EXTENSION_SUFFIXES
 from importlib.util import find_spec
 from pathlib import Path
@@ -34,9 +34,9 @@ def packages_known() -> set[str]:
     return {"benchbot", "benchbot_addons", "benchbot_api", "benchbot_eval", *modules}
 
 
-def brings_own(folder: Path, name: str) -> bool:
-    """Say whether a folder has a package that is not the installed one of its name, such as BenchBot v2's client."""
-    found, installed = module_files(folder, name), find_spec(name)
+def brings_own(folders: Iterable[Path], name: str) -> bool:
+    """Say whether the first package of a name in folders is not the installed one, such as BenchBot v2's client."""
+    found, installed = [file for folder in folders for file in module_files(folder, name)], find_spec(name)
     return bool(found) and (not installed or found[0].resolve() != Path(installed.origin or "").resolve())
 
 

@@ -1,14 +1,17 @@
 """Which files make a solution what it is."""
 
+import os
 from pathlib import Path
 
 import pytest
 
+import benchbot
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.batch import source_files, source_tree
 from benchbot.plugins.batch.source_files import SourceFiles, find
 
 RUN = """\
+import os
 import os
 from pathlib import Path
 
@@ -262,3 +265,13 @@ def test_a_client_that_a_solution_brings_counts_and_the_installed_one_does_not(t
     (tmp_path / "benchbot_api/agent.py").write_text("")
     found = find(["python", "run.py"], tmp_path, ())
     assert set(found.content.files) == {"run.py", "benchbot_api/__init__.py", "benchbot_api/agent.py"}
+
+
+def test_another_copy_behind_the_installed_one_is_not_what_is_imported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "run.py").write_text("import benchbot")
+    (tmp_path / "copy/benchbot").mkdir(parents=True)
+    (tmp_path / "copy/benchbot/__init__.py").touch()
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(Path(benchbot.__file__).parents[1]), str(tmp_path / "copy")]))
+    assert set(find(["python", "run.py"], tmp_path, ()).content.files) == {"run.py"}

@@ -164,7 +164,7 @@ def test_pictures_that_are_rendered_together_are_the_same(kernel_cache: Path, mo
         told.append([plain(envs.reset(seed=2))])
         turn = {"action": np.array([0, 1, 1]), "argument": np.array([[0.1], [0.5], [-1.0]], np.float32)}
         told[-1] += [plain(envs.step(turn)) for _ in range(2)]
-        scenes = {id(env.unwrapped._platform._world) for env in envs.envs}
+        scenes = {id(env.unwrapped._platform.world) for env in envs.envs}
         assert len(scenes) == (1 if make is together else 3)
         envs.close()
     assert told[0] == told[1]
