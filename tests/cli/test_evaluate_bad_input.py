@@ -174,4 +174,4 @@ def test_what_went_wrong_is_told_on_the_terminal(result_folder: CommandLine) -> 
 
     assert done.returncode == 0, done.stderr
     assert done.stdout == "OMQ 0.0000\n"
-    assert "  missed         1  +1.00" in done.stderr
+    assert "  missed         1  +1.00\n  hint: The map is empty.\n" in done.stderr

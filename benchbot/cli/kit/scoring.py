@@ -59,10 +59,12 @@ def diagnosis(explanation: dict[str, Any], headline: str) -> list[str]:
     entries = explanation["results"]
     lines = []
     for label, entry in zip(_labels(entries), entries, strict=True):
-        errors = entry.get("diagnosis", {}).get("errors", [])
-        if errors:
+        told = entry.get("diagnosis", {})
+        errors, hints = told.get("errors", []), told.get("hints", [])
+        if errors or hints:
             lines.append(f"What went wrong in {label}, and the {headline} that it costs:")
         lines += [f"  {error['kind']:<10} {error['count']:>5}  {error['gain']:+.2f}" for error in errors]
+        lines += [f"  hint: {hint}" for hint in hints]
     return lines
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from benchbot.plugin import GroundTruth, Result
 from benchbot_eval_omq.diagnosis import diagnose
+from benchbot_eval_omq.hints import hints
 from benchbot_eval_omq.omq import matched
 from benchbot_eval_omq.qualities import ADDED, STATES, Array, Qualities, qualities
 
@@ -32,7 +33,8 @@ def explain(result: Result, ground_truths: Sequence[GroundTruth]) -> Document:
         writer.false_positive(column, costs[column]) if column in costs else writer.ignored(column)
         for column in columns
     ]
-    return {"objects": truths + others, "diagnosis": diagnose(table, comparison).document()}
+    told = {**diagnose(table, comparison).document(), "hints": hints(result, ground_truths, table, comparison)}
+    return {"objects": truths + others, "diagnosis": told}
 
 
 def _scenes(ground_truths: Sequence[GroundTruth]) -> list[str]:
