@@ -91,6 +91,7 @@ def evaluate(
     console.note(f"Scores: {output}")
     if explain is not None and explained is not None:
         write_explanation(explain, explained)
+        console.note(*scoring.diagnosis(explained, document["method"]["headline"]))
         console.note(f"Explanation, with ground truth: {explain}")
     console.data_json(document) if as_json else console.data(scoring.headline(document))
     requirement.check(requirements, document["scores"])

@@ -162,3 +162,16 @@ def test_a_folder_of_results_is_scored_and_explained(result_folder: CommandLine,
     assert json.loads(second.stdout)["scores"]["OMQ"] == 0.5
     assert f"Explanation, with ground truth: {why}" in second.stderr
     assert json.loads(why.read_text())["results"][0]["objects"][0]["verdict"] == "match"
+    assert "What went wrong" not in second.stderr
+
+
+def test_what_went_wrong_is_told_on_the_terminal(result_folder: CommandLine) -> None:
+    result = json.loads((result_folder.folder / "perfect.json").read_text())
+    result["results"]["objects"] = []
+    (result_folder.folder / "empty.json").write_text(json.dumps(result))
+
+    done = result_folder("eval", "empty.json", "--ground-truth", "truth.json", "--explain", "why.json")
+
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "OMQ 0.0000\n"
+    assert "  missed         1  +1.00\n  hint: The map is empty.\n" in done.stderr

@@ -54,6 +54,20 @@ def coverage(counts: dict[str, Any], word: str) -> list[str]:
     return lines + ([f"  {own} file{'s' * (own != 1)} of BenchBot's own left aside"] if own else [])
 
 
+def diagnosis(explanation: dict[str, Any], headline: str) -> list[str]:
+    """Return lines for each diagnosed result: what went wrong, and what the headline score would gain without it."""
+    entries = explanation["results"]
+    lines = []
+    for label, entry in zip(_labels(entries), entries, strict=True):
+        told = entry.get("diagnosis", {})
+        errors, hints = told.get("errors", []), told.get("hints", [])
+        if errors or hints:
+            lines.append(f"What went wrong in {label}, and the {headline} that it costs:")
+        lines += [f"  {error['kind']:<10} {error['count']:>5}  {error['gain']:+.2f}" for error in errors]
+        lines += [f"  hint: {hint}" for hint in hints]
+    return lines
+
+
 def _labels(rows: list[dict[str, Any]]) -> list[str]:
     """Return the environment of each row, with what tells those of one environment apart."""
     counts = Counter(row["environment"] for row in rows)

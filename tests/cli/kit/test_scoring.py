@@ -72,3 +72,14 @@ def test_failures_warnings_and_what_is_missing_are_told() -> None:
         "  missing: flat:2 seed 3: There is none.",
         "  left out: a.json: It is not wanted.",
     ]
+
+
+def test_what_went_wrong_is_told_with_what_it_costs() -> None:
+    errors = [{"kind": "class", "count": 9, "gain": 0.312}, {"kind": "missed", "count": 12, "gain": 0.0}]
+    entries = [{"environment": "flat:1", "diagnosis": {"errors": errors}}, {"environment": "flat:2"}]
+
+    assert scoring.diagnosis({"results": entries}, "OMQ") == [
+        "What went wrong in flat:1, and the OMQ that it costs:",
+        "  class          9  +0.31",
+        "  missed        12  +0.00",
+    ]

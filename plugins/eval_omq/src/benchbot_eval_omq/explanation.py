@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 from benchbot.plugin import GroundTruth, Result
+from benchbot_eval_omq.diagnosis import diagnose
+from benchbot_eval_omq.hints import hints
 from benchbot_eval_omq.omq import matched
 from benchbot_eval_omq.qualities import ADDED, STATES, Array, Qualities, qualities
 
@@ -16,7 +18,7 @@ HALF_TOLERANCE = 0.06
 
 
 def explain(result: Result, ground_truths: Sequence[GroundTruth]) -> Document:
-    """Return `{"objects": [...]}`: what became of each true object, then of each estimate without a partner.
+    """Return `objects`, what became of each true one, then of each estimate without a partner, and their `diagnosis`.
 
     The schema `explanation` says what an entry holds. Errors as for `evaluate`; changes neither argument.
     """
@@ -31,7 +33,8 @@ def explain(result: Result, ground_truths: Sequence[GroundTruth]) -> Document:
         writer.false_positive(column, costs[column]) if column in costs else writer.ignored(column)
         for column in columns
     ]
-    return {"objects": truths + others}
+    told = {**diagnose(table, comparison).document(), "hints": hints(result, ground_truths, table, comparison)}
+    return {"objects": truths + others, "diagnosis": told}
 
 
 def _scenes(ground_truths: Sequence[GroundTruth]) -> list[str]:
