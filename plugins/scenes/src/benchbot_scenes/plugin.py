@@ -31,4 +31,10 @@ def benchbot_commands() -> Iterator[Command]:
         "benchbot_scenes.generator.command:generate_environment",
         "Make a new furnished environment from a seed.",
     )
+    yield Command(
+        "export",
+        "benchbot_scenes.exporting.command:export_environment",
+        "Write an environment's scene for other simulators.",
+        takes_sources=True,
+    )
     yield Command("map", "benchbot_scenes.map_command:map_environment", "Occupancy map and picture of an environment.")

@@ -8,6 +8,11 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+__all__ = ["API_VERSION", "FloatArray", "ImageArray", "Instance", "IntArray", "Material", "SceneGeometry"]
+
+API_VERSION = (1, 0)
+"""(major, minor) of what this module promises to other distributions: a minor version only adds, with defaults."""
+
 FloatArray = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int32]
 ImageArray = npt.NDArray[np.uint8]
