@@ -161,7 +161,9 @@ def main() -> int:
             for place, placements in _PLACES.items()
         }
     for path, models in sheets.items():
-        contact_sheet(models, arguments.columns, tuple(arguments.tile_px)).save(path, quality=82)
+        contact_sheet(models, arguments.columns, tuple(arguments.tile_px)).save(
+            path, quality=72, optimize=True, progressive=True
+        )
     return 0
 
 

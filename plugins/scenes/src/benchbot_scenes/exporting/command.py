@@ -57,7 +57,8 @@ def export_environment(
     for declared in Catalog(load()).environments(environment):
         _check(declared.name, declared.data, with_hidden=with_hidden)
         with working(f"Exporting {declared.name}"):
-            geometry = load_scene(scene_file(declared.path.parent / declared.data["map_path"], cache_dir()))
+            source = declared.path.parent / declared.data["map_path"]
+            geometry = load_scene(scene_file(source, cache_dir(), declared.data.get("assets")))
             name = declared.name.replace(":", "_")
             files = FORMATS[to](geometry if with_ground_truth else without_labels(geometry), name)
             if with_ground_truth:
