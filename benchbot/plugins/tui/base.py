@@ -60,7 +60,7 @@ class BaseApp(App[None]):
         run: RunState | None = None,
         batch: Path | None = None,
         images: str = "halfcell",
-        look: Callable[[], Alive] = jobs.look,
+        look: Callable[[], Alive] | None = None,
         catalog: Callable[[], Catalog] = lambda: Catalog(load()),
     ) -> None:
         super().__init__()
@@ -68,7 +68,7 @@ class BaseApp(App[None]):
         self._harmless = Harmless()
         self.images = images
         self._first_run, self._first_batch = run, batch
-        self._look, self._make_catalog = look, catalog
+        self._look, self._make_catalog = look or jobs.looker(), catalog
         self._catalog: Catalog | None = None
         self._looking = False
         self._begun: set[Path] = set()
