@@ -154,8 +154,10 @@ class BaseApp(App[None]):
                     severity="information" if each.state == WELL else "error",
                     timeout=10,
                 )
+        news = now != self.alive
         self.alive = now
-        for screen in self.screen_stack:
+        # Of a run, the screens show how long it is alive.
+        for screen in self.screen_stack if news or now.runs else ():
             screen.post_message(self.Looked())
 
     # Jobs

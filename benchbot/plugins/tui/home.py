@@ -54,6 +54,7 @@ class HomeScreen(Screen[None]):
         super().__init__()
         self._items: dict[str, Item] = {}
         self._told = ""
+        self._shown: list[tuple[str | None, str]] = []
 
     def compose(self) -> ComposeResult:
         """Show the lists."""
@@ -153,7 +154,8 @@ class HomeScreen(Screen[None]):
         if not rows:
             rows.append(Option(Text(NOTHING), disabled=True))
         shown = [(row.id, str(row.prompt)) for row in rows]
-        if shown != [(row.id, str(row.prompt)) for row in options.options]:
+        if shown != self._shown:
+            self._shown = shown
             options.set_options(rows)
             keys = [row.id for row in rows]
             named = [key for key in keys if key is not None]
