@@ -6,7 +6,10 @@ News: processor seconds a minute of watching a run or a batch that changes ten t
 changes. Cells: what one picture costs, painted by our own half cells and by those of textual-image.
 The app runs as in its tests: everything is painted and encoded for a terminal, but nothing is written to one.
 
-python -m benchmarks.bench_tui [--rounds N] [--json FILE]
+`--rest` measures something else: the processor time and bytes of a terminal in which nothing changes, with finished
+batches, as many and as long as is said, and the time until the batch with the episodes to be opened is on the screen.
+
+python -m benchmarks.bench_tui [--rounds N] [--rest [--batches N] [--episodes N] [--opened N]] [--json FILE]
 """
 
 import argparse
@@ -32,6 +35,7 @@ from benchbot.plugins.tui.batch_screen import BatchScreen
 from benchbot.plugins.tui.camera import rgb
 from benchbot.plugins.tui.run_screen import RunScreen
 from benchbot.plugins.watching.views import BatchView, RunView
+from benchmarks import tui_at_rest
 from tests.plugins.tui.watched import SEEN, StillBatch, StillFeed, batch_view, run_view, surroundings
 
 BATCHES = {10: (2, 5), 1000: (10, 100), 5000: (10, 500)}
@@ -66,7 +70,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=30, metavar="N")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the table to this file")
+    parser.add_argument("--rest", action="store_true", help="instead, measure a terminal in which nothing changes")
+    parser.add_argument("--batches", type=int, default=16, metavar="N")
+    parser.add_argument("--episodes", type=int, default=12_000, metavar="N")
+    parser.add_argument("--opened", type=int, default=10_000, metavar="N")
     options = parser.parse_args()
+    if options.rest:
+        figures = tui_at_rest.measure(options.batches, options.episodes, options.opened)
+        print("\n".join(f"{figure.what:60} {figure.value:10.2f} {figure.unit}" for figure in figures))
+        if options.json:
+            options.json.write_text(json.dumps([asdict(figure) for figure in figures], indent=1))
+        return
     rows = [*asyncio.run(keys(options.rounds)), *asyncio.run(news(options.rounds)), *cells(options.rounds)]
     print(f"{'':54} {'':>8} {'':6} {'ratio':>6}")
     for row in rows:

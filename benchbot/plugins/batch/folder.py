@@ -69,7 +69,8 @@ class Folder:
         except OSError:
             return None
         known = self._finished.get(attempts.result)
-        stamp = found.st_ino, found.st_mtime_ns, found.st_size
+        # The change time as well: whoever edits a file can set its modification time back.
+        stamp = found.st_ino, found.st_mtime_ns, found.st_ctime_ns, found.st_size
         if known is not None and known[0] == stamp:
             return known[1]
         finished = attempts.finished()

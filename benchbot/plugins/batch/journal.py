@@ -32,6 +32,13 @@ def read(path: Path) -> list[dict[str, Any]]:
     return list(_entries(content))
 
 
+def sizes(folder: Path) -> list[tuple[str, int]]:
+    """Return name and size of each journal in a folder, by name; none for one that is not there."""
+    with suppress(OSError), os.scandir(folder) as entries:
+        return sorted((each.name, each.stat().st_size) for each in entries if each.name.endswith(".jsonl"))
+    return []
+
+
 class Tail:
     """Reads a journal as it grows."""
 

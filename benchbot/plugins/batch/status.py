@@ -17,6 +17,8 @@ from benchbot.plugins.batch.plan import Plan, PlannedEpisode
 
 SHOWN_EVENTS = 20
 SCAN_PERIOD_S = 20.0
+AUDITED_EPISODES = 16
+"""The number of finished episodes whose results are looked at again each time."""
 PACED_EPISODES = 100
 """The number of episodes, the last ones, that the pace is told of."""
 
@@ -91,16 +93,23 @@ class BatchStatus:
 
 
 class Monitor:
-    """Reads a batch's folder: finished episodes once, the logs of events as they grow."""
+    """Reads a batch's folder: finished episodes once, the logs of events as they grow.
+
+    A finished episode is read again when an event names it, or when its result is found changed or gone: some results
+    are looked at in turn each time.
+    """
 
     def __init__(self, folder: Folder, plan: Plan) -> None:
         self.plan = plan
         self._folder = folder
         self._observer = Observer(folder.claims, plan.policy.stale_s)
-        self._left: dict[str, PlannedEpisode] = {episode.key: episode for episode in plan.episodes}
+        self._planned: dict[str, PlannedEpisode] = {episode.key: episode for episode in plan.episodes}
+        self._left = dict(self._planned)
         self.finished: dict[str, Finished] = {}
         """The finished episodes, by key."""
-        self._tails: dict[str, journal.Tail] = {}
+        self.changes = 0
+        """Grows whenever an episode finishes or is finished no more."""
+        self._tails: dict[str, tuple[journal.Tail, int]] = {}
         self._newest: list[dict[str, Any]] = []
         self._last: dict[str, dict[str, Any]] = {}
         self._began: dict[str, float] = {}
@@ -111,10 +120,13 @@ class Monitor:
         self._groups: tuple[ErrorGroup, ...] = ()
         self._grouped_of = 0
         self._scanned_s = float("-inf")
+        self._audited = 0
 
     def look(self, workers: int = -1, score: Score | None = None) -> BatchStatus:
         """Return where the batch stands now; `workers` is how many run, as the executor says."""
         told = self._read_events()
+        for key in (told & self.finished.keys()) | self._audit():
+            self._check_again(key)
         claimed = dict(self._observer.claims())
         now_s = time.monotonic()
         if now_s - self._scanned_s > SCAN_PERIOD_S:
@@ -186,23 +198,45 @@ class Monitor:
         finished = self._folder.finished(episode)
         if finished is not None:
             self.finished[key] = finished
+            self.changes += 1
             del self._left[key]
             self._failures.update([str(finished.failure)] if finished.failure else [])
             heappush(self._lately, (finished.ended_s, finished.duration_s))
             if len(self._lately) > PACED_EPISODES:
                 heappop(self._lately)
 
+    def _check_again(self, key: str) -> None:
+        """Forget a finished episode that was begun anew, or whose result was changed or deleted."""
+        known, episode = self.finished[key], self._planned[key]
+        if self._folder.finished(episode) == known:
+            return
+        del self.finished[key]
+        self.changes += 1
+        self._left[key] = episode
+        self._grouped_of = -1
+        if known.failure:
+            self._failures -= Counter([str(known.failure)])
+        self._check(key)
+
+    def _audit(self) -> set[str]:
+        """Return the next few of the finished episodes, in turn: what people do to results is no event."""
+        episodes = self.plan.episodes
+        turn = [(self._audited + step) % len(episodes) for step in range(min(AUDITED_EPISODES, len(episodes)))]
+        self._audited += len(turn)
+        return {episodes[place].key for place in turn} & self.finished.keys()
+
     def _read_events(self) -> set[str]:
-        """Read new events; return the keys of the episodes that they call finished."""
+        """Read new events; return the keys of the episodes that they call finished or retried."""
         told: set[str] = set()
-        if not self._folder.events.is_dir():
-            return told
         events = []
-        for path in sorted(self._folder.events.glob("*.jsonl")):
-            events += self._tails.setdefault(path.name, journal.Tail(path)).read()
+        for name, size in journal.sizes(self._folder.events):
+            tail, seen = self._tails.get(name) or (journal.Tail(self._folder.events / name), 0)
+            if size != seen:
+                self._tails[name] = tail, size
+                events += tail.read()
         for event in sorted(events, key=lambda event: float(event.get("time_s", 0.0))):
             what, key = event.get("what"), event.get("key")
-            if what == "finished":
+            if what in ("finished", "retried"):
                 told.add(str(key))
             elif what == "failed":
                 self._retried += 1

@@ -60,7 +60,7 @@ class BaseApp(App[None]):
         run: RunState | None = None,
         batch: Path | None = None,
         images: str = "halfcell",
-        look: Callable[[], Alive] = jobs.look,
+        look: Callable[[], Alive] | None = None,
         catalog: Callable[[], Catalog] = lambda: Catalog(load()),
     ) -> None:
         super().__init__()
@@ -68,7 +68,7 @@ class BaseApp(App[None]):
         self._harmless = Harmless()
         self.images = images
         self._first_run, self._first_batch = run, batch
-        self._look, self._make_catalog = look, catalog
+        self._look, self._make_catalog = look or jobs.looker(), catalog
         self._catalog: Catalog | None = None
         self._looking = False
         self._begun: set[Path] = set()
@@ -154,8 +154,10 @@ class BaseApp(App[None]):
                     severity="information" if each.state == WELL else "error",
                     timeout=10,
                 )
+        news = now != self.alive
         self.alive = now
-        for screen in self.screen_stack:
+        # Of a run, the screens show how long it is alive.
+        for screen in self.screen_stack if news or now.runs else ():
             screen.post_message(self.Looked())
 
     # Jobs

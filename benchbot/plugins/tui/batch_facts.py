@@ -54,8 +54,12 @@ def badge(view: BatchView) -> Badge:
     status = view.status
     if status is None:
         return Badge("READING", "muted")
+    failed = sum(status.failures.values())
+    if status.is_complete and failed:
+        said = f"✗ {failed} OF {status.episodes} FAILED"
+        return Badge(said, "error") if failed == status.episodes else Badge(said, "warning")
     if status.is_complete:
-        return Badge("COMPLETE", "success")
+        return Badge(f"✓ ALL {status.episodes} COMPLETE", "success")
     if status.paused:
         return Badge("PAUSED", "warning")
     if view.problem:
@@ -68,7 +72,9 @@ def numbers(view: BatchView) -> list[Row]:
     status = view.status
     if status is None:
         return [("Episodes", "not known yet")]
+    failed = sum(status.failures.values())
     rows = [("Finished", f"{status.finished} of {status.episodes}")]
+    rows += [("Of these", f"✓ {status.finished - failed}  ✗ {failed}")] if failed else []
     rows.append(("Running", f"{len(status.running)} on {_count(status.workers)}"))
     if status.retried:
         rows.append(("Tried again", str(status.retried)))
@@ -85,7 +91,8 @@ def compact(view: BatchView) -> str:
     status = view.status
     if status is None:
         return "nothing is known yet"
-    parts = [f"{status.finished} of {status.episodes} finished"]
+    failed = sum(status.failures.values())
+    parts = [f"{status.finished} of {status.episodes} finished" + (f", ✗ {failed} failed" if failed else "")]
     if not status.is_complete and status.left_s is not None:
         parts.append(f"{duration(status.left_s)} left")
     idle = f", {len(status.idle)} idle" if status.idle and not status.is_complete else ""

@@ -143,7 +143,8 @@ def _print(now: "Alive", *, as_json: bool) -> None:
         )
     for entry in now.batches:
         activity = "alive" if entry.alive else "nobody works on it"
-        console.data(f"batch {entry.folder}: {entry.finished} of {entry.episodes} episodes, {activity}")
+        failed = "".join(f", {count} failed ({name})" for name, count in entry.failures.items())
+        console.data(f"batch {entry.folder}: {entry.finished} of {entry.episodes} episodes{failed}, {activity}")
     for each in now.jobs:
         console.data(f"submission {each.job.title}: {each.summary}")
     if not (now.runs or now.batches or now.jobs):
@@ -160,6 +161,7 @@ def _as_dict(now: "Alive") -> dict[str, Any]:
                 "alive": entry.alive,
                 "episodes": entry.episodes,
                 "finished": entry.finished,
+                "failures": dict(entry.failures),
             }
             for entry in now.batches
         ],

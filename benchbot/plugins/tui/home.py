@@ -25,6 +25,8 @@ from benchbot.wire.run_state import RUN, RunState
 
 Item = RunState | BatchEntry | JobStatus
 SIGNS = {RUNNING: "▶", WELL: "✓"}
+SIGN_COLORS = {"▶": "blue", "✓": "green", "◐": "yellow", "✗": "red"}
+"""The colours of the signs, as the terminal's palette has them."""
 NOTHING = """\
 No run and no batch of yours is alive on this machine.
 
@@ -51,6 +53,8 @@ class HomeScreen(Screen[None]):
     def __init__(self) -> None:
         super().__init__()
         self._items: dict[str, Item] = {}
+        self._told = ""
+        self._shown: list[tuple[str | None, str]] = []
 
     def compose(self) -> ComposeResult:
         """Show the lists."""
@@ -145,11 +149,13 @@ class HomeScreen(Screen[None]):
                 name = str(item.job.folder if isinstance(item, JobStatus) else item.folder)
                 self._items[name] = item
                 title, subtitle, _ = _described(item)
-                rows.append(Option(Text.assemble(title, "\n", (f"  {subtitle}", "dim")), id=name))
+                colored = Text.assemble((title[0], SIGN_COLORS.get(title[0], "")), title[1:])
+                rows.append(Option(Text.assemble(colored, "\n", (f"  {subtitle}", "dim")), id=name))
         if not rows:
             rows.append(Option(Text(NOTHING), disabled=True))
         shown = [(row.id, str(row.prompt)) for row in rows]
-        if shown != [(row.id, str(row.prompt)) for row in options.options]:
+        if shown != self._shown:
+            self._shown = shown
             options.set_options(rows)
             keys = [row.id for row in rows]
             named = [key for key in keys if key is not None]
@@ -163,7 +169,9 @@ class HomeScreen(Screen[None]):
         item = self.marked
         facts = {} if item is None else _described(item)[2]
         text = "\n".join(f"{label}\n  {value}" for label, value in facts.items() if value)
-        self.query_one("#about", Static).update(text)
+        if text != self._told:
+            self._told = text
+            self.query_one("#about", Static).update(text)
 
 
 def _described(item: Item) -> tuple[str, str, dict[str, str]]:
@@ -183,13 +191,25 @@ def _described(item: Item) -> tuple[str, str, dict[str, str]]:
         subtitle = "  ".join(filter(None, [item.task, facts["Started by"]]))
         return f"▶ {item.environment}  {item.robot}  seed {item.seed}", subtitle, facts
     if isinstance(item, BatchEntry):
+        counts = [f"{count} {name}" for name, count in item.failures.items()]
         facts = {
             "Batch": str(item.folder),
             "Episodes": f"{item.finished} of {item.episodes} are finished",
+            "Failed": ", ".join(counts),
             "Now": "alive" if item.alive else "nobody works on it",
         }
-        sign = "▶" if item.alive else "✓" if item.finished == item.episodes else "◼"
-        return f"{sign} {item.folder.name}  {item.finished} of {item.episodes}", str(item.folder.parent), facts
+        failed = sum(item.failures.values())
+        said = f"{item.finished} of {item.episodes}" + (f", {failed} failed" if failed else "")
+        return f"{_sign(item, failed)} {item.folder.name}  {said}", str(item.folder.parent), facts
     job = item.job
     facts = {"Submission": job.title, "Now": item.summary, "Result": str(job.result or ""), "Command": job.command}
     return f"{SIGNS.get(item.state, '✗')} {job.title}", item.summary, facts
+
+
+def _sign(item: BatchEntry, failed: int) -> str:
+    """Return ▶ of a batch that is alive, ◼ of one that was left; else ✓ without failures, ✗ with nothing but them."""
+    if item.alive:
+        return "▶"
+    if item.finished < item.episodes:
+        return "◼"
+    return "✓" if not failed else "✗" if failed == item.finished else "◐"

@@ -17,7 +17,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,7 +29,7 @@ from benchbot.core import atomic, resources
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.emergency_stop import is_locked
 from benchbot.plugins.tui import result_rows
-from benchbot.plugins.watching.batch_feed import batches
+from benchbot.plugins.watching.batch_feed import BatchList
 from benchbot.plugins.watching.logs import end_of
 from benchbot.plugins.watching.views import BatchEntry
 from benchbot.wire import run_state
@@ -98,8 +98,19 @@ class Alive:
 
 
 def look() -> Alive:
-    """Return what is alive now. It reads some small files, and takes some milliseconds."""
-    return Alive(tuple(run_state.live()), tuple(batches()), tuple(status_of(job) for job in jobs() if _is_listed(job)))
+    """Return what is alive now; who looks again and again calls one `looker`."""
+    return looker()()
+
+
+def looker() -> Callable[[], Alive]:
+    """Return what looks for what is alive, and reads what does not change once."""
+    known = BatchList()
+
+    def look_again() -> Alive:
+        listed = tuple(status_of(job) for job in jobs() if _is_listed(job))
+        return Alive(tuple(run_state.live()), tuple(known.look()), listed)
+
+    return look_again
 
 
 def start(words: Sequence[str], *, result: Path | None = None) -> Job:

@@ -5,10 +5,9 @@ The driver of batches is imported where it is needed: it imports the supervisor,
 
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,10 +16,12 @@ from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
 from benchbot.core.results import read_scores
 from benchbot.plugins.batch import plan as plans
-from benchbot.plugins.batch.driver_lock import REGISTER_LIMIT, driver_lock, registered, registered_batches
+from benchbot.plugins.batch.attempts import Finished
+from benchbot.plugins.batch.counting import BatchCounter
+from benchbot.plugins.batch.driver_lock import driver_lock, registered, registered_batches
 from benchbot.plugins.batch.folder import Folder
 from benchbot.plugins.batch.plan import PlannedEpisode
-from benchbot.plugins.batch.status import BatchStatus, Monitor, Score
+from benchbot.plugins.batch.status import BatchStatus, Monitor, RunningEpisode, Score
 from benchbot.plugins.watching.views import BatchEntry, BatchView, EpisodeCell, WorkerRow
 
 if TYPE_CHECKING:
@@ -30,20 +31,32 @@ PERIOD_S = 0.5
 COUNT_PERIOD_S = 5.0
 """The period in which the executor counts its workers: on a cluster, that is a command."""
 CLOSE_TIMEOUT_S = 1.0
+AUDIT_S = 0.002
+"""The time of each look for results that changed although no event has told of it, all batches together."""
+
+
+class BatchList:
+    """The batches of this user, looked at again and again: what does not change is read once. Not thread-safe."""
+
+    def __init__(self) -> None:
+        self._counters: dict[Path, BatchCounter] = {}
+
+    def look(self) -> list[BatchEntry]:
+        """Return the batches whose folders still exist, the one that was driven last first."""
+        entries = registered_batches()
+        self._counters = {each.folder: self._counters.get(each.folder) or BatchCounter(each.folder) for each in entries}
+        audit_s = AUDIT_S / max(len(entries), 1)
+        counts = [(entry, self._counters[entry.folder].look(audit_s)) for entry in entries]
+        return [
+            BatchEntry(entry.folder, entry.is_driven, entry.begun_s, count.episodes, count.finished, count.failures)
+            for entry, count in counts
+            if count is not None
+        ]
 
 
 def batches() -> list[BatchEntry]:
     """Return the batches of this user whose folders still exist, the one that was driven last first."""
-    found = []
-    for entry in registered_batches():
-        folder = Folder(entry.folder)
-        try:
-            names = _episode_names(folder.plan, folder.plan.stat().st_mtime_ns)
-        except (BenchbotError, OSError):
-            continue
-        finished = sum(folder.result(name).is_file() for name in names)
-        found.append(BatchEntry(entry.folder, entry.is_driven, entry.begun_s, len(names), finished))
-    return found
+    return BatchList().look()
 
 
 class BatchFeed:
@@ -57,7 +70,9 @@ class BatchFeed:
         self._monitor: Monitor | None = None
         self._score = _BatchScore(self._folder)
         self._counted: tuple[float, int] = (float("-inf"), -1)
-        self._finished: dict[str, EpisodeCell] = {}
+        self._finished: dict[str, tuple[Finished, EpisodeCell]] = {}
+        self._shown: tuple[int, tuple[RunningEpisode, ...]] | None = None
+        """The changes and the running episodes that the view's cells are of."""
         self._wake = threading.Event()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._poll, name="benchbot-batch-feed", daemon=True)
@@ -116,12 +131,16 @@ class BatchFeed:
         monitor = self._monitor
         if monitor is None:
             monitor = self._monitor = Monitor(self._folder, plans.read(self._folder.plan))
-            self._finished = {}
+            self._finished, self._shown = {}, None
         status = monitor.look(self._worker_count())
-        self._view = replace(self._view, status=replace(status, score=self._score.value), problem=None)
+        before = self._view
+        told = replace(status, score=self._score.value)
+        if told != before.status:
+            # The score may take a while.
+            self._view = replace(before, status=told, problem=None)
         status = replace(status, score=self._score.update(monitor, status))
         entry = registered(self.folder)
-        return BatchView(
+        view = BatchView(
             folder=self.folder,
             alive=(entry is not None and entry.is_driven) or status.workers > 0,
             problem=None,
@@ -129,9 +148,10 @@ class BatchFeed:
             cells=self._cells(monitor, status),
             workers=_worker_rows(monitor, status),
         )
+        # Displays take the same object for no news.
+        return self._view if view == self._view else view
 
     def _worker_count(self) -> int:
-
         counted_s, count = self._counted
         if time.monotonic() - counted_s > COUNT_PERIOD_S:
             from benchbot.plugins.batch.worker_pool import count_alive
@@ -141,23 +161,27 @@ class BatchFeed:
         return count
 
     def _cells(self, monitor: Monitor, status: BatchStatus) -> tuple[EpisodeCell, ...]:
+        """Return the cells; the same object while no episode has changed."""
+        shown = monitor.changes, status.running
+        if shown == self._shown:
+            return self._view.cells
+        self._shown = shown
         running = {each.episode: each for each in status.running}
-        cells = []
-        for episode in monitor.plan.episodes:
-            cell = self._finished.get(episode.key)
-            if cell is None:
-                finished = monitor.finished.get(episode.key)
-                now = running.get(episode.name)
-                if finished is not None:
-                    log = self._folder.episode(episode.name) / "log.txt"
-                    cell = _cell(episode, str(finished.failure or "done"), finished.worker, log=log)
-                    self._finished[episode.key] = cell
-                elif now is not None:
-                    cell = _cell(episode, "running", now.worker, now.since_s, self._newest_log(episode))
-                else:
-                    cell = _cell(episode, "pending")
-            cells.append(cell)
-        return tuple(cells)
+        return tuple(self._cell(episode, monitor, running) for episode in monitor.plan.episodes)
+
+    def _cell(self, episode: PlannedEpisode, monitor: Monitor, running: Mapping[str, RunningEpisode]) -> EpisodeCell:
+        finished = monitor.finished.get(episode.key)
+        now = running.get(episode.name)
+        if finished is not None:
+            known = self._finished.get(episode.key)
+            if known is None or known[0] is not finished:
+                log = self._folder.episode(episode.name) / "log.txt"
+                known = finished, _cell(episode, str(finished.failure or "done"), finished.worker, log=log)
+                self._finished[episode.key] = known
+            return known[1]
+        if now is not None:
+            return _cell(episode, "running", now.worker, now.since_s, self._newest_log(episode))
+        return _cell(episode, "pending")
 
     def _newest_log(self, episode: PlannedEpisode) -> Path | None:
         logs = self._folder.episode(episode.name).glob("attempt-*/log.txt")
@@ -198,12 +222,6 @@ class _BatchScore:
                 self.value, self._read = headline(read_scores(path), count), version
             return True
         return False
-
-
-@lru_cache(maxsize=REGISTER_LIMIT)
-def _episode_names(plan: Path, _changed_ns: int) -> tuple[str, ...]:
-    """Return the names of a plan's episodes; a plan is long, and checked when it is read."""
-    return tuple(episode.name for episode in plans.read(plan).episodes)
 
 
 def _cell(

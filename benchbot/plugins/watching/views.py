@@ -141,3 +141,5 @@ class BatchEntry:
     """When its driver was last started, in seconds since the epoch."""
     episodes: int
     finished: int
+    failures: Mapping[str, int] = field(default_factory=dict)
+    """Finished episodes that did not end well, by class of failure."""

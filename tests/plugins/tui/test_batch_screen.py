@@ -99,7 +99,7 @@ def test_what_failed_is_tried_again_and_workers_are_ended_only_when_one_means_it
         feed.view = replace(feed.view, problem="Its folder is gone.")
         await sees(pilot, "OUT OF TOUCH", "Its folder is gone.")
         feed.view = batch_view(3, 10, finished=1.0)
-        await sees(pilot, "COMPLETE")
+        await sees(pilot, "✗ 8 OF 30 FAILED")
         await pilot.press("escape")
         await until(pilot, lambda: app.screen is not screen)
 

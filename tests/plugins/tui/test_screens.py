@@ -55,7 +55,8 @@ ALIVE = Alive(
     runs=(run_of("miniroom:1", 0), run_of("house:2:3", 1)),
     batches=(
         BatchEntry(Path("/home/ann/study/lights"), True, 0.0, 1000, 120),
-        BatchEntry(Path("/home/ann/study/seeds"), False, 0.0, 40, 40),
+        BatchEntry(Path("/home/ann/study/seeds"), False, 0.0, 40, 40, {"agent": 2, "timeout": 1}),
+        BatchEntry(Path("/home/ann/study/broken"), False, 0.0, 2, 2, {"platform": 2}),
     ),
     jobs=(
         JobStatus(job_of("3"), RUNNING, "running"),
@@ -78,7 +79,7 @@ def test_the_first_screen_says_what_is_alive_and_what_to_do_when_nothing_is(home
         app.clear_notifications()
         now[0] = ALIVE
         app.look()
-        await sees(pilot, "miniroom:1", "120 of 1000", "OMQ 0.7312")
+        await sees(pilot, "miniroom:1", "120 of 1000", "OMQ 0.7312", "◐ seeds", "✗ broken", "2 of 2, 2 failed")
         await matches(app, pilot, "home", *SIZES)
         await pilot.press("down", "down")
         await sees(pilot, "120 of 1000 are finished")
