@@ -65,7 +65,7 @@ def test_a_run_that_needs_no_token_says_what_that_means(cli: CommandLine) -> Non
 
     url = wait_for(process, "Listening").split()[1]
     warning = wait_for(process, "Token")
-    hint = wait_for(process, "supervisor_address")
+    hint = wait_for(process, "http_proxy")
     wait_for(process, "Ready.")
 
     assert "every user and program of this machine can move the robot" in warning

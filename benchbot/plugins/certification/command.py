@@ -41,7 +41,7 @@ def certify(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Say whether scores in a simulator can be compared with the reference's.
+    """Say how far a simulator's scores are from the reference's.
 
     Runs the conformance kit, then the same solutions in the same rooms on the same robot in both simulators, and writes
     certificate.html, certificate.json and badge.md. Exits with 1 where scores cannot be compared. The same command goes

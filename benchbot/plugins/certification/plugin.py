@@ -11,5 +11,5 @@ def benchbot_commands() -> Iterator[Command]:
     yield Command(
         "certify",
         "benchbot.plugins.certification.command:certify",
-        "Say whether scores in a simulator can be compared with the reference's.",
+        "Say how far a simulator's scores are from the reference's.",
     )

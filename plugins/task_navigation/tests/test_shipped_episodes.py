@@ -118,12 +118,12 @@ def loaded(environment: str, scenes: Path) -> Shipped:
 
 
 def names_at(name: str) -> Callable[[Sequence[float]], str]:
-    """Tell the object of an environment by the centre of its box; goals are within 0.2 mm of the ground truth."""
+    """Tell the object of an environment by the centre of its box; goals have it to a micrometre."""
     truth = GroundTruths.of(Catalog(plugin_manager.load()), None).find(name, {"object_map_ground_truth"})
     items = truth["ground_truth"]["objects"]
 
     def name_at(centroid: Sequence[float]) -> str:
-        near = [item["ID_name"] for item in items if np.allclose(item["centroid"], centroid, rtol=0, atol=2e-4)]
+        near = [item["ID_name"] for item in items if np.allclose(item["centroid"], centroid, rtol=0, atol=1e-6)]
         assert len(near) == 1
         return str(near[0])
 

@@ -16,6 +16,7 @@ OTHERS = {
     "benchbot/api/benchbot.py": "the output of a solution",
     "benchbot/api/tools/__init__.py": "the output of a solution",
     "benchbot/emergency_stop.py": "it imports the standard library alone, and writes foreign characters out by itself",
+    "benchbot/plugins/certification/conformance_run.py": "what a child process answers, as JSON",
     "benchbot/plugins/preflight/probe.py": "what a child process answers, as JSON",
     "benchbot/supervisor/platform/process.py": "the log of a run",
     "plugins/robot_ros2/src/benchbot_robot_ros2/calls.py": "the log of a run",

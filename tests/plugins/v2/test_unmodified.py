@@ -18,6 +18,9 @@ from tests.command_line import CommandLine, kill, wait_for
 from tests.plugin_factory import DECLARES, PluginFactory
 from tests.plugins.containers import base_image
 
+# The published client saves its result to one file of the machine, also where it is started by hand.
+pytestmark = pytest.mark.xdist_group("v2 result")
+
 IN_V2 = {"hello_passive": 0, "hello_active": 0, "hello_benchbot": 0, "hello_args": 0, "hello_eval": 0, "aigym": 1}
 """The exit codes of the examples in v2; the last is a solution that fails."""
 SAVES_NONE = [name for name, code in IN_V2.items() if code == 0 and name != "hello_eval"]

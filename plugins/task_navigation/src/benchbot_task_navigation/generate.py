@@ -68,7 +68,7 @@ def object_goals(
     ways, spots = _ground(place)
     random = np.random.default_rng(seed)
     goals: dict[str, list[_Goal]] = {}
-    for goal in _goals(place, objects, ways.reachable(place.start_xyz[:2]), sees):
+    for goal in _goals(place, [_to_micrometres(item) for item in objects], ways.reachable(place.start_xyz[:2]), sees):
         goals.setdefault(str(goal.item["class"]), []).append(goal)
     episodes: list[dict[str, Any]] = []
     for name in _in_turns(goals):
@@ -83,6 +83,10 @@ def object_goals(
         if len(episodes) == count:
             return _listed(place, "object_goal", episodes)
     raise _no_room(place, "object_goal", count, len(episodes))
+
+
+def _to_micrometres(item: Mapping[str, Any]) -> Mapping[str, Any]:
+    return {**item, **{name: [round(value_m, 6) for value_m in item[name]] for name in ("centroid", "extent")}}
 
 
 @dataclass(frozen=True)
