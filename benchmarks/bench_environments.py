@@ -27,7 +27,7 @@ from benchbot_scenes.top_down import top_down
 from benchbot_sim_taichi import _ti
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
-from benchmarks.views import LOOK, camera_poses, declared, scene_of, shipped
+from benchmarks.views import LOOK, camera_poses, declared, save_sheet, scene_of, shipped
 
 SEEN_PIXELS = 4
 SHOW = Intrinsics.from_horizontal_fov(400, 225, 90.0)
@@ -126,7 +126,7 @@ def write_sheets(strips: Path, names: list[str], folder: Path) -> None:
         place, variant = name.split(":")
         places[place].append(np.asarray(Image.open(strips / f"{place}_{variant}.png")))
     for place, rows in places.items():
-        Image.fromarray(np.vstack(rows)).save(folder / f"environments-{place}.jpg", quality=80, optimize=True)
+        save_sheet(rows, folder / f"environments-{place}.jpg")
 
 
 if __name__ == "__main__":

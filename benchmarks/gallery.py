@@ -27,7 +27,7 @@ from benchbot_sim_taichi.quality import REALTIME, Quality
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
 from benchmarks.bench_environments import SEEN_PIXELS, best_views
 from benchmarks.bench_quality import compare
-from benchmarks.views import LOOK, camera_poses, declared, scene_of, shipped
+from benchmarks.views import LOOK, camera_poses, declared, save_sheet, scene_of, shipped
 
 DOCS = Path(__file__).parents[1] / "docs"
 TIMES = {
@@ -36,7 +36,6 @@ TIMES = {
     "night": {"time": "23:00", "lamps": "all"},
 }
 THUMBNAIL_PIXELS = 256
-SHEET_BYTES = 230_000  # five of them
 
 Picture = npt.NDArray[np.uint8]
 
@@ -115,14 +114,10 @@ def thumbnail(picture: Picture) -> Picture:
 
 
 def write_sheet(place: str, strips: Path, folder: Path) -> None:
-    """A place's variants one below the other, in as good a quality as `SHEET_BYTES` allow."""
-    rows = [np.asarray(Image.open(strip)) for strip in sorted(strips.glob(f"{place}_*.png"))]
+    """A place's variants one below the other."""
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"gallery-{place}.jpg"
-    for quality in range(84, 40, -4):
-        Image.fromarray(np.vstack(rows)).save(path, quality=quality, optimize=True, progressive=True)
-        if path.stat().st_size <= SHEET_BYTES:
-            break
+    rows = [np.asarray(Image.open(strip)) for strip in sorted(strips.glob(f"{place}_*.png"))]
+    save_sheet(rows, folder / f"gallery-{place}.jpg")
 
 
 def with_row(page: str, cells: list[str]) -> str:

@@ -1,10 +1,11 @@
 """Views by which environments are compared: what the robot's camera shows of a trajectory's middling poses."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from PIL import Image
 
 from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import Catalog, Declaration
@@ -17,6 +18,7 @@ from benchbot_sim_taichi.renderer import Intrinsics, Renderer
 
 CAMERA_HEIGHT_M = 1.05
 LOOK = Intrinsics.from_horizontal_fov(240, 135, 90.0)
+SHEET_BYTES = 180_000
 
 Poses = npt.NDArray[np.float64]
 
@@ -77,3 +79,11 @@ def middling(values: Iterable[tuple[float, ...]], count: int) -> list[int]:
     keyed = list(values)
     order = sorted(range(len(keyed)), key=keyed.__getitem__)
     return [order[(2 * part + 1) * len(order) // (2 * count)] for part in range(count)]
+
+
+def save_sheet(rows: Sequence[npt.NDArray[np.uint8]], path: Path) -> None:
+    """Write rows one below the other as JPEG, in as good a quality as `SHEET_BYTES` allow."""
+    for quality in range(84, 40, -4):
+        Image.fromarray(np.vstack(rows)).save(path, quality=quality, optimize=True, progressive=True)
+        if path.stat().st_size <= SHEET_BYTES:
+            break
