@@ -221,7 +221,7 @@ def measure(event: Event, trial: Trial) -> Measured:
     commands, places = list(recorder.commands), list(recorder.places)
     last_s = max(at_s for at_s, speed in commands if speed)
     zero_s = next((at_s for at_s, _ in commands if at_s > max(last_s, struck_s)), struck_s + NEVER_S)
-    still_moving_s = max(at_s for at_s, _, speed in places if speed)
+    still_moving_s = max((at_s for at_s, _, speed in places if speed), default=struck_s)
     rest_s, rest_m = next(((at_s, x) for at_s, x, _ in places if at_s > still_moving_s), (struck_s + NEVER_S, 99.0))
     struck_m = min(places, key=lambda place: abs(place[0] - struck_s))[1]
     return Measured(zero_s - struck_s, rest_s - struck_s, rest_m - struck_m)
