@@ -1,6 +1,7 @@
 """Batches: many episodes, computed by workers that may die, in a folder that is the truth."""
 
 __all__ = [
+    "attempts",
     "counting",
     "driver",
     "driver_lock",
