@@ -1,6 +1,7 @@
 """Scoring: one result against its ground truths, or many files into one summary with its coverage and explanation."""
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -166,9 +167,10 @@ def choose_method(plugins: plugin_manager.Plugins, name: str | None, results_for
     )
 
 
-def explain(evaluation: Evaluation) -> Document:
+def explain(evaluation: Evaluation, catalog: Catalog | None = None) -> Document:
     """Return how the scores of all results came about (schema `explanation`), in the order of rows; holds ground truth.
 
+    With a catalog, which knows robots and walls, objects have the evidence of what was recorded beside their results.
     Raises BenchbotError for a method that does not explain its scores.
     """
     evaluator = evaluation.evaluator
@@ -179,8 +181,17 @@ def explain(evaluation: Evaluation) -> Document:
             "Leave --explain out.",
         )
     entries = []
-    for result, ground_truths in evaluation.scored:
+    folders = Counter(Path(result.source).parent for result, _ in evaluation.scored if result.source)
+    for result, ground_truths in long_work.counted("Explaining scores", evaluation.scored):
         entry = evaluator.explain(result.document, ground_truths)
+        if entry.get("objects"):
+            from benchbot.evaluation import evidence
+
+            if catalog is not None:
+                alone = bool(result.source) and folders[Path(result.source).parent] == 1
+                entry = evidence.with_evidence(entry, result.document, result.source, catalog, alone=alone)
+            told = entry.get("diagnosis", {})
+            entry["diagnosis"] = {**told, "breakdown": evidence.breakdown(entry["objects"])}
         about = {"source": result.source, "environment": result.environment, **result.condition}
         entries.append({**entry, **about})
     method = {"name": evaluator.name, "version": evaluator.version}
