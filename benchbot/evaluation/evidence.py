@@ -5,6 +5,7 @@ boxes and the walls of the occupancy map, which are taken to reach the ceiling.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -216,7 +217,8 @@ def views_of(boxes: Boxes, frames: Sequence[Frame], camera: Camera, scene: Scene
 
 def _in_frame(boxes: Boxes, frame: Frame, camera: Camera, scene: Scene, are_true: Mask) -> Iterator[tuple[int, View]]:
     corners = camera.seen_from(frame.base, boxes.corners().reshape(-1, 3)).reshape(-1, 8, 3)
-    before = corners[..., 2] > NEAREST_M
+    depths: Floats = corners[..., 2]
+    before: Mask = depths > NEAREST_M
     size = np.array([camera.width, camera.height], float)
     with np.errstate(divide="ignore", invalid="ignore"):
         places = camera.pixels(corners)
@@ -240,9 +242,7 @@ def _in_frame(boxes: Boxes, frame: Frame, camera: Camera, scene: Scene, are_true
     if depth is None:
         measured = scene.depth_m(eye, rays, chosen, np.where(hit, first, np.nan))
     else:
-        step = max(camera.width // depth.shape[1], 1)
-        columns, rows = (np.round(pixels).astype(int) // step).T
-        measured = depth[np.clip(rows, 0, len(depth) - 1), np.clip(columns, 0, depth.shape[1] - 1)].T
+        measured = _sampled(depth, pixels, camera)
     tolerance = _TOLERANCE_M + _TOLERANCE * first
     hit &= ~np.isnan(measured)
     hidden = hit & (measured < first - tolerance)
@@ -264,9 +264,16 @@ def _in_frame(boxes: Boxes, frame: Frame, camera: Camera, scene: Scene, are_true
         spread = (right_bottom - left_top)[index]
         large = min(float(np.sqrt(spread.prod() / size.prod())), 0.5)
         surface = number / max(int(hit[place].sum()), 1)
-        quality = visible * float(inside_picture[place]) ** 2 * large * (0.2 + 0.8 * surface)
+        quality = visible**2 * float(inside_picture[place]) ** 2 * large * (0.2 + 0.8 * surface)
         rectangle = (*left_top[index].tolist(), *right_bottom[index].tolist())
         yield index, View(frame, visible, float(middles[place]), rectangle, quality, pixels[place][shown[place]])
+
+
+def _sampled(depth: Floats, pixels: Floats, camera: Camera) -> Floats:
+    """Return the depth that was recorded at pixels (…, 2) of a camera's picture."""
+    step = max(-(-camera.width // depth.shape[1]), 1)
+    columns, rows = np.moveaxis(np.round(pixels).astype(int) // step, -1, 0)
+    return np.asarray(depth[np.clip(rows, 0, len(depth) - 1), np.clip(columns, 0, depth.shape[1] - 1)])
 
 
 def frame_folders(result: Path) -> list[Path]:
@@ -297,19 +304,52 @@ def frames_at(poses: Sequence[tuple[int, Pose]], folders: Sequence[Path]) -> lis
     return []
 
 
-def with_evidence(
-    entry: Document, result: Mapping[str, Any], source: str | None, catalog: Catalog, *, alone: bool = False
-) -> Document:
-    """Return an explanation's entry with the `evidence` of its objects, where something was recorded beside the result.
+def folders_of(source: str | None, *, alone: bool) -> list[Path]:
+    """Return where what was recorded beside a result may be; `alone` says that no other result lies in its folder."""
+    # A result in an archive is named `archive:member`, which is no file.
+    if source is None or not Path(source).is_file():
+        return []
+    folders = frame_folders(Path(source))
+    return folders if alone else folders[:-1]
 
-    `alone` says that no other result lies in its folder.
-    """
-    objects = entry.get("objects") or []
-    folders = [] if source is None or not Path(source).is_file() else frame_folders(Path(source))
+
+def camera_of(result: Mapping[str, Any], catalog: Catalog) -> Camera | None:
+    """Return the camera of the robot that a result is of, None where it is not known."""
     robot = ((result.get("provenance") or {}).get("selection") or {}).get("robot")
     declared = catalog.find("robots", robot) if isinstance(robot, str) else None
-    camera = None if declared is None else Camera.of(declared.data)
-    frames = frames_at(_observed(result), folders if alone else folders[:-1])
+    return None if declared is None else Camera.of(declared.data)
+
+
+def scene_of(name: str, objects: Sequence[Document], catalog: Catalog) -> Scene:
+    """Return what may hide something in the environment NAME:VARIANT: the true boxes, and its walls."""
+    true = [(item["truth_centroid"], item["truth_extent"]) for item in objects if item["truth_extent"] is not None]
+    environment = catalog.find("environments", name)
+    walls = None
+    if environment is not None:
+        # One that has no map, or none that can be read, has no walls to know.
+        with suppress(BenchbotError):
+            walls = occupancy_map.read(occupancy_map.map_file(environment.data, environment.path.parent))
+    return Scene(Boxes.of(true), walls)
+
+
+def hidden(points: Floats, box: Boxes, frame: Frame, camera: Camera, scene: Scene) -> Mask:
+    """Say which points (N, 3) on edges of one box have something before them in a frame; all are before the lens."""
+    seen = camera.seen_from(frame.base, points)
+    pixels, depth = camera.pixels(seen), frame.depth_m()
+    if depth is None:
+        eye = np.array((frame.base @ camera.mount).translation_xyz)
+        measured = scene.depth_m(eye, camera.rays(frame.base, pixels)[None], box, seen[None, :, 2])[0]
+    else:
+        measured = _sampled(depth, pixels, camera)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(measured < seen[:, 2] * (1 - _TOLERANCE) - _TOLERANCE_M)
+
+
+def with_evidence(entry: Document, result: Mapping[str, Any], folders: Sequence[Path], catalog: Catalog) -> Document:
+    """Return an explanation's entry with the `evidence` of its objects, where something was recorded in `folders`."""
+    objects = entry.get("objects") or []
+    camera = camera_of(result, catalog)
+    frames = frames_at(_observed(result), folders)
     if camera is None or not frames or not objects:
         return entry
     names = [f"{scene.get('name')}:{scene.get('variant')}" for scene in result["environment_details"]]
@@ -336,18 +376,10 @@ def _observed(result: Mapping[str, Any]) -> list[tuple[int, Pose]]:
 def _evidence(
     objects: Sequence[Document], name: str, number: int, frames: Sequence[Frame], camera: Camera, catalog: Catalog
 ) -> list[Document]:
-    true = [(item["truth_centroid"], item["truth_extent"]) for item in objects if item["truth_extent"] is not None]
     shown = [(item["truth_centroid"] or item["centroid"], item["truth_extent"] or item["extent"]) for item in objects]
     are_true = np.array([item["truth_extent"] is not None for item in objects], bool)
-    environment = catalog.find("environments", name)
-    walls = None
-    if environment is not None:
-        try:
-            walls = occupancy_map.read(occupancy_map.map_file(environment.data, environment.path.parent))
-        except BenchbotError:
-            walls = None
     here = [frame for frame in frames if frame.scene == number]
-    found = views_of(Boxes.of(shown), here, camera, Scene(Boxes.of(true), walls), are_true)
+    found = views_of(Boxes.of(shown), here, camera, scene_of(name, objects, catalog), are_true)
     pictures = _Pictures()
     return [_told(views, pictures) for views in found]
 
@@ -406,6 +438,10 @@ _GROUPS: dict[str, tuple[str, list[tuple[float, str]]]] = {
     ),
     "light": ("brightness", [(0.15, "dark: below 0.15"), (0.35, "dim: below 0.35"), (np.inf, "bright")]),
 }
+
+
+LABELS = [*(label for _, groups in _GROUPS.values() for _, label in groups), _NEVER]
+"""The groups of all breakdowns, in their order."""
 
 
 def breakdown(objects: Sequence[Document]) -> list[Document]:

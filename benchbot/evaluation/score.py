@@ -167,10 +167,11 @@ def choose_method(plugins: plugin_manager.Plugins, name: str | None, results_for
     )
 
 
-def explain(evaluation: Evaluation, catalog: Catalog | None = None) -> Document:
+def explain(evaluation: Evaluation, catalog: Catalog | None = None, frames: Path | None = None) -> Document:
     """Return how the scores of all results came about (schema `explanation`), in the order of rows; holds ground truth.
 
-    With a catalog, which knows robots and walls, objects have the evidence of what was recorded beside their results.
+    With a catalog, which knows robots and walls, objects have the evidence of what was recorded beside their results,
+    or in the folder `frames`.
     Raises BenchbotError for a method that does not explain its scores.
     """
     evaluator = evaluation.evaluator
@@ -181,15 +182,18 @@ def explain(evaluation: Evaluation, catalog: Catalog | None = None) -> Document:
             "Leave --explain out.",
         )
     entries = []
-    folders = Counter(Path(result.source).parent for result, _ in evaluation.scored if result.source)
+    absent = [item["source"] for item in evaluation.document["coverage"]["missing"]]
+    sources = [source for source in [*(result.source for result, _ in evaluation.scored), *absent] if source]
+    folders = Counter(Path(source).parent for source in sources)
     for result, ground_truths in long_work.counted("Explaining scores", evaluation.scored):
         entry = evaluator.explain(result.document, ground_truths)
         if entry.get("objects"):
             from benchbot.evaluation import evidence
 
             if catalog is not None:
-                alone = bool(result.source) and folders[Path(result.source).parent] == 1
-                entry = evidence.with_evidence(entry, result.document, result.source, catalog, alone=alone)
+                alone = folders[Path(result.source or "").parent] == 1
+                places = evidence.folders_of(result.source, alone=alone) if frames is None else [frames]
+                entry = evidence.with_evidence(entry, result.document, places, catalog)
             told = entry.get("diagnosis", {})
             entry["diagnosis"] = {**told, "breakdown": evidence.breakdown(entry["objects"])}
         about = {"source": result.source, "environment": result.environment, **result.condition}

@@ -7,7 +7,7 @@ from benchbot.core import overrides
 from benchbot.evaluation.coverage import means_in_words
 from benchbot.evaluation.result_document import listed
 
-_MOST_CLASSES, _CLASS_WIDTH, _LEAST_WRONG = 8, 8, 0.05
+_MOST_CLASSES, _MOST_COLUMNS, _CLASS_WIDTH, _LEAST_WRONG = 8, 5, 10, 0.05
 
 
 def headline(document: dict[str, Any]) -> str:
@@ -97,7 +97,7 @@ def _matrix(title: str, confusion: list[dict[str, Any]]) -> list[str]:
     for row in rows:
         for name, value in row["estimated"].items():
             shares[name] = shares.get(name, 0.0) + value
-    columns = sorted(shares, key=lambda name: -shares[name])[:_MOST_CLASSES]
+    columns = sorted(shares, key=lambda name: -shares[name])[:_MOST_COLUMNS]
     short = {name: name if len(name) <= _CLASS_WIDTH else f"{name[: _CLASS_WIDTH - 1]}…" for name in columns}
     lines = [["", *(short[name] for name in columns), "other", "missed"]]
     for row in rows:

@@ -70,8 +70,9 @@ def draw(
 
 
 def _sheet(results: list[Path], location: Path | None, count: int, columns: int, width_mm: float) -> "Figure":
+    from benchbot.evaluation.evidence import frame_folders, numbered_frames
     from benchbot.plugins.drawing.figures import draw_frames
-    from benchbot.plugins.drawing.scene_maps import chosen, frame_folders, numbered_frames
+    from benchbot.plugins.drawing.scene_maps import chosen
 
     if len(results) != 1:
         raise BenchbotError("Frames are drawn of one result.", f"{len(results)} were given.", "Give one of them.")

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from benchbot.core.channels import Observations
+from benchbot.core.channels import Observations, Segmentation
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
 from benchbot.core.progress import ActionResult, Progress, State, Step
@@ -61,7 +61,11 @@ def test_depth_and_instances_that_the_task_observes_are_kept_small_and_without_l
     depth_m = np.linspace(0.1, 9.0, 400 * 700, dtype=np.float32).reshape(400, 700)
     depth_m[1, 1:10] = [np.nan, np.inf, -np.inf, 70.0, 0.5, 0.5, 0.5, 0.5, 0.5]
     instances = np.arange(400 * 700, dtype=np.uint32).reshape(400, 700).astype(np.uint16)
-    segments = {"class_segment_img": IMAGE[..., 0], "instance_segment_img": instances, "class_ids": {"chair": 1}}
+    segments: Segmentation = {
+        "class_segment_img": IMAGE[..., 0],
+        "instance_segment_img": instances,
+        "class_ids": {"chair": 1},
+    }
     recording = load().record("recorders", "frames").create(tmp_path)
     for number in (1, 2):
         seen = step(image_rgb=IMAGE, image_depth=depth_m, image_segment=segments)

@@ -69,12 +69,12 @@ class Diagnosis:
         """Return the errors, largest gain first, and the confusion of classes (schema `explanation`)."""
         score, counts = self.score(), self.counts()
         kinds = [kind for kind in KINDS if counts[kind]]
-        errors = [
+        errors: list[Document] = [
             {"kind": kind, "count": counts[kind], "gain": min(max(self.score([kind]) - score, 0.0), 1.0)}
             for kind in kinds
         ]
         table = self.table
-        told = {
+        told: Document = {
             "score": min(score, 1.0),
             "errors": sorted(errors, key=lambda error: -error["gain"]),
             "confusion": self._confusion(table.classes.names, table.true_classes, table.labels),

@@ -15,6 +15,8 @@ from benchbot_eval_omq.qualities import Array, Qualities
 LEAST_GAIN = 0.1
 GOOD_SCORE = 0.6
 MOST_POSES = 200
+FARTHEST_M = 1e6
+"""The format refuses numbers beyond."""
 _HALF_TURN = Pose.planar(0.0, 0.0, np.pi)
 
 
@@ -56,8 +58,13 @@ def _moved(result: Result, table: Qualities, poses: Sequence[Pose]) -> Result:
         unions = np.add.outer(truths.volumes, boxes.volumes) - shared
         overlap: NDArray[np.float64] = np.divide(shared, unions, out=np.zeros_like(shared), where=unions > 0)
         best = int((overlap * (table.true_classes == own_class)[:, None]).max(axis=0).argmax())
-        objects.append({**item, "centroid": centroids[best].tolist(), "extent": extents[best].tolist()})
+        objects.append({**item, "centroid": _bounded(centroids[best]), "extent": _bounded(extents[best])})
     return cast(Result, {**result, "results": {**result["results"], "objects": objects}})
+
+
+def _bounded(values: Array) -> list[float]:
+    bounded: list[float] = np.clip(values, -FARTHEST_M, FARTHEST_M).tolist()
+    return bounded
 
 
 def _robot_poses(result: Result) -> list[Pose]:

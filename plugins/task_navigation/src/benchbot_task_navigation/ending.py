@@ -35,7 +35,7 @@ def explain(result: Result, ground_truths: Sequence[GroundTruth]) -> Document:
     nearest = int(left_m.argmin())
     seen = _seen(FloorPlan.from_ground_truth(ground_truths[0]["ground_truth"]), way, goals)
     revisited = _revisited(way[:, :2])
-    kind, why = _why(result, scores, left_m[nearest] <= success_m, seen.any(), revisited)
+    kind, why = _why(result, scores, bool(left_m[nearest] <= success_m), bool(seen.any()), revisited)
     if kind not in ("reached", "never_saw"):
         first = int(seen.argmax())
         saw = f"after {_length_m(way[: first + 1, :2]):.1f} m" if seen.any() else "never"
