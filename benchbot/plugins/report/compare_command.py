@@ -1,5 +1,6 @@
 """`benchbot compare`: sets of results, pair by pair."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
@@ -43,6 +44,16 @@ def compare(
             "solutions, each in a folder of its name, also how alike both sets order them.",
         ),
     ] = None,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--output-location",
+            "-o",
+            metavar="PATH",
+            help="Write it here as well, as the name ends: .tex (the paper's table), .pdf, .svg, .png (its figure), "
+            ".json; repeatable.",
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Say whether one set of results scores higher than another, and how sure that is.
@@ -55,10 +66,19 @@ def compare(
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
     from benchbot.evaluation import intervals
-    from benchbot.plugins.report import comparison, result_sets
+    from benchbot.plugins.report import comparison, comparison_exports, result_sets
 
+    for path in output or ():
+        comparison_exports.check_ending(path)
+        console.check_output(path)
     catalog = Catalog(load())
     if paired_by is not None:
+        if output:
+            raise BenchbotError(
+                "Scene by scene there is no table or figure for a paper.",
+                "-o was given with --paired-by.",
+                "Leave one of them out; --json prints all of it.",
+            )
         scoring = {"catalog": catalog, "method": method, "ground_truth_paths": ground_truth, "missing": missing}
         with working("Comparing scene by scene"):
             scenes = _by_scene(sets, score, scoring)
@@ -70,6 +90,9 @@ def compare(
         paired = {"ignore_seeds": ignore_seeds, "ignore_settings": ignore_settings}
         document = comparison.compare(named, evaluator, score, over=intervals.Over(over), **paired)
     document["notes"] += [*_restarts(named), *_robots(named)]
+    for path in output or ():
+        comparison_exports.write(path, document, named, evaluator)
+        console.note(f"Written: {path}")
     show(document, as_json=as_json)
 
 

@@ -57,6 +57,15 @@ def read(texts: Sequence[str], **options: Unpack[Options]) -> list[ResultSet]:
     Results are scored as `evaluate_files` does with `options`. Raises BenchbotError for fewer than two sets, for equal
     names and for sets that were not scored alike.
     """
+    sets_named = distinct(texts)
+    sets = [ResultSet(name, _scored(path, options)) for name, path in sets_named]
+    for other in sets[1:]:
+        require_alike(sets[0], other)
+    return sets
+
+
+def distinct(texts: Sequence[str]) -> list[tuple[str, Path]]:
+    """Return names and paths of sets; raises BenchbotError for fewer than two, and for equal names."""
     sets_named = [named(text) for text in texts]
     if len(sets_named) < 2:
         raise BenchbotError(
@@ -71,10 +80,12 @@ def read(texts: Sequence[str], **options: Unpack[Options]) -> list[ResultSet]:
                 f"They are: {', '.join(str(path) for other, path in sets_named if other == name)}.",
                 "Give them names: benchbot compare before=PATH after=PATH",
             )
-    sets = [ResultSet(name, _scored(path, options)) for name, path in sets_named]
-    for other in sets[1:]:
-        require_alike(sets[0], other)
-    return sets
+    return sets_named
+
+
+def are_named(texts: Sequence[str]) -> bool:
+    """Say whether sets to be held against one another are given, `NAME=PATH`, and not just files."""
+    return any(named(text)[1] != Path(text) for text in texts)
 
 
 def evaluator_of(sets: Sequence[ResultSet], catalog: Catalog) -> Evaluator:
