@@ -222,7 +222,7 @@ def _in_frame(boxes: Boxes, frame: Frame, camera: Camera, scene: Scene, are_true
     size = np.array([camera.width, camera.height], float)
     with np.errstate(divide="ignore", invalid="ignore"):
         places = camera.pixels(corners)
-    whole = before.all(axis=1)[:, None]
+    whole: Mask = np.asarray(before.all(axis=1)).reshape(-1, 1)
     least, most = (np.where(whole, edge, ends) for edge, ends in ((places.min(1), -0.5), (places.max(1), size - 0.5)))
     left_top, right_bottom = np.clip(least, -0.5, size - 0.5), np.clip(most, -0.5, size - 0.5)
     indices = np.flatnonzero(before.any(axis=1) & (right_bottom - left_top > 0.5).all(axis=1))

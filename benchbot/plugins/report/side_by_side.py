@@ -80,7 +80,7 @@ def html(sets: Sequence[ReportData], document: Document) -> str:
     lower = bool(document["lower_is_better"])
     ranked = sorted(document["sets"], key=lambda item: item["score"], reverse=not lower)
     first, *others = [item["name"] for item in document["sets"]]
-    pairs = [(first, other) for other in others]
+    met = {(first, other): meetings(by_name[first], by_name[other], document["score"]) for other in others}
     return (
         templates()
         .get_template("side_by_side.html")
@@ -91,7 +91,7 @@ def html(sets: Sequence[ReportData], document: Document) -> str:
             forests=[_forest(comparison) for comparison in document["comparisons"]],
             headline=document["score"],
             kinds=_kinds(sets),
-            meetings={pair: meetings(*(by_name[name] for name in pair), document["score"]) for pair in pairs},
+            meetings=met,
             most_rows=MOST_ROWS,
             ranked=ranked,
             summary=summary,

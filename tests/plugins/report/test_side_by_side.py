@@ -24,7 +24,10 @@ def sides(catalog: Catalog, make_result: Make, save: Save) -> Sides:
     """`new`, which finds all chairs of two flats, and `old`, whose boxes are off and which misses one chair."""
 
     def make() -> tuple[list[ReportData], dict[str, Any]]:
-        sets = {"new": [(1, (0.0, 3.0)), (2, (0.0,))], "old": [(1, (0.2,)), (2, (0.2,))]}
+        sets: dict[str, list[tuple[int, tuple[float, ...]]]] = {
+            "new": [(1, (0.0, 3.0)), (2, (0.0,))],
+            "old": [(1, (0.2,)), (2, (0.2,))],
+        }
         paths: dict[str, list[Path]] = {}
         for name, results in sets.items():
             for variant, places in results:
@@ -57,8 +60,8 @@ def test_the_page_ranks_plots_and_tells_objects_won(sides: Sides) -> None:
 
 
 def test_maps_of_one_episode_show_the_same_part_of_the_floor(sides: Sides) -> None:
-    sets, document = sides()
-    meetings = side_by_side.meetings(*sets, document["score"])
+    (new, old), document = sides()
+    meetings = side_by_side.meetings(new, old, document["score"])
 
     assert [meeting.label for meeting in meetings] == ["flat:1, seed 0", "flat:2, seed 0"]  # most apart first
     for meeting in meetings:
