@@ -261,6 +261,8 @@ class SceneMap:
     robot_xyyaw: Vector | None = None
     laser: Points | None = None
     """The ends of the laser's rays, (N, 2)."""
+    solution: str = ""
+    """Whose result it shows, where there are several."""
 
     @property
     def truth(self) -> list[tuple[str, Box]]:

@@ -118,6 +118,7 @@ def show(document: dict[str, Any], *, as_json: bool = False) -> None:
 
 def _by_scene(texts: list[str], score: str | None, scoring: dict[str, Any]) -> dict[str, Any]:
     """Return the table of two sets by scenes, with what their recordings show."""
+    from benchbot.evaluation.result_files import named
     from benchbot.plugins.report import channel_differences, comparison, result_sets, scene_pairs
 
     if len(texts) != 2:
@@ -126,7 +127,7 @@ def _by_scene(texts: list[str], score: str | None, scoring: dict[str, Any]) -> d
             f"{len(texts)} were given.",
             "Name two: benchbot compare simulated=A real=B --paired-by scene",
         )
-    (name_a, path_a), (name_b, path_b) = map(result_sets.named, texts)
+    (name_a, path_a), (name_b, path_b) = map(named, texts)
     solutions = scene_pairs.solutions_of(path_a, path_b)
     if name_a == name_b:
         raise BenchbotError(

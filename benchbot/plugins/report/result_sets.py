@@ -13,12 +13,10 @@ from benchbot.core.errors import BenchbotError
 from benchbot.core.records import Evaluator
 from benchbot.core.results import read_scores
 from benchbot.evaluation.coverage import counted_rows
-from benchbot.evaluation.result_files import SIZE_LIMIT_BYTES
+from benchbot.evaluation.result_files import SIZE_LIMIT_BYTES, named
 from benchbot.evaluation.score import Options, evaluate_files
 
 Document = dict[str, Any]
-
-_NAMED_BY_FOLDER = ("result.json", "scores.json")
 
 
 @dataclass(frozen=True)
@@ -104,17 +102,6 @@ def evaluator_of(sets: Sequence[ResultSet], catalog: Catalog) -> Evaluator:
     for results in sets:
         _require_sum(results, evaluator)
     return evaluator
-
-
-def named(text: str) -> tuple[str, Path]:
-    """Return the name and the path of a set, from `PATH` or `NAME=PATH`."""
-    name, separator, path = text.partition("=")
-    if separator and name and "/" not in name and not Path(text).exists():
-        return name, Path(path)
-    found = Path(text)
-    if found.is_dir():
-        return found.resolve().name, found
-    return (found.resolve().parent.name if found.name in _NAMED_BY_FOLDER else found.stem), found
 
 
 def _scored(path: Path, options: Options) -> Document:

@@ -115,8 +115,9 @@ def test_a_film_is_there_in_h264_as_well(tmp_path: Path, killed: bool) -> None:
 
     with av.open(tmp_path / "video.h264.mp4") as read:
         stream = read.streams.video[0]
-        assert (stream.codec_context.name, stream.average_rate) == ("h264", FRAMES_PER_S)
-        shown = [frame.to_ndarray(format="rgb24") for frame in read.decode(stream)]
+        assert stream.codec_context.name == "h264"
+        assert int(stream.average_rate or 0) == FRAMES_PER_S
+        shown = [np.asarray(frame.to_ndarray(format="rgb24"), np.uint8) for frame in read.decode(stream)]
     assert len(shown) == COUNT if not killed else len(shown) >= SEGMENT_FRAMES
     follow(shown, len(shown))
     made = json.loads((tmp_path / "codecs.json").read_text())

@@ -42,7 +42,7 @@ def found_objects(results: Any, time_ns: int) -> MarkerArray | None:
     if objects and not known:
         return None
     names = results.get("class_list", ())
-    made = [_marker(time_ns, "", 0, Marker.CUBE, (0.0,) * 3, (0.0,) * 3, _BOX, action=Marker.DELETEALL)]
+    made: list[Any] = [_marker(time_ns, "", 0, Marker.CUBE, (0.0,) * 3, (0.0,) * 3, _BOX, action=Marker.DELETEALL)]
     for number, item in enumerate(known):
         x, y, z = map(float, item["centroid"])
         width, depth, height = map(float, item["extent"])

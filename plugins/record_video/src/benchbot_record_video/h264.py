@@ -39,8 +39,9 @@ class H264Film:
         self._errors = av.error.FFmpegError
         self._file = path.open("wb", buffering=0)
         options = {"movflags": "frag_keyframe+empty_moov+default_base_moof"}
-        self._container = av.open(self._file, "w", format="mp4", options=options)
-        self._stream: Any = self._container.add_stream(codec, rate=FRAMES_PER_S)
+        container: Any = av.open(self._file, "w", format="mp4", options=options)
+        self._container = container
+        self._stream = container.add_stream(codec, rate=FRAMES_PER_S)
         self._stream.options = {"crf": "20", "preset": "veryfast"} if codec == "libx264" else {}
         self._stream.pix_fmt = "yuv420p"
         self._stream.codec_context.gop_size = SEGMENT_FRAMES
