@@ -44,6 +44,9 @@ def compare(
             "solutions, each in a folder of its name, also how alike both sets order them.",
         ),
     ] = None,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Print the kinds of error of each set, too, and what each costs.")
+    ] = False,
     output: Annotated[
         list[Path] | None,
         typer.Option(
@@ -89,6 +92,8 @@ def compare(
         evaluator = result_sets.evaluator_of(named, catalog)
         paired = {"ignore_seeds": ignore_seeds, "ignore_settings": ignore_settings}
         document = comparison.compare(named, evaluator, score, over=intervals.Over(over), **paired)
+        if explain:
+            document["errors"] = comparison.errors_of(named)
     document["notes"] += [*_restarts(named), *_robots(named)]
     for path in output or ():
         comparison_exports.write(path, document, named, evaluator)
@@ -113,7 +118,26 @@ def show(document: dict[str, Any], *, as_json: bool = False) -> None:
         ("", "difference", "95 % interval", "p", "p (Holm)", "pairs", document["over"]),
         [_comparison(item) for item in document["comparisons"]],
     )
+    if "errors" in document:
+        console.note()
+        console.table(("error", *_titles(document["errors"])), _errors(document["errors"]))
     console.data("", *(item["sentence"] for item in document["comparisons"]))
+
+
+def _titles(errors: dict[str, Any]) -> list[str]:
+    return [title for name in errors for title in (name, "costs")]
+
+
+def _errors(errors: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Return the rows of the table of errors: each kind, how many each set has, and what they cost it."""
+    told = [{error["kind"]: error for error in found} for found in errors.values()]
+    rows = []
+    for kind in dict.fromkeys(kind for each in told for kind in each):
+        cells = [
+            (str(each[kind]["count"]), f"{each[kind]['gain']:.2f}") if kind in each else ("-", "-") for each in told
+        ]
+        rows.append((kind, *(cell for pair in cells for cell in pair)))
+    return rows
 
 
 def _by_scene(texts: list[str], score: str | None, scoring: dict[str, Any]) -> dict[str, Any]:

@@ -14,17 +14,21 @@ from benchbot.core.records import Evaluator
 from benchbot.core.results import read_scores
 from benchbot.evaluation.coverage import counted_rows
 from benchbot.evaluation.result_files import SIZE_LIMIT_BYTES, named
-from benchbot.evaluation.score import Options, evaluate_files
+from benchbot.evaluation.score import Evaluation, Options, score_files
 
 Document = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class ResultSet:
-    """A name and the scores document of all results of the set."""
+    """A name and the scores document of all results of the set.
+
+    `evaluation` has the results and their ground truths, None of a set that was given as a scores document.
+    """
 
     name: str
     document: Document
+    evaluation: Evaluation | None = None
 
     @property
     def rows(self) -> list[Document]:
@@ -56,7 +60,7 @@ def read(texts: Sequence[str], **options: Unpack[Options]) -> list[ResultSet]:
     names and for sets that were not scored alike.
     """
     sets_named = distinct(texts)
-    sets = [ResultSet(name, _scored(path, options)) for name, path in sets_named]
+    sets = [_scored(name, path, options) for name, path in sets_named]
     for other in sets[1:]:
         require_alike(sets[0], other)
     return sets
@@ -104,10 +108,11 @@ def evaluator_of(sets: Sequence[ResultSet], catalog: Catalog) -> Evaluator:
     return evaluator
 
 
-def _scored(path: Path, options: Options) -> Document:
+def _scored(name: str, path: Path, options: Options) -> ResultSet:
     if path.suffix.lower() == ".json" and _holds_scores(path):
-        return read_scores(path)
-    return evaluate_files([path], **options)
+        return ResultSet(name, read_scores(path))
+    evaluation = score_files([path], **options)
+    return ResultSet(name, evaluation.document, evaluation)
 
 
 def _holds_scores(path: Path) -> bool:

@@ -149,3 +149,24 @@ def test_what_cannot_be_written_is_refused_before_anything_is_scored(here: Here)
     assert "Scene by scene there is no table" in told.stderr
     told = here("report", "a=good.json", "--format", "csv")
     assert "Sets side by side make a page" in told.stderr
+
+
+def test_what_went_wrong_is_told_of_results_and_not_of_scores(result_folder: CommandLine, here: Here) -> None:
+    (result_folder.folder / "other.json").write_bytes((result_folder.folder / "perfect.json").read_bytes())
+    document = json.loads((result_folder.folder / "perfect.json").read_text())
+    missed = len(document["results"]["objects"])
+    document["results"]["objects"] = []
+    (result_folder.folder / "empty.json").write_text(json.dumps(document))
+
+    told = json.loads(here("compare", "perfect.json", "empty.json", *TRUTH, "--explain", "--json").stdout)
+
+    assert schema.problems(told, "comparison", Path("comparison.json")) == []
+    assert told["errors"]["perfect"] == []
+    assert told["errors"]["empty"] == [{"kind": "missed", "count": missed, "gain": 1.0}]
+    told_lines = here("compare", "perfect.json", "empty.json", *TRUTH, "--explain").stdout.splitlines()
+    assert ["missed", "-", "-", str(missed), "1.00"] in [line.split() for line in told_lines]
+
+
+@pytest.mark.usefixtures("sets")
+def test_scores_do_not_say_what_went_wrong(here: Here) -> None:
+    assert "Give the results instead of their scores" in here("compare", "good.json", "bad.json", "--explain").stderr
