@@ -7,7 +7,7 @@ from typing import Any
 import benchbot
 from benchbot.evaluation.evidence import Frame
 from benchbot.plugins.drawing.map_model import MATCH, MapObject
-from benchbot.plugins.drawing.palette import between, to_hex
+from benchbot.plugins.drawing.palette import Color, between, to_hex
 from benchbot.plugins.report import diagnosis, summary
 from benchbot.plugins.report.bars import Axis
 from benchbot.plugins.report.camera_pictures import Budget, Shot, crop, frames_of, thumbnail
@@ -19,6 +19,8 @@ Document = Mapping[str, Any]
 
 MOST_ROWS, MOST_SHOWN, MOST_OBJECTS = 120, 12, 8
 """Environments of the tables and plots; of the pictures, an episode each; objects of each, won and lost."""
+_EVEN_LUMINANCE = 0.179
+"""Of a background on which black and white can be read as well."""
 _COLD, _MIDDLE, _WARM = (178, 84, 60), (247, 247, 244), (54, 110, 165)
 
 
@@ -127,15 +129,23 @@ def _cells(
     low, high = min(known, default=0.0), max(known, default=1.0)
     found = []
     for name, values in rows[:MOST_ROWS]:
-        cells = []
+        cells: list[tuple[float | None, str, str]] = []
         for value in values:
-            share = 0.5 if value is None or high == low else (value - low) / (high - low)
+            if value is None:
+                cells.append((None, "none", ""))
+                continue
+            share = 0.5 if high == low else (value - low) / (high - low)
             share = 1.0 - share if lower else share
-            middle, end = (_MIDDLE, _WARM) if share >= 0.5 else (_MIDDLE, _COLD)
-            depth = abs(share - 0.5) * 2
-            cells.append((value, to_hex(between(middle, end, depth)), "on-dark" if depth > 0.5 else "on-light"))
+            color = between(_MIDDLE, _WARM if share >= 0.5 else _COLD, abs(share - 0.5) * 2)
+            cells.append((value, to_hex(color), "on-dark" if _luminance(color) < _EVEN_LUMINANCE else "on-light"))
         found.append((name, cells))
     return found
+
+
+def _luminance(color: Color) -> float:
+    """Return the relative luminance of WCAG 2, in [0, 1]."""
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in (value / 255 for value in color)]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
 def _kinds(sets: Sequence[ReportData]) -> list[tuple[str, list[diagnosis.ErrorTally | None]]]:
