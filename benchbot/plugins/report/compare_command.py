@@ -1,5 +1,6 @@
 """`benchbot compare`: sets of results, pair by pair."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
@@ -43,6 +44,19 @@ def compare(
             "solutions, each in a folder of its name, also how alike both sets order them.",
         ),
     ] = None,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Print the kinds of error of each set, too, and what each costs.")
+    ] = False,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--output-location",
+            "-o",
+            metavar="PATH",
+            help="Write it here as well, as the name ends: .tex (the paper's table), .pdf, .svg, .png (its figure), "
+            ".json; repeatable.",
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Say whether one set of results scores higher than another, and how sure that is.
@@ -55,10 +69,19 @@ def compare(
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
     from benchbot.evaluation import intervals
-    from benchbot.plugins.report import comparison, result_sets
+    from benchbot.plugins.report import comparison, comparison_exports, result_sets
 
+    for path in output or ():
+        comparison_exports.check_ending(path)
+        console.check_output(path)
     catalog = Catalog(load())
     if paired_by is not None:
+        if output:
+            raise BenchbotError(
+                "Scene by scene there is no table or figure for a paper.",
+                "-o was given with --paired-by.",
+                "Leave one of them out; --json prints all of it.",
+            )
         scoring = {"catalog": catalog, "method": method, "ground_truth_paths": ground_truth, "missing": missing}
         with working("Comparing scene by scene"):
             scenes = _by_scene(sets, score, scoring)
@@ -69,7 +92,12 @@ def compare(
         evaluator = result_sets.evaluator_of(named, catalog)
         paired = {"ignore_seeds": ignore_seeds, "ignore_settings": ignore_settings}
         document = comparison.compare(named, evaluator, score, over=intervals.Over(over), **paired)
+        if explain:
+            document["errors"] = comparison.errors_of(named)
     document["notes"] += [*_restarts(named), *_robots(named)]
+    for path in output or ():
+        comparison_exports.write(path, document, named, evaluator)
+        console.note(f"Written: {path}")
     show(document, as_json=as_json)
 
 
@@ -90,11 +118,31 @@ def show(document: dict[str, Any], *, as_json: bool = False) -> None:
         ("", "difference", "95 % interval", "p", "p (Holm)", "pairs", document["over"]),
         [_comparison(item) for item in document["comparisons"]],
     )
+    if "errors" in document:
+        console.note()
+        console.table(("error", *_titles(document["errors"])), _errors(document["errors"]))
     console.data("", *(item["sentence"] for item in document["comparisons"]))
+
+
+def _titles(errors: dict[str, Any]) -> list[str]:
+    return [title for name in errors for title in (name, "costs")]
+
+
+def _errors(errors: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Return the rows of the table of errors: each kind, how many each set has, and what they cost it."""
+    told = [{error["kind"]: error for error in found} for found in errors.values()]
+    rows = []
+    for kind in dict.fromkeys(kind for each in told for kind in each):
+        cells = [
+            (str(each[kind]["count"]), f"{each[kind]['gain']:.2f}") if kind in each else ("-", "-") for each in told
+        ]
+        rows.append((kind, *(cell for pair in cells for cell in pair)))
+    return rows
 
 
 def _by_scene(texts: list[str], score: str | None, scoring: dict[str, Any]) -> dict[str, Any]:
     """Return the table of two sets by scenes, with what their recordings show."""
+    from benchbot.evaluation.result_files import named
     from benchbot.plugins.report import channel_differences, comparison, result_sets, scene_pairs
 
     if len(texts) != 2:
@@ -103,7 +151,7 @@ def _by_scene(texts: list[str], score: str | None, scoring: dict[str, Any]) -> d
             f"{len(texts)} were given.",
             "Name two: benchbot compare simulated=A real=B --paired-by scene",
         )
-    (name_a, path_a), (name_b, path_b) = map(result_sets.named, texts)
+    (name_a, path_a), (name_b, path_b) = map(named, texts)
     solutions = scene_pairs.solutions_of(path_a, path_b)
     if name_a == name_b:
         raise BenchbotError(
