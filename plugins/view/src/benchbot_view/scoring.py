@@ -57,6 +57,10 @@ class Scorer:
                     self._pool = ProcessPoolExecutor(1, context, initializer=os.nice, initargs=(NICENESS,))
                 self._under_way = batch, self._pool.submit(scores_of, [path for _, path in batch])
 
+    def recall(self) -> None:
+        """Take the scores that are known from before."""
+        self._unknown([(id_, path) for id_, _, path in self._index.unscored()])
+
     def close(self) -> None:
         """End the process."""
         with self._lock:

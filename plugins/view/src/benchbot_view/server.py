@@ -1,13 +1,12 @@
 """The web application: on loopback, for one user with a token, who came to it by its own name."""
 
+import asyncio
 import hmac
 import json
-import os
 import secrets
 import socket
-from collections.abc import Awaitable, Callable, Iterator
-from contextlib import asynccontextmanager, suppress
-from io import BytesIO
+from collections.abc import Awaitable, Callable
+from contextlib import asynccontextmanager
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -184,7 +183,7 @@ class Views:
         return FileResponse(path, media_type="application/json") if path and path.is_file() else _nothing(request)
 
     async def _picture(self, request: Request) -> Response:
-        kind, name = request.path_params["kind"], request.path_params["name"].partition(".")[0]
+        kind, name = request.path_params["kind"], request.path_params["name"][:5]
         episode = await self._known(request)
         if episode is None or kind not in KINDS or not (name.isascii() and name.isdecimal()):
             return _nothing(request)
@@ -278,8 +277,6 @@ def application(index: Index, title: str, token: str, port: int) -> ASGIApp:
 
     @asynccontextmanager
     async def lifespan(_: Starlette) -> Any:
-        import asyncio
-
         async def rest() -> None:
             while True:
                 await asyncio.sleep(10.0)

@@ -7,6 +7,7 @@ const TRUTH = "#ffec9c";
 const ESTIMATE = "#78d7ff";
 const FRAMES_PER_S = 8;
 const REEL = 12;
+const POOR = 0.5;
 const get = (id) => document.getElementById(id);
 const episode = block("episode");
 const slider = get("slider");
@@ -314,7 +315,7 @@ function play() {
 }
 
 function nextFailure(by) {
-  const failed = episode.objects.filter((item) => ["missed", "not there"].includes(item.outcome)).map((item) => item.number);
+  const failed = episode.objects.filter((item) => ["missed", "not there"].includes(item.outcome) || (item.quality !== null && item.quality < POOR)).map((item) => item.number);
   if (!failed.length) return false;
   const now = failed.indexOf(chosen);
   return choose(failed[now < 0 ? (by > 0 ? 0 : failed.length - 1) : (now + by + failed.length) % failed.length]);
@@ -408,7 +409,8 @@ addEventListener("message", (event) => {
   seek(Number(event.data.at) || 0, false);
 });
 if (state.embed) document.body.classList.add("embedded");
-if (document.referrer === "" || parent !== window) { /* opened on its own */ } else if (new URL(document.referrer).pathname.endsWith("/")) get("back").addEventListener("click", (event) => { if (history.length > 1) { event.preventDefault(); history.back(); } });
+// Who came from the table goes back to it as it was filtered.
+if (/(\/|index\.html)$/.test(sessionStorage.getItem("benchbot-table")?.split("#")[0] ?? "")) get("back").href = sessionStorage.getItem("benchbot-table");
 drawTicks();
 draw();
 if (state.pane === "3d") openSpace();

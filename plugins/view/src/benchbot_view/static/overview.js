@@ -15,6 +15,7 @@ let [rows, shown, range] = [[], [], [0, 1]];
 let state = stateOf();
 let place = -1;
 let drawn = "";
+let [unscored, told] = [0, 0];
 
 function apply() {
   const fits = filterOf(state.q ?? "", { solution: state.solution, environment: state.environment, state: state.state });
@@ -23,7 +24,7 @@ function apply() {
   place = state.at ? shown.findIndex((row) => row.id === state.at) : -1;
   const mean = meanOf(shown);
   const of = shown.length === rows.length ? "" : ` of ${rows.length.toLocaleString("en")}`;
-  const waiting = state.unscored ? ` · ${state.unscored.toLocaleString("en")} to be scored` : "";
+  const waiting = unscored ? ` · ${unscored.toLocaleString("en")} to be scored` : "";
   get("count").textContent = `${shown.length.toLocaleString("en")}${of} episodes${mean === null ? "" : ` · mean ${mean.toFixed(3)}`}${waiting}`;
   range = rangeOf(rows);
   drawn = "";
@@ -32,6 +33,7 @@ function apply() {
 
 function draw() {
   const view = state.view ?? "table";
+  sessionStorage.setItem("benchbot-table", location.href);
   for (const name of ["table", "heat", "pairs"]) get(`${name}-view`).hidden = view !== name;
   for (const link of document.querySelectorAll(".tabs a")) {
     if (link.dataset.view === view) link.setAttribute("aria-current", "page"); else link.removeAttribute("aria-current");
@@ -106,7 +108,7 @@ function drawHeat() {
     return make("tr", {}, make("th", { scope: "row" }, solution), ...cells, make("td", { class: "mean" }, cell(bySolution.get(solution), { solution, sort: "score" }, `${solution} in all`)));
   });
   get("heat").replaceChildren(make("thead", {}, head), make("tbody", {}, ...lines));
-  get("heat-note").textContent = `Shades go from ${low.toFixed(2)} to ${high.toFixed(2)}; episodes without a score are left out. A field leads to its episodes, the worst first.`;
+  get("heat-note").textContent = `Shades go from ${low.toFixed(2)} to ${high.toFixed(2)}; episodes without a score are left out${new Set(shown.map((row) => row.scoreName).filter(Boolean)).size > 1 ? "; there are scores of several methods: choose those of one task, since their means say nothing together" : ""}. A field leads to its episodes, the worst first.`;
 }
 
 function drawPairs() {
@@ -155,8 +157,7 @@ function options(select, names, value, all) {
 
 function change(changes, { restart = true } = {}) {
   state = { ...state, ...changes };
-  const { unscored, ...kept } = state;
-  keepState(kept);
+  keepState(state);
   if (restart) scroller.scrollTop = 0;
   apply();
 }
@@ -219,7 +220,7 @@ body.addEventListener("click", (event) => {
   const link = event.target.closest("tr")?.querySelector("a");
   if (link && event.target !== link) link.click();
 });
-addEventListener("hashchange", () => { state = { ...stateOf(), unscored: state.unscored }; reflect(); apply(); });
+addEventListener("hashchange", () => { state = stateOf(); reflect(); apply(); });
 onKeys({
   "/": () => get("filter").focus(),
   ArrowDown: () => step(1), ArrowUp: () => step(-1), j: () => step(1), k: () => step(-1),
@@ -233,8 +234,8 @@ onKeys({
 });
 follow((found, answer, isNew) => {
   rows = found;
-  state.unscored = answer.unscored;
+  unscored = answer.unscored;
   drawBatches(answer.batches);
   if (answer.lost) { get("count").textContent = "The server does not answer."; return; }
-  if (isNew) { reflect(); apply(); }
+  if (isNew || unscored !== told) { told = unscored; reflect(); apply(); }
 }).catch(() => { get("count").textContent = "The server does not answer."; });

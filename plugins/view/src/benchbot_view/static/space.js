@@ -30,7 +30,7 @@ export async function showSpace(canvas, episode, place, cloud) {
   const map = episode.scenes[place];
   const target = new three.Vector3((map.low[0] + map.high[0]) / 2, (map.low[1] + map.high[1]) / 2, 0.6);
   const reach = Math.max(map.high[0] - map.low[0], map.high[1] - map.low[1]);
-  const orbit = { azimuth: -2.2, height: 0.85, distance: 1.25 * reach };
+  const orbit = { azimuth: -2.2, height: 0.85, distance: 1.45 * reach };
   let [wanted, count, starts] = [0, 0, []];
   let points = null;
   if (cloud) {
@@ -51,7 +51,7 @@ export async function showSpace(canvas, episode, place, cloud) {
     const geometry = new three.BufferGeometry();
     geometry.setAttribute("position", new three.BufferAttribute(positions, 3));
     geometry.setAttribute("color", new three.BufferAttribute(shades, 3));
-    points = new three.Points(geometry, new three.PointsMaterial({ size: 0.035, vertexColors: true, sizeAttenuation: true }));
+    points = new three.Points(geometry, new three.PointsMaterial({ size: 0.05, vertexColors: true, sizeAttenuation: true }));
     scene.add(points);
   }
   const grid = new three.GridHelper(Math.ceil(reach) + 1, Math.ceil(reach) + 1, 0x999999, 0x999999);
