@@ -1,5 +1,7 @@
 """`benchbot view`: results in the browser, by a server of one's own or as files."""
 
+import os
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -50,7 +52,8 @@ def view(
     def tell(address: str) -> None:
         console.note("In a browser of this machine (Ctrl-C ends it):")
         console.data(address)
-        if browser:
+        # Without a display, it would be one of the terminal's.
+        if browser and (sys.platform == "darwin" or {"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys()):
             import webbrowser
 
             webbrowser.open(address)

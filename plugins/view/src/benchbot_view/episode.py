@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from benchbot_view.evidence import Recorded, View, recorded
-
 from benchbot.plugin import BenchbotError, Catalog, load_plugins, read_result
 from benchbot.viewing import (
     LIGHT,
@@ -25,6 +23,7 @@ from benchbot.viewing import (
     one_line,
     score_files,
 )
+from benchbot_view.evidence import Boxes, Recorded, View, folder_of, matrix, recorded
 
 Document = dict[str, Any]
 MOST_LOG_BYTES = 256 * 1024
@@ -41,10 +40,15 @@ class Episode:
     document: Document
     recorded: Recorded
     view: View
-    boxes: Sequence[tuple[int, Box | None]]
-    """Scene and box of each object, as in the document."""
+    boxes: Boxes
+    """Those of the objects of the document."""
     is_hidden: bool
     """Whether its environment is one that solutions must not know."""
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the cache for what is worked out of its recording."""
+        return folder_of(self.recorded, self.boxes)
 
 
 def catalog() -> Catalog:
@@ -265,16 +269,19 @@ def _frames(view: View, shown: ReportedEpisode, path: Path, found: Recorded) -> 
             }
             arguments = step.get("arguments")
             if isinstance(arguments, dict) and arguments:
-                frame["action"] += f" {', '.join(f'{one_line(str(key))} {value:g}' for key, value in arguments.items() if isinstance(value, int | float))}"
+                named = [
+                    f"{one_line(str(key))} {value:g}"
+                    for key, value in arguments.items()
+                    if isinstance(value, int | float)
+                ]
+                frame["action"] = f"{frame.get('action', '')} {', '.join(named)}"
         frames.append(frame)
     return frames
 
 
 def _pose(pose: Any) -> list[float]:
     """Return the rotation (row by row) and the translation of a pose: what is before the camera has a positive z."""
-    from benchbot_view.evidence import _matrix
-
-    rotation, translation = _matrix(pose)
+    rotation, translation = matrix(pose)
     return [round(float(value), 6) for value in (*rotation.ravel(), *translation)]
 
 

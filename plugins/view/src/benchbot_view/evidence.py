@@ -38,6 +38,8 @@ UNKNOWN = (120, 120, 120)
 
 Document = dict[str, Any]
 Points = NDArray[np.float64]
+Boxes = Sequence[tuple[int, Box | None]]
+"""Scene and box of each object."""
 
 
 @dataclass(frozen=True)
@@ -82,14 +84,14 @@ def recorded(result: Path) -> Recorded:
     return Recorded(frames, None)
 
 
-def folder_of(found: Recorded) -> Path:
-    """Return the folder of the cache for a recording."""
-    return cache_dir() / "view" / found.stamp
+def folder_of(found: Recorded, boxes: Boxes) -> Path:
+    """Return the folder of the cache for a recording in which these boxes are looked for."""
+    return cache_dir() / "view" / f"{found.stamp}-{sha256(repr(boxes).encode()).hexdigest()[:12]}"
 
 
-def prepared(found: Recorded) -> Document | None:
+def prepared(found: Recorded, boxes: Boxes) -> Document | None:
     """Return what is known of a recording; None before `prepare`."""
-    path = folder_of(found) / "evidence.json"
+    path = folder_of(found, boxes) / "evidence.json"
     try:
         document: Document = json.loads(path.read_bytes())
         path.touch()
@@ -98,13 +100,13 @@ def prepared(found: Recorded) -> Document | None:
     return document
 
 
-def prepare(found: Recorded, view: View, boxes: Sequence[tuple[int, Box | None]]) -> Document:
+def prepare(found: Recorded, view: View, boxes: Boxes) -> Document:
     """Work out what a recording shows: pictures, cloud, and which frames see which of the boxes, each of a scene.
 
     `seen` has an entry for each box: the frames that see it, best first, as `[number, share]`. With depth, `measured`
     is true and shares are parts of the picture; without it they are those of boxes that are not behind another one.
     """
-    folder = folder_of(found)
+    folder = folder_of(found, boxes)
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     document: Document = {"frames": [], "measured": False, "seen": [], "cloud": False, "classes": {}}
@@ -139,9 +141,7 @@ def prepare(found: Recorded, view: View, boxes: Sequence[tuple[int, Box | None]]
     return document
 
 
-def _look_by_geometry(
-    found: Recorded, view: View, boxes: Sequence[tuple[int, Box | None]], seen: list[list[tuple[int, float]]]
-) -> None:
+def _look_by_geometry(found: Recorded, view: View, boxes: Boxes, seen: list[list[tuple[int, float]]]) -> None:
     if view.camera is None:
         return
     for number in found.frames:
@@ -227,11 +227,12 @@ def _points(depth: NDArray[Any], camera: Camera, base: Pose) -> tuple[Points, ND
     scale = depth.shape[1] / camera.width
     x = (columns + 0.5 - camera.cx * scale) / (camera.fx * scale) * distances
     y = (rows + 0.5 - camera.cy * scale) / (camera.fy * scale) * distances
-    rotation, translation = _matrix(base @ camera.mount)
+    rotation, translation = matrix(base @ camera.mount)
     return np.stack([x, y, distances], 1) @ rotation.T + translation, np.stack([rows, columns], 1)
 
 
-def _matrix(pose: Pose) -> tuple[Points, Points]:
+def matrix(pose: Pose) -> tuple[Points, Points]:
+    """Return the rotation and the translation of a pose."""
     origin = np.array(pose.translation_xyz)
     axes = [np.array((pose @ Pose(axis)).translation_xyz) - origin for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
     return np.stack(axes, 1), origin

@@ -1,4 +1,4 @@
-"""The viewer as files: pages that need no server and no network, and hold nothing that solutions may not know unless asked."""
+"""The viewer as files: pages that need no server, and tell nothing that solutions may not know unless asked to."""
 
 import shutil
 from collections.abc import Callable
@@ -6,19 +6,18 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from benchbot_view import pages
-from benchbot_view.episode import Episode, catalog, load
-from benchbot_view.evidence import folder_of, prepare, prepared
-from benchbot_view.index import Index, Row
-from benchbot_view.scoring import FIRST, Scorer, scores_of
-from benchbot_view.server import KINDS, about, picture_of
 
 from benchbot.plugin import BenchbotError
+from benchbot_view import pages
+from benchbot_view.episode import Episode, catalog, load
+from benchbot_view.evidence import prepare, prepared
+from benchbot_view.index import Index, Row
+from benchbot_view.scoring import MOST, Scorer, scores_of, together
+from benchbot_view.server import KINDS, about, picture_of
 
 MARK = ".benchbot-view"
 """A file in each folder that was written here: only such a folder is written again."""
 ENTRIES = ("overview.js", "episode.js", "pair.js")
-HIDDEN = "hidden place"
 
 
 def write(
@@ -81,18 +80,17 @@ def _score(index: Index) -> None:
     scorer = Scorer(index)
     scorer.recall()
     while waiting := index.unscored():
-        task = waiting[0][1]
-        batch = [(id_, path) for id_, found, path in waiting if found == task][: 10 * FIRST]
+        batch = together(waiting, MOST)
         for (id_, _), (name, value) in zip(batch, scores_of([path for _, path in batch]), strict=True):
             index.put_score(id_, name, value)
 
 
 def _write_episode(folder: Path, row: Row, episode: Episode) -> None:
-    evidence = prepared(episode.recorded) or prepare(episode.recorded, episode.view, episode.boxes)
-    cloud_file = folder_of(episode.recorded) / "cloud.json"
+    evidence = prepared(episode.recorded, episode.boxes) or prepare(episode.recorded, episode.view, episode.boxes)
+    cloud_file = episode.folder / "cloud.json"
     # Without poses, the cloud and what each frame saw would give them away.
     knows_poses = any("base" in frame for frame in episode.document["frames"])
-    if len(evidence["seen"]) != len(episode.boxes) or not knows_poses:
+    if not knows_poses:
         evidence = {**evidence, "seen": [], "cloud": False}
     cloud: Any = msgspec.Raw(cloud_file.read_bytes()) if evidence["cloud"] and cloud_file.is_file() else None
     document = {**about(row), **episode.document, "id": row.id}

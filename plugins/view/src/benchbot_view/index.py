@@ -13,10 +13,10 @@ from pathlib import Path, PurePath
 from typing import Any
 
 import msgspec
-from benchbot_view.memory import Memory
 
 from benchbot.plugin import BenchbotError
 from benchbot.viewing import BatchFeed, RunState, Tail, live, one_line, registered, registered_batches, sizes
+from benchbot_view.memory import Memory
 
 PLAN, EPISODES, RESULT = "plan.json", "episodes", "result.json"
 LARGEST_BYTES = 64 * 2**20
@@ -212,11 +212,11 @@ class Index:
             found = [(batch.name, batch.feed.view.status) for batch in self._batches.values() if batch.feed]
         return [(name, status) for name, status in found if status is not None]
 
-    def unscored(self) -> list[tuple[str, str, Path]]:
-        """Return id, task and path of results that have no score and were not tried."""
+    def unscored(self) -> list[tuple[Row, Path]]:
+        """Return rows and paths of results that have no score and were not tried."""
         with self._lock:
             return [
-                (row.id, row.task, self.paths[row.id])
+                (row, self.paths[row.id])
                 for row in self._rows
                 if row.score is None and row.id in self.paths and row.id not in self._scored
             ]
@@ -407,7 +407,7 @@ class _Batch:
                 each.repeat,
                 each.episode,
             )
-            self._index._put(row)  # noqa: SLF001 - a part of it
+            self._index._put(row)
             self._check(each.key)
 
     def _check(self, key: str) -> None:
@@ -421,7 +421,7 @@ class _Batch:
         except OSError:
             if row.state != "pending" and id_ in self._index.paths:
                 self._index.paths.pop(id_)
-                self._index._put(msgspec.structs.replace(row, state="pending", score=None))  # noqa: SLF001
+                self._index._put(msgspec.structs.replace(row, state="pending", score=None))
             return
         if row.state not in ("pending", "running") and row.changed_s == about.st_mtime:
             return
@@ -429,7 +429,7 @@ class _Batch:
         if found is not None:
             told = ("solution", "set", "task", "robot", "seed", "repeat", "episode")
             kept = {name: getattr(row, name) for name in told}
-            self._index._put(msgspec.structs.replace(found, **kept), path)  # noqa: SLF001
+            self._index._put(msgspec.structs.replace(found, **kept), path)
 
     def _told(self) -> set[str]:
         keys = set()
@@ -442,7 +442,7 @@ class _Batch:
 
     def _note_scores(self) -> None:
         for path in (self.folder / "scores.json", *sorted(self.folder.glob("scores/*/scores.json"))):
-            self._index._note_scores(path)  # noqa: SLF001
+            self._index._note_scores(path)
 
     def _follow(self) -> None:
         """Open a feed while the batch is driven, and note what runs."""
@@ -465,7 +465,7 @@ class _Batch:
                 continue
             if cell.state in ("pending", "running"):
                 if row.state != cell.state and row.id not in self._index.paths:
-                    self._index._put(msgspec.structs.replace(row, state=cell.state))  # noqa: SLF001
+                    self._index._put(msgspec.structs.replace(row, state=cell.state))
             elif row.state in ("pending", "running"):
                 self._check(key)
 
@@ -476,7 +476,7 @@ def id_of(path: Path) -> str:
 
 
 def _files(folder: Path) -> Iterator[os.DirEntry[str]]:
-    """Yield the JSON files in a folder, sorted; those of recordings and hidden ones, and of batches all but the plan, are left out."""
+    """Yield the JSON files in a folder, sorted, hidden ones and those of recordings left out; of a batch the plan."""
     try:
         with os.scandir(folder) as found:
             entries = sorted(found, key=lambda entry: entry.name)

@@ -1,17 +1,19 @@
 """Runs that are under way: a feed of each that is looked at, as plain data and pictures."""
 
+import base64
 import time
+from contextlib import suppress
 from io import BytesIO
 from threading import Lock
 from typing import Any
 
 import numpy as np
-from benchbot_view.episode import catalog, object_of
-from benchbot_view.index import Index, id_of
 from PIL import Image
 
 from benchbot.plugin import BenchbotError
 from benchbot.viewing import LIGHT, RunFeed, RunView, installed_map, occupancy_of, one_line, ramp
+from benchbot_view.episode import catalog, object_of
+from benchbot_view.index import Index, id_of
 
 CHANNELS = {"frame": "image_rgb", "depth": "image_depth"}
 WIDTH_PX = 640
@@ -37,18 +39,15 @@ class LiveRuns:
         scene |= {"path": [], "goals": []}
         occupancy = occupancy_of(known.pool("environments").get(name))
         objects = []
-        try:
+        # An environment that is not installed here has no map to show.
+        with suppress(BenchbotError):
             objects = [item for item in installed_map(known, name).objects if item.true is not None]
-        except BenchbotError:
-            pass  # an environment that is not installed here has no map to show
         corners = [] if occupancy is None else [occupancy.low, occupancy.high]
         corners += [corner for item in objects for corner in (item.boxes[0].low, item.boxes[0].high)]
         if corners:
             xs, ys = [float(x) for x, *_ in corners], [float(y) for _, y, *_ in corners]
             scene |= {"low": [min(xs) - 0.4, min(ys) - 0.4], "high": [max(xs) + 0.4, max(ys) + 0.4]}
         if occupancy is not None:
-            import base64
-
             picture = base64.b64encode(occupancy.png(LIGHT.wall)).decode()
             scene["walls"] = {
                 "low": list(occupancy.low),

@@ -5,11 +5,10 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from threading import Lock
 from typing import Any
 
+from benchbot.plugin import BenchbotError, Catalog
 from benchbot_view.episode import Episode, catalog, load
 from benchbot_view.evidence import prepare, prepared
 from benchbot_view.index import Index
-
-from benchbot.plugin import BenchbotError, Catalog
 
 KEPT = 12
 
@@ -57,7 +56,7 @@ class Episodes:
     def evidence(self, id_: str) -> dict[str, Any] | None:
         """Return what a recording shows; None while that is being worked out."""
         episode = self.get(id_)
-        found = prepared(episode.recorded)
+        found = prepared(episode.recorded, episode.boxes)
         if found is not None:
             return found
         with self._lock:

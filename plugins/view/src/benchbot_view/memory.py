@@ -18,7 +18,7 @@ BUSY_S = 5.0
 
 
 class Memory:
-    """A cache in SQLite; safe to use from several threads. One that cannot be used is left out: nothing depends on it."""
+    """A cache in SQLite; safe to use from several threads. Without one that can be used, all is read anew."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -51,9 +51,7 @@ class Memory:
             with suppress(sqlite3.Error), self._connection() as connection:
                 items = [(key, *value) for key, value in new.items()]
                 connection.executemany("INSERT OR REPLACE INTO known VALUES (?, ?, ?)", items)
-                connection.execute(
-                    "DELETE FROM known WHERE rowid <= (SELECT max(rowid) FROM known) - ?", (MOST,)
-                )
+                connection.execute("DELETE FROM known WHERE rowid <= (SELECT max(rowid) FROM known) - ?", (MOST,))
 
     def _read(self) -> dict[str, tuple[str, bytes]]:
         with suppress(sqlite3.Error), self._connection() as connection:

@@ -60,7 +60,7 @@ def _hex(palette: Any) -> Mapping[str, str]:
 
 
 def bundle(entry: str) -> str:
-    """Return a script and the modules that it imports as one classic script: a page from a disk may not load modules."""
+    """Return a script and what it imports as one classic script: a page from a disk may not load modules."""
     parts: dict[str, str] = {}
 
     def add(name: str) -> None:
@@ -98,4 +98,3 @@ def _no_three(why: str) -> BenchbotError:
     return BenchbotError(
         "There is no three.js to draw in three dimensions with.", why, "Install a trimesh as constraints.txt has it."
     )
-

@@ -2,7 +2,6 @@
 
 import os
 import threading
-from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -10,11 +9,10 @@ from hashlib import sha256
 from multiprocessing import get_context
 from pathlib import Path
 
-from benchbot_view.index import Index
-from benchbot_view.memory import Memory
-
 from benchbot.plugin import BenchbotError, Catalog, installed_plugins, load_plugins
 from benchbot.viewing import score_files
+from benchbot_view.index import Index, Row
+from benchbot_view.memory import Memory
 
 FIRST, MOST = 20, 250
 """The number of results that are scored together: few at first, so that there is something to see."""
@@ -48,8 +46,7 @@ class Scorer:
             if not waiting:
                 self._end()
                 return
-            task, _ = Counter(task for _, task, _ in waiting).most_common(1)[0]
-            batch = self._unknown([(id_, path) for id_, found, path in waiting if found == task])[: self._count]
+            batch = together(self._unknown(waiting), self._count)
             if batch:
                 self._count = min(2 * self._count, MOST)
                 if self._pool is None:
@@ -59,7 +56,7 @@ class Scorer:
 
     def recall(self) -> None:
         """Take the scores that are known from before."""
-        self._unknown([(id_, path) for id_, _, path in self._index.unscored()])
+        self._unknown(self._index.unscored())
 
     def close(self) -> None:
         """End the process."""
@@ -88,18 +85,18 @@ class Scorer:
                 continue
         self._memory.save()
 
-    def _unknown(self, waiting: Sequence[tuple[str, Path]]) -> list[tuple[str, Path]]:
+    def _unknown(self, waiting: Sequence[tuple[Row, Path]]) -> list[tuple[Row, Path]]:
         """Take the scores that are known from before; return the others."""
         unknown = []
-        for id_, path in waiting:
+        for row, path in waiting:
             try:
                 known, found = self._memory.find(path, path.stat(), self._key())
             except OSError:
                 known, found = True, ["", None]
             if known:
-                self._index.put_score(id_, *found)
+                self._index.put_score(row.id, *found)
             else:
-                unknown.append((id_, path))
+                unknown.append((row, path))
         return unknown
 
     def _key(self) -> str:
@@ -110,6 +107,15 @@ class Scorer:
             versions = sorted((info.name, info.version) for info in installed_plugins())
             self._kind = f"score {sha256(repr((truths, versions)).encode()).hexdigest()[:16]}"
         return self._kind
+
+
+def together(waiting: Sequence[tuple[Row, Path]], count: int) -> list[tuple[str, Path]]:
+    """Return ids and paths of results that may be scored together: of one task, and no two of the same episode."""
+    chosen: dict[object, tuple[str, Path]] = {}
+    for row, path in waiting:
+        if row.task == waiting[0][0].task and len(chosen) < count:
+            chosen.setdefault((row.environment, row.robot, row.seed, row.repeat, row.episode), (row.id, path))
+    return list(chosen.values())
 
 
 def scores_of(paths: Sequence[Path]) -> Scored:

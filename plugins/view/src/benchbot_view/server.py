@@ -13,13 +13,6 @@ from typing import Any
 
 import msgspec
 import uvicorn
-from benchbot_view import pages
-from benchbot_view.episode import Episode
-from benchbot_view.evidence import folder_of
-from benchbot_view.index import Index, Row
-from benchbot_view.live import LiveRuns
-from benchbot_view.loading import Episodes
-from benchbot_view.scoring import Scorer
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
@@ -28,11 +21,21 @@ from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from benchbot.plugin import BenchbotError
+from benchbot_view import pages
+from benchbot_view.episode import Episode
+from benchbot_view.index import Index, Row
+from benchbot_view.live import LiveRuns
+from benchbot_view.loading import Episodes
+from benchbot_view.scoring import Scorer
 
 HOST = "127.0.0.1"
 COOKIE = "benchbot_view"
 PAGE_ROWS = 2000
-KINDS = {"frame": (".jpg", "image/jpeg"), "depth": ("-depth.png", "image/png"), "classes": ("-classes.png", "image/png")}
+KINDS = {
+    "frame": (".jpg", "image/jpeg"),
+    "depth": ("-depth.png", "image/png"),
+    "classes": ("-classes.png", "image/png"),
+}
 SCRIPTS = tuple(sorted(path.name for path in pages.STATIC.glob("*.js")))
 HEADERS = {
     "content-security-policy": f"{pages.POLICY}; frame-ancestors 'self'",
@@ -165,7 +168,13 @@ class Views:
         count = PAGE_ROWS if since == 0 else 10**9
         revision, total, rows = self._index.rows(since=since, start=start, count=count)
         batches = [_told(name, status) for name, status in self._index.batches()]
-        document = {"revision": revision, "total": total, "unscored": self._scorer.left, "batches": batches, "rows": rows}
+        document = {
+            "revision": revision,
+            "total": total,
+            "unscored": self._scorer.left,
+            "batches": batches,
+            "rows": rows,
+        }
         return Response(msgspec.json.encode(document), media_type="application/json")
 
     async def _evidence(self, request: Request) -> Response:
@@ -179,7 +188,7 @@ class Views:
 
     async def _cloud(self, request: Request) -> Response:
         episode = await self._known(request)
-        path = None if episode is None else folder_of(episode.recorded) / "cloud.json"
+        path = None if episode is None else episode.folder / "cloud.json"
         return FileResponse(path, media_type="application/json") if path and path.is_file() else _nothing(request)
 
     async def _picture(self, request: Request) -> Response:
@@ -226,7 +235,7 @@ def picture_of(episode: Episode, kind: str, number: int) -> Path | None:
     """Return the file of a picture, None where there is none; a number alone chooses it, so it leads nowhere else."""
     if kind == "frame" and number in episode.recorded.frames:
         return episode.recorded.frames[number]
-    path = folder_of(episode.recorded) / f"{number:05d}{KINDS[kind][0]}"
+    path = episode.folder / f"{number:05d}{KINDS[kind][0]}"
     return path if path.is_file() else None
 
 
