@@ -19,7 +19,7 @@ from benchbot_view.server import application, listener
 
 ENVIRONMENT = "miniroom:1"
 HOSTILE = "</script><img src=x onerror=alert(1)>\u202e"
-MISSED = ("bed", "bottle")
+MISSED = ("potted plant", "bottle")
 Serve = Callable[[Path], str]
 
 

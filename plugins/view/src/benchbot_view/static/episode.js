@@ -179,7 +179,7 @@ function choose(number, { moves = true } = {}) {
   const seen = chosen === null ? [] : evidence.seen[chosen] ?? [];
   if (item && item.scene !== shownScene) { shownScene = item.scene; showScene(); }
   if (moves && seen.length) seek(seen[0][0]);
-  else if (moves && item && !evidence.seen.length && episode.camera) { const best = byGeometry(item); if (best !== null) seek(best); }
+  else if (moves && item && !evidence.measured && episode.camera) { const best = byGeometry(item); if (best !== null) seek(best); }
   drawTicks();
   drawReel(item, seen);
   light(null);
@@ -213,7 +213,8 @@ function drawReel(item, seen) {
   const of = evidence.measured ? "saw" : "should have seen";
   get("reel-title").textContent = seen.length
     ? `${seen.length} frames ${of} this ${name}${item.outcome === "missed" ? ", which was missed" : ""}; the best first`
-    : evidence.seen.length ? `No frame ${of} this ${name}: it was never in sight.` : `Which frames saw this ${name} is being worked out …`;
+    : evidence.measured ? `No frame saw this ${name}: it was never in sight.`
+      : evidence.seen.length ? `No frame has the whole of this ${name} in it.` : `Which frames saw this ${name} is being worked out …`;
   const best = seen.slice(0, REEL);
   const list = reel.querySelector("ol");
   list.replaceChildren(...(hasPictures ? best : []).map(([number]) => {
@@ -340,7 +341,7 @@ function take(found) {
   if (far) get("depth-scale").textContent = `bright is near, dark is ${far} m`;
   found.seen.forEach((frames, number) => {
     const cell = objectRows.find((row) => Number(row.dataset.object) === number)?.querySelector(".seen");
-    if (cell) cell.textContent = frames.length ? `${frames.length} frame${frames.length === 1 ? "" : "s"}` : "never";
+    if (cell) cell.textContent = frames.length ? `${frames.length} frame${frames.length === 1 ? "" : "s"}` : found.measured ? "never" : "–";
   });
   drawTicks();
   if (chosen !== null) choose(chosen, { moves: state.t === undefined });

@@ -156,7 +156,7 @@ function options(select, names, value, all) {
 }
 
 function change(changes, { restart = true } = {}) {
-  state = { ...state, ...changes };
+  state = Object.fromEntries(Object.entries({ ...state, ...changes }).filter(([, value]) => value !== ""));
   keepState(state);
   if (restart) scroller.scrollTop = 0;
   apply();
