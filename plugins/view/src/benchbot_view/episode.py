@@ -86,6 +86,7 @@ def load(path: Path, known: Catalog, *, with_truth: bool = True) -> Episode:
         ],
         "objects": [object_of(number, item) for number, item in enumerate(objects)],
         "frames": _frames(view, shown, path, found),
+        "pictured": sorted(found.frames),
         "log": _log(path),
     }
     boxes = [(item.scene, item.true or item.estimated) for item in objects]

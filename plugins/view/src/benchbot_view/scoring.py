@@ -41,12 +41,12 @@ class Scorer:
             self._take()
             if self._under_way is not None:
                 return
-            waiting = self._index.unscored()
+            waiting = self._unknown(self._index.unscored())
             self.left = len(waiting)
             if not waiting:
                 self._end()
                 return
-            batch = together(self._unknown(waiting), self._count)
+            batch = together(waiting, self._count)
             if batch:
                 self._count = min(2 * self._count, MOST)
                 if self._pool is None:

@@ -285,7 +285,8 @@ async function openSpace() {
     const canvas = space ? old.cloneNode() : old;
     if (space) old.replaceWith(canvas);
     spaceOf = shownScene;
-    space = await showSpace(canvas, episode, shownScene, cloud);
+    const place = shownScene;
+    space = await showSpace(canvas, episode, place, cloud);
     canvas.addEventListener("click", (event) => { const number = space.pick(event); if (number !== null) choose(number); });
     note.textContent = cloud ? "Drag to turn, wheel to zoom, Shift to move." : "No depth was recorded: there are boxes and the way alone. Record it with --record mcap.";
     space.at(at);
@@ -345,6 +346,7 @@ function take(found) {
   });
   drawTicks();
   if (chosen !== null) choose(chosen, { moves: state.t === undefined });
+  if (found.cloud && !get("space").hidden) { spaceOf = -1; openSpace(); }
   soon();
 }
 
@@ -412,6 +414,8 @@ addEventListener("message", (event) => {
 if (state.embed) document.body.classList.add("embedded");
 // Who came from the table goes back to it as it was filtered.
 if (/(\/|index\.html)$/.test(sessionStorage.getItem("benchbot-table")?.split("#")[0] ?? "")) get("back").href = sessionStorage.getItem("benchbot-table");
+// Pictures of the camera are there before it is worked out who saw what.
+if (episode.pictured.length) pictures.frame = new Pictures(episode.id, "frame", episode.pictured, () => soon());
 drawTicks();
 draw();
 if (state.pane === "3d") openSpace();

@@ -59,7 +59,7 @@ function drawTable() {
 }
 
 function spacer(count) {
-  const cell = make("td", { colSpan: COLUMNS.length });
+  const cell = make("td");
   const row = make("tr", { class: "spacer", "aria-hidden": "true" }, cell);
   cell.style.height = row.style.height = `${count * LINE_PX}px`;
   return row;
