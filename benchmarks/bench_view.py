@@ -159,11 +159,19 @@ def cpu_s(process: psutil.Process) -> float:
     return float(used.user + used.system)
 
 
+class Told(dict[str, float]):
+    """Figures that are printed as soon as they are known."""
+
+    def __setitem__(self, name: str, value: float) -> None:
+        super().__setitem__(name, value)
+        print(f"{name:42} {value:10.2f}", flush=True)
+
+
 def measured(folder: Path, result: Path, cache: Path, count: int) -> dict[str, float]:
     """Return the figures by name."""
     from benchbot_view.index import id_of
 
-    figures: dict[str, float] = {}
+    figures = Told()
     wanted = f"{count:,} episodes"
     with launched() as browser:
         for name in ("cold", "warm"):
@@ -190,7 +198,7 @@ def measured(folder: Path, result: Path, cache: Path, count: int) -> dict[str, f
                 page.wait_for_timeout(REST_S * 1000)
                 figures["rest, % of a core"] = 100 * (cpu_s(process) - used_s) / (time.monotonic() - began_s)
                 page.goto(f"{address.partition('?')[0]}episode/{id_of(result)}.html")
-                page.locator("#now").get_by_text(f"1 of {OBSERVATIONS}").wait_for()
+                page.locator("#slider").wait_for()
                 page.wait_for_timeout(2000)
                 frames = page.evaluate(SLIDER)
                 figures["slider, frames/s"] = 1000 / float(np.mean(frames))
@@ -212,8 +220,6 @@ def main() -> None:
         add_pictures(result)
         figures = measured(folder, result, Path(scratch, "cache"), options.episodes)
     print(f"load of the machine: {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors")
-    for name, value in figures.items():
-        print(f"{name:42} {value:10.2f}")
     if options.json:
         options.json.write_text(json.dumps(figures, indent=1), "utf-8")
 

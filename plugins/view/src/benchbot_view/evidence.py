@@ -151,6 +151,8 @@ def _look_by_geometry(found: Recorded, view: View, boxes: Boxes, seen: list[list
         for place, (where, box) in enumerate(boxes):
             if box is None or where != scene:
                 continue
+            if not view.camera.view_of(base, box):
+                continue
             others = [other for its, other in boxes if its == scene and other is not None and other != box]
             quality = view.camera.view_of(base, box, others)
             if quality > 0:
