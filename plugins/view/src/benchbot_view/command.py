@@ -43,9 +43,12 @@ def view(
     title = ", ".join(source.name for source in sources)
     index = Index(sources, everything=not folders)
     if export is not None:
+        from benchbot.cli.kit.status_line import working
         from benchbot_view.export import write
 
-        console.data(str(write(index, title, export, with_ground_truth=with_ground_truth, with_hidden=with_hidden)))
+        with working("Writing the pages"):
+            page = write(index, title, export, with_ground_truth=with_ground_truth, with_hidden=with_hidden)
+        console.data(str(page))
         return
     from benchbot_view.server import serve
 

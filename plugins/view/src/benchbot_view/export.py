@@ -1,7 +1,6 @@
 """The viewer as files: pages that need no server, and tell nothing that solutions may not know unless asked to."""
 
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +26,6 @@ def write(
     *,
     with_ground_truth: bool = False,
     with_hidden: bool = False,
-    tell: Callable[[str], None] = lambda _: None,
 ) -> Path:
     """Write all episodes into a folder; return its first page.
 
@@ -43,7 +41,6 @@ def write(
             path = index.paths.get(row.id)
             if path is None:
                 continue
-            tell(f"{len(rows) + 1} of {len(index)}: {row.environment}")
             try:
                 episode = load(path, known, with_truth=with_ground_truth)
             except BenchbotError as error:
