@@ -6,10 +6,11 @@ The driver of batches is imported where it is needed: it imports the supervisor,
 import threading
 import time
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import msgspec
 
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
@@ -40,6 +41,7 @@ class BatchList:
 
     def __init__(self) -> None:
         self._counters: dict[Path, BatchCounter] = {}
+        self._scores: dict[Path, tuple[tuple[int, int], Score | None]] = {}
 
     def look(self) -> list[BatchEntry]:
         """Return the batches whose folders still exist, the one that was driven last first."""
@@ -48,10 +50,30 @@ class BatchList:
         audit_s = AUDIT_S / max(len(entries), 1)
         counts = [(entry, self._counters[entry.folder].look(audit_s)) for entry in entries]
         return [
-            BatchEntry(entry.folder, entry.is_driven, entry.begun_s, count.episodes, count.finished, count.failures)
+            BatchEntry(
+                entry.folder, entry.is_driven, entry.begun_s, count.episodes, count.finished, count.failures,
+                self._score(entry.folder) if count.finished == count.episodes else None,
+            )
             for entry, count in counts
             if count is not None
-        ]
+        ]  # fmt: skip
+
+    def _score(self, folder: Path) -> Score | None:
+        """Return the main score of a batch's scores document, read when that changes, without its rows."""
+        path = folder / "scores.json"
+        try:
+            about = path.stat()
+            version = about.st_mtime_ns, about.st_size
+            known = self._scores.get(folder)
+            if known is None or known[0] != version:
+                document = msgspec.json.decode(path.read_bytes(), type=_Headline)
+                name = document.method["headline"]
+                value = document.scores.get(name)
+                score = None if value is None else Score(name, value, 0)
+                known = self._scores[folder] = version, score
+        except (OSError, KeyError, TypeError, msgspec.DecodeError):
+            return None
+        return known[1]
 
 
 def batches() -> list[BatchEntry]:
@@ -70,9 +92,10 @@ class BatchFeed:
         self._monitor: Monitor | None = None
         self._score = _BatchScore(self._folder)
         self._counted: tuple[float, int] = (float("-inf"), -1)
-        self._finished: dict[str, tuple[Finished, EpisodeCell]] = {}
-        self._shown: tuple[int, tuple[RunningEpisode, ...]] | None = None
-        """The changes and the running episodes that the view's cells are of."""
+        self._finished: dict[str, tuple[Finished, float | None, EpisodeCell]] = {}
+        self._settings: dict[str, str] = {}
+        self._shown: tuple[int, tuple[RunningEpisode, ...], object] | None = None
+        """The changes, the running episodes and the scores that the view's cells are of."""
         self._wake = threading.Event()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._poll, name="benchbot-batch-feed", daemon=True)
@@ -130,8 +153,11 @@ class BatchFeed:
     def _read(self) -> BatchView:
         monitor = self._monitor
         if monitor is None:
+            if self._view.status is None:
+                self._view = self._first() or self._view
             monitor = self._monitor = Monitor(self._folder, plans.read(self._folder.plan))
             self._finished, self._shown = {}, None
+            self._settings = differing(monitor.plan.episodes)
         status = monitor.look(self._worker_count())
         before = self._view
         told = replace(status, score=self._score.value)
@@ -147,9 +173,29 @@ class BatchFeed:
             status=status,
             cells=self._cells(monitor, status),
             workers=_worker_rows(monitor, status),
+            scores=self._score.by_solution,
         )
         # Displays take the same object for no news.
         return self._view if view == self._view else view
+
+    def _first(self) -> BatchView | None:
+        """Return what plan and events tell at once: to read the results of ten thousand episodes takes seconds."""
+        count = (counter := BatchCounter(self.folder)).look(0.0)
+        if count is None:
+            return None
+        episodes = msgspec.json.decode(self._folder.plan.read_bytes(), type=_Episodes).episodes
+        settings = differing(episodes)
+        status = BatchStatus(
+            folder=str(self.folder), hash="", episodes=count.episodes, finished=count.finished,
+            failures=count.failures, retried=0, running=(), workers=-1, idle=(), paused=None,
+            mean_s=None, rate_per_hour=None, left_s=None,
+        )  # fmt: skip
+        cells = tuple(
+            _cell(episode, state, setting=settings.get(episode.key, ""))
+            for episode, state in zip(episodes, counter.states, strict=True)
+        )
+        entry = registered(self.folder)
+        return BatchView(self.folder, entry is not None and entry.is_driven, None, status, cells)
 
     def _worker_count(self) -> int:
         counted_s, count = self._counted
@@ -162,7 +208,7 @@ class BatchFeed:
 
     def _cells(self, monitor: Monitor, status: BatchStatus) -> tuple[EpisodeCell, ...]:
         """Return the cells; the same object while no episode has changed."""
-        shown = monitor.changes, status.running
+        shown = monitor.changes, status.running, self._score.by_episode
         if shown == self._shown:
             return self._view.cells
         self._shown = shown
@@ -172,16 +218,26 @@ class BatchFeed:
     def _cell(self, episode: PlannedEpisode, monitor: Monitor, running: Mapping[str, RunningEpisode]) -> EpisodeCell:
         finished = monitor.finished.get(episode.key)
         now = running.get(episode.name)
+        setting = self._settings.get(episode.key, "")
         if finished is not None:
-            known = self._finished.get(episode.key)
-            if known is None or known[0] is not finished:
+            known, score = self._finished.get(episode.key), self._score.by_episode.get(episode.name)
+            if known is None or known[0] is not finished or known[1] != score:
+                cell = _cell(episode, str(finished.failure or "done"), finished.worker, setting=setting)
                 log = self._folder.episode(episode.name) / "log.txt"
-                known = finished, _cell(episode, str(finished.failure or "done"), finished.worker, log=log)
-                self._finished[episode.key] = known
-            return known[1]
+                cell = replace(
+                    cell,
+                    log=log,
+                    score=score,
+                    duration_s=finished.duration_s,
+                    attempts=finished.attempts,
+                    restarts=finished.restarts,
+                )
+                known = self._finished[episode.key] = finished, score, cell
+            return known[2]
         if now is not None:
-            return _cell(episode, "running", now.worker, now.since_s, self._newest_log(episode))
-        return _cell(episode, "pending")
+            cell = _cell(episode, "running", now.worker, now.since_s, setting=setting)
+            return replace(cell, log=self._newest_log(episode))
+        return _cell(episode, "pending", setting=setting)
 
     def _newest_log(self, episode: PlannedEpisode) -> Path | None:
         logs = self._folder.episode(episode.name).glob("attempt-*/log.txt")
@@ -194,53 +250,93 @@ class _BatchScore:
     def __init__(self, folder: Folder) -> None:
         self._folder = folder
         self._live: LiveScore | None = None
-        self._read: tuple[int, int] | None = None
+        self._read: dict[Path, tuple[int, int]] = {}
         self.value: Score | None = None
-        """The newest score."""
+        """The newest score, of a batch of one solution."""
+        self.by_solution: Mapping[str | None, Score] = {}
+        self.by_episode: Mapping[str, float] = {}
 
     def update(self, monitor: Monitor, status: BatchStatus) -> Score | None:
         """Update the score, which may take a while; return it."""
         from benchbot.plugins.batch.finalization import LiveScore
 
-        if status.is_complete and self._read_final(status.finished):
+        if status.is_complete and self._read_final(monitor):
             return self.value
         if monitor.plan.method is not None and status.finished:
             if self._live is None:
-                self._live = LiveScore(self._folder, monitor.plan.method, Catalog(load()))
+                self._live = LiveScore(self._folder, monitor.plan.method, Catalog(load()), each=True)
             self.value = self._live.update(monitor)
+            self.by_solution, self.by_episode = self._live.by_solution, self._live.by_episode
         return self.value
 
-    def _read_final(self, count: int) -> bool:
-        """Read the scores document of the whole batch; return whether there is one."""
-        from benchbot.plugins.batch.finalization import headline
+    def _read_final(self, monitor: Monitor) -> bool:
+        """Read the scores documents of the whole batch; return whether they are there."""
+        from benchbot.plugins.batch.finalization import episode_scores, headline
 
-        path = self._folder.path / "scores.json"
-        with suppress(OSError, BenchbotError):
-            about = path.stat()
-            version = about.st_mtime_ns, about.st_size
-            if version != self._read:
-                self.value, self._read = headline(read_scores(path), count), version
-            return True
-        return False
+        by_solution: dict[str | None, Score] = dict(self.by_solution)
+        by_episode = dict(self.by_episode)
+        news = False
+        for name in monitor.plan.all_solutions:
+            place = self._folder.path if name is None else self._folder.path / "scores" / name
+            path = place / "scores.json"
+            try:
+                about = path.stat()
+                version = about.st_mtime_ns, about.st_size
+                if version == self._read.get(path):
+                    continue
+                document = read_scores(path)
+            except (OSError, BenchbotError):
+                return False
+            count = sum(each.solution == name for each in monitor.plan.episodes)
+            found = headline(document, count)
+            by_solution |= {name: found} if found is not None else {}
+            by_episode |= episode_scores(document)
+            self._read[path], news = version, True
+        if news:
+            self.by_solution, self.by_episode, self.value = by_solution, by_episode, by_solution.get(None)
+        return True
+
+
+class _Headline(msgspec.Struct):
+    """What the list of batches needs of a scores document."""
+
+    method: dict[str, Any]
+    scores: dict[str, float | None]
+
+
+class _Episodes(msgspec.Struct):
+    """The episodes of a plan, without checking all of it."""
+
+    episodes: list[PlannedEpisode]
+
+
+def differing(episodes: Sequence[PlannedEpisode]) -> dict[str, str]:
+    """Return the settings and episodes of the task by which the episodes of a plan differ, in words, by their keys."""
+    every = [{**each.settings, **({} if each.episode is None else {"episode": each.episode})} for each in episodes]
+    names = {name: None for settings in every for name in settings}
+    varied = [name for name in names if len({repr(settings.get(name)) for settings in every}) > 1]
+    if not varied:
+        return {}
+    return {
+        each.key: ", ".join(f"{name} {settings[name]}" for name in varied if name in settings)
+        for each, settings in zip(episodes, every, strict=True)
+    }
 
 
 def _cell(
-    episode: PlannedEpisode,
-    state: str,
-    worker: str | None = None,
-    since_s: float | None = None,
-    log: Path | None = None,
+    episode: PlannedEpisode, state: str, worker: str | None = None, since_s: float | None = None, *, setting: str = ""
 ) -> EpisodeCell:
     return EpisodeCell(
         name=episode.name,
         state=state,
-        robot=episode.robot if episode.solution is None else f"{episode.solution} · {episode.robot}",
+        robot=episode.robot,
         environment=episode.environment,
         seed=episode.seed,
         repeat=episode.repeat or 0,
         worker=worker,
         since_s=since_s,
-        log=log,
+        solution=episode.solution or "",
+        setting=setting,
     )
 
 

@@ -85,7 +85,7 @@ def svg(shown: Cells) -> str:
         legacy_windows=False,
     )
     for row in shown:
-        console.print(Segments([Segment(text, Style.parse(style)) for text, style in row]), end="\n", soft_wrap=True)
+        console.print(Segments([*(Segment(text, Style.parse(style)) for text, style in row), Segment.line()]), end="")
     return console.export_svg(title="BenchBot")
 
 
