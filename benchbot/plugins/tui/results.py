@@ -27,13 +27,13 @@ class ResultsScreen(Screen[None]):
     """The results in a folder, an archive or a file."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "back", "Back"),
+        Binding("escape,q", "back", "Back", key_display="esc"),
         Binding("e", "evaluate('marked')", "Evaluate", tooltip="Score the result that is marked"),
         Binding("E", "evaluate('all')", "all", tooltip="Score all of them together"),
-        Binding("x", "explain", "Explain", tooltip="Say why it has its score; shows the truth"),
-        Binding("r", "report('marked')", "Report", tooltip="Make report.html of the result that is marked"),
-        Binding("R", "report('all')", "all", tooltip="Make one report of all"),
-        Binding("o", "folder", "Folder", tooltip="Look into another folder"),
+        Binding("i", "explain", "Why", tooltip="Say why it has its score; shows the truth"),
+        Binding("o", "report('marked')", "Report", tooltip="Make report.html of the result that is marked"),
+        Binding("O", "report('all')", "all", tooltip="Make one report of all"),
+        Binding("D", "folder", "Folder", tooltip="Look into another folder"),
         Binding("f5", "read", "Read again", show=False),
     ]
     app: BaseApp
@@ -192,7 +192,7 @@ class ResultsScreen(Screen[None]):
         row = self.marked
         count = f"{len(self.rows)} results" if len(self.rows) != 1 else "1 result"
         if row is None:
-            self._status(f"{count}. o looks into another folder.")
+            self._status(f"{count}. D looks into another folder.")
         else:
             self._status(f"{count}. {row.problem or row.source}")
 

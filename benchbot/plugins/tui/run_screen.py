@@ -91,13 +91,13 @@ class RunScreen(WatchScreen):
     VERTICAL_BREAKPOINTS = LINES
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("space", "pause", "Pause", key_display="space"),
-        Binding("n", "single_step", "Step"),
-        Binding("h", "by_hand", "By hand"),
-        Binding("up,w", "drive('forward')", "Forwards", show=False),
-        Binding("down,s", "drive('back')", "Back", show=False),
-        Binding("left,a", "drive('left')", "Left", show=False),
-        Binding("right,d", "drive('right')", "Right", show=False),
-        Binding("n", "drive('next')", "Next pose"),
+        Binding("1", "single_step", "One step"),
+        Binding("d", "by_hand", "Drive", tooltip="Drive by hand; it asks first, and esc ends it"),
+        Binding("up,w,k", "drive('forward')", "Forwards", show=False),
+        Binding("down,s,j", "drive('back')", "Back", show=False),
+        Binding("left,a,h", "drive('left')", "Left", show=False),
+        Binding("right,d,l", "drive('right')", "Right", show=False),
+        Binding("enter", "drive('next')", "Next pose", key_display="enter"),
         Binding("comma", "resize(-1)", "Smaller steps by hand", show=False, key_display=","),
         Binding("full_stop", "resize(1)", "Larger steps by hand", show=False, key_display="."),
         Binding("y", "confirm", "It is done"),
@@ -110,14 +110,16 @@ class RunScreen(WatchScreen):
         Binding("minus", "zoom(-1)", "Zoom out", show=False, key_display="-"),
         Binding("0", f"zoom(-{len(ZOOMS)})", "Whole map", show=False),
         Binding("p", "snapshot", "Picture"),
-        Binding("l", "log_level", "Log level", show=False),
+        Binding("L", "log_level", "Log level", show=False),
         Binding("v", "log_source", "Log source", show=False),
         Binding("slash", "log_text", "Find in log", show=False, key_display="/"),
+        Binding("up,k", "log_scroll('up')", "One log line back", show=False),
+        Binding("down,j", "log_scroll('down')", "One log line on", show=False),
         Binding("pageup", "log_scroll('page_up')", "Older log lines", show=False),
         Binding("pagedown", "log_scroll('page_down')", "Newer log lines", show=False),
         Binding("home", "log_scroll('home')", "Oldest log line", show=False),
         Binding("end", "log_scroll('end')", "Newest log lines", show=False),
-        Binding("escape", "leave", "Leave"),
+        Binding("escape,q", "leave", "Leave", key_display="esc"),
     ]
     feed: RunFeed
 
@@ -185,9 +187,13 @@ class RunScreen(WatchScreen):
                 return view.alive and not driving and view.paused
             case "drive":
                 return view.alive and driving and (parameters != ("next",) or run_facts.follows_trajectory(view))
+            case "by_hand":
+                return view.alive and not driving
+            case "log_scroll":
+                return not (driving and parameters[0] in ("up", "down"))
             case "resize":
                 return view.alive and driving
-            case "by_hand" | "stop":
+            case "stop":
                 return view.alive
             case "confirm":
                 return view.alive and bool(view.progress.get("waiting_for"))
@@ -223,7 +229,7 @@ class RunScreen(WatchScreen):
         badge = run_facts.badge(view, by_hand=self._by_hand)
         words["headline"].tell(panels.headline(badge, self._under_way, run_facts.title(view)))
         words["hand"].display = self._by_hand
-        words["hand"].tell(f"BY HAND: w a s d or arrows move {self._teleop}   , smaller   . larger   h ends it")
+        words["hand"].tell(f"BY HAND: w a s d or arrows move {self._teleop}   , smaller   . larger   esc ends it")
         request = view.progress.get("waiting_for") if view.alive else None
         words["operator"].display = bool(request)
         words["operator"].tell(ASKS.format(request) if request else "")
@@ -302,11 +308,9 @@ class RunScreen(WatchScreen):
         self._command("One step", self.feed.single_step)
 
     def action_by_hand(self) -> None:
-        """Begin to drive by hand, or end it."""
-        if self._by_hand:
-            self._set_by_hand(on=False)
-        else:
-            self.app.confirm(BY_HAND, "h", "drive by hand", self._begin_by_hand)
+        """Ask whether to drive by hand; `esc` ends it."""
+        if not self._by_hand:
+            self.app.confirm(BY_HAND, "d", "drive by hand", self._begin_by_hand)
 
     def _begin_by_hand(self) -> None:
         started = bool(self.feed.view.session.get("started", True))
@@ -337,7 +341,7 @@ class RunScreen(WatchScreen):
         """Ask whether to end the run or only to stop watching. The same key again ends it, for quick users."""
         self._ask_to_end(
             "End this run?\n\nThe robot stops where it is, and the solution's episode is over.",
-            {"x": "end the run now", "w": "only stop watching: the run goes on"},
+            {"x": "end the run now", "q": "only stop watching: the run goes on"},
             partial(self._command, "Ending the run", self.feed.stop),
         )
 

@@ -52,10 +52,10 @@ def test_a_run_looks_well_in_every_size_with_its_picture_and_its_map() -> None:
         await sees(pilot, "with the truth", "classes")
         await matches(app, pilot, "run-classes", (120, 40))
         assert feed.chosen[-1][0] == ("image_segment", "laser", "poses", "image_rgb")
-        await pilot.press("c", "c", "plus", "plus", "L")
+        await pilot.press("c", "c", "plus", "plus", "T")
         await sees(pilot, "2×", "depth")
         await matches(app, pilot, "run-light", (120, 40))
-        await pilot.press("L", "0")
+        await pilot.press("T", "T", "T", "T", "0")
 
         # In a terminal of no size at all it shows what it can, and does not fall over.
         for size in ((20, 5), (1, 1), (40, 10)):
@@ -74,7 +74,7 @@ def test_what_matters_most_is_large_and_in_words() -> None:
         await sees(pilot, "THE ROBOT ASKS YOU")
         await matches(app, pilot, "run-operator", (80, 24))
         feed.view = run_view()
-        await pilot.press("h", "h")
+        await pilot.press("d", "d")
         await sees(pilot, "DRIVEN BY HAND", "w a s d")
         await pilot.press("full_stop")
         await sees(pilot, "0.5 m, 30°")

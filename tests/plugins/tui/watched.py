@@ -154,7 +154,23 @@ def batch_view(environments: int, columns: int, finished: float = 0.6, **changes
         robot = "carter" if 2 * column < columns else "carter_lowres"
         seed = column if 2 * column < columns else column - (columns + 1) // 2
         name = f"{robot}_room-{row + 1}_seed{seed}-{index:08}"
-        cells.append(EpisodeCell(name, state, robot, f"room:{row + 1}", seed, 0, worker, since_s))
+        ended = state not in ("pending", "running")
+        cells.append(
+            EpisodeCell(
+                name,
+                state,
+                robot,
+                f"room:{row + 1}",
+                seed,
+                0,
+                worker,
+                since_s,
+                score=round(0.3 + 0.05 * row + 0.002 * (index % 50), 3) if state == "done" else 0.0 if ended else None,
+                duration_s=30.0 + index % 23 if ended else None,
+                attempts=1 + (index % 11 == 0) if ended else None,
+                restarts=index % 5 // 4 if ended else None,
+            )  # fmt: skip
+        )
     running = tuple(
         RunningEpisode(each.name, str(each.worker), each.since_s) for each in cells if each.state == "running"
     )
