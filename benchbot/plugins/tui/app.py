@@ -1,5 +1,6 @@
 """The app of `benchbot tui`: its keys, and which screen shows what."""
 
+import os
 import threading
 from ast import literal_eval
 from collections.abc import Iterator
@@ -172,6 +173,11 @@ class BenchbotApp(BaseApp):
 
 def show(*, run: RunState | None = None, batch: Path | None = None, images: str = "halfcell") -> ExitCode:
     """Show the app until it is left; return the exit code."""
+    if images == "auto":
+        from benchbot.plugins.tui.terminal_answers import kind_of_images
+
+        # A page in a browser draws characters only.
+        images = "halfcell" if "TEXTUAL_DRIVER" in os.environ or "NO_COLOR" in os.environ else kind_of_images()
     if images in ("kitty", "sixel"):
         from benchbot.plugins.tui import raster
 

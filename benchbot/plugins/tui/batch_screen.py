@@ -157,6 +157,7 @@ class BatchScreen(WatchScreen):
         self._table.display = self._shows == "table"
         self.query_one("#heat-frame").display = self._shows == "heat"
         title = TITLES[self._shows]
+        self.set_class(self._shows == "table", "-table")
         if self._shows == "table" and view.cells is not self._tabled:
             self._tabled = view.cells
             self._table.show(view.cells, columns_of(view.cells))

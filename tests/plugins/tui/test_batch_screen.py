@@ -162,7 +162,7 @@ def test_episodes_are_a_table_that_is_sorted_and_filtered_and_scores_a_map(home:
     view = batch_view(4, 20)
     cells = [replace(cell, solution=("left", "right")[index % 2]) for index, cell in enumerate(view.cells)]
     cells[0] = replace(cells[0], setting="lights dim")
-    scores = {"left": Score("OMQ", 0.41, 24, 0.39, 0.43), "right": Score("OMQ", 0.32, 24)}
+    scores: dict[str | None, Score] = {"left": Score("OMQ", 0.41, 24, 0.39, 0.43), "right": Score("OMQ", 0.32, 24)}
     screen = BatchScreen(StillBatch(replace(view, cells=tuple(cells), scores=scores)))
 
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:

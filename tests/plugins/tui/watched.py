@@ -169,7 +169,7 @@ def batch_view(environments: int, columns: int, finished: float = 0.6, **changes
                 duration_s=30.0 + index % 23 if ended else None,
                 attempts=1 + (index % 11 == 0) if ended else None,
                 restarts=index % 5 // 4 if ended else None,
-            )  # fmt: skip
+            )
         )
     running = tuple(
         RunningEpisode(each.name, str(each.worker), each.since_s) for each in cells if each.state == "running"
