@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from textual.pilot import Pilot
-from textual.widgets import DataTable, Input, Select
+from textual.widgets import Input, Select
 
 from benchbot.plugins.tui import jobs
 from benchbot.plugins.tui.app import BenchbotApp
@@ -206,9 +206,7 @@ def test_results_are_looked_through_evaluated_and_explained(home: Path, monkeypa
         await pilot.press("e")
         await sees(pilot, "This is not a result")
         app.clear_notifications()
-        screen.query_one(DataTable).move_cursor(
-            row=[row.source.endswith("perfect.json") for row in screen.rows].index(True)
-        )
+        screen._table.find(lambda row: row.source.endswith("perfect.json"), 1)
         await pilot.press("e")
         await sees(pilot, "avg_pairwise")
         await pilot.press("escape")
@@ -227,15 +225,22 @@ def test_results_are_looked_through_evaluated_and_explained(home: Path, monkeypa
         await pilot.press("i")
         await sees(pilot, "This is not a result")
         app.clear_notifications()
-        screen.query_one(DataTable).move_cursor(
-            row=[row.source.endswith("perfect.json") for row in screen.rows].index(True)
-        )
+        screen._table.find(lambda row: row.source.endswith("perfect.json"), 1)
         await pilot.press("i")
         await sees(pilot, "this shows the truth", "match")
         await matches(app, pilot, "explanation")
         await pilot.press("escape", "o")
         await sees(pilot, "The report is written.")
         assert (home / "work" / "results" / "perfect-report.html").is_file()
+        app.clear_notifications()
+        await pilot.press("m")
+        await sees(pilot, "Mean score", "OMQ 1.0000 of 1")
+        await pilot.press("m", "m", "m", "m", "slash", *"perfect", "enter")
+        await sees(pilot, "1 of 3 results with “perfect”")
+        await pilot.press("home", "space", "M")
+        await sees(pilot, "Map · with the truth")
+        await pilot.press("escape", "greater_than_sign", "k")
+        await until(pilot, lambda: app.screen is screen)
         await pilot.press("escape")
         assert isinstance(app.screen, HomeScreen)
 
