@@ -17,7 +17,7 @@ from benchbot.plugins.drawing.palette import SHADES, Pixels
 
 UPPER_HALF = "▀"
 MOST_STYLES = 1 << 16
-TOLERANCE = 7
+TOLERANCE = 12
 """By how much a channel may differ from the colour to its left and still be shown as that, of 255."""
 _KEPT_BITS = 0b11111100
 """Colours that differ by less share a style: there are a quarter of a million of them instead of millions."""

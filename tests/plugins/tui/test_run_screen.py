@@ -12,7 +12,7 @@ from benchbot.plugins.tui.app import BenchbotApp
 from benchbot.plugins.tui.jobs import Alive
 from benchbot.plugins.tui.run_screen import RunScreen
 from benchbot.plugins.watching.views import RunView
-from tests.plugins.tui.playing import SIZES, Scenario, matches, play, sees, settled, shown, until
+from tests.plugins.tui.playing import SIZES, Scenario, everywhere, matches, play, sees, settled, shown, until
 from tests.plugins.tui.watched import STATE, StillFeed, run_view, surroundings
 
 
@@ -44,7 +44,7 @@ def test_a_run_looks_well_in_every_size_with_its_picture_and_its_map() -> None:
     feed, screen = screen_of(run_view())
 
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
-        await matches(app, pilot, "run", *SIZES)
+        await everywhere(app, pilot, "run")
         assert feed.chosen[0][0] == ("image_rgb", "laser", "poses")
 
         # What the robot sees otherwise, with what is really there; and a closer look.

@@ -16,7 +16,7 @@ from benchbot.plugins.tui.results import ResultsScreen
 from benchbot.plugins.tui.submissions import JobScreen, SubmitScreen
 from benchbot.plugins.watching.views import BatchEntry
 from benchbot.wire.run_state import Connection, RunState
-from tests.plugins.tui.playing import SIZES, matches, play, sees, until
+from tests.plugins.tui.playing import everywhere, matches, play, sees, until
 from tests.plugins.tui.written import write_results
 
 FUTURE_S = 1e12
@@ -80,7 +80,7 @@ def test_the_first_screen_says_what_is_alive_and_what_to_do_when_nothing_is(home
         now[0] = ALIVE
         app.look()
         await sees(pilot, "miniroom:1", "120 of 1000", "OMQ 0.7312", "◐ seeds", "✗ broken", "2 of 2, ✗ 2 failed")
-        await matches(app, pilot, "home", *SIZES)
+        await everywhere(app, pilot, "home")
         await pilot.press("down", "down")
         await sees(pilot, "120 of 1000 are finished")
         app.look()
@@ -105,8 +105,11 @@ def test_keys_are_explained_and_the_light_can_be_switched_on(home: Path) -> None
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
         await sees(pilot, "miniroom:1")
         await pilot.press("T")
-        await matches(app, pilot, "home-light")
+        assert app.theme == "textual-light"
+        await pilot.press("T")
+        await sees(pilot, "miniroom:1")
         await pilot.press("question_mark")
+        await everywhere(app, pilot, "help")
         await sees(pilot, "Here, now", "Quit; what runs goes on", "Everywhere")
         assert isinstance(app.screen, HelpScreen)
         await pilot.press("question_mark")
@@ -136,7 +139,7 @@ def test_a_run_is_chosen_step_by_step_and_what_is_impossible_says_why(home: Path
         await pilot.press("home", "down", "down", "enter")
         await until(pilot, lambda: screen.chosen.get("robot") == "sample_robot")
         await sees(pilot, "✗ arena:2", "A walled arena")
-        await matches(app, pilot, "new-environment", *SIZES)
+        await everywhere(app, pilot, "new-environment")
         await pilot.press("enter")
         await sees(pilot, "sample:goal  sample_robot  arena:1", "Scored by")
         seed = screen.query_one("#seed", Input)
@@ -148,7 +151,7 @@ def test_a_run_is_chosen_step_by_step_and_what_is_impossible_says_why(home: Path
         await pilot.press("ctrl+s")
         await sees(pilot, "There is nothing to submit")
         app.clear_notifications()
-        await matches(app, pilot, "new-start")
+        await everywhere(app, pilot, "new-start")
         assert jobs.jobs() == []
         for step in ("environment", "robot", "task"):
             await pilot.press("escape")
@@ -192,8 +195,7 @@ def test_no_terminal_is_too_small_and_any_can_change(size: tuple[int, int], home
     assert not app.return_code
 
 
-def test_results_are_looked_through_evaluated_and_explained(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("NO_COLOR", "1")
+def test_results_are_looked_through_evaluated_and_explained(home: Path) -> None:
     write_results(home / "work" / "results")
     app = BenchbotApp(look=Alive)
 
@@ -221,7 +223,7 @@ def test_results_are_looked_through_evaluated_and_explained(home: Path, monkeypa
         screen.action_read()
         await sees(pilot, "3 results. results/")
         app.clear_notifications()
-        await matches(app, pilot, "results-no-color", *SIZES[:2])
+        await everywhere(app, pilot, "results")
         await pilot.press("i")
         await sees(pilot, "This is not a result")
         app.clear_notifications()
@@ -256,7 +258,7 @@ def test_a_submission_is_told_of_while_it_runs_and_afterwards(home: Path) -> Non
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
         app.push_screen(JobScreen(job))
         await sees(pilot, "The solution failed.", "exit status 1")
-        await matches(app, pilot, "submission")
+        await everywhere(app, pilot, "submission")
         for key, answer in (("w", "not alive"), ("R", "no result")):
             await pilot.press(key)
             await sees(pilot, answer)
@@ -265,6 +267,6 @@ def test_a_submission_is_told_of_while_it_runs_and_afterwards(home: Path) -> Non
         await pilot.press("ctrl+s")
         await sees(pilot, "There is nothing to submit")
         app.clear_notifications()
-        await matches(app, pilot, "submit")
+        await everywhere(app, pilot, "submit")
 
     play(app, scenario)
