@@ -1,7 +1,7 @@
 """The same picture in fewer bytes: a terminal's colours are said again only where they change.
 
-Textual resets all attributes after each piece of text. Half cells are pieces of one character: their colours are most of
-what ssh has to carry.
+Textual resets all attributes after each piece of text. Half cells are pieces of one character: their colours are most
+of what ssh has to carry.
 """
 
 import re
