@@ -70,7 +70,7 @@ class BaseApp(App[None]):
         self._harmless = Harmless()
         self.images = images
         self._first_run, self._first_batch = run, batch
-        self._look, self._make_catalog = look or jobs.looker(), catalog
+        self._look, self._make_catalog = look or jobs.looker(remembers=True), catalog
         self._catalog: Catalog | None = None
         self._looking = False
         self._begun: set[Path] = set()
