@@ -1,54 +1,47 @@
 """The app of `benchbot tui`: its keys, and which screen shows what."""
 
+import os
 import threading
+from ast import literal_eval
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from textual.binding import Binding, BindingType
 from textual.screen import Screen
+from textual.theme import Theme
 
 from benchbot.cli.kit import console
 from benchbot.core.errors import ExitCode
-from benchbot.plugins.drawing.map_model import SceneMap
-from benchbot.plugins.drawing.scene_maps import installed_map
-from benchbot.plugins.tui import raster
 from benchbot.plugins.tui.base import THREAD_NAME, BaseApp
-from benchbot.plugins.tui.batch_screen import BatchScreen
 from benchbot.plugins.tui.dialogs import HelpScreen
 from benchbot.plugins.tui.home import HomeScreen
 from benchbot.plugins.tui.jobs import Job
-from benchbot.plugins.tui.new_run import NewRunScreen
-from benchbot.plugins.tui.results import ResultsScreen
-from benchbot.plugins.tui.run_screen import RunScreen
-from benchbot.plugins.tui.submissions import JobScreen, SubmitScreen
 from benchbot.plugins.watching.batch_feed import BatchFeed
-from benchbot.plugins.watching.run_feed import RunFeed
 from benchbot.plugins.watching.views import EpisodeCell
 from benchbot.wire.run_state import RunState
+
+if TYPE_CHECKING:
+    from benchbot.plugins.drawing.map_model import SceneMap
 
 PERIOD_S = 1.0
 WIDTHS = [(0, "-narrow"), (60, "-usual"), (110, "-wide")]
 HEIGHTS = [(0, "-flat"), (14, "-low"), (36, "-tall")]
 """The class of a screen from so many columns or lines of the terminal on."""
+COLOUR_BLIND = Theme(
+    "colour-blind", primary="#56B4E9", secondary="#0072B2", accent="#F0E442", success="#56B4E9", warning="#E69F00",
+    error="#D55E00", dark=True,
+)  # fmt: skip
+"""Colours that eyes of all kinds tell apart (Okabe and Ito, https://jfly.uni-koeln.de/color/)."""
+THEMES = ("textual-dark", "textual-light", COLOUR_BLIND.name, "ansi-dark", "ansi-light")
 EVERYWHERE = (
-    Binding("up,down,pageup,pagedown", "", "Move in a list", key_display="↑ ↓ PgUp PgDn"),
+    Binding("up,down,pageup,pagedown", "", "Move in a list; k and j do, too", key_display="↑ ↓ PgUp PgDn"),
     Binding("enter", "", "Choose, open", key_display="Enter"),
     Binding("tab", "", "Go to the next part of the screen", key_display="Tab"),
     Binding("escape", "", "Back", key_display="Esc"),
 )
 """Keys that Textual handles, for the help."""
-SCREENS: dict[str, type[Screen[Any]]] = {
-    "What is alive": HomeScreen,
-    "A new run": NewRunScreen,
-    "A run": RunScreen,
-    "A batch": BatchScreen,
-    "Submitting": SubmitScreen,
-    "A submission": JobScreen,
-    "Results": ResultsScreen,
-}
-"""The screens whose keys the help lists, by title."""
 
 
 class BenchbotApp(BaseApp):
@@ -77,12 +70,13 @@ class BenchbotApp(BaseApp):
             key_display="[",
             show=False,
         ),
-        Binding("L", "light", "Light or dark", show=False),
+        Binding("T", "theme", "Theme", tooltip="Dark, light, for the colour-blind, or the terminal's own", show=False),
         Binding("ctrl+c,ctrl+q", "quit", "Quit", show=False),
     ]
 
     def on_mount(self) -> None:
         """Show what is alive, and what was asked for before it."""
+        self.register_theme(COLOUR_BLIND)
         self.push_screen(HomeScreen())
         if self._first_run is not None:
             self.watch_run(self._first_run)
@@ -93,8 +87,12 @@ class BenchbotApp(BaseApp):
 
     def watch_run(self, state: RunState) -> None:
         """Show a run; it goes on when the screen is left."""
+        # Pictures need numpy and more: the first screen does not wait for them.
+        from benchbot.plugins.drawing.scene_maps import installed_map
+        from benchbot.plugins.tui.run_screen import RunScreen
+        from benchbot.plugins.watching.run_feed import RunFeed
 
-        def surroundings(environment: str) -> SceneMap:
+        def surroundings(environment: str) -> "SceneMap":
             return installed_map(self.catalog, environment)
 
         screen = RunScreen(
@@ -108,10 +106,12 @@ class BenchbotApp(BaseApp):
 
     def watch_batch(self, folder: Path) -> None:
         """Show a batch; it goes on when the screen is left."""
+        from benchbot.plugins.tui.batch_screen import BatchScreen
 
         def open_run(cell: EpisodeCell) -> None:
             wanted = (cell.environment, cell.robot, cell.seed)
-            for state in self.alive.runs:
+            # Of runs with the same selection, those of this batch come first.
+            for state in sorted(self.alive.runs, key=lambda state: str(folder) not in state.owner):
                 if (state.environment, state.robot, state.seed) == wanted:
                     self.watch_run(state)
                     return
@@ -124,6 +124,8 @@ class BenchbotApp(BaseApp):
 
     def show_job(self, job: Job) -> None:
         """Show the log of a job."""
+        from benchbot.plugins.tui.submissions import JobScreen
+
         self.push_screen(JobScreen(job))
 
     def action_watched(self, step: int) -> None:
@@ -142,18 +144,23 @@ class BenchbotApp(BaseApp):
             self.watch_batch(batches[name])
 
     def action_help(self) -> None:
-        """Show every key, those of the present screen first."""
-        if isinstance(self.screen, HelpScreen):
+        """Show the keys of the present screen, those that mean something now first, and those of every screen."""
+        screen = self.screen
+        if isinstance(screen, HelpScreen):
             return
-        here, *others = sorted(SCREENS.items(), key=lambda item: not isinstance(self.screen, item[1]))
-        everywhere = ("Everywhere", [*EVERYWHERE, *self.BINDINGS])
-        self.push_screen(
-            HelpScreen([(here[0], here[1].BINDINGS), everywhere, *((title, each.BINDINGS) for title, each in others)])
-        )
+        own = [each if isinstance(each, Binding) else Binding(*each) for each in screen.BINDINGS]
+        now: list[BindingType] = []
+        later: list[BindingType] = []
+        for binding in own:
+            name, _, given = binding.action.partition("(")
+            known = screen.check_action(name, literal_eval(f"({given.rstrip(')')},)") if given else ()) is not False
+            (now if known else later).append(binding)
+        sections = [("Here, now", now), ("Here, at other times", later), ("Everywhere", [*EVERYWHERE, *self.BINDINGS])]
+        self.push_screen(HelpScreen([(title, bindings) for title, bindings in sections if bindings]))
 
-    def action_light(self) -> None:
-        """Change between light and dark."""
-        self.theme = "textual-dark" if self.theme == "textual-light" else "textual-light"
+    def action_theme(self) -> None:
+        """Change between dark, light, colours that the colour-blind tell apart, and the terminal's own."""
+        self.theme = THEMES[(THEMES.index(self.theme) + 1) % len(THEMES)] if self.theme in THEMES else THEMES[0]
 
     def _watch(self, name: str, screen: Screen[None]) -> None:
         # Only one feed is open at a time: screens that are not shown cost nothing.
@@ -166,7 +173,15 @@ class BenchbotApp(BaseApp):
 
 def show(*, run: RunState | None = None, batch: Path | None = None, images: str = "halfcell") -> ExitCode:
     """Show the app until it is left; return the exit code."""
-    raster.prepare(images)
+    if images == "auto":
+        from benchbot.plugins.tui.terminal_answers import kind_of_images
+
+        # A page in a browser draws characters only.
+        images = "halfcell" if "TEXTUAL_DRIVER" in os.environ or "NO_COLOR" in os.environ else kind_of_images()
+    if images in ("kitty", "sixel"):
+        from benchbot.plugins.tui import raster
+
+        raster.prepare(images)
     app = BenchbotApp(run=run, batch=batch, images=images)
     with _thread_errors_shown(app):
         app.run()

@@ -5,12 +5,13 @@ import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.cells import cell_len
 from rich.segment import Segment
 from textual.app import App
 from textual.color import Color
+from textual.driver import Driver
 from textual.filter import LineFilter
 from textual.message import Message
 from textual.screen import Screen
@@ -20,14 +21,15 @@ from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
 from benchbot.core.request import RunRequest
 from benchbot.core.text import visible
-from benchbot.plugins.tui import jobs, result_rows
+from benchbot.plugins.tui import jobs, result_rows, thrift
 from benchbot.plugins.tui.dialogs import QuestionDialog
-from benchbot.plugins.tui.forms import run_words
 from benchbot.plugins.tui.jobs import RUNNING, WELL, Alive, Job
 from benchbot.plugins.tui.panels import Words
-from benchbot.plugins.watching.batch_feed import BatchFeed
-from benchbot.plugins.watching.run_feed import RunFeed
 from benchbot.wire.run_state import RunState
+
+if TYPE_CHECKING:
+    from benchbot.plugins.watching.batch_feed import BatchFeed
+    from benchbot.plugins.watching.run_feed import RunFeed
 
 THREAD_NAME = "benchbot-tui"
 START_TIMEOUT_S = 120.0
@@ -68,13 +70,17 @@ class BaseApp(App[None]):
         self._harmless = Harmless()
         self.images = images
         self._first_run, self._first_batch = run, batch
-        self._look, self._make_catalog = look or jobs.looker(), catalog
+        self._look, self._make_catalog = look or jobs.looker(remembers=True), catalog
         self._catalog: Catalog | None = None
         self._looking = False
         self._begun: set[Path] = set()
         """The folders of jobs that were started here and whose end has not been notified yet."""
         self._watched: dict[Screen[Any], str] = {}
         """The screen that watches a run or batch, and the folder of that."""
+
+    def get_driver_class(self) -> type[Driver]:
+        """Return the driver of this platform, which says colours in fewer bytes."""
+        return thrift.of(super().get_driver_class())
 
     def get_line_filters(self) -> Sequence[LineFilter]:
         """Return what each line passes on its way to the terminal."""
@@ -194,6 +200,8 @@ class BaseApp(App[None]):
             if words[0] == "submit" and f"--env={state.environment}" in words and f"--seed={state.seed}" in words:
                 self.start(list(words), each.job.result, watch=True)
                 return
+        from benchbot.plugins.tui.forms import run_words
+
         again = RunRequest(state.task, state.robot, state.environment, state.seed, secret=state.secret)
         self.start(run_words(again), watch=True)
 
@@ -206,7 +214,7 @@ class BaseApp(App[None]):
             except BenchbotError as error:
                 self.tell(error)
 
-        self.confirm(text, "e", "end it", end)
+        self.confirm(text, "x", "end it", end)
 
     def make_report(self, paths: list[Path]) -> None:
         """Make the report of results, notify its path, and show it in a browser where there is one."""
@@ -231,9 +239,9 @@ class WatchScreen(Screen[None]):
 
     PERIOD_S = 0.2
     app: BaseApp
-    feed: RunFeed | BatchFeed
+    feed: "RunFeed | BatchFeed"
 
-    def __init__(self, feed: RunFeed | BatchFeed, words: tuple[str, ...]) -> None:
+    def __init__(self, feed: "RunFeed | BatchFeed", words: tuple[str, ...]) -> None:
         super().__init__()
         self.feed = feed
         self._words = {name: Words(id=name) for name in words}
@@ -268,8 +276,8 @@ class WatchScreen(Screen[None]):
         raise NotImplementedError
 
     def _ask_to_end(self, text: str, answers: Mapping[str, str], end: Callable[[], None]) -> None:
-        """Ask whether to end the run or batch (`x`) or only to leave the screen (`w`)."""
-        acts = {"x": end, "w": self.action_leave}
+        """Ask whether to end the run or batch (`x`) or only to leave the screen (`q`)."""
+        acts = {"x": end, "q": self.action_leave}
         self.app.push_screen(
             QuestionDialog(text, answers), lambda answer: acts[answer]() if answer is not None else None
         )
