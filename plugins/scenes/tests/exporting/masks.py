@@ -1,6 +1,8 @@
 """Masks of exported scenes: the object of each pixel, by name, as the programs that the files are for draw them."""
 
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -108,6 +110,12 @@ def of_mjcf(path: Path, eye: Eye) -> Mask:
 
 def of_sdf(path: Path, eye: Eye) -> Mask:
     """The mask that Drake draws of a world, by the names of models."""
+    # In a process of its own: VTK shuts EGL down behind the back of all others.
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        return pool.submit(_drawn_by_drake, path, eye).result()
+
+
+def _drawn_by_drake(path: Path, eye: Eye) -> Mask:
     from pydrake import all as drake
 
     builder = drake.DiagramBuilder()

@@ -43,7 +43,7 @@ def usd_boxes(path: Path) -> Boxes:
     cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default"])
     found: Boxes = {}
     for prim in stage.GetPrimAtPath("/World").GetChildren():
-        if prim.GetName() != "materials":
+        if prim.GetName() not in ("materials", "lamps"):
             box = cache.ComputeWorldBound(prim).ComputeAlignedRange()
             found[prim.GetDisplayName()] = np.array([box.GetMin(), box.GetMax()])
     return found

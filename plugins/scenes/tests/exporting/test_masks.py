@@ -3,11 +3,12 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from benchbot_scenes.exporting import mjcf, sdf, usd
 from benchbot_scenes.gltf import load_scene
-from benchbot_scenes.scene import SceneGeometry
+from benchbot_scenes.scene import Instance, Material, SceneGeometry
 from plugins.scenes.tests.exporting import masks, opened, rooms
 
 
@@ -28,3 +29,22 @@ def test_the_masks_are_those_of_the_scene(
     own = masks.of_geometry(geometry, eye)
     assert len(set(own.ravel().tolist())) > 8
     assert (drawn(path, eye) == own).mean() > 0.999
+
+
+@pytest.mark.parametrize("from_x_m", [0.0, 4.0], ids=["the front", "the back"])
+def test_mujoco_draws_both_sides_of_what_has_two(tmp_path: Path, from_x_m: float) -> None:
+    pane = SceneGeometry(
+        vertices=np.array([[2, -1, 0], [2, 1, 0], [2, 1, 2], [2, -1, 2]], np.float32),
+        triangles=np.array([[0, 2, 1], [0, 3, 2]], np.int32),
+        triangle_instance=np.ones(2, np.int32),
+        triangle_material=np.zeros(2, np.int32),
+        normals=np.tile(np.array([-1, 0, 0], np.float32), (4, 1)),
+        uvs=np.zeros((4, 2), np.float32),
+        materials=(Material(double_sided=True),),
+        instances=(Instance(1, "pane", None),),
+    )
+    path = opened.written(mjcf.files(pane, "room_1"), tmp_path) / "room_1.xml"
+    eye = masks.Eye(40, 30, 20.0, masks.looking((from_x_m, 0.0, 1.0), yaw_deg=45.0 * from_x_m, down_deg=0.0))
+    mask = masks.of_mjcf(path, eye)
+    assert (mask == masks.of_geometry(pane, eye)).all()
+    assert {"pane", ""} == set(mask.ravel().tolist())
