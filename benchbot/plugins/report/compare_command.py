@@ -20,7 +20,8 @@ def compare(
         list[str],
         typer.Argument(
             metavar="[NAME=]PATH",
-            help="Two sets of results or more: a folder, ZIP archive or result file each, or a scores document.",
+            help="Two sets of results or more: a folder, ZIP archive or result file each, or a scores document. With "
+            "--across one or more folders, the NAME is that of the solution.",
         ),
     ],
     score: Annotated[
@@ -57,6 +58,14 @@ def compare(
             ".json; repeatable.",
         ),
     ] = None,
+    across: Annotated[
+        Literal["simulator"] | None,
+        typer.Option(
+            metavar="simulator",
+            help="Put the same solutions, task and places in several simulators side by side: scores, differences by "
+            "scene, how alike solutions are ranked, and where recorded pictures differ the most.",
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Say whether one set of results scores higher than another, and how sure that is.
@@ -75,6 +84,26 @@ def compare(
         comparison_exports.check_ending(path)
         console.check_output(path)
     catalog = Catalog(load())
+    if across is not None:
+        if paired_by is not None:
+            raise BenchbotError(
+                "--across and --paired-by are two ways to compare.",
+                "Both were given.",
+                "Leave one of them out: --across simulator pairs scenes by itself.",
+            )
+        if output:
+            raise BenchbotError(
+                "Across simulators there is no table or figure for a paper.",
+                "-o was given with --across.",
+                "Leave one of them out; --json prints all of it.",
+            )
+        from benchbot.plugins.report.across_simulators import across_simulators
+
+        scoring: dict[str, Any] = {"catalog": catalog, "method": method, "ground_truth_paths": ground_truth}
+        with working("Comparing simulators"):
+            found = across_simulators(sets, score, over=intervals.Over(over), missing=missing, **scoring)
+        show_simulators(found, as_json=as_json)
+        return
     if paired_by is not None:
         if output:
             raise BenchbotError(
@@ -213,6 +242,52 @@ def show_scenes(document: dict[str, Any], *, as_json: bool = False) -> None:
         console.data("", f"{' '.join(filter(None, [item['solution'], item['scene']]))}, {steps} steps recorded:")
         told = [(one["channel"], f"{one['mean_absolute']:.4g}", one["unit"]) for one in item["channels"]]
         console.table(("observation", "mean absolute difference", "unit"), told)
+
+
+def show_simulators(document: dict[str, Any], *, as_json: bool = False) -> None:
+    """Print the tables of pairs of simulators; on stderr, what does not take part and what differs beside."""
+    for line in document["notes"]:
+        console.note(line)
+    if as_json:
+        console.data_json(document)
+        return
+    for pair in document["pairs"]:
+        console.table(
+            ("solution", "scene", pair["a"], pair["b"], "difference"),
+            [
+                (row["solution"], row["scene"], f"{row['a']:.4f}", f"{row['b']:.4f}", f"{row['difference']:+.4f}")
+                for row in pair["rows"]
+            ],
+        )
+        console.data("")
+        console.table(
+            ("scene", "mean difference", "largest", "of", "Kendall's tau"),
+            [
+                (
+                    scene["scene"],
+                    f"{scene['mean_difference']:+.4f}",
+                    f"{scene['largest_difference']:+.4f}",
+                    scene["largest_of"],
+                    "-" if scene["kendall_tau"] is None else f"{scene['kendall_tau']:.2f}",
+                )
+                for scene in pair["scenes"]
+            ],
+        )
+        mean = f"Mean absolute difference of {document['score']}: {pair['mean_absolute_difference']:.4f}"
+        console.data("", mean, *_rank_lines(pair["ranks"]))
+        if pair["ranks"] is not None:
+            interval = pair["ranks"]["interval"]
+            said = pair["ranks"]["note"] or f"95 % interval of tau over other {document['over']}: {_interval(interval)}"
+            console.data(said)
+        for item in pair["pictures"]:
+            worst = item["worst"][0]
+            console.data(
+                "",
+                f"{' '.join(filter(None, [item['solution'], item['scene']]))}: pictures differ by "
+                f"{item['mean_absolute']:.2f} of 255 in {item['steps']} steps, most in step {worst['step']}, by "
+                f"{worst['mean_absolute']:.2f}",
+                *(path for path in (worst["a"], worst["b"]) if path is not None),
+            )
 
 
 def _rank_lines(ranks: dict[str, Any] | None) -> list[str]:
