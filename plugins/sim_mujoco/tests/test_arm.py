@@ -226,3 +226,18 @@ def test_the_camera_sees_the_arm_and_scanners_do_not(room: Scene) -> None:
     assert nearer.mean() > 0.01
     assert not reaching["image_segment"]["class_segment_img"][nearer].any(), "the arm has no class"
     np.testing.assert_allclose(robot.observe(["laser"])["laser"]["scans"][:, 0], rows["laser"], atol=0.02)
+
+
+@pytest.mark.xdist_group("renderer")
+def test_the_ray_tracer_shows_what_is_held_and_the_robot_before_it(room: Scene, kernel_cache: Path) -> None:
+    seen = []
+    choices: list[dict[str, Any]] = [{}, {"pictures": "sim_taichi"}]
+    for options in choices:
+        robot = simulator({"loose": ["block"], **options}, kernel_cache, robot_name="carter_arm_lowres")
+        robot.load(room, 0)
+        grasp(robot)
+        seen.append(robot.observe(["image_depth", "image_segment"]))
+    ours, theirs = seen
+    assert np.mean(np.isclose(ours["image_depth"], theirs["image_depth"], rtol=0, atol=2e-3)) > 0.985
+    classes = [frame["image_segment"]["class_segment_img"] for frame in seen]
+    assert np.mean(classes[0] == classes[1]) > 0.995

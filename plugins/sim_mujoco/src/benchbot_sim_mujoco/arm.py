@@ -286,9 +286,11 @@ class Arm:
             data.body(f"arm/{name}").xpos for name in ("pedestal", "upper_arm", "elbow", "wrist")
         )
         ends = (pedestal, shoulder, elbow, wrist, data.site_xpos[self.site])
-        lengths = [float(np.linalg.norm(two - one)) for one, two in itertools.pairwise(ends)]
+        shoulder_m, upper_arm_m, forearm_m, tool_m = (
+            float(np.linalg.norm(two - one)) for one, two in itertools.pairwise(ends)
+        )
         limits = np.array([self._model.joint(name).range for name in self.names])
-        return Kinematics(*lengths, limits)
+        return Kinematics(shoulder_m, upper_arm_m, forearm_m, tool_m, limits)
 
 
 def _names(model: Any, kind: str) -> list[str]:

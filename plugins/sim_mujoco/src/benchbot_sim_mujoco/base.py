@@ -22,6 +22,7 @@ SERVO_NMSPRAD, ROTOR_KGM2 = 20.0, 0.05
 BUMPER_SOLREF = (0.006, 2.0)
 FLOOR, FOOTPRINT, MAST = "floor", "footprint", "mast"
 MAST_X_M, MAST_RADIUS_M = -0.24, 0.02
+PAINT, DARK = (0.87, 0.88, 0.9, 1.0), (0.16, 0.17, 0.19, 1.0)
 WHEEL_BIT, POST_BIT, LOOSE_BIT, HELD_BIT, ARM_BIT = 1, 2, 4, 8, 16
 """The kinds of shapes in contacts: wheels and casters, what stops footprints, loose objects, what stops these, arms."""
 
@@ -85,9 +86,12 @@ def add_base(spec: Any, footprint: Footprint, floor_z_m: float, deck_m: float | 
             size=[MAST_RADIUS_M, 0, 0],
             fromto=[MAST_X_M, 0, deck_m, MAST_X_M, 0, footprint.z_max_m - MAST_RADIUS_M],
             mass=0,
+            rgba=DARK,
             contype=HELD_BIT,
             conaffinity=0,
         )
+        spec.geom(FOOTPRINT).rgba = PAINT
+        _add_trim(base, footprint, deck_m)
     for end in (-1, 1):
         base.add_geom(
             type=mujoco.mjtGeom.mjGEOM_SPHERE,
@@ -115,6 +119,17 @@ def add_base(spec: Any, footprint: Footprint, floor_z_m: float, deck_m: float | 
         servo = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         servo.set_to_velocity(kv=SERVO_NMSPRAD)
     return wheels
+
+
+def _add_trim(base: Any, footprint: Footprint, deck_m: float) -> None:
+    """Add what only pictures show: the plate of the deck, and the housing of the camera behind its frame."""
+    top_m = footprint.z_max_m - MAST_RADIUS_M
+    shown = {"mass": 0, "contype": 0, "conaffinity": 0}
+    plate = [0.97 * footprint.radius_m, 0.003, 0]
+    base.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=plate, pos=[0, 0, deck_m], rgba=DARK, **shown)
+    housing = [0.02, 0.06, 0.025]
+    at = [MAST_X_M, 0, top_m - 0.03]
+    base.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=housing, pos=at, rgba=DARK, **shown)
 
 
 def planar(qpos: Any) -> tuple[float, float, float]:

@@ -218,7 +218,8 @@ class _World(World):
     def render(self, camera: Camera, poses: Sequence[Pose], *, rgb: bool) -> Sequence[Frame]:
         """Draw a picture from each pose, or have it taken by another simulator."""
         if self._painter:
-            return self._painted_by(self._painter[1], camera, poses, rgb=rgb)
+            frames = self._painted_by(self._painter[1], camera, poses, rgb=rgb)
+            return frames if self.physics.arm is None else self._with_robot(frames, camera, poses, rgb=rgb)
         frames = self._shown.render(camera, poses, rgb=rgb)
         self.drawn_by = self.drawn_by or {"opengl": opengl.renderer_name()}
         return frames
@@ -245,6 +246,14 @@ class _World(World):
                 self._painted[name] = transform.tobytes()
         return world.render(camera, poses, rgb=rgb)
 
+    def _with_robot(
+        self, frames: Sequence[Frame], camera: Camera, poses: Sequence[Pose], *, rgb: bool
+    ) -> Sequence[Frame]:
+        """Return pictures of another simulator with the robot, which that one does not know, as drawn here."""
+        drawn = self._shown.render(camera, poses, rgb=rgb)
+        self.drawn_by["opengl"] = opengl.renderer_name()
+        return [_over(ours, theirs) for ours, theirs in zip(drawn, frames, strict=True)]
+
     @property
     def geometry(self) -> SceneGeometry:
         """The scene as it begins, before an episode moves its objects."""
@@ -259,6 +268,16 @@ class _World(World):
     @cached_property
     def _drawing(self) -> Drawing:
         return Drawing(self._geometry, self._loose, self.physics.shapes())
+
+
+def _over(drawn: Frame, painted: Frame) -> Frame:
+    """Return a picture in which the robot of another one, which is no instance, is before what is farther away."""
+    is_robot = (drawn.instance == 0) & np.isfinite(drawn.depth_m) & (drawn.depth_m < painted.depth_m)
+    return Frame(
+        np.where(is_robot[..., None], drawn.rgb, painted.rgb),
+        np.where(is_robot, drawn.depth_m, painted.depth_m),
+        np.where(is_robot, np.int32(0), painted.instance),
+    )
 
 
 def _painter(

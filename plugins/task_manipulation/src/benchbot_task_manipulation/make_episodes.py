@@ -58,7 +58,7 @@ class Room:
                 f"Episodes of tidy_up need: {', '.join((SUPPORT, *PLACES, *OBJECTS))}.",
                 "Add one to the layout, or make episodes for another environment.",
             )
-        return min(named, key=lambda each: float(np.linalg.norm(sum(self.boxes[each])[:2] / 2 - start)))
+        return min(named, key=lambda each: float(np.linalg.norm(np.add(*self.boxes[each])[:2] / 2 - start)))
 
 
 def main() -> int:
@@ -159,7 +159,7 @@ def _drawn(room: Room, random: np.random.Generator, name: str) -> dict[str, Any]
     if start is None or _closest_m(spots) < APART_M:
         return None
     box = room.boxes[room.of_class(place)]
-    stops = (spots[loose.index(fetched)], sum(box)[:2] / 2)
+    stops = (spots[loose.index(fetched)], (box[0] + box[1])[:2] / 2)
     way_m = math.dist(start[:2], stops[0]) + math.dist(*stops)
     return {
         "id": name,

@@ -45,12 +45,15 @@ REACH_M = (0.58, 0.62, 0.54, 0.66, 0.50, 0.70)
 """Distances from which it grasps and puts down, the best first."""
 HEADINGS = 36
 LONGEST_DRIVE_M, NEAR_M, BLOCKED_TRIES = 0.8, 0.04, 6
-ABOVE_M, FINGER_M, DEPTH_M, DROP_M = 0.10, 0.028, 0.045, 0.012
+ABOVE_M, FINGER_M, DEPTH_M, DROP_M = 0.10, 0.028, 0.045, 0.018
 """How far above it waits; the least height of the fingers' middle above a surface; how deep it grasps; how far above
 its place the object is let go."""
+NEAR_HAND_M = 0.3
+"""How far ahead the hand goes up and down between its folded place and its work: edges are farther away."""
 HELD_M = 0.015
 GRASPS = 3
-EDGE_M = 0.1
+EDGE_M, LARGE_M = 0.14, 0.2
+"""How far from the edges of a place it puts something down, where there is room; and what is large is a place."""
 BACK_OFF_M = 0.25
 
 
@@ -198,19 +201,20 @@ class FetchAndPlace(Agent):
             if way is None:
                 print(f"No way leads to the {name}.")
                 return False
-            if not (yield from self._drive_along(way)):
+            if not (yield from self._drive_along(way)) and self._away_m(name) > max(REACH_M):
                 continue
             yield from self._face(self._target(name))
-            x, y, _ = self._here()
-            target = self._target(name)
-            if math.dist((x, y), target) <= max(REACH_M):
+            if self._away_m(name) <= max(REACH_M):
                 return True
         return False
+
+    def _away_m(self, name: str) -> float:
+        return math.dist(self._here()[:2], self._target(name))
 
     def _target(self, name: str) -> Point:
         """Return where to reach to, seen from above: the middle of an object, or a good spot on a place."""
         points = self._seen[name]
-        spot = _spot(points, self._here()[:2]) if np.ptp(points[:, :2], axis=0).max() > 2 * EDGE_M else None
+        spot = _spot(points, self._here()[:2]) if np.ptp(points[:, :2], axis=0).max() > LARGE_M else None
         x, y = spot[:2] if spot is not None else (points[:, :2].min(0) + points[:, :2].max(0)) / 2
         return float(x), float(y)
 
@@ -280,6 +284,7 @@ class FetchAndPlace(Agent):
         if reached:
             yield ("move_gripper", {"width": 0.0})
             yield self._hand(x, y, top_m + ABOVE_M, yaw)
+            yield self._hand(NEAR_HAND_M, 0.0, top_m + ABOVE_M, yaw)
         if reached and self._now["joint_states"]["positions"][-1] > HELD_M:
             return height_m - bottom_m
         yield ("move_gripper", {"width": self._widest_m})
@@ -296,12 +301,13 @@ class FetchAndPlace(Agent):
         yield from self._come_down(float(x), float(y), 0.0, height_m + ABOVE_M, height_m)
         yield ("move_gripper", {"width": self._widest_m})
         yield self._hand(float(x), float(y), height_m + ABOVE_M, 0.0)
+        yield self._hand(NEAR_HAND_M, 0.0, height_m + ABOVE_M, 0.0)
         yield from self._fold()
 
     def _come_down(self, x: float, y: float, yaw: float, above_m: float, height_m: float) -> Ended:
         """Bring the hand above a point and straight down to it; return whether it is there."""
-        for z in (above_m, height_m):
-            yield self._hand(x, y, z, yaw)
+        for at, z in (((NEAR_HAND_M, 0.0), above_m), ((x, y), above_m), ((x, y), height_m)):
+            yield self._hand(*at, z, yaw)
             if self.last_outcome != "reached":
                 print(f"The hand does not come to ({x:.2f}, {y:.2f}, {z:.2f}) m: {self.last_outcome}.")
                 return False
@@ -338,7 +344,7 @@ class Floor:
 
     def points(self, cells: NDArray[np.int64]) -> Floats:
         """Return the middles (N, 2) of cells (N, 2)."""
-        middles: Floats = (cells + self.low + 0.5) * CELL_M
+        middles: Floats = np.asarray((cells + self.low + 0.5) * CELL_M, np.float64)
         return middles
 
     def is_free(self, point: Point) -> bool:
