@@ -1,5 +1,6 @@
 """The arm moves within its limits, holds by friction alone, stops at what it hits, and tells the truth."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
