@@ -167,7 +167,7 @@ def take_picture(path: Path) -> None:
     pose[:3] = np.column_stack([right, np.cross(forward, right), forward, eye])
     camera = Camera("eye", 900, 520, 640.0, 640.0, 450.0, 240.0, (0.05, 20.0))
     (frame,) = simulator.world.render(camera, [Pose.from_matrix(pose)], rgb=True)
-    Image.fromarray(frame.rgb).resize((720, 416), Image.Resampling.LANCZOS).save(path, quality=80, optimize=True)
+    Image.fromarray(frame.rgb).resize((600, 347), Image.Resampling.LANCZOS).save(path, quality=70, optimize=True)
 
 
 def _times_real_time(simulator: MujocoSimulator, act: Callable[[], Any]) -> float:
