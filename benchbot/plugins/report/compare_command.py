@@ -43,6 +43,10 @@ def compare(
             "solutions, each in a folder of its name, also how alike both sets order them.",
         ),
     ] = None,
+    objects: Annotated[
+        bool,
+        typer.Option("--objects", help="Say which true objects one set found and another did not. Shows the truth."),
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Say whether one set of results scores higher than another, and how sure that is.
@@ -55,7 +59,7 @@ def compare(
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
     from benchbot.evaluation import intervals
-    from benchbot.plugins.report import comparison, result_sets
+    from benchbot.plugins.report import comparison, object_changes, result_sets
 
     catalog = Catalog(load())
     if paired_by is not None:
@@ -69,6 +73,11 @@ def compare(
         evaluator = result_sets.evaluator_of(named, catalog)
         paired = {"ignore_seeds": ignore_seeds, "ignore_settings": ignore_settings}
         document = comparison.compare(named, evaluator, score, over=intervals.Over(over), **paired)
+        if objects:
+            paths = dict(map(result_sets.named, sets))
+            document["objects"] = object_changes.object_changes(
+                paths, catalog=catalog, method=method, ground_truth_paths=ground_truth
+            )
     document["notes"] += [*_restarts(named), *_robots(named)]
     show(document, as_json=as_json)
 
@@ -91,6 +100,19 @@ def show(document: dict[str, Any], *, as_json: bool = False) -> None:
         [_comparison(item) for item in document["comparisons"]],
     )
     console.data("", *(item["sentence"] for item in document["comparisons"]))
+    for item in document.get("objects", ()):
+        _tell_of_objects(item)
+
+
+def _tell_of_objects(item: dict[str, Any]) -> None:
+    """Print which objects one set found and the other did not."""
+    a, b = item["a"], item["b"]
+    both = f"both found {item['both']} objects, neither {item['neither']}, in {item['episodes']} episodes of both"
+    console.data("", f"{a} and {b}: {both}")
+    for name, other, rows in ((a, b, item["won"]), (b, a, item["lost"])):
+        console.data(f"Only {name} found {len(rows)}:")
+        cells = [(row["class"], row["episode"], row["why"]) for row in rows]
+        console.table(("class", "episode", f"why not {other}"), cells)
 
 
 def _by_scene(texts: list[str], score: str | None, scoring: dict[str, Any]) -> dict[str, Any]:
