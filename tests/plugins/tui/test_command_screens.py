@@ -6,10 +6,12 @@ from pathlib import Path
 import pytest
 from textual.pilot import Pilot
 
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.plugins.batch.estimate import Durations, durations
 from benchbot.plugins.batch.screen import NewBatchScreen, solution_words
 from benchbot.plugins.doctor.screen import DoctorScreen
 from benchbot.plugins.installer.screen import PluginsScreen
+from benchbot.plugins.report.object_changes import object_changes
 from benchbot.plugins.report.screen import CompareScreen, comparison_text, forest
 from benchbot.plugins.screens.child_command import ChildCommand, error_in
 from benchbot.plugins.screens.widgets import CheckList, Table, TextField
@@ -113,6 +115,14 @@ def test_objects_won_and_lost_are_told_as_the_truth() -> None:
     assert "this shows the truth" in text
     assert "+ only ours found 1" in text
     assert "bottle  arena:1, seed 0: Nothing overlaps it." in text
+
+
+def test_an_object_that_one_set_alone_found_is_won(home: Path, catalog: Catalog) -> None:
+    folder = write_results(home / "results")
+    sets = {"ours": folder / "perfect.json", "base": folder / "one"}
+    (changes,) = object_changes(sets, catalog=catalog)
+    assert [row["class"] for row in changes["won"]] == ["bottle"]
+    assert (changes["lost"], changes["both"], changes["neither"], changes["episodes"]) == ([], 0, 0, 1)
 
 
 def test_plugins_are_listed_and_what_cannot_be_is_said(home: Path) -> None:
