@@ -1,6 +1,6 @@
 """The public side for plug-ins: all that a plug-in imports of BenchBot, but for `benchbot.api`, `benchbot.cli.kit`,
-`benchbot.process`, `benchbot.simulation` and `benchbot.testing`. Nothing else is promised; docs/plugins.md says what a
-promise is worth.
+`benchbot.process`, `benchbot.screens`, `benchbot.simulation` and `benchbot.testing`. Nothing else is promised;
+docs/plugins.md says what a promise is worth.
 
 A name is imported when it is used: this module itself costs next to nothing.
 """
@@ -67,6 +67,7 @@ if TYPE_CHECKING:
     from benchbot.core.light_records import Recorder as Recorder
     from benchbot.core.light_records import Routes as Routes
     from benchbot.core.light_records import SubmissionMode as SubmissionMode
+    from benchbot.core.light_records import TuiScreen as TuiScreen
     from benchbot.core.light_records import target as target
     from benchbot.core.motion import REST_MPS as REST_MPS
     from benchbot.core.motion import REST_RADPS as REST_RADPS
@@ -160,7 +161,8 @@ _HOMES = {
     "core.progress": "ActionResult Progress State Step",
     "core.recording": "KnowsRun Recording ShowsResults",
     "core.light_records": (
-        "AssetPack Check Command DeclarationFolder DeclarationSource Executor Recorder Routes SubmissionMode target "
+        "AssetPack Check Command DeclarationFolder DeclarationSource Executor Recorder Routes SubmissionMode TuiScreen "
+        "target "
     ),
     "core.records": ("API_VERSION Document Evaluator Resources RobotDriver Score Simulator WorkOrder Workers "),
     "core.resources": "cache_dir data_dir",
