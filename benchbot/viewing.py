@@ -5,13 +5,23 @@ What it gives holds ground truth: it is for the host of a run.
 
 from benchbot.core.recording import RecordingNote
 from benchbot.core.text import one_line, visible
+from benchbot.evaluation.evidence import (
+    Boxes,
+    Camera,
+    Frame,
+    Scene,
+    frame_folders,
+    hidden,
+    numbered_frames,
+    scene_of,
+    views_of,
+)
 from benchbot.evaluation.score import Evaluation, method_for_task, score_files
 from benchbot.plugins.batch.driver_lock import registered, registered_batches
 from benchbot.plugins.batch.journal import Tail, sizes
 from benchbot.plugins.drawing.map_model import Box, MapObject, MapPath, Occupancy, occupancy_of
 from benchbot.plugins.drawing.palette import DARK, LIGHT, class_colors, ramp, to_hex
-from benchbot.plugins.drawing.scene_maps import frame_folders, installed_map, numbered_frames
-from benchbot.plugins.report.camera_pictures import Camera
+from benchbot.plugins.drawing.scene_maps import installed_map
 from benchbot.plugins.report.episodes import ReportedEpisode, gather
 from benchbot.plugins.watching.batch_feed import BatchFeed
 from benchbot.plugins.watching.logs import end_of, line_of
@@ -24,8 +34,10 @@ __all__ = [
     "LIGHT",
     "BatchFeed",
     "Box",
+    "Boxes",
     "Camera",
     "Evaluation",
+    "Frame",
     "MapObject",
     "MapPath",
     "Occupancy",
@@ -34,11 +46,13 @@ __all__ = [
     "RunFeed",
     "RunState",
     "RunView",
+    "Scene",
     "Tail",
     "class_colors",
     "end_of",
     "frame_folders",
     "gather",
+    "hidden",
     "installed_map",
     "line_of",
     "live",
@@ -49,8 +63,10 @@ __all__ = [
     "ramp",
     "registered",
     "registered_batches",
+    "scene_of",
     "score_files",
     "sizes",
     "to_hex",
+    "views_of",
     "visible",
 ]

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, Unpack
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.evaluation import batch_folder, intervals, result_files
+from benchbot.evaluation.evidence import frame_folders, numbered_frames
 from benchbot.evaluation.intervals import Over
 from benchbot.evaluation.result_document import ResultDocument, listed
 from benchbot.evaluation.result_files import Unreadable
 from benchbot.evaluation.score import Options, evaluate_files
-from benchbot.plugins.drawing.scene_maps import frame_folders, numbered_frames
 from benchbot.plugins.report import channel_differences, comparison, result_sets, scene_pairs
 from benchbot.plugins.report.pairing import label, pair
 from benchbot.plugins.report.result_sets import ResultSet
@@ -142,7 +142,7 @@ def _grouped(texts: Sequence[str], catalog: Catalog, notes: list[str]) -> Groups
 
 def _read(text: str, notes: list[str]) -> Iterator[tuple[str, ResultDocument]]:
     """Yield each result with the name of its solution: as `NAME=` says, a batch, or a folder of folders."""
-    name, path = result_sets.named(text)
+    name, path = result_files.named(text)
     given = name if text.startswith(f"{name}=") else None
     batch = batch_folder.planned(path) if path.is_dir() else None
     if batch and any(one.solution for one in batch):

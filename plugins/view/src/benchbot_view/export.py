@@ -83,7 +83,7 @@ def _score(index: Index) -> None:
 
 
 def _write_episode(folder: Path, row: Row, episode: Episode) -> None:
-    evidence = prepared(episode.recorded, episode.boxes) or prepare(episode.recorded, episode.view, episode.boxes)
+    evidence = prepared(episode.recorded, episode.looked) or prepare(episode.recorded, episode.view, episode.looked)
     cloud_file = episode.folder / "cloud.json"
     # Without poses, the cloud and what each frame saw would give them away.
     knows_poses = any("base" in frame for frame in episode.document["frames"])

@@ -56,13 +56,13 @@ class Episodes:
     def evidence(self, id_: str) -> dict[str, Any] | None:
         """Return what a recording shows; None while that is being worked out."""
         episode = self.get(id_)
-        found = prepared(episode.recorded, episode.boxes)
+        found = prepared(episode.recorded, episode.looked)
         if found is not None:
             return found
         with self._lock:
             future = self._under_way.get(id_)
             if future is None:
-                self._under_way[id_] = self._worker.submit(prepare, episode.recorded, episode.view, episode.boxes)
+                self._under_way[id_] = self._worker.submit(prepare, episode.recorded, episode.view, episode.looked)
                 return None
         if future.done():
             with self._lock:
