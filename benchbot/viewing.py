@@ -10,6 +10,7 @@ from benchbot.evaluation.evidence import (
     Camera,
     Frame,
     Scene,
+    breakdown,
     frame_folders,
     hidden,
     numbered_frames,
@@ -22,6 +23,7 @@ from benchbot.plugins.batch.journal import Tail, sizes
 from benchbot.plugins.drawing.map_model import Box, MapObject, MapPath, Occupancy, occupancy_of
 from benchbot.plugins.drawing.palette import DARK, LIGHT, class_colors, ramp, to_hex
 from benchbot.plugins.drawing.scene_maps import installed_map
+from benchbot.plugins.report.diagnosis import BREAKDOWNS, ENDINGS, MEANINGS
 from benchbot.plugins.report.episodes import ReportedEpisode, gather
 from benchbot.plugins.watching.batch_feed import BatchFeed
 from benchbot.plugins.watching.logs import end_of, line_of
@@ -30,8 +32,11 @@ from benchbot.plugins.watching.views import RunView
 from benchbot.wire.run_state import RunState, live
 
 __all__ = [
+    "BREAKDOWNS",
     "DARK",
+    "ENDINGS",
     "LIGHT",
+    "MEANINGS",
     "BatchFeed",
     "Box",
     "Boxes",
@@ -48,6 +53,7 @@ __all__ = [
     "RunView",
     "Scene",
     "Tail",
+    "breakdown",
     "class_colors",
     "end_of",
     "frame_folders",

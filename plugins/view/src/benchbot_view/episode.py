@@ -10,11 +10,15 @@ from typing import Any
 
 from benchbot.plugin import BenchbotError, Catalog, load_plugins, read_result
 from benchbot.viewing import (
+    BREAKDOWNS,
+    ENDINGS,
     LIGHT,
+    MEANINGS,
     Box,
     Camera,
     MapObject,
     ReportedEpisode,
+    breakdown,
     end_of,
     gather,
     installed_map,
@@ -43,8 +47,24 @@ class Episode:
     view: View
     looked: Sequence[Looked]
     """The objects of the document, as they are looked for."""
+    explained: Sequence[MapObject]
     is_hidden: bool
     """Whether its environment is one that solutions must not know."""
+
+    def told(self, evidence: Document) -> Document:
+        """Return what a recording shows, with how well objects were found by how they were seen."""
+        seen = evidence.get("objects") or []
+        rows = [
+            {
+                "verdict": item.verdict,
+                "factors": {"overall": item.quality},
+                "truth_extent": None if item.true is None else item.true.extent,
+                **({"evidence": seen[number]} if seen else {}),
+            }
+            for number, item in enumerate(self.explained)
+            if item.true is not None
+        ]
+        return {**evidence, "breakdown": _breakdown(breakdown(rows))}
 
     @property
     def folder(self) -> Path:
@@ -93,14 +113,14 @@ def load(path: Path, known: Catalog, *, with_truth: bool = True) -> Episode:
     }
     looked = [Looked(item.scene, item.true, item.estimated) for item in objects]
     hidden = any(each is not None and each.data.get("hidden") for each in declared)
-    return Episode(document, found, view, looked, hidden)
+    return Episode(document, found, view, looked, objects, hidden)
 
 
 def _scored(path: Path, known: Catalog) -> tuple[ReportedEpisode, str]:
     """Return the episode, and why there is no score."""
     try:
         evaluation = score_files([path], catalog=known)
-        (shown,) = gather(evaluation, [path], catalog=known).episodes
+        (shown,) = gather(evaluation, [path], catalog=known, with_evidence=False).episodes
         return shown, ""
     except BenchbotError as error:
         return _unscored(path, known), f"{error.title} {error.why}"
@@ -210,6 +230,9 @@ def object_of(number: int, item: MapObject) -> Document:
         "outcome": OUTCOMES.get(item.verdict or "", "there" if item.true is not None else "estimate"),
         "quality": item.quality,
         "why": one_line(item.why),
+        "error": item.error,
+        "probability": None if item.probability is None else round(item.probability, 3),
+        "taken_for": None if item.mistaken is None else one_line(item.mistaken.label or item.mistaken.name),
         "true": _box(item.true),
         "estimated": _box(item.estimated),
     }
@@ -223,11 +246,41 @@ def _diagnosis(found: Document) -> Document | None:
     if not found:
         return None
     errors = [
-        {"kind": one_line(str(error["kind"])), "count": error["count"], "gain": error["gain"]}
+        {
+            "kind": one_line(str(error["kind"])),
+            "meaning": MEANINGS.get(error["kind"], ""),
+            "count": error["count"],
+            "gain": error["gain"],
+        }
         for error in found.get("errors", ())
     ]
     hints = [one_line(str(hint)) for hint in found.get("hints", ())]
-    return {"errors": errors, "hints": hints, "confusion": _confusion(found.get("confusion", ()))}
+    ending = found.get("ending")
+    return {
+        "errors": errors,
+        "has_errors": "errors" in found,
+        "hints": hints,
+        "confusion": _confusion(found.get("confusion", ())),
+        "states": _confusion(found.get("states", ())),
+        "breakdown": _breakdown(found.get("breakdown", ())),
+        "ending": ending
+        and {**ending, "kind": ENDINGS.get(ending["kind"], ending["kind"]), "why": one_line(ending["why"])},
+        "drift": list(found.get("drift", ())),
+        "along": _along(found.get("along", ())),
+    }
+
+
+def _breakdown(found: Sequence[Document]) -> list[Document]:
+    return [{"by": BREAKDOWNS.get(each["by"], each["by"]), "groups": each["groups"]} for each in found]
+
+
+def _along(found: Sequence[Sequence[float]]) -> Document | None:
+    """Return the error along the way as a line of 300 times 80, and what its ends are."""
+    if len(found) < 2:
+        return None
+    far_m, most_m = max(found[-1][0], 1e-9), max(1e-9, *(row[1] for row in found))
+    points = " ".join(f"{300 * x / far_m:.1f},{80 - 76 * y / most_m:.1f}" for x, y in found)
+    return {"points": points, "far_m": far_m, "most_m": most_m}
 
 
 def _confusion(rows: Sequence[Mapping[str, Any]]) -> Document:

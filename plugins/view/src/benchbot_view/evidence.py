@@ -53,9 +53,13 @@ EDGES = np.array([(corner, corner | bit) for corner in range(8) for bit in (1, 2
 """The corners at the ends of each edge of a box, as `static/pictures.js` numbers them: bits are x, y, z."""
 UNKNOWN = (120, 120, 120)
 INSTANCES = ".instances.png"
+GREY = np.array([0.299, 0.587, 0.114])
+"""The weights of red, green and blue in brightness."""
 
 Document = dict[str, Any]
 Points = NDArray[np.float64]
+Seen = list[list[tuple[float, list[Any], Document]]]
+"""Of each object the frames that see it: quality, what the page gets, what summaries are made of."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +141,7 @@ def prepare(found: Recorded, view: View, objects: Sequence[Looked]) -> Document:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     document: Document = {"frames": [], "measured": False, "seen": [], "cloud": False, "classes": {}}
-    seen: list[list[tuple[float, list[Any]]]] = [[] for _ in objects]
+    seen: Seen = [[] for _ in objects]
     cloud = _Cloud()
     for number, path, observed in _observations(found):
         made = _pictures(folder, number, observed, document["classes"], found)
@@ -152,9 +156,10 @@ def prepare(found: Recorded, view: View, objects: Sequence[Looked]) -> Document:
             rgb = observed.get("image_rgb")
             cloud.add(points, _scaled(pixels, np.asarray(depth), rgb), rgb, number, scene)
         frame = _Measured(path or folder / f"{number:05d}.jpg", scene, base, number, known_depth_m=_coarse(depth))
-        _look(frame, view, objects, seen)
+        _look(frame, view, objects, seen, observed.get("image_rgb"))
     document["cloud"] = cloud.write(folder / "cloud.json")
-    document["seen"] = [[told for _, told in sorted(views, key=lambda item: -item[0])] for views in seen]
+    document["seen"] = [[told for _, told, _ in sorted(views, key=_worst_last)] for views in seen]
+    document["objects"] = [_summary(sorted(views, key=_worst_last)) for views in seen] if document["frames"] else []
     temporary = folder / "evidence.tmp"
     temporary.write_text(json.dumps(document), "utf-8")
     temporary.rename(folder / "evidence.json")
@@ -181,11 +186,12 @@ def _observations(found: Recorded) -> Iterator[tuple[int, Path | None, Mapping[s
         return
     ids = _class_ids(next(iter(found.frames.values())).parent) if found.frames else {}
     for number, path in found.frames.items():
-        observed = {}
+        observed: Document = {}
+        with suppress(OSError, ValueError):
+            observed["image_rgb"] = np.asarray(Image.open(path).convert("RGB"))
         depth_m = Frame(path, 0, Pose()).depth_m()
         if depth_m is not None:
-            with suppress(OSError, ValueError):
-                observed = {"image_depth": depth_m, "image_rgb": np.asarray(Image.open(path).convert("RGB"))}
+            observed["image_depth"] = depth_m
         with suppress(OSError, ValueError):
             instances = np.asarray(Image.open(path.with_name(f"{path.stem}{INSTANCES}")))
             observed["image_segment"] = {"class_segment_img": instances // 1000, "class_ids": ids}
@@ -209,7 +215,7 @@ def _coarse(depth: Any) -> Points | None:
     return kept
 
 
-def _look(frame: Frame, view: View, objects: Sequence[Looked], seen: list[list[tuple[float, list[Any]]]]) -> None:
+def _look(frame: Frame, view: View, objects: Sequence[Looked], seen: Seen, rgb: Any) -> None:
     """Note which objects a frame sees, by quality."""
     camera = view.camera
     boxes = [(place, each.true or each.estimated) for place, each in enumerate(objects) if each.scene == frame.scene]
@@ -224,7 +230,29 @@ def _look(frame: Frame, view: View, objects: Sequence[Looked], seen: list[list[t
             edges = [
                 _hidden_edges(box, frame, camera, scene) for box in (objects[place].true, objects[place].estimated)
             ]
-            seen[place].append((one.quality, [frame.number, round(one.visible, 3), *edges]))
+            about = {"distance_m": one.distance_m, "visible": one.visible}
+            if rgb is not None:
+                columns, rows = np.round(one.sampled).astype(int).T
+                shown = np.asarray(rgb)[rows.clip(0, len(rgb) - 1), columns.clip(0, np.asarray(rgb).shape[1] - 1), :3]
+                about["brightness"] = float((shown @ GREY).mean()) / 255
+            seen[place].append((one.quality, [frame.number, round(one.visible, 3), *edges], about))
+
+
+def _worst_last(found: tuple[float, list[Any], Document]) -> float:
+    return -found[0]
+
+
+def _summary(views: Sequence[tuple[float, list[Any], Document]]) -> Document:
+    """Return how an object was seen, as explanations have it: how often, from where, how much of it, in which light."""
+    if not views:
+        return {"times_seen": 0}
+    about = [each for _, _, each in views]
+    told: Document = {
+        "times_seen": len(views),
+        "nearest_m": min(each["distance_m"] for each in about),
+        "visible": max(each["visible"] for each in about),
+    }
+    return told | {key: about[0][key] for key in ("brightness",) if key in about[0]}
 
 
 def _hidden_edges(box: Box | None, frame: Frame, camera: Camera, scene: Scene) -> str | None:

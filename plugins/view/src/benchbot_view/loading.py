@@ -58,7 +58,7 @@ class Episodes:
         episode = self.get(id_)
         found = prepared(episode.recorded, episode.looked)
         if found is not None:
-            return found
+            return episode.told(found)
         with self._lock:
             future = self._under_way.get(id_)
             if future is None:
@@ -68,8 +68,7 @@ class Episodes:
             with self._lock:
                 self._under_way.pop(id_, None)
             # What could not be worked out is told once, and tried again when it is asked for again.
-            made: dict[str, Any] = future.result()
-            return made
+            return episode.told(future.result())
         return None
 
     def close(self) -> None:
