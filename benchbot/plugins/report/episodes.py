@@ -222,14 +222,20 @@ def gather(
     catalog: Catalog,
     name: str | None = None,
     frames: Path | None = None,
+    with_evidence: bool = True,
 ) -> ReportData:
     """Return the data of a report on the results in `paths`, whose evaluation this is.
 
-    `name` is what the solution is called, `frames` the folder of what was recorded beside a single result.
+    `name` is what the solution is called, `frames` the folder of what was recorded beside a single result. Evidence is
+    worked out from every frame; without it, nothing is looked for in recordings.
     """
     scores = evaluation.document
     silent: list[Document] = [{} for _ in scores["rows"]]
-    told = silent if evaluation.evaluator.explain is None else explain(evaluation, catalog, frames)["results"]
+    told = (
+        silent
+        if evaluation.evaluator.explain is None
+        else explain(evaluation, catalog if with_evidence else None, frames)["results"]
+    )
     episodes = []
     for row, entry, (submission, truths) in zip(scores["rows"], told, evaluation.scored, strict=True):
         objects, about = entry.get("objects", ()), {key: entry.get(key, {}) for key in ("diagnosis", "evidence")}

@@ -10,7 +10,7 @@ import pytest
 
 from benchbot.plugin import Pose
 from benchbot.viewing import Box, Camera
-from benchbot_view.evidence import Recorded, View, folder_of, prepare, prepared
+from benchbot_view.evidence import Looked, Recorded, View, folder_of, prepare, prepared
 
 # At the origin, looking along x: its z is the robot's x, its x the robot's -y, its y the robot's -z.
 MOUNT = Pose.from_xyz_rpy_deg((0, 0, 1), (-90, 0, -90))
@@ -41,14 +41,17 @@ def found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Recorded:
 
 
 def test_a_wall_hides_what_is_behind_it(found: Recorded) -> None:
-    boxes = [(0, IN_SIGHT), (0, BEHIND_THE_WALL), (0, BEHIND_THE_ROBOT), (1, IN_SIGHT), (0, None)]
+    boxes = [
+        Looked(0, IN_SIGHT), Looked(0, BEHIND_THE_WALL), Looked(0, BEHIND_THE_ROBOT), Looked(1, IN_SIGHT),
+        Looked(0, None),
+    ]  # fmt: skip
     view = View(CAMERA, [(0, Pose()), (0, Pose.planar(0, 0, 3.14159))])
     assert prepared(found, boxes) is None
 
     evidence = prepare(found, view, boxes)
 
     assert evidence["measured"]
-    seen = [[number for number, _ in frames] for frames in evidence["seen"]]
+    seen = [[number for number, *_ in frames] for frames in evidence["seen"]]
     assert seen == [[0], [], [1], [], []]
     assert prepared(found, boxes) == json.loads(json.dumps(evidence))
     assert prepared(found, boxes[:1]) is None
@@ -61,8 +64,8 @@ def test_a_wall_hides_what_is_behind_it(found: Recorded) -> None:
 
 def test_the_cloud_holds_the_wall_where_it_is(found: Recorded) -> None:
     view = View(CAMERA, [(0, Pose()), (0, Pose())])
-    prepare(found, view, [(0, IN_SIGHT)])
-    cloud = json.loads((folder_of(found, [(0, IN_SIGHT)]) / "cloud.json").read_text("utf-8"))
+    prepare(found, view, [Looked(0, IN_SIGHT)])
+    cloud = json.loads((folder_of(found, [Looked(0, IN_SIGHT)]) / "cloud.json").read_text("utf-8"))
 
     import base64
 
@@ -77,7 +80,7 @@ def test_the_cloud_holds_the_wall_where_it_is(found: Recorded) -> None:
 def test_without_depth_it_is_only_where_the_camera_looked(found: Recorded, tmp_path: Path) -> None:
     (tmp_path / "00000.jpg").write_bytes(b"")
     frames = {0: tmp_path / "00000.jpg"}
-    boxes = [(0, IN_SIGHT), (0, BEHIND_THE_ROBOT)]
+    boxes = [Looked(0, IN_SIGHT), Looked(0, BEHIND_THE_ROBOT)]
 
     evidence = prepare(Recorded(frames, None), View(CAMERA, [(0, Pose())]), boxes)
 

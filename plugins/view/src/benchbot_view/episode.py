@@ -10,20 +10,25 @@ from typing import Any
 
 from benchbot.plugin import BenchbotError, Catalog, load_plugins, read_result
 from benchbot.viewing import (
+    BREAKDOWNS,
+    ENDINGS,
     LIGHT,
+    MEANINGS,
     Box,
     Camera,
     MapObject,
     ReportedEpisode,
+    breakdown,
     end_of,
     gather,
     installed_map,
     line_of,
     occupancy_of,
     one_line,
+    scene_of,
     score_files,
 )
-from benchbot_view.evidence import Boxes, Recorded, View, folder_of, matrix, recorded
+from benchbot_view.evidence import Looked, Recorded, View, folder_of, matrix, recorded
 
 Document = dict[str, Any]
 MOST_LOG_BYTES = 256 * 1024
@@ -40,15 +45,31 @@ class Episode:
     document: Document
     recorded: Recorded
     view: View
-    boxes: Boxes
-    """Those of the objects of the document."""
+    looked: Sequence[Looked]
+    """The objects of the document, as they are looked for."""
+    explained: Sequence[MapObject]
     is_hidden: bool
     """Whether its environment is one that solutions must not know."""
+
+    def told(self, evidence: Document) -> Document:
+        """Return what a recording shows, with how well objects were found by how they were seen."""
+        seen = evidence.get("objects") or []
+        rows = [
+            {
+                "verdict": item.verdict,
+                "factors": {"overall": item.quality},
+                "truth_extent": None if item.true is None else item.true.extent,
+                **({"evidence": seen[number]} if seen else {}),
+            }
+            for number, item in enumerate(self.explained)
+            if item.true is not None
+        ]
+        return {**evidence, "breakdown": _breakdown(breakdown(rows))}
 
     @property
     def folder(self) -> Path:
         """The folder of the cache for what is worked out of its recording."""
-        return folder_of(self.recorded, self.boxes)
+        return folder_of(self.recorded, self.looked)
 
 
 def catalog() -> Catalog:
@@ -61,15 +82,16 @@ def load(path: Path, known: Catalog, *, with_truth: bool = True) -> Episode:
 
     Raises BenchbotError for a file that is no result.
     """
-    shown, diagnosis, why = _scored(path, known)
+    shown, why = _scored(path, known)
     declared = [known.pool("environments").get(name) for name in _scenes(shown)]
     robot = known.find("robots", shown.robot or "")
     camera = None if robot is None else Camera.of(robot.data)
     if not with_truth:
-        shown, diagnosis = _public(shown), None
+        shown = _public(shown)
     paths = shown.paths
-    view = View(camera, [(scene, pose) for scene, path_ in enumerate(paths) for pose in path_.observed])
     objects = shown.objects
+    may_hide = [scene_of(name, _true_boxes(objects, place), known) for place, name in enumerate(_scenes(shown))]
+    view = View(camera, [(scene, pose) for scene, path_ in enumerate(paths) for pose in path_.observed], may_hide)
     found = recorded(path)
     document: Document = {
         "environment": one_line(shown.environment),
@@ -78,7 +100,7 @@ def load(path: Path, known: Catalog, *, with_truth: bool = True) -> Episode:
         "failure": one_line(shown.failure or ""),
         "why": one_line(shown.reason or why),
         "scores": [[one_line(name), value] for name, value in (shown.scores or {}).items()],
-        "diagnosis": _diagnosis(diagnosis),
+        "diagnosis": _diagnosis(shown.diagnosis),
         "camera": _camera(camera),
         "scenes": [
             _scene(name, declared[place], paths[place] if place < len(paths) else None, shown, objects, place)
@@ -89,24 +111,19 @@ def load(path: Path, known: Catalog, *, with_truth: bool = True) -> Episode:
         "pictured": sorted(found.frames),
         "log": _log(path),
     }
-    boxes = [(item.scene, item.true or item.estimated) for item in objects]
+    looked = [Looked(item.scene, item.true, item.estimated) for item in objects]
     hidden = any(each is not None and each.data.get("hidden") for each in declared)
-    return Episode(document, found, view, boxes, hidden)
+    return Episode(document, found, view, looked, objects, hidden)
 
 
-def _scored(path: Path, known: Catalog) -> tuple[ReportedEpisode, Document | None, str]:
-    """Return the episode, the diagnosis of its result, and why there is no score."""
+def _scored(path: Path, known: Catalog) -> tuple[ReportedEpisode, str]:
+    """Return the episode, and why there is no score."""
     try:
         evaluation = score_files([path], catalog=known)
-        (shown,) = gather(evaluation, [path], catalog=known).episodes
-        explain = evaluation.evaluator.explain
-        diagnosis = None
-        if explain is not None and evaluation.scored:
-            ((submission, truths),) = evaluation.scored
-            diagnosis = explain(submission.document, truths).get("diagnosis")
-        return shown, diagnosis, ""
+        (shown,) = gather(evaluation, [path], catalog=known, with_evidence=False).episodes
+        return shown, ""
     except BenchbotError as error:
-        return _unscored(path, known), None, f"{error.title} {error.why}"
+        return _unscored(path, known), f"{error.title} {error.why}"
 
 
 def _unscored(path: Path, known: Catalog) -> ReportedEpisode:
@@ -142,6 +159,11 @@ def _as_truth(item: MapObject) -> Document:
     return {"class": item.truth_label, "centroid": list(box.centroid), "extent": list(box.extent)}
 
 
+def _true_boxes(objects: Sequence[MapObject], scene: int) -> list[Document]:
+    boxes = [item.true for item in objects if item.scene == scene and item.true is not None]
+    return [{"truth_centroid": box.centroid, "truth_extent": box.extent} for box in boxes]
+
+
 def _scenes(shown: ReportedEpisode) -> list[str]:
     return [f"{scene.get('name')}:{scene.get('variant')}" for scene in shown.scenes]
 
@@ -156,7 +178,7 @@ def _public(shown: ReportedEpisode) -> ReportedEpisode:
             for scene in shown.scenes
         ]
     goal = shown.goal if "position" in (shown.goal or {}) else None
-    return replace(shown, document=document, truths=(), explanation=(), goal=goal)
+    return replace(shown, document=document, truths=(), explanation=(), diagnosis={}, recorded={}, goal=goal)
 
 
 def _camera(camera: Camera | None) -> Document | None:
@@ -208,6 +230,9 @@ def object_of(number: int, item: MapObject) -> Document:
         "outcome": OUTCOMES.get(item.verdict or "", "there" if item.true is not None else "estimate"),
         "quality": item.quality,
         "why": one_line(item.why),
+        "error": item.error,
+        "probability": None if item.probability is None else round(item.probability, 3),
+        "taken_for": None if item.mistaken is None else one_line(item.mistaken.label or item.mistaken.name),
         "true": _box(item.true),
         "estimated": _box(item.estimated),
     }
@@ -217,15 +242,45 @@ def _box(box: Box | None) -> list[float] | None:
     return None if box is None else [round(float(value), 4) for value in (*box.centroid, *box.extent)]
 
 
-def _diagnosis(found: Document | None) -> Document | None:
-    if found is None:
+def _diagnosis(found: Document) -> Document | None:
+    if not found:
         return None
     errors = [
-        {"kind": one_line(str(error["kind"])), "count": error["count"], "gain": error["gain"]}
+        {
+            "kind": one_line(str(error["kind"])),
+            "meaning": MEANINGS.get(error["kind"], ""),
+            "count": error["count"],
+            "gain": error["gain"],
+        }
         for error in found.get("errors", ())
     ]
     hints = [one_line(str(hint)) for hint in found.get("hints", ())]
-    return {"errors": errors, "hints": hints, "confusion": _confusion(found.get("confusion", ()))}
+    ending = found.get("ending")
+    return {
+        "errors": errors,
+        "has_errors": "errors" in found,
+        "hints": hints,
+        "confusion": _confusion(found.get("confusion", ())),
+        "states": _confusion(found.get("states", ())),
+        "breakdown": _breakdown(found.get("breakdown", ())),
+        "ending": ending
+        and {**ending, "kind": ENDINGS.get(ending["kind"], ending["kind"]), "why": one_line(ending["why"])},
+        "drift": list(found.get("drift", ())),
+        "along": _along(found.get("along", ())),
+    }
+
+
+def _breakdown(found: Sequence[Document]) -> list[Document]:
+    return [{"by": BREAKDOWNS.get(each["by"], each["by"]), "groups": each["groups"]} for each in found]
+
+
+def _along(found: Sequence[Sequence[float]]) -> Document | None:
+    """Return the error along the way as a line of 300 times 80, and what its ends are."""
+    if len(found) < 2:
+        return None
+    far_m, most_m = max(found[-1][0], 1e-9), max(1e-9, *(row[1] for row in found))
+    points = " ".join(f"{300 * x / far_m:.1f},{80 - 76 * y / most_m:.1f}" for x, y in found)
+    return {"points": points, "far_m": far_m, "most_m": most_m}
 
 
 def _confusion(rows: Sequence[Mapping[str, Any]]) -> Document:

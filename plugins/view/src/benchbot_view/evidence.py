@@ -19,9 +19,22 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from benchbot.plugin import Pose, cache_dir, load_plugins
-from benchbot.viewing import Box, Camera, RecordingNote, class_colors, frame_folders, numbered_frames, ramp
+from benchbot.viewing import (
+    Box,
+    Boxes,
+    Camera,
+    Frame,
+    RecordingNote,
+    Scene,
+    class_colors,
+    frame_folders,
+    hidden,
+    numbered_frames,
+    ramp,
+    views_of,
+)
 
-VERSION = 1
+VERSION = 2
 WIDTH_PX = 640
 MOST_BYTES = 2 * 2**30
 """Of the cache; what was not looked at for longest goes first."""
@@ -31,23 +44,40 @@ FARTHEST_M = 20.0
 CEILING_M = 2.2
 """Points above are left out of the cloud: who looks from above wants to see the floor."""
 STRIDE = 4
-MARGIN_M = 0.03
-FEWEST_POINTS = 6
-"""An object is seen in a frame from so many points in its box on, each of 16 pixels."""
+DEPTH_PX = 320
+"""The width of the depth that is kept to tell what is hidden."""
+STRETCHES = 16
+"""Of each edge of a box; each is hidden or not."""
+NEAREST_M = 0.05
+EDGES = np.array([(corner, corner | bit) for corner in range(8) for bit in (1, 2, 4) if not corner & bit])
+"""The corners at the ends of each edge of a box, as `static/pictures.js` numbers them: bits are x, y, z."""
 UNKNOWN = (120, 120, 120)
+INSTANCES = ".instances.png"
+GREY = np.array([0.299, 0.587, 0.114])
+"""The weights of red, green and blue in brightness."""
 
 Document = dict[str, Any]
 Points = NDArray[np.float64]
-Boxes = Sequence[tuple[int, Box | None]]
-"""Scene and box of each object."""
+Seen = list[list[tuple[float, list[Any], Document]]]
+"""Of each object the frames that see it: quality, what the page gets, what summaries are made of."""
+
+
+@dataclass(frozen=True)
+class Looked:
+    """An object that is looked for: its scene, true box and estimated box."""
+
+    scene: int
+    true: Box | None
+    estimated: Box | None = None
 
 
 @dataclass(frozen=True)
 class View:
-    """The camera at each observation: scene and pose of the base in the map frame."""
+    """The camera at each observation: scene and pose of the base in the map frame; and what may hide things there."""
 
     camera: Camera | None
     bases: Sequence[tuple[int, Pose]]
+    scenes: Sequence[Scene] = ()
 
 
 @dataclass(frozen=True)
@@ -84,14 +114,14 @@ def recorded(result: Path) -> Recorded:
     return Recorded(frames, None)
 
 
-def folder_of(found: Recorded, boxes: Boxes) -> Path:
-    """Return the folder of the cache for a recording in which these boxes are looked for."""
-    return cache_dir() / "view" / f"{found.stamp}-{sha256(repr(boxes).encode()).hexdigest()[:12]}"
+def folder_of(found: Recorded, objects: Sequence[Looked]) -> Path:
+    """Return the folder of the cache for a recording in which these objects are looked for."""
+    return cache_dir() / "view" / f"{found.stamp}-{sha256(repr(objects).encode()).hexdigest()[:12]}"
 
 
-def prepared(found: Recorded, boxes: Boxes) -> Document | None:
+def prepared(found: Recorded, objects: Sequence[Looked]) -> Document | None:
     """Return what is known of a recording; None before `prepare`."""
-    path = folder_of(found, boxes) / "evidence.json"
+    path = folder_of(found, objects) / "evidence.json"
     try:
         document: Document = json.loads(path.read_bytes())
         path.touch()
@@ -100,40 +130,36 @@ def prepared(found: Recorded, boxes: Boxes) -> Document | None:
     return document
 
 
-def prepare(found: Recorded, view: View, boxes: Boxes) -> Document:
-    """Work out what a recording shows: pictures, cloud, and which frames see which of the boxes, each of a scene.
+def prepare(found: Recorded, view: View, objects: Sequence[Looked]) -> Document:
+    """Work out what a recording shows: pictures, cloud, and which frames see which of the objects.
 
-    `seen` has an entry for each box: the frames that see it, best first, as `[number, share]`. With depth, `measured`
-    is true and shares are parts of the picture; without it they are those of boxes that are not behind another one.
+    `seen` has an entry for each object: the frames that see it, best first, as `[number, share, true, estimated]`:
+    which share of it is in sight there, and which stretches of its boxes' edges are hidden (see `_hidden_edges`).
+    `measured` says whether that is told by recorded depth, else by what truly stands there.
     """
-    folder = folder_of(found, boxes)
+    folder = folder_of(found, objects)
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     document: Document = {"frames": [], "measured": False, "seen": [], "cloud": False, "classes": {}}
-    seen: list[list[tuple[int, float]]] = [[] for _ in boxes]
-    if found.observations is None:
-        document["frames"] = [{"number": number} for number in found.frames]
-        _look_by_geometry(found, view, boxes, seen)
-    else:
-        cloud = _Cloud()
-        where, read = found.observations
-        for number, observed in enumerate(read(where)):
-            document["frames"].append(
-                {"number": number, **_pictures(folder, number, observed, document["classes"], found)}
-            )
-            depth = observed.get("image_depth")
-            if depth is None or view.camera is None or number >= len(view.bases):
-                continue
+    seen: Seen = [[] for _ in objects]
+    cloud = _Cloud()
+    for number, path, observed in _observations(found):
+        made = _pictures(folder, number, observed, document["classes"], found)
+        document["frames"].append({"number": number, **made})
+        if view.camera is None or number >= len(view.bases):
+            continue
+        scene, base = view.bases[number]
+        depth = observed.get("image_depth")
+        if depth is not None:
             document["measured"] = True
-            points, pixels = _points(np.asarray(depth), view.camera, view.bases[number][1])
-            cloud.add(points, pixels, observed.get("image_rgb"), number, view.bases[number][0])
-            for place, (scene, box) in enumerate(boxes):
-                if box is not None and scene == view.bases[number][0]:
-                    count = _inside(points, box)
-                    if count >= FEWEST_POINTS:
-                        seen[place].append((number, count * STRIDE**2 / np.asarray(depth).size))
-        document["cloud"] = cloud.write(folder / "cloud.json")
-    document["seen"] = [sorted(found_in, key=lambda item: -item[1]) for found_in in seen]
+            points, pixels = _points(np.asarray(depth), view.camera, base)
+            rgb = observed.get("image_rgb")
+            cloud.add(points, _scaled(pixels, np.asarray(depth), rgb), rgb, number, scene)
+        frame = _Measured(path or folder / f"{number:05d}.jpg", scene, base, number, known_depth_m=_coarse(depth))
+        _look(frame, view, objects, seen, observed.get("image_rgb"))
+    document["cloud"] = cloud.write(folder / "cloud.json")
+    document["seen"] = [[told for _, told, _ in sorted(views, key=_worst_last)] for views in seen]
+    document["objects"] = [_summary(sorted(views, key=_worst_last)) for views in seen] if document["frames"] else []
     temporary = folder / "evidence.tmp"
     temporary.write_text(json.dumps(document), "utf-8")
     temporary.rename(folder / "evidence.json")
@@ -141,22 +167,113 @@ def prepare(found: Recorded, view: View, boxes: Boxes) -> Document:
     return document
 
 
-def _look_by_geometry(found: Recorded, view: View, boxes: Boxes, seen: list[list[tuple[int, float]]]) -> None:
-    if view.camera is None:
+@dataclass(frozen=True)
+class _Measured(Frame):
+    """A frame whose depth is known, or that has none."""
+
+    known_depth_m: Points | None = None
+
+    def depth_m(self) -> Points | None:
+        return self.known_depth_m
+
+
+def _observations(found: Recorded) -> Iterator[tuple[int, Path | None, Mapping[str, Any]]]:
+    """Yield number, picture and content of all observations: as they were, else what the frames keep of them."""
+    if found.observations is not None:
+        where, read = found.observations
+        for number, observed in enumerate(read(where)):
+            yield number, found.frames.get(number), observed
         return
-    for number in found.frames:
-        if number >= len(view.bases):
-            continue
-        scene, base = view.bases[number]
-        for place, (where, box) in enumerate(boxes):
-            if box is None or where != scene:
-                continue
-            if not view.camera.view_of(base, box):
-                continue
-            others = [other for its, other in boxes if its == scene and other is not None and other != box]
-            quality = view.camera.view_of(base, box, others)
-            if quality > 0:
-                seen[place].append((number, quality))
+    ids = _class_ids(next(iter(found.frames.values())).parent) if found.frames else {}
+    for number, path in found.frames.items():
+        observed: Document = {}
+        with suppress(OSError, ValueError):
+            observed["image_rgb"] = np.asarray(Image.open(path).convert("RGB"))
+        depth_m = Frame(path, 0, Pose()).depth_m()
+        if depth_m is not None:
+            observed["image_depth"] = depth_m
+        with suppress(OSError, ValueError):
+            instances = np.asarray(Image.open(path.with_name(f"{path.stem}{INSTANCES}")))
+            observed["image_segment"] = {"class_segment_img": instances // 1000, "class_ids": ids}
+        yield number, path, observed
+
+
+def _class_ids(folder: Path) -> dict[str, int]:
+    with suppress(OSError, ValueError):
+        return {str(name): int(number) for name, number in json.loads((folder / "classes.json").read_bytes()).items()}
+    return {}
+
+
+def _coarse(depth: Any) -> Points | None:
+    """Return depth as frames keep it: the middle pixel of every few, at most so many wide."""
+    if depth is None:
+        return None
+    whole = np.asarray(depth, float)
+    step = -(-whole.shape[1] // DEPTH_PX)
+    kept: Points = whole[step // 2 :: step, step // 2 :: step].copy()
+    kept[kept <= 0] = np.nan
+    return kept
+
+
+def _look(frame: Frame, view: View, objects: Sequence[Looked], seen: Seen, rgb: Any) -> None:
+    """Note which objects a frame sees, by quality."""
+    camera = view.camera
+    boxes = [(place, each.true or each.estimated) for place, each in enumerate(objects) if each.scene == frame.scene]
+    known = [(place, box) for place, box in boxes if box is not None]
+    if camera is None or not known:
+        return
+    scene = view.scenes[frame.scene] if frame.scene < len(view.scenes) else Scene(Boxes.of([]))
+    are_true = np.array([objects[place].true is not None for place, _ in known])
+    found = views_of(Boxes.of([(box.centroid, box.extent) for _, box in known]), [frame], camera, scene, are_true)
+    for (place, _), views in zip(known, found, strict=True):
+        for one in views:
+            edges = [
+                _hidden_edges(box, frame, camera, scene) for box in (objects[place].true, objects[place].estimated)
+            ]
+            about = {"distance_m": one.distance_m, "visible": one.visible}
+            if rgb is not None:
+                columns, rows = np.round(one.sampled).astype(int).T
+                shown = np.asarray(rgb)[rows.clip(0, len(rgb) - 1), columns.clip(0, np.asarray(rgb).shape[1] - 1), :3]
+                about["brightness"] = float((shown @ GREY).mean()) / 255
+            seen[place].append((one.quality, [frame.number, round(one.visible, 3), *edges], about))
+
+
+def _worst_last(found: tuple[float, list[Any], Document]) -> float:
+    return -found[0]
+
+
+def _summary(views: Sequence[tuple[float, list[Any], Document]]) -> Document:
+    """Return how an object was seen, as explanations have it: how often, from where, how much of it, in which light."""
+    if not views:
+        return {"times_seen": 0}
+    about = [each for _, _, each in views]
+    told: Document = {
+        "times_seen": len(views),
+        "nearest_m": min(each["distance_m"] for each in about),
+        "visible": max(each["visible"] for each in about),
+    }
+    return told | {key: about[0][key] for key in ("brightness",) if key in about[0]}
+
+
+def _hidden_edges(box: Box | None, frame: Frame, camera: Camera, scene: Scene) -> str | None:
+    """Return which stretches of a box's edges something is before: bits in base64, edge by edge."""
+    if box is None:
+        return None
+    signs = np.array([[corner >> axis & 1 for axis in range(3)] for corner in range(8)]) - 0.5
+    corners = np.array(box.centroid) + signs * np.array(box.extent)
+    shares = ((np.arange(STRETCHES) + 0.5) / STRETCHES)[:, None]
+    starts, ends = corners[EDGES[:, 0]][:, None], corners[EDGES[:, 1]][:, None]
+    points = (starts + shares * (ends - starts)).reshape(-1, 3)
+    before = camera.seen_from(frame.base, points)[:, 2] > NEAREST_M
+    bits = np.zeros(len(points), bool)
+    if before.any():
+        bits[before] = hidden(points[before], Boxes.of([(box.centroid, box.extent)]), frame, camera, scene)
+    return _base64(np.packbits(bits))
+
+
+def _scaled(pixels: NDArray[np.intp], depth: NDArray[Any], rgb: Any) -> NDArray[np.intp]:
+    """Return where pixels of depth are in a picture that may be larger."""
+    return pixels if rgb is None else pixels * max(np.asarray(rgb).shape[1] // depth.shape[1], 1)
 
 
 def _pictures(
@@ -220,8 +337,9 @@ def _class_picture(numbers: NDArray[Any], classes: Mapping[str, int]) -> Image.I
 
 
 def _points(depth: NDArray[Any], camera: Camera, base: Pose) -> tuple[Points, NDArray[np.intp]]:
-    """Return the points of every fourth pixel in the map frame, (N, 3), and their pixels, (N, 2): row and column."""
-    rows, columns = np.mgrid[STRIDE // 2 : depth.shape[0] : STRIDE, STRIDE // 2 : depth.shape[1] : STRIDE]
+    """Return points in the map frame, (N, 3), and their pixels, (N, 2), row and column: of every few pixels one."""
+    stride = max(round(STRIDE * depth.shape[1] / camera.width), 1)
+    rows, columns = np.mgrid[stride // 2 : depth.shape[0] : stride, stride // 2 : depth.shape[1] : stride]
     distances = depth[rows, columns].astype(float)
     valid = np.isfinite(distances) & (distances > 0.05) & (distances < FARTHEST_M)
     rows, columns, distances = rows[valid], columns[valid], distances[valid]
@@ -238,12 +356,6 @@ def matrix(pose: Pose) -> tuple[Points, Points]:
     origin = np.array(pose.translation_xyz)
     axes = [np.array((pose @ Pose(axis)).translation_xyz) - origin for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
     return np.stack(axes, 1), origin
-
-
-def _inside(points: Points, box: Box) -> int:
-    half = np.array(box.extent) / 2 + MARGIN_M
-    near = (np.abs(points - np.array(box.centroid)) <= half).all(1)
-    return int(near.sum())
 
 
 class _Cloud:

@@ -83,12 +83,13 @@ def _score(index: Index) -> None:
 
 
 def _write_episode(folder: Path, row: Row, episode: Episode) -> None:
-    evidence = prepared(episode.recorded, episode.boxes) or prepare(episode.recorded, episode.view, episode.boxes)
+    evidence = prepared(episode.recorded, episode.looked) or prepare(episode.recorded, episode.view, episode.looked)
     cloud_file = episode.folder / "cloud.json"
     # Without poses, the cloud and what each frame saw would give them away.
     knows_poses = any("base" in frame for frame in episode.document["frames"])
+    evidence = episode.told(evidence)
     if not knows_poses:
-        evidence = {**evidence, "seen": [], "cloud": False}
+        evidence = {**evidence, "seen": [], "objects": [], "breakdown": [], "cloud": False}
     cloud: Any = msgspec.Raw(cloud_file.read_bytes()) if evidence["cloud"] and cloud_file.is_file() else None
     document = {**about(row), **episode.document, "id": row.id}
     text = pages.page("episode.html", is_static=True, root="../", episode=document, evidence=evidence, cloud=cloud)

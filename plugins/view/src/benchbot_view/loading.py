@@ -56,20 +56,19 @@ class Episodes:
     def evidence(self, id_: str) -> dict[str, Any] | None:
         """Return what a recording shows; None while that is being worked out."""
         episode = self.get(id_)
-        found = prepared(episode.recorded, episode.boxes)
+        found = prepared(episode.recorded, episode.looked)
         if found is not None:
-            return found
+            return episode.told(found)
         with self._lock:
             future = self._under_way.get(id_)
             if future is None:
-                self._under_way[id_] = self._worker.submit(prepare, episode.recorded, episode.view, episode.boxes)
+                self._under_way[id_] = self._worker.submit(prepare, episode.recorded, episode.view, episode.looked)
                 return None
         if future.done():
             with self._lock:
                 self._under_way.pop(id_, None)
             # What could not be worked out is told once, and tried again when it is asked for again.
-            made: dict[str, Any] = future.result()
-            return made
+            return episode.told(future.result())
         return None
 
     def close(self) -> None:

@@ -136,7 +136,7 @@ class Views:
         return _html(pages.page("pair.html", title="Side by side"))
 
     async def _episode(self, request: Request) -> Response:
-        row = self._index.row(request.path_params["id"])
+        row = await run_in_threadpool(self._row, request.path_params["id"])
         if row is None:
             return _nothing(request)
         try:
@@ -147,7 +147,7 @@ class Views:
         return _html(pages.page("episode.html", root="../", episode=document, evidence=None, cloud=None))
 
     async def _live(self, request: Request) -> Response:
-        row = self._index.row(request.path_params["id"])
+        row = await run_in_threadpool(self._row, request.path_params["id"])
         if row is None or row.id not in self._index.runs:
             return _nothing(request)
         document = await run_in_threadpool(self._runs.describe, row.id)
@@ -156,6 +156,15 @@ class Views:
     async def _rows(self, request: Request) -> Response:
         since, start = (_number(request, name) for name in ("since", "start"))
         return await run_in_threadpool(self._read_rows, since, start)
+
+    def _row(self, id_: str) -> Row | None:
+        """Return a row; who comes by the address of an episode may be the first, and has the folders read."""
+        row = self._index.row(id_)
+        if row is None:
+            with self._looking:
+                self._index.look()
+            row = self._index.row(id_)
+        return row
 
     def _read_rows(self, since: int, start: int) -> Response:
         # Several pages may ask at once; one of them looks.

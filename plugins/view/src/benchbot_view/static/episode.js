@@ -1,6 +1,6 @@
 // The page of an episode: everything moves with one slider, and an object is lit wherever it is shown.
 import { block, isStatic, keepState, make, onKeys, root, stateOf } from "./help.js";
-import { paint, paintBox, Pictures } from "./pictures.js";
+import { paint, paintBox, Pictures, stretchesOf } from "./pictures.js";
 import { showSpace } from "./space.js";
 
 const TRUTH = "#ffec9c";
@@ -21,6 +21,8 @@ let evidence = { frames: [], seen: [] };
 let space = null;
 let spaceOf = -1;
 let timer = null;
+let stretches = new Map();
+let firstSeen = [];
 const pictures = {};
 const objectRows = [...document.querySelectorAll("tr[data-object]")];
 const figures = Object.fromEntries([...document.querySelectorAll("figure[data-kind]")].map((figure) => [figure.dataset.kind, figure]));
@@ -78,7 +80,7 @@ function drawPictures(frame) {
     const canvas = figures[kind].querySelector("canvas");
     paint(canvas, image);
     found.fetchAround(at);
-    if (frame.camera && episode.camera) for (const [box, color, label] of boxesOf(frame.scene)) paintBox(canvas, frame.camera, episode.camera, box, color, label);
+    if (frame.camera && episode.camera) for (const [box, color, label, hidden] of boxesOf(frame.scene)) paintBox(canvas, frame.camera, episode.camera, box, color, label, hidden);
   }
 }
 
@@ -88,16 +90,29 @@ function boxesOf(scene) {
   for (const item of episode.objects) {
     if (item.scene !== scene || !(item.number === wanted || allBoxes)) continue;
     const isWanted = item.number === wanted;
-    if (item.true) boxes.push([item.true, TRUTH, isWanted ? item.truth_label : ""]);
-    if (item.estimated) boxes.push([item.estimated, ESTIMATE, isWanted ? `${item.label}${item.quality === null ? "" : ` ${item.quality.toFixed(2)}`}` : ""]);
+    if (item.true) boxes.push([item.true, TRUTH, isWanted ? item.truth_label : "", hiddenOf(item.number, at, 2)]);
+    if (item.estimated) boxes.push([item.estimated, ESTIMATE, isWanted ? estimateOf(item) : "", hiddenOf(item.number, at, 3)]);
   }
   return boxes;
+}
+
+function estimateOf(item) { return item.probability === null ? item.label : `${item.label} ${item.probability.toFixed(2)}`; }
+
+// Which edges of an object's box are hidden in a frame: all of them in one that does not see it.
+function hiddenOf(object, number, place) {
+  if (!evidence.seen.length) return null;
+  const key = `${object} ${number} ${place}`;
+  if (!stretches.has(key)) {
+    const view = evidence.seen[object]?.find(([other]) => other === number);
+    stretches.set(key, view ? stretchesOf(view[place]) : true);
+  }
+  return stretches.get(key);
 }
 
 function tell(frame) {
   const time = frame.time_s === undefined || frame.time_s === null ? "" : ` · ${frame.time_s.toFixed(1)} s`;
   const done = frame.action ? ` · ${frame.action}${frame.outcome ? ` (${frame.outcome})` : ""}` : "";
-  const seen = evidence.seen.length ? ` · ${evidence.seen.filter((found) => found.some(([number]) => number <= at)).length} of ${episode.objects.length} objects seen` : "";
+  const seen = evidence.seen.length ? ` · ${firstSeen.filter((number) => number <= at).length} of ${episode.objects.length} objects seen` : "";
   get("now").replaceChildren(make("b", {}, count ? `${at + 1} of ${count}` : "no observations"), `${time}${done}${seen}`);
   slider.setAttribute("aria-valuetext", `${at + 1} of ${count}${time}${done}`);
 }
@@ -226,8 +241,8 @@ function drawReel(item, seen) {
       canvas.height = Math.round((320 * image.naturalHeight) / image.naturalWidth);
       canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
       const frame = episode.frames[number];
-      if (frame?.camera && item.true) paintBox(canvas, frame.camera, episode.camera, item.true, TRUTH, "");
-      if (frame?.camera && item.estimated) paintBox(canvas, frame.camera, episode.camera, item.estimated, ESTIMATE, "");
+      if (frame?.camera && item.true) paintBox(canvas, frame.camera, episode.camera, item.true, TRUTH, "", hiddenOf(item.number, number, 2));
+      if (frame?.camera && item.estimated) paintBox(canvas, frame.camera, episode.camera, item.estimated, ESTIMATE, "", hiddenOf(item.number, number, 3));
     };
     const nearest = pictures.frame.nearest(number);
     image.src = pictures.frame.get(nearest)?.src ?? pictures.frame.kept.get(nearest).src;
@@ -330,6 +345,9 @@ function nextView() {
 
 function take(found) {
   evidence = found;
+  stretches = new Map();
+  firstSeen = found.seen.filter((views) => views.length).map((views) => Math.min(...views.map(([number]) => number)));
+  drawBreakdown(found.breakdown ?? []);
   const numbers = { frame: found.frames.map((frame) => frame.number), depth: found.frames.filter((frame) => frame.depth_m).map((frame) => frame.number), classes: found.frames.filter((frame) => frame.classes).map((frame) => frame.number) };
   for (const [kind, known] of Object.entries(numbers)) {
     figures[kind].hidden = !known.length;
@@ -348,6 +366,22 @@ function take(found) {
   if (chosen !== null) choose(chosen, { moves: state.t === undefined });
   if (found.cloud && !get("space").hidden) { spaceOf = -1; openSpace(); }
   soon();
+}
+
+function drawBreakdown(parts) {
+  if (!parts.length || !get("breakdown")) return;
+  get("breakdown").replaceChildren(...parts.map((part) => {
+    const lines = part.groups.map((row) => {
+      const bar = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+      const inner = document.createElementNS("http://www.w3.org/2000/svg", "rect");
+      for (const [name, value] of [["width", "100%"], ["height", 8], ["aria-hidden", "true"]]) bar.setAttribute(name, value);
+      for (const [name, value] of [["class", "quality"], ["width", `${(100 * row.quality).toFixed(1)}%`], ["height", 8], ["rx", 2]]) inner.setAttribute(name, value);
+      bar.append(inner);
+      return make("tr", {}, make("th", { scope: "row" }, row.label), make("td", { class: "number" }, `${row.found} of ${row.objects}`), make("td", { class: "number" }, row.quality.toFixed(2)), make("td", { class: "bar-cell" }, bar));
+    });
+    const head = make("tr", {}, make("th", { scope: "col" }, "objects"), make("th", { scope: "col", class: "number" }, "found"), make("th", { scope: "col", class: "number" }, "quality"), make("td"));
+    return make("table", { class: "costs" }, make("caption", { class: "note" }, part.by), make("thead", {}, head), make("tbody", {}, ...lines));
+  }));
 }
 
 async function waitForEvidence() {

@@ -5,6 +5,7 @@ const KEPT = 160;
 const AHEAD = 12;
 const NEAREST_M = 0.05;
 const ENDINGS = { frame: ".jpg", depth: "-depth.png", classes: "-classes.png" };
+const STRETCHES = 16;
 const EDGES = [];
 for (let i = 0; i < 8; i += 1) for (const bit of [1, 2, 4]) if (!(i & bit)) EDGES.push([i, i | bit]);
 
@@ -62,8 +63,14 @@ export function paint(canvas, image) {
   canvas.getContext("2d").drawImage(image, 0, 0);
 }
 
-/** Draw the edges of a box (centre and size in the map frame) as a camera sees it; `camera` is its rotation and place. */
-export function paintBox(canvas, camera, intrinsics, box, color, label) {
+/** Return which stretches of a box's edges are hidden, of what evidence says of them. */
+export function stretchesOf(text) { return text ? Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)) : null; }
+
+/**
+ * Draw the edges of a box (centre and size in the map frame) as a camera sees it; `camera` is its rotation and place.
+ * `hidden` has a bit for each stretch of an edge, true for all, null for none: these are dashed.
+ */
+export function paintBox(canvas, camera, intrinsics, box, color, label, hidden = null) {
   const scale = canvas.width / intrinsics.width;
   const corners = [];
   for (let i = 0; i < 8; i += 1) {
@@ -73,25 +80,34 @@ export function paintBox(canvas, camera, intrinsics, box, color, label) {
   const context = canvas.getContext("2d");
   const pixel = ([x, y, z]) => [(intrinsics.fx * x / z + intrinsics.cx) * scale, (intrinsics.fy * y / z + intrinsics.cy) * scale];
   const lines = [];
-  for (const [i, j] of EDGES) {
-    let [a, b] = [corners[i], corners[j]];
-    if (a[2] < NEAREST_M && b[2] < NEAREST_M) continue;
-    if (a[2] < NEAREST_M) a = clipped(b, a);
-    if (b[2] < NEAREST_M) b = clipped(a, b);
-    lines.push([pixel(a), pixel(b)]);
-  }
-  if (!lines.length) return;
+  const behind = [];
+  EDGES.forEach(([i, j], edge) => {
+    const isHidden = (part) => hidden === true || Boolean(hidden && hidden[(edge * STRETCHES + part) >> 3] & (128 >> ((edge * STRETCHES + part) & 7)));
+    for (let first = 0, next; first < STRETCHES; first = next) {
+      for (next = first + 1; next < STRETCHES && isHidden(next) === isHidden(first);) next += 1;
+      let [a, b] = [first, next].map((part) => corners[i].map((value, axis) => value + (part / STRETCHES) * (corners[j][axis] - value)));
+      if (a[2] < NEAREST_M && b[2] < NEAREST_M) continue;
+      if (a[2] < NEAREST_M) a = clipped(b, a);
+      if (b[2] < NEAREST_M) b = clipped(a, b);
+      (isHidden(first) ? behind : lines).push([pixel(a), pixel(b)]);
+    }
+  });
+  if (!lines.length && !behind.length) return;
   const size = Math.max(canvas.width / 480, 1);
   context.lineCap = "round";
-  for (const [width, shade] of [[4 * size, "rgb(0 0 0 / 55%)"], [2 * size, color]]) {
-    context.lineWidth = width;
-    context.strokeStyle = shade;
-    context.beginPath();
-    for (const [[x0, y0], [x1, y1]] of lines) { context.moveTo(x0, y0); context.lineTo(x1, y1); }
-    context.stroke();
+  for (const [some, dashes] of [[behind, [2 * size, 7 * size]], [lines, []]]) {
+    context.setLineDash(dashes);
+    for (const [width, shade] of [[4 * size, "rgb(0 0 0 / 55%)"], [2 * size, color]]) {
+      context.lineWidth = dashes.length ? width * 0.7 : width;
+      context.strokeStyle = shade;
+      context.beginPath();
+      for (const [[x0, y0], [x1, y1]] of some) { context.moveTo(x0, y0); context.lineTo(x1, y1); }
+      context.stroke();
+    }
   }
+  context.setLineDash([]);
   if (!label) return;
-  const points = lines.flat().filter(([x, y]) => x > -canvas.width && x < 2 * canvas.width && y > -canvas.height && y < 2 * canvas.height);
+  const points = [...lines, ...behind].flat().filter(([x, y]) => x > -canvas.width && x < 2 * canvas.width && y > -canvas.height && y < 2 * canvas.height);
   if (!points.length) return;
   context.font = `600 ${Math.round(12 * size)}px system-ui, sans-serif`;
   const width = context.measureText(label).width;
