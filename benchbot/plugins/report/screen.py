@@ -29,7 +29,7 @@ class CompareScreen(CommandScreen):
     HEADING = "Compare"
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("ctrl+s", "compare", "Compare", tooltip="Compare what is chosen"),
-        Binding("R", "report", "Report", tooltip="Make the report of each that is chosen, and open it"),
+        Binding("O", "report", "Report", tooltip="Make the report of each that is chosen, and open it"),
     ]
     DEFAULT_CSS = """
     CompareScreen .form { width: 45%; max-width: 64; }

@@ -177,8 +177,9 @@ class CommandScreen(Screen[None]):
         if self.is_busy:
             self.notify(f"{self._doing} is under way: Esc asks whether to end that.")
             return
+        app = self.app  # the thread that reads the command's output has none
         try:
-            command = ChildCommand(words, lambda line: self.app.call_later(self._progress, command, line), folder)
+            command = ChildCommand(words, lambda line: app.call_later(self._progress, command, line), folder)
         except BenchbotError as error:
             self.show_error(error)
             return
