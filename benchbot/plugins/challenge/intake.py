@@ -30,7 +30,7 @@ class Solution:
 
 
 def pack(source: Path, command: str | None, target: Path) -> Solution:
-    """Write the archive of a folder: a container if it has a Dockerfile and no command is given, else held by a sandbox.
+    """Write the archive of a folder: a container if it has a Dockerfile and no command is given, else for a sandbox.
 
     Raises BenchbotError for a folder without either, and for what must not be given away.
     """

@@ -16,6 +16,8 @@ LEASE_S = 60.0
 """A worker that has not extended its lease for so long is lost; its submission goes back to the queue."""
 MOST_FAILURES = 3
 """So often may machine or simulator fail before the organiser has to look."""
+NOT_THE_TEAMS = "Machine or simulator failed; the organiser's log says how."
+"""What a team is told of it: the log could tell of a hidden place."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,7 @@ def fail(database: Database, claim: Claim, why: str, *, for_good: bool = False) 
     with database.writing() as connection:
         count = connection.scalar(select(submissions.c.failures).where(submissions.c.id == claim.submission)) or 0
         state = FAILED if for_good or count + 1 >= MOST_FAILURES else QUEUED
-        held = end_attempt(database, connection, claim, state, why if state == FAILED else "")
+        held = end_attempt(database, connection, claim, state, NOT_THE_TEAMS if state == FAILED else "")
         if held:
             again = update(submissions).where(submissions.c.id == claim.submission)
             connection.execute(again.values(failures=count + 1))

@@ -3,6 +3,7 @@
 A statement is JSON in a DSSE envelope: its subject is the submission's archive by SHA-256, its predicate says the rest.
 """
 
+import base64
 import hashlib
 import json
 import os
@@ -53,6 +54,10 @@ class Key:
         document: Document = envelope.to_dict()
         return document
 
+    def has_signed(self, envelope: Mapping[str, Any]) -> bool:
+        """Say whether an envelope names this key as its signer; not whether the signature is right."""
+        return any(signature.get("keyid") == self.public["keyid"] for signature in envelope["signatures"])
+
 
 @dataclass(frozen=True)
 class Statement:
@@ -100,7 +105,7 @@ def load(path: Path) -> Key:
 
 
 def public_key(document: Any) -> "SSlibKey":
-    """Return a public key from its published form; raises BenchbotError for anything but an Ed25519 key by its own id."""
+    """Return a public key from its published form; raises BenchbotError for all but an Ed25519 key by its own id."""
     from securesystemslib.signer import SSlibKey
 
     try:
@@ -140,6 +145,11 @@ def opened(envelope: Any, key: "SSlibKey", predicate_type: str) -> Statement:
     if not isinstance(digest, str) or not isinstance(predicate, dict):
         raise _not_signed("It has not the form of one.")
     return Statement(digest, predicate, hashlib.sha256(found.payload).hexdigest())
+
+
+def digest(envelope: Mapping[str, Any]) -> str:
+    """Return the SHA-256 of what an envelope holds: of statements with the same one only one counts."""
+    return hashlib.sha256(base64.b64decode(envelope["payload"])).hexdigest()
 
 
 def _key_id(key: "SSlibKey") -> str:

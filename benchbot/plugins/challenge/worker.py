@@ -5,8 +5,8 @@ counts, once. Whether an attempt still counts is the queue's to say (benchbot.pl
 """
 
 import os
-import shutil
 import shlex
+import shutil
 import signal
 import socket
 import subprocess
@@ -36,7 +36,9 @@ POLL_S = 1.0
 RETRY_S = 2.0
 HAND_OVER_S = 60.0
 SCORED_CODES = (ExitCode.OK, ExitCode.SUBMISSION_FAILED, ExitCode.BELOW_THRESHOLD)
-KEPT = frozenset("source environment seed episode repeat settings failure why scores provenance".split())
+KEPT = frozenset(
+    ["source", "environment", "seed", "episode", "repeat", "settings", "failure", "why", "scores", "provenance"]
+)
 
 
 @dataclass(frozen=True)

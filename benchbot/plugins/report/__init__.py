@@ -1,3 +1,3 @@
 """Reports of results: a page for people, tables for papers and programs, test cases for continuous integration."""
 
-__all__ = ["compare_command", "comparison", "episodes", "rendering", "result_sets"]
+__all__ = ["compare_command", "comparison", "episodes", "pairing", "rendering", "result_sets", "significance"]
