@@ -53,6 +53,20 @@ Command = Annotated[
 ]
 
 
+@app.callback()
+def require_extra() -> None:
+    """Run a challenge, or take part in one: submissions, queue, hidden places, leaderboard."""
+    from importlib.util import find_spec
+
+    lacking = [name for name in ("alembic", "multipart", "securesystemslib", "sqlalchemy") if find_spec(name) is None]
+    if lacking:
+        raise BenchbotError(
+            "Challenges need more than is installed.",
+            f"There is no {', '.join(lacking)}.",
+            "Install it: pip install 'benchbot[challenge]'",
+        )
+
+
 @app.command(rich_help_panel=ORGANISER)
 def init(
     folder: Folder,
@@ -94,11 +108,12 @@ def worker(
     folder: Folder,
     database: DatabaseUrl = None,
     until_empty: Annotated[bool, typer.Option("--until-empty", help="End when nothing waits.")] = False,
+    with_parent: Annotated[bool, typer.Option("--with-parent", hidden=True)] = False,
 ) -> None:
     """Compute submissions, beside others; the folder must be on a disk that all of them share."""
     from benchbot.plugins.challenge import serving
 
-    serving.work(folder, database, until_empty=until_empty)
+    serving.work(folder, database, until_empty=until_empty, with_parent=with_parent)
 
 
 @app.command(rich_help_panel=ORGANISER)
@@ -285,7 +300,7 @@ def submit(
     server = client.Server(url, client.known_token(url, token_file))
     chosen = phase or next(iter(server.ask("GET", "/api/v1/challenge")["phases"]))
     with handing_in.archive(what, command, example) as archive:
-        made = client.submit(server, archive, chosen, title or example or "", key and signing.load(key))
+        made = client.submit(server, archive, chosen, title or example or "", None if key is None else signing.load(key))
     console.note(f"Handed in to {chosen}; SHA-256 {made['sha256']}.")
     if wait:
         made = handing_in.wait(server, made)

@@ -164,7 +164,7 @@ def _phase(name: str, given: Mapping[str, Any], path: Path) -> Phase:
     return Phase(
         name=name,
         title=given.get("title", name.capitalize()),
-        batch={**batch, "limits": {"max_restarts": 0, **batch.get("limits", {})}},
+        batch={**batch, "limits": {"restarts": 0, **batch.get("limits", {})}},
         opens=opens,
         closes=closes,
         addons=tuple(given.get("addons", ())),

@@ -150,7 +150,7 @@ def _told_apart(a: Document, b: Document, evaluator: Evaluator) -> bool:
 
 
 def _by_environment(document: Document, evaluator: Evaluator) -> dict[str, float]:
-    found: dict[str, list[Mapping[str, float]]] = {}
+    found: dict[str, list[dict[str, float]]] = {}
     for row in _rows(document):
         found.setdefault(str(row["environment"]), []).append(row["scores"])
     return {name: evaluator.combine(parts)[evaluator.headline] for name, parts in sorted(found.items())}

@@ -141,8 +141,8 @@ def _add_team(
 
 
 def new_token() -> str:
-    """Return 256 random bits, as they may stand in a URL."""
-    return secrets.token_urlsafe(32)
+    """Return 256 random bits in hexadecimal digits: no command takes them for an option."""
+    return secrets.token_hex(32)
 
 
 def digest(token: str) -> str:

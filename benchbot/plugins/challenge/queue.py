@@ -94,12 +94,15 @@ def finish(database: Database, claim: Claim, score: float, document: Record, env
         return True
 
 
-def fail(database: Database, claim: Claim, why: str, *, for_good: bool = False) -> bool:
-    """Give a claim back because machine or simulator failed; after `MOST_FAILURES`, or `for_good`, it fails."""
+def fail(database: Database, claim: Claim, why: str, told: str | None = None) -> bool:
+    """Give a claim back because machine or simulator failed; after `MOST_FAILURES` the submission fails.
+
+    It fails at once when the team is `told` a reason, which is then its own.
+    """
     with database.writing() as connection:
         count = connection.scalar(select(submissions.c.failures).where(submissions.c.id == claim.submission)) or 0
-        state = FAILED if for_good or count + 1 >= MOST_FAILURES else QUEUED
-        held = end_attempt(database, connection, claim, state, NOT_THE_TEAMS if state == FAILED else "")
+        state = FAILED if told is not None or count + 1 >= MOST_FAILURES else QUEUED
+        held = end_attempt(database, connection, claim, state, (told or NOT_THE_TEAMS) if state == FAILED else "")
         if held:
             again = update(submissions).where(submissions.c.id == claim.submission)
             connection.execute(again.values(failures=count + 1))

@@ -1,5 +1,7 @@
 """Serving a challenge: the web server, and workers as processes of their own, which are started anew when they die."""
 
+import os
+import shutil
 import signal
 import socket
 import threading
@@ -48,21 +50,25 @@ def serve(
         keeper.start()
         stack.callback(keeper.join)
         stack.callback(ended.set)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: None)  # uvicorn raises it once more when it has ended
         settings = {"log_config": None, "access_log": False, "server_header": False, "lifespan": "off"}
         config = uvicorn.Config(create_app(served), timeout_graceful_shutdown=SHUTDOWN_S, **settings)  # type: ignore[arg-type]
         uvicorn.Server(config).run([listener])
 
 
-def work(folder: Path, database_url: str | None, *, until_empty: bool) -> None:
-    """Be one worker until SIGINT or SIGTERM; what it has begun is another's to go on with."""
+def work(folder: Path, database_url: str | None, *, until_empty: bool, with_parent: bool = False) -> None:
+    """Be one worker until SIGINT or SIGTERM, or until its parent has ended; another goes on with what it has begun."""
     challenge = read(folder)
     ended = threading.Event()
+    parent = os.getppid()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: ended.set())
     database = Database(url_of(challenge, database_url))
     key = signing.load(challenge.folder / SIGNING_KEY)
     name = workers.name_of_this()
-    workers.Worker(challenge, database, key, name, ended.is_set).run(until_empty=until_empty)
+    over = ended.is_set if not with_parent else (lambda: ended.is_set() or os.getppid() != parent)
+    workers.Worker(challenge, database, key, name, over).run(until_empty=until_empty)
 
 
 def site(challenge: Challenge, database: Database, public_url: str | None = None) -> Site:
@@ -95,9 +101,6 @@ def _enter_baselines(served: Site) -> None:
 
 
 def _enter(served: Site, phase: str, team: Any, archive: Path) -> None:
-    import os
-    import shutil
-
     from benchbot.plugins.challenge.web.site import new_identifier
 
     identifier, sha256 = new_identifier(), intake.sha256_of(archive)
@@ -120,7 +123,7 @@ def _enter(served: Site, phase: str, team: Any, archive: Path) -> None:
 
 def _keep_workers(challenge: Challenge, database_url: str | None, count: int, ended: threading.Event) -> None:
     """Keep so many workers running; their output goes to `workers.log` in the challenge's folder."""
-    words = ["challenge", "worker", str(challenge.folder)]
+    words = ["challenge", "worker", str(challenge.folder), "--with-parent"]
     words += [] if database_url is None else ["--database", database_url]
     running: list[Popen[bytes]] = []
     with (challenge.folder / "workers.log").open("ab") as log:

@@ -31,13 +31,16 @@ from benchbot.plugins.challenge.document import RUNS_SECRET, Challenge, Phase
 from benchbot.plugins.challenge.queue import LEASE_S, Claim
 from benchbot.plugins.challenge.submissions import submission
 from benchbot.process import LastWords, how_it_ended
+from benchbot.submission.solution import python_first
 
 POLL_S = 1.0
 RETRY_S = 2.0
 HAND_OVER_S = 60.0
 SCORED_CODES = (ExitCode.OK, ExitCode.SUBMISSION_FAILED, ExitCode.BELOW_THRESHOLD)
-KEPT = frozenset(
-    ["source", "environment", "seed", "episode", "repeat", "settings", "failure", "why", "scores", "provenance"]
+CANNOT_START = "It cannot be started: its program, its modules or its Dockerfile are not as they must be."
+KEPT = (
+    *("source", "environment", "seed", "episode", "repeat", "settings", "failure", "why", "scores", "ground_truths"),
+    "provenance",
 )
 
 
@@ -70,7 +73,7 @@ class Worker:
         folder = self.challenge.work / claim.submission
         phase = self.challenge.phases.get(claim.phase)
         if phase is None:
-            self._settle(lambda: queue.fail(self.database, claim, "Its phase is gone.", for_good=True))
+            self._settle(lambda: queue.fail(self.database, claim, "Its phase is gone.", "Its phase is gone."))
             return
         try:
             solution = self._unpacked(claim, folder)
@@ -83,7 +86,10 @@ class Worker:
             why = f"The machine: {error.strerror}"
             self._settle(lambda: queue.fail(self.database, claim, why))
             return
-        if code is None:  # the lease was lost, or this worker is to end
+        if code == ExitCode.USAGE:  # the phase itself was proven when the server began
+            told = CANNOT_START if phase.hidden else f"It cannot be started. {words}"
+            self._settle(lambda: queue.fail(self.database, claim, words, told))
+        elif code is None:  # the lease was lost, or this worker is to end
             self._settle(lambda: queue.give_back(self.database, claim))
         elif code not in SCORED_CODES or not (folder / "batch" / "scores.json").is_file():
             self._settle(lambda: queue.fail(self.database, claim, f"The batch {how_it_ended(code)}. {words}"))
@@ -127,8 +133,15 @@ class Worker:
         with (folder / "batch.log").open("ab") as log:
             start = log.tell()
             words = [sys.executable, "-P", "-m", "benchbot", *command]
-            within = {"cwd": folder / "solution", "stdin": subprocess.DEVNULL, "start_new_session": True}
-            process = subprocess.Popen(words, stdout=log, stderr=log, **within)
+            process = subprocess.Popen(
+                words,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                cwd=folder / "solution",
+                env={**os.environ, **python_first()},
+                start_new_session=True,
+            )
             extended = time.monotonic()
             while process.poll() is None:
                 time.sleep(0.2)
