@@ -16,8 +16,7 @@ from sqlalchemy import func, insert, select
 
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.challenge.database import Database
-from benchbot.plugins.challenge.document import FILE
-from benchbot.plugins.challenge.submissions import QUEUED, RUNNING
+from benchbot.plugins.challenge.document import FILE, QUEUED, RUNNING
 from benchbot.plugins.challenge.tables import events, metadata, submissions, teams
 
 ROWS = "database.jsonl"

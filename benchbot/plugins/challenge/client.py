@@ -15,7 +15,6 @@ from benchbot.core import resources
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.text import one_line
 from benchbot.plugins.challenge import intake, signing
-from benchbot.plugins.challenge.web.api import STATEMENT_HEADER
 
 TIMEOUT_S = 120.0
 TOKEN = "BENCHBOT_CHALLENGE_TOKEN"  # noqa: S105 - the name of a variable
@@ -114,7 +113,7 @@ def submit(server: Server, archive: Path, phase: str, title: str, key: signing.K
             "by": "team",
         }
         envelope = key.sign(signing.SUBMISSION, sha256, predicate)
-        headers[STATEMENT_HEADER] = base64.b64encode(json.dumps(envelope).encode()).decode()
+        headers[signing.HEADER] = base64.b64encode(json.dumps(envelope).encode()).decode()
     path = f"/api/v1/phases/{quote(phase, safe='')}/submissions?title={quote(title)}"
     answer: Document = server.ask("POST", path, file=archive, headers=headers)
     return answer

@@ -7,6 +7,7 @@ import typer
 
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import QUICK, Json
+from benchbot.core.errors import BenchbotError
 
 if TYPE_CHECKING:
     from benchbot.plugins.challenge.database import Database
@@ -20,7 +21,6 @@ app = typer.Typer(
     context_settings=QUICK,
 )
 
-ORGANISER, PARTICIPANT, ANYBODY = "The organiser:", "The participant:", "Anybody:"
 ORGANISER_TOKEN = "organiser.token"  # noqa: S105 - a file's name
 DATABASE_VARIABLE = "BENCHBOT_CHALLENGE_DATABASE"
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder of the challenge.")]
@@ -53,26 +53,13 @@ Command = Annotated[
 ]
 
 
-@app.callback()
-def require_extra() -> None:
-    """Run a challenge, or take part in one: submissions, queue, hidden places, leaderboard."""
-    from importlib.util import find_spec
-
-    lacking = [name for name in ("alembic", "multipart", "securesystemslib", "sqlalchemy") if find_spec(name) is None]
-    if lacking:
-        raise BenchbotError(
-            "Challenges need more than is installed.",
-            f"There is no {', '.join(lacking)}.",
-            "Install it: pip install 'benchbot[challenge]'",
-        )
-
-
-@app.command(rich_help_panel=ORGANISER)
+@app.command()
 def init(
     folder: Folder,
     title: Annotated[str, typer.Option(metavar="TEXT", help="What people call it.")] = "",
 ) -> None:
     """Make a challenge that runs at once, in a new folder: declaration, rules, secrets, key. Edit it as you like."""
+    _require_extra()
     from benchbot.plugins.challenge import starting
 
     made = starting.make(folder, title or folder.resolve().name.replace("_", " ").replace("-", " ").capitalize())
@@ -84,7 +71,7 @@ def init(
     console.note(f"Start it: benchbot challenge serve {folder}")
 
 
-@app.command(rich_help_panel=ORGANISER)
+@app.command()
 def serve(
     folder: Folder,
     host: Annotated[str, typer.Option(metavar="ADDRESS", help="The address to listen at.")] = "127.0.0.1",
@@ -98,12 +85,13 @@ def serve(
     ] = None,
 ) -> None:
     """Serve the challenge to browsers and programs, and compute what is handed in, until Ctrl-C."""
+    _require_extra()
     from benchbot.plugins.challenge import serving
 
     serving.serve(folder, host, port, workers, database, public_url)
 
 
-@app.command(rich_help_panel=ORGANISER)
+@app.command()
 def worker(
     folder: Folder,
     database: DatabaseUrl = None,
@@ -111,12 +99,13 @@ def worker(
     with_parent: Annotated[bool, typer.Option("--with-parent", hidden=True)] = False,
 ) -> None:
     """Compute submissions, beside others; the folder must be on a disk that all of them share."""
+    _require_extra()
     from benchbot.plugins.challenge import serving
 
     serving.work(folder, database, until_empty=until_empty, with_parent=with_parent)
 
 
-@app.command(rich_help_panel=ORGANISER)
+@app.command()
 def invite(
     folder: Folder,
     count: Annotated[int, typer.Argument(metavar="[N]", min=1, max=1000, help="How many.")] = 1,
@@ -130,7 +119,7 @@ def invite(
     console.data(*(people.invite(opened, note) for _ in range(count)))
 
 
-@app.command("teams", rich_help_panel=ORGANISER)
+@app.command("teams")
 def list_teams(folder: Folder, database: DatabaseUrl = None) -> None:
     """List the teams, with what they have running."""
     from benchbot.plugins.challenge import people
@@ -142,7 +131,7 @@ def list_teams(folder: Folder, database: DatabaseUrl = None) -> None:
     )
 
 
-@app.command(rich_help_panel=ORGANISER)
+@app.command()
 def renew(
     folder: Folder,
     team: Annotated[str, typer.Argument(metavar="TEAM", help="The team's name.")],
@@ -154,7 +143,7 @@ def renew(
     console.data(people.renew_token(_opened(folder, database)[1], team))
 
 
-@app.command(rich_help_panel=ORGANISER)
+@app.command()
 def pause(folder: Folder, why: Why, database: DatabaseUrl = None) -> None:
     """Let no worker begin anything more; what runs goes on."""
     from benchbot.plugins.challenge import organiser
@@ -162,7 +151,7 @@ def pause(folder: Folder, why: Why, database: DatabaseUrl = None) -> None:
     organiser.pause(_opened(folder, database)[1], why)
 
 
-@app.command(rich_help_panel=ORGANISER)
+@app.command()
 def resume(folder: Folder, database: DatabaseUrl = None) -> None:
     """Let workers begin again after a pause."""
     from benchbot.plugins.challenge import organiser
@@ -170,7 +159,7 @@ def resume(folder: Folder, database: DatabaseUrl = None) -> None:
     organiser.pause(_opened(folder, database)[1], None)
 
 
-@app.command(rich_help_panel=ORGANISER)
+@app.command()
 def requeue(folder: Folder, identifier: Identifier, why: Why, database: DatabaseUrl = None) -> None:
     """Compute a submission anew, from nothing."""
     from benchbot.plugins.challenge import organiser, starting
@@ -180,7 +169,7 @@ def requeue(folder: Folder, identifier: Identifier, why: Why, database: Database
     starting.discard_work(challenge, identifier)
 
 
-@app.command(rich_help_panel=ORGANISER)
+@app.command()
 def disqualify(folder: Folder, identifier: Identifier, why: Why, database: DatabaseUrl = None) -> None:
     """Take a submission off the leaderboard; the reason is shown there."""
     from benchbot.plugins.challenge import organiser
@@ -188,7 +177,7 @@ def disqualify(folder: Folder, identifier: Identifier, why: Why, database: Datab
     organiser.disqualify(_opened(folder, database)[1], identifier, why)
 
 
-@app.command(rich_help_panel=ORGANISER)
+@app.command()
 def log(
     folder: Folder,
     most: Annotated[int, typer.Option("--last", metavar="N", min=1, help="The last N.")] = 50,
@@ -209,7 +198,7 @@ def log(
     )
 
 
-@app.command(rich_help_panel=ORGANISER)
+@app.command()
 def publish(
     folder: Folder,
     target: Annotated[Path, typer.Argument(metavar="TARGET", help="A new folder for the static site.")],
@@ -225,7 +214,7 @@ def publish(
     console.data(f"benchbot challenge verify {target} --key {site.key.public['keyid']}")
 
 
-@app.command(rich_help_panel=ORGANISER)
+@app.command()
 def backup(
     folder: Folder,
     target: Annotated[Path, typer.Argument(metavar="FILE", help="A new file; it holds the secrets.")],
@@ -238,19 +227,20 @@ def backup(
     backups.write(challenge.folder, opened, target)
 
 
-@app.command(rich_help_panel=ORGANISER)
+@app.command()
 def restore(
     source: Annotated[Path, typer.Argument(metavar="FILE", help="What backup has written.")],
     folder: Folder,
     database: DatabaseUrl = None,
 ) -> None:
     """Make a challenge of its backup, in a new folder."""
+    _require_extra()
     from benchbot.plugins.challenge import backup as backups
 
     backups.restore(source, folder, database)
 
 
-@app.command(rich_help_panel=PARTICIPANT)
+@app.command()
 def join(
     url: Url,
     invitation: Annotated[str, typer.Argument(metavar="INVITATION", help="As the organiser has sent it.")],
@@ -264,7 +254,7 @@ def join(
     console.note(f"Joined. Your team's token is in {path}, readable for you alone.")
 
 
-@app.command(rich_help_panel=PARTICIPANT)
+@app.command()
 def pack(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER|FILE", help="The solution.")],
     target: Annotated[Path, typer.Argument(metavar="ARCHIVE.zip", help="The file to write.")],
@@ -278,7 +268,7 @@ def pack(
     console.data(str(target))
 
 
-@app.command(rich_help_panel=PARTICIPANT)
+@app.command()
 def submit(
     url: Url,
     what: Annotated[
@@ -299,15 +289,16 @@ def submit(
 
     server = client.Server(url, client.known_token(url, token_file))
     chosen = phase or next(iter(server.ask("GET", "/api/v1/challenge")["phases"]))
+    signer = None if key is None else signing.load(key)
     with handing_in.archive(what, command, example) as archive:
-        made = client.submit(server, archive, chosen, title or example or "", None if key is None else signing.load(key))
+        made = client.submit(server, archive, chosen, title or example or "", signer)
     console.note(f"Handed in to {chosen}; SHA-256 {made['sha256']}.")
     if wait:
         made = handing_in.wait(server, made)
     _show(made, as_json=as_json)
 
 
-@app.command(rich_help_panel=PARTICIPANT)
+@app.command()
 def status(
     url: Url,
     identifier: Annotated[str | None, typer.Argument(metavar="[ID]", help="One submission.")] = None,
@@ -331,7 +322,7 @@ def status(
         )
 
 
-@app.command(rich_help_panel=PARTICIPANT)
+@app.command()
 def withdraw(url: Url, identifier: Identifier, token_file: TokenFile = None) -> None:
     """Take a submission back that has not begun; it counts for no quota."""
     from benchbot.plugins.challenge import client
@@ -339,7 +330,7 @@ def withdraw(url: Url, identifier: Identifier, token_file: TokenFile = None) -> 
     client.Server(url, client.known_token(url, token_file)).ask("DELETE", f"/api/v1/submissions/{identifier}")
 
 
-@app.command(rich_help_panel=ANYBODY)
+@app.command()
 def verify(
     export: Annotated[Path, typer.Argument(metavar="EXPORT", help="A folder that publish has written.")],
     key: Annotated[
@@ -348,6 +339,7 @@ def verify(
     as_json: Json = False,
 ) -> None:
     """Check a published leaderboard: who handed in which bytes, what scored them, what the organiser was bound to."""
+    _require_extra()
     from benchbot.plugins.challenge import publication
 
     found = publication.verify(export, key)
@@ -363,7 +355,20 @@ def verify(
         )
 
 
+def _require_extra() -> None:
+    from importlib.util import find_spec
+
+    lacking = [name for name in ("alembic", "multipart", "securesystemslib", "sqlalchemy") if find_spec(name) is None]
+    if lacking:
+        raise BenchbotError(
+            "Running a challenge needs more than is installed.",
+            f"There is no {', '.join(lacking)}.",
+            "Install it: pip install 'benchbot[challenge]'",
+        )
+
+
 def _opened(folder: Path, database: str | None) -> "tuple[Challenge, Database]":
+    _require_extra()
     from benchbot.plugins.challenge.database import Database, url_of
     from benchbot.plugins.challenge.document import read
 

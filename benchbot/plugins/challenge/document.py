@@ -14,6 +14,9 @@ from benchbot.core.errors import BenchbotError, did_you_mean
 FILE = "challenge.yaml"
 PLACES_SECRET, RUNS_SECRET, SIGNING_KEY = "places.secret", "runs.secret", "challenge.key"
 MODES = ("sandbox", "container")
+QUEUED, RUNNING, SCORED, FAILED = "queued", "running", "scored", "failed"
+WITHDRAWN, DISQUALIFIED = "withdrawn", "disqualified"
+"""The states of a submission. One that was withdrawn before it ran counts for no quota."""
 FORBIDDEN = (
     *("native", "sandbox", "sandboxed", "example", "example_containerised", "containerised", "solutions", "args"),
     *("source", "readable", "v2_client", "weak_limits", "secret", "prefix", "zip", "name", "description"),

@@ -13,7 +13,7 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.challenge import intake
 from benchbot.plugins.challenge.client import Server
-from benchbot.plugins.challenge.submissions import QUEUED, RUNNING
+from benchbot.plugins.challenge.document import QUEUED, RUNNING
 
 POLL_S = 1.0
 

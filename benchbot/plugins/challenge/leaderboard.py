@@ -11,8 +11,7 @@ from benchbot.evaluation import intervals
 from benchbot.evaluation.coverage import counted_rows
 from benchbot.evaluation.intervals import Over
 from benchbot.plugins.challenge.database import Database
-from benchbot.plugins.challenge.document import Phase
-from benchbot.plugins.challenge.submissions import DISQUALIFIED, SCORED
+from benchbot.plugins.challenge.document import DISQUALIFIED, SCORED, Phase
 from benchbot.plugins.challenge.tables import scores, submissions, teams
 from benchbot.plugins.report import pairing, significance
 

@@ -6,8 +6,9 @@ from typing import Any
 from sqlalchemy import Connection, Row, Select, func, insert, select, update
 
 from benchbot.plugins.challenge.database import Database
+from benchbot.plugins.challenge.document import DISQUALIFIED, QUEUED, RUNNING
 from benchbot.plugins.challenge.queue import Claim, end_attempt
-from benchbot.plugins.challenge.submissions import DISQUALIFIED, QUEUED, RUNNING, no_submission
+from benchbot.plugins.challenge.submissions import no_submission
 from benchbot.plugins.challenge.tables import events, scores, settings, submissions
 
 Record = Mapping[str, Any]

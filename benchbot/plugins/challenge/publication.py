@@ -23,8 +23,7 @@ from sqlalchemy import select
 from benchbot.core import atomic
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.challenge import leaderboard, people, signing
-from benchbot.plugins.challenge.document import PLACES_SECRET, RUNS_SECRET
-from benchbot.plugins.challenge.submissions import DISQUALIFIED, SCORED
+from benchbot.plugins.challenge.document import DISQUALIFIED, PLACES_SECRET, RUNS_SECRET, SCORED
 from benchbot.plugins.challenge.tables import scores, submissions, teams
 from benchbot.plugins.challenge.web import api, pages
 from benchbot.plugins.challenge.web.site import Caller, Site

@@ -7,7 +7,7 @@ from typing import Any
 from sqlalchemy import Connection, insert, select, update
 
 from benchbot.plugins.challenge.database import Database
-from benchbot.plugins.challenge.submissions import FAILED, QUEUED, RUNNING, SCORED
+from benchbot.plugins.challenge.document import FAILED, QUEUED, RUNNING, SCORED
 from benchbot.plugins.challenge.tables import scores, submissions, teams
 
 Record = Mapping[str, Any]

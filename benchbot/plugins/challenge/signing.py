@@ -18,6 +18,8 @@ from benchbot.core.errors import BenchbotError
 if TYPE_CHECKING:
     from securesystemslib.signer import CryptoSigner, SSlibKey
 
+HEADER = "benchbot-statement"
+"""The header of a request that carries a statement: an envelope as JSON in base64."""
 PAYLOAD_TYPE = "application/vnd.in-toto+json"
 STATEMENT_TYPE = "https://in-toto.io/Statement/v1"
 SUBMISSION, SCORE, WITHDRAWAL = (

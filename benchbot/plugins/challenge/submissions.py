@@ -9,14 +9,10 @@ from sqlalchemy.exc import IntegrityError
 
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.challenge.database import Database
-from benchbot.plugins.challenge.document import Phase
+from benchbot.plugins.challenge.document import QUEUED, WITHDRAWN, Phase
 from benchbot.plugins.challenge.tables import scores, submissions, teams
 
 Record = Mapping[str, Any]
-
-QUEUED, RUNNING, SCORED, FAILED = "queued", "running", "scored", "failed"
-WITHDRAWN, DISQUALIFIED = "withdrawn", "disqualified"
-"""The states of a submission. One that was withdrawn before it ran counts for no quota."""
 
 
 def require_room(database: Database, phase: Phase, team: Row[Any]) -> None:

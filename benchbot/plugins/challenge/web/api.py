@@ -11,11 +11,10 @@ from starlette.routing import Route
 
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.challenge import people, signing, submissions
-from benchbot.plugins.challenge.submissions import SCORED
+from benchbot.plugins.challenge.document import SCORED
 from benchbot.plugins.challenge.web import uploads
 from benchbot.plugins.challenge.web.site import HttpError, Site, require_team
 
-STATEMENT_HEADER = "benchbot-statement"
 MOST_JSON_BYTES = 2**14
 
 
@@ -48,7 +47,7 @@ def routes(site: Site) -> list[Route]:
         team = require_team(await run_in_threadpool(site.caller, request))
         phase = site.challenge.phase(request.path_params["phase"])
         title = request.query_params.get("title", "")
-        envelope = request.headers.get(STATEMENT_HEADER)
+        envelope = request.headers.get(signing.HEADER)
         made = await uploads.receive(site, phase, team, _body(request), title, envelope)
         return JSONResponse(_public(made), 201)
 
