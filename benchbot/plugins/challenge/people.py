@@ -157,9 +157,11 @@ def folded(name: str) -> str:
 
 def clean_name(name: str) -> str:
     """Return a team's name as it is kept: one visible line; raises BenchbotError for none, or too much."""
-    kept = " ".join(one_line(name).split())
-    if not folded(kept) or len(kept) > 60:
+    kept = " ".join(name.split())
+    if not kept or len(kept) > 60 or one_line(kept) != kept:
         raise BenchbotError(
-            "This cannot be a team's name.", "It has no letter, or more than 60.", "Choose one of 1 to 60 letters."
+            "This cannot be a team's name.",
+            "It has no letter, more than 60, or one that cannot be seen.",
+            "Choose one of 1 to 60 letters.",
         )
     return kept

@@ -1,0 +1,158 @@
+"""Challenges in databases of both kinds: SQLite in a file, and a PostgreSQL server of the tests' own."""
+
+import os
+import pwd
+import shutil
+import subprocess
+import tempfile
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sqlalchemy import Row
+
+from benchbot.core import plugin_manager
+from benchbot.plugins.challenge import people, queue, signing, starting, submissions
+from benchbot.plugins.challenge.database import Database
+from benchbot.plugins.challenge.document import Challenge, Phase
+from benchbot.plugins.challenge.web.site import Site
+
+
+def _tool(name: str) -> str:
+    places = [*sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True), Path("/usr/local/bin")]
+    return next(str(place / name) for place in places if (place / name).exists())
+
+
+@pytest.fixture(scope="session")
+def postgresql() -> Iterator[str]:
+    """The address of a PostgreSQL server on a socket in a folder, without what a crash of the machine would need."""
+    folder = Path(tempfile.mkdtemp(prefix="pg"))
+    # PostgreSQL refuses to run as root.
+    user: dict[str, Any] = {}
+    if os.geteuid() == 0:
+        entry = pwd.getpwnam("postgres")
+        shutil.chown(folder, entry.pw_uid, entry.pw_gid)
+        user = {"user": entry.pw_uid, "group": entry.pw_gid, "extra_groups": []}
+    else:
+        entry = pwd.getpwuid(os.geteuid())
+    quiet: dict[str, Any] = {
+        "check": True,
+        "stdout": subprocess.DEVNULL,
+        "stderr": subprocess.DEVNULL,
+        "cwd": "/",
+        **user,
+    }
+    subprocess.run([_tool("initdb"), "-D", folder / "data", "-A", "trust", "-N", "-U", "challenge"], **quiet)
+    server = subprocess.Popen(
+        [_tool("postgres"), "-D", folder / "data", "-k", folder, "-c", "listen_addresses=", "-F"],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        cwd="/",
+        **user,
+    )
+    ready = [_tool("pg_isready"), "-q", "-h", str(folder), "-U", "challenge", "-t", "60"]
+    while subprocess.run(ready, check=False).returncode:
+        assert server.poll() is None
+    try:
+        yield str(folder)
+    finally:
+        server.terminate()
+        server.wait()
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    """The address of an empty database, of each kind."""
+    if request.param == "sqlite":
+        return f"sqlite:///{tmp_path / 'challenge.db'}"
+    import psycopg
+
+    folder, name = request.getfixturevalue("postgresql"), f"db{uuid.uuid4().hex}"
+    with psycopg.connect(f"host={folder} user=challenge dbname=postgres", autocommit=True) as connection:
+        connection.execute(f"CREATE DATABASE {name}")
+    return f"postgresql+psycopg://challenge@/{name}?host={folder}"
+
+
+SHA = "ab" * 32
+
+
+class Clock:
+    """A clock that a test sets."""
+
+    def __init__(self) -> None:
+        self.now_s = 1_800_000_000.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def database(database_url: str, clock: Clock) -> Iterator[Database]:
+    opened = Database(database_url, clock)
+    yield opened
+    opened.engine.dispose()
+
+
+@pytest.fixture
+def challenge(tmp_path: Path) -> Challenge:
+    """A challenge as `benchbot challenge init` makes it."""
+    return starting.make(tmp_path / "rooms", "Rooms")
+
+
+@pytest.fixture
+def phase(challenge: Challenge) -> Phase:
+    return challenge.phases["development"]
+
+
+def join(database: Database, challenge: Challenge, name: str) -> Row[Any]:
+    """Return a new team."""
+    team = people.team_of(database, people.join(database, challenge, people.invite(database), name))
+    assert team is not None
+    return team
+
+
+def received(**more: Any) -> dict[str, Any]:
+    """Return what is known of an upload that has been checked."""
+    random = uuid.uuid4().hex
+    known = {"id": random[:16], "title": "", "mode": "sandbox", "sha256": random * 2, "size_bytes": 1, "envelope": {}}
+    return {**known, "statement": random * 2, **more}
+
+
+@pytest.fixture
+def site(tmp_path: Path, challenge: Challenge) -> Iterator[Site]:
+    database = Database(f"sqlite:///{tmp_path / 'one.db'}")
+    evaluators = {"omq": plugin_manager.load().record("evaluators", "omq")}
+    yield Site(challenge, database, signing.load(challenge.folder / "challenge.key"), evaluators, "operator")
+    database.engine.dispose()
+
+
+def score_of(site: Site, phase: Phase, name: str, value: float, key: signing.Key | None = None) -> str:
+    """Hand in a submission of a new team, score it, and return its identifier."""
+    invitation = people.invite(site.database)
+    public = None if key is None else key.public
+    team = people.team_of(site.database, people.join(site.database, site.challenge, invitation, name, public))
+    assert team is not None
+    about = {"challenge": site.challenge.name, "phase": phase.name, "team": team.name, "nonce": name}
+    envelope = (key or site.key).sign(signing.SUBMISSION, SHA, about)
+    made = received(sha256=SHA, envelope=envelope, statement=signing.digest(envelope))
+    submissions.accept(site.database, phase, team, made)
+    claim = queue.claim(site.database, "w")
+    assert claim is not None
+    stated = {**about, "submission": made["id"], "statement": made["statement"], "score": value, "commitments": {}}
+    signed = site.key.sign(signing.SCORE, SHA, stated)
+    assert queue.finish(site.database, claim, value, scores_document({"miniroom:1": value}), signed)
+    return str(made["id"])
+
+
+def scores_document(by_environment: dict[str, float]) -> dict[str, Any]:
+    rows = [{"environment": name, "seed": 0, "scores": {"OMQ": value}} for name, value in by_environment.items()]
+    coverage = {"expected": len(rows), "scored": len(rows), "missing": [], "skipped": []}
+    return {"scores": {}, "intervals": {}, "rows": rows, "coverage": coverage}
