@@ -7,6 +7,7 @@ import pytest
 from hypothesis import settings
 
 pytest_plugins = [
+    "tests.browser",
     "tests.command_line",
     "tests.engines",
     "tests.garbage",

@@ -84,7 +84,7 @@ def evaluate(
             missing=missing,
             over=intervals.Over(over),
         )
-        explained = None if explain is None else explain_scores(evaluation)
+        explained = None if explain is None else explain_scores(evaluation, catalog)
     document = evaluation.document
     write_scores(output, document)
     console.note(*scoring.table(document))

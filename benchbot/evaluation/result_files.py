@@ -14,6 +14,7 @@ from benchbot.evaluation import batch_folder
 from benchbot.evaluation.batch_folder import PlannedResult
 from benchbot.evaluation.result_document import OtherDocumentError, ResultDocument, not_a_result, parse
 
+_NAMED_BY_FOLDER = ("result.json", "scores.json")
 SIZE_LIMIT_BYTES = 64 * 2**20
 ARCHIVE_LIMIT_BYTES = 512 * 2**20
 """Limit of all members of an archive together: members may overlap, so that each one looks harmless."""
@@ -179,3 +180,14 @@ def _file(path: Path) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise not_a_result(str(path), f"{error.strerror}.") from error
+
+
+def named(text: str) -> tuple[str, Path]:
+    """Return the name and the path of a set, from `PATH` or `NAME=PATH`."""
+    name, separator, path = text.partition("=")
+    if separator and name and "/" not in name and not Path(text).exists():
+        return name, Path(path)
+    found = Path(text)
+    if found.is_dir():
+        return found.resolve().name, found
+    return (found.resolve().parent.name if found.name in _NAMED_BY_FOLDER else found.stem), found

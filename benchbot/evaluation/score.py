@@ -1,6 +1,7 @@
 """Scoring: one result against its ground truths, or many files into one summary with its coverage and explanation."""
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -166,9 +167,11 @@ def choose_method(plugins: plugin_manager.Plugins, name: str | None, results_for
     )
 
 
-def explain(evaluation: Evaluation) -> Document:
+def explain(evaluation: Evaluation, catalog: Catalog | None = None, frames: Path | None = None) -> Document:
     """Return how the scores of all results came about (schema `explanation`), in the order of rows; holds ground truth.
 
+    With a catalog, which knows robots and walls, objects have the evidence of what was recorded beside their results,
+    or in the folder `frames`.
     Raises BenchbotError for a method that does not explain its scores.
     """
     evaluator = evaluation.evaluator
@@ -179,8 +182,20 @@ def explain(evaluation: Evaluation) -> Document:
             "Leave --explain out.",
         )
     entries = []
-    for result, ground_truths in evaluation.scored:
+    absent = [item["source"] for item in evaluation.document["coverage"]["missing"]]
+    sources = [source for source in [*(result.source for result, _ in evaluation.scored), *absent] if source]
+    folders = Counter(Path(source).parent for source in sources)
+    for result, ground_truths in long_work.counted("Explaining scores", evaluation.scored):
         entry = evaluator.explain(result.document, ground_truths)
+        if entry.get("objects"):
+            from benchbot.evaluation import evidence
+
+            if catalog is not None:
+                alone = folders[Path(result.source or "").parent] == 1
+                places = evidence.folders_of(result.source, alone=alone) if frames is None else [frames]
+                entry = evidence.with_evidence(entry, result.document, places, catalog)
+            told = entry.get("diagnosis", {})
+            entry["diagnosis"] = {**told, "breakdown": evidence.breakdown(entry["objects"])}
         about = {"source": result.source, "environment": result.environment, **result.condition}
         entries.append({**entry, **about})
     method = {"name": evaluator.name, "version": evaluator.version}

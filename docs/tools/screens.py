@@ -10,7 +10,7 @@ import re
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from PIL import Image
@@ -19,7 +19,7 @@ from textual.widgets import Input, OptionList, Select
 
 from benchbot.plugins.tui.app import BenchbotApp
 from benchbot.plugins.tui.jobs import WELL
-from tests.plugins.report.chromium import Browser
+from tests.browser import launched
 
 COLUMNS, LINES = 110, 34
 PATIENCE_S = 300.0
@@ -33,15 +33,13 @@ def main() -> None:
     """Take the pictures."""
     folder = Path(sys.argv[1]).absolute()
     folder.mkdir(parents=True, exist_ok=True)
-    browser = Browser()
-    try:
-        with tempfile.TemporaryDirectory(prefix="benchbot-") as home:
-            os.environ["BENCHBOT_STATE_DIR"] = str(Path(home, "state"))
-            Path(home, "work").mkdir()
-            os.chdir(Path(home, "work"))
-            asyncio.run(_play(lambda app, name: take(app, browser, folder / f"{name}.png")))
-    finally:
-        browser.close()
+    taken: dict[str, str] = {}
+    with tempfile.TemporaryDirectory(prefix="benchbot-") as home:
+        os.environ["BENCHBOT_STATE_DIR"] = str(Path(home, "state"))
+        Path(home, "work").mkdir()
+        os.chdir(Path(home, "work"))
+        asyncio.run(_play(lambda app, name: taken.update({name: app.export_screenshot(simplify=True)})))
+    draw(taken, folder)
 
 
 async def _play(take: Callable[[BenchbotApp, str], None]) -> None:
@@ -69,10 +67,10 @@ async def _play(take: Callable[[BenchbotApp, str], None]) -> None:
         take(app, "home")
         await _until(pilot, lambda: not app.alive.runs and app.alive.jobs[0].state == WELL)
         app.clear_notifications()
-        await pilot.press("r")
+        await pilot.press("R")
         await pilot.pause(1.5)
         take(app, "results")
-        await pilot.press("x")
+        await pilot.press("i")
         await _until(pilot, lambda: "TextScreen" in type(app.screen).__name__)
         await pilot.pause(0.5)
         take(app, "explain")
@@ -103,20 +101,21 @@ async def _until(pilot: Pilot[None], condition: Callable[[], bool]) -> None:
         await pilot.pause(0.1)
 
 
-def take(app: BenchbotApp, browser: Browser, path: Path) -> None:
-    """Draw what an app shows into a PNG file."""
-    drawn = re.sub(r"@font-face \{.*?\}", "", app.export_screenshot(simplify=True), flags=re.DOTALL)
-    drawn = drawn.replace("Fira Code", "DejaVu Sans Mono")
-    width, height = (float(number) for number in re.findall(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', drawn)[0])
-    with tempfile.NamedTemporaryFile("w", suffix=".svg", encoding="utf-8") as file:
-        file.write(drawn)
-        file.flush()
-        browser.open(Path(file.name).as_uri())
-        metrics = {"width": round(width * SCALE), "height": round(height * SCALE)}
-        browser("Emulation.setDeviceMetricsOverride", **metrics, deviceScaleFactor=1, mobile=False)
-        with Image.open(io.BytesIO(browser.screenshot())) as picture:
-            # Few colours are on a screen: a palette of them is a third of the size.
-            picture.convert("RGB").quantize(200, dither=Image.Dither.NONE).save(path, optimize=True)
+def draw(taken: Mapping[str, str], folder: Path) -> None:
+    """Draw screens, as Textual exports them, into PNG files of their names."""
+    with launched() as browser, tempfile.TemporaryDirectory() as exported:
+        tab = browser.new_page()
+        for name, drawn in taken.items():
+            text = re.sub(r"@font-face \{.*?\}", "", drawn, flags=re.DOTALL).replace("Fira Code", "DejaVu Sans Mono")
+            width, height = (float(number) for number in re.findall(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', text)[0])
+            source = Path(exported, f"{name}.svg")
+            source.write_text(text, "utf-8")
+            tab.set_viewport_size({"width": round(width * SCALE), "height": round(height * SCALE)})
+            tab.goto(source.as_uri())
+            with Image.open(io.BytesIO(tab.screenshot())) as picture:
+                # Few colours are on a screen: a palette of them is a third of the size.
+                quantized = picture.convert("RGB").quantize(200, dither=Image.Dither.NONE)
+                quantized.save(folder / f"{name}.png", optimize=True)
 
 
 if __name__ == "__main__":

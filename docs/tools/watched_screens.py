@@ -15,8 +15,7 @@ from benchbot.plugins.tui.app import BenchbotApp
 from benchbot.plugins.tui.batch_screen import BatchScreen
 from benchbot.plugins.tui.jobs import Alive
 from benchbot.plugins.tui.run_screen import RunScreen
-from docs.tools.screens import take
-from tests.plugins.report.chromium import Browser
+from docs.tools.screens import draw
 from tests.plugins.tui.watched import StillBatch, StillFeed, batch_view, run_view, surroundings
 
 SIZE = (110, 34)
@@ -27,19 +26,15 @@ def main() -> None:
     """Take the pictures."""
     folder = Path(sys.argv[1]).absolute()
     folder.mkdir(parents=True, exist_ok=True)
-    browser = Browser()
-    try:
-        for name, (make, keys, size) in SHOWN.items():
-            if name == "no-color":
-                os.environ["NO_COLOR"] = "1"  # an app that begins takes it out again
-            asyncio.run(_show(make(), keys, size, lambda app, name=name: take(app, browser, folder / f"{name}.png")))  # type: ignore[misc]
-    finally:
-        browser.close()
+    taken: dict[str, str] = {}
+    for name, (make, keys, size) in SHOWN.items():
+        if name == "no-color":
+            os.environ["NO_COLOR"] = "1"  # an app that begins takes it out again
+        taken[name] = asyncio.run(_show(make(), keys, size))
+    draw(taken, folder)
 
 
-async def _show(
-    screen: Screen[None], keys: tuple[str, ...], size: tuple[int, int], done: Callable[[BenchbotApp], None]
-) -> None:
+async def _show(screen: Screen[None], keys: tuple[str, ...], size: tuple[int, int]) -> str:
     app = BenchbotApp(look=Alive)
     app.animation_level = "none"
     async with app.run_test(size=size) as pilot:
@@ -47,7 +42,7 @@ async def _show(
         await pilot.pause(1.0)
         await pilot.press(*keys)
         await pilot.pause(1.0)
-        done(app)
+        return app.export_screenshot(simplify=True)
 
 
 def _run(**progress: object) -> Callable[[], Screen[None]]:

@@ -7,6 +7,8 @@ from benchbot.core import overrides
 from benchbot.evaluation.coverage import means_in_words
 from benchbot.evaluation.result_document import listed
 
+_MOST_CLASSES, _MOST_COLUMNS, _CLASS_WIDTH, _LEAST_WRONG = 8, 5, 10, 0.05
+
 
 def headline(document: dict[str, Any]) -> str:
     """Return the one score that stands for the document, such as `OMQ 0.7312`; `OMQ -` where there is none.
@@ -65,7 +67,50 @@ def diagnosis(explanation: dict[str, Any], headline: str) -> list[str]:
             lines.append(f"What went wrong in {label}, and the {headline} that it costs:")
         lines += [f"  {error['kind']:<10} {error['count']:>5}  {error['gain']:+.2f}" for error in errors]
         lines += [f"  hint: {hint}" for hint in hints]
+        for title, key in (("Classes", "confusion"), ("States", "states")):
+            lines += _matrix(f"{title} of {label}: true ones down, what estimates give them across", told.get(key, []))
+        for group in told.get("breakdown", []):
+            lines.append(f"Quality in {label} by {group['by'].replace('_', ' ')} (found of all):")
+            for row in group["groups"]:
+                lines.append(f"  {row['label']:<26} {row['quality']:.2f}  {row['found']:>5}/{row['objects']}")
+        if ending := told.get("ending"):
+            x, y = ending["place"]
+            lines.append(f"{label} ended at ({x:.2f}, {y:.2f}): {ending['kind'].replace('_', ' ')}. {ending['why']}")
+        if drift := told.get("drift"):
+            lines.append(f"Drift in {label}, over stretches of the true way:")
+            for row in drift:
+                off = f"{row['error_m']:8.4f} m  {row['error_deg']:7.2f} deg"
+                lines.append(f"  {row['length_m']:>5g} m  {off}  {row['stretches']:>6} x")
     return lines
+
+
+def _matrix(title: str, confusion: list[dict[str, Any]]) -> list[str]:
+    """Return a confusion of classes as a table: those with most probability beside the diagonal, the worst first."""
+
+    def wrong(row: dict[str, Any]) -> float:
+        return float(row["objects"] - row["estimated"].get(row["truth"], 0.0))
+
+    rows = sorted((row for row in confusion if wrong(row) >= _LEAST_WRONG), key=wrong, reverse=True)[:_MOST_CLASSES]
+    if not rows:
+        return []
+    shares: dict[str, float] = {}
+    for row in rows:
+        for name, value in row["estimated"].items():
+            shares[name] = shares.get(name, 0.0) + value
+    columns = sorted(shares, key=lambda name: -shares[name])[:_MOST_COLUMNS]
+    short = {name: name if len(name) <= _CLASS_WIDTH else f"{name[: _CLASS_WIDTH - 1]}…" for name in columns}
+    lines = [["", *(short[name] for name in columns), "other", "missed"]]
+    for row in rows:
+        other = sum(value for name, value in row["estimated"].items() if name not in columns)
+        values = [row["estimated"].get(name, 0.0) for name in columns]
+        cells = [f"{value:.1f}" if value >= _LEAST_WRONG else "." for value in [*values, other]]
+        lines.append([row["truth"] or "nothing", *cells, str(row["missed"] or ".")])
+    widths = [max(len(line[column]) for line in lines) for column in range(len(columns) + 3)]
+    texts = [
+        "  ".join([line[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(line[1:], widths[1:], strict=True))])
+        for line in lines
+    ]
+    return [f"{title}:", *(f"  {text}" for text in texts)]
 
 
 def _labels(rows: list[dict[str, Any]]) -> list[str]:

@@ -37,6 +37,9 @@ class Finished:
     sha256: str
     error: str = ""
     """What went wrong, in one line."""
+    attempts: int = 1
+    restarts: int | None = None
+    """How often the solution began anew within its last attempt; None where the receipt does not tell."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,8 @@ class Attempts:
             float(receipt["time_s"]),
             str(receipt["sha256"]),
             str(receipt.get("error", "")),
+            int(receipt.get("attempt", 1)),
+            receipt.get("restarts"),
         )
 
     def begin(self, worker: str) -> Attempt:

@@ -9,7 +9,7 @@ import os
 import time
 from array import array
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -77,6 +77,11 @@ class BatchCounter:
         finished = len(self._states) - self._counts[PENDING]
         failures = {state: n for state, n in sorted(self._counts.items()) if n and state not in (PENDING, DONE)}
         return Count(len(self._states), finished, failures)
+
+    @property
+    def states(self) -> Sequence[str]:
+        """The state of each episode at the last look, in the order of the plan."""
+        return self._states
 
     def _empty(self) -> None:
         self._names: list[str] = []

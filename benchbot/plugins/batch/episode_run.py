@@ -153,6 +153,7 @@ def finish(context: EpisodeContext, planned: PlannedEpisode, is_wanted: Callable
         if failure is None or lost > LOST_LIMIT or not _is_retried(context.plan, attempts, failure):
             _raise_unless(is_wanted)
             noted |= {} if entry is None else {"error": cause(entry["why"])}
+            noted["restarts"] = document["provenance"].get("restarts", 0)
             _when_there_is_room(context, is_wanted, lambda: attempts.publish(attempt, failure, **noted))  # noqa: B023
             return failure
         attempts.fail(attempt, failure, **noted)

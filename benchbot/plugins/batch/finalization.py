@@ -4,6 +4,7 @@ import json
 import time
 import zipfile
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from hashlib import sha256
 from io import BytesIO
@@ -194,15 +195,23 @@ def write_v2(folder: Folder, plan: Plan, products: Products, prefix: str) -> lis
 
 
 class LiveScore:
-    """Scores the results of a batch that runs, again when there are more, for a small share of the time only."""
+    """Scores the results of a batch that runs, again when there are more, for a small share of the time only.
 
-    def __init__(self, folder: Folder, method: str | None, catalog: Catalog) -> None:
+    `each` scores several solutions, too, each for itself.
+    """
+
+    def __init__(self, folder: Folder, method: str | None, catalog: Catalog, *, each: bool = False) -> None:
         self._folder = folder
         self._method = method
         self._catalog = catalog
         self._next_s = 0.0
         self._count = 0
+        self._each = each
         self.value: Score | None = None
+        self.by_solution: Mapping[str | None, Score] = {}
+        """The score of each solution that has one; of a batch of one solution, by None."""
+        self.by_episode: Mapping[str, float] = {}
+        """The score of each result that has one, by the name of its episode."""
 
     def update(self, monitor: Monitor) -> Score | None:
         """Return the score of the results, or of those that there were when there was last time for it.
@@ -211,17 +220,21 @@ class LiveScore:
         """
         began_s = time.monotonic()
         count = len(monitor.finished)
-        if self._method is None or monitor.plan.solutions or count == self._count or began_s < self._next_s:
+        several = bool(monitor.plan.solutions)
+        if self._method is None or (several and not self._each) or count == self._count or began_s < self._next_s:
             return self.value
         self._count = count
-        names = [episode.name for episode in monitor.plan.episodes if episode.key in monitor.finished]
-        paths = [self._folder.result(name) for name in names]
-        try:
-            document = evaluate_files(paths, catalog=self._catalog, method=self._method)
-        except BenchbotError:
-            self.value = None  # nothing to score yet; the reason is told at the end
-        else:
-            self.value = headline(document, count) or self.value
+        by_solution: dict[str | None, Score] = {}
+        by_episode: dict[str, float] = {}
+        for name, alone in monitor.plan.each().items():
+            paths = [self._folder.result(each.name) for each in alone.episodes if each.key in monitor.finished]
+            with suppress(BenchbotError):  # nothing to score yet; the reason is told at the end
+                document = evaluate_files(paths, catalog=self._catalog, method=self._method)
+                found = headline(document, len(paths))
+                by_solution |= {name: found} if found is not None else {}
+                by_episode |= episode_scores(document)
+        self.value = by_solution.get(None, self.value if by_episode and not several else None)
+        self.by_solution, self.by_episode = by_solution, by_episode
         ended_s = time.monotonic()
         self._next_s = ended_s + max(LIVE_SCORE_PERIOD_S, (ended_s - began_s) / LIVE_SCORE_SHARE)
         return self.value
@@ -233,6 +246,13 @@ def headline(document: Mapping[str, Any], results: int) -> Score | None:
     interval = document.get("intervals", {}).get(name) or {}
     value = document["scores"].get(name)
     return None if value is None else Score(name, value, results, interval.get("low"), interval.get("high"))
+
+
+def episode_scores(document: Mapping[str, Any]) -> dict[str, float]:
+    """Return the main score of each result of a batch in a scores document, by the name of its episode."""
+    name = document["method"]["headline"]
+    rows = ((row.get("source"), row["scores"].get(name)) for row in document["rows"])
+    return {Path(source).parent.name: value for source, value in rows if source is not None and value is not None}
 
 
 def _of_another_solution(plan: Plan, paths: Sequence[str]) -> BenchbotError:

@@ -1,5 +1,6 @@
 """`benchbot draw`: figures of results for papers."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,7 +16,10 @@ COLUMN_MM, PAGE_MM = 88.0, 180.0
 
 
 def draw(
-    results: Annotated[list[Path], typer.Argument(metavar="RESULT…", help="Result files, drawn side by side.")],
+    results: Annotated[
+        list[str],
+        typer.Argument(metavar="[NAME=]RESULT…", help="Result files, drawn side by side, by the names of solutions."),
+    ],
     as_map: Annotated[bool, typer.Option("--map", help="From above: floor, truth, what was found. [default]")] = False,
     trajectory: Annotated[
         bool, typer.Option("--trajectory", help="The way that the robot went, beside the one that was estimated.")
@@ -47,6 +51,7 @@ def draw(
     """
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
+    from benchbot.evaluation.result_files import named
     from benchbot.plugins.drawing import figures
     from benchbot.plugins.drawing.scene_maps import maps_of_result
 
@@ -57,12 +62,17 @@ def draw(
             "Draw one figure at a time.",
         )
     console.check_output(output)
+    named_results = [named(text) for text in results]
     with figures.style():
         if frames:
-            drawn = _sheet(results, frames_location, count, columns, width or PAGE_MM)
+            drawn = _sheet([path for _, path in named_results], frames_location, count, columns, width or PAGE_MM)
         else:
             catalog = Catalog(load())
-            scenes = [scene for path in results for scene in maps_of_result(path, catalog, ground_truth)]
+            scenes = [
+                replace(scene, solution=name if len(results) > 1 else "")
+                for name, path in named_results
+                for scene in maps_of_result(path, catalog, ground_truth)
+            ]
             wide = width or (COLUMN_MM if len(scenes) == 1 else PAGE_MM)
             drawn = (figures.draw_paths if trajectory else figures.draw_maps)(scenes, wide)
         figures.save(drawn, output)
@@ -70,8 +80,9 @@ def draw(
 
 
 def _sheet(results: list[Path], location: Path | None, count: int, columns: int, width_mm: float) -> "Figure":
+    from benchbot.evaluation.evidence import frame_folders, numbered_frames
     from benchbot.plugins.drawing.figures import draw_frames
-    from benchbot.plugins.drawing.scene_maps import chosen, frame_folders, numbered_frames
+    from benchbot.plugins.drawing.scene_maps import chosen
 
     if len(results) != 1:
         raise BenchbotError("Frames are drawn of one result.", f"{len(results)} were given.", "Give one of them.")

@@ -1,5 +1,6 @@
 """Figures by matplotlib: maps, paths and frames of results, the same bytes for the same result."""
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -26,9 +27,9 @@ DPI = 300
 FONT_PT, SMALL_PT, LABEL_PT = 7.0, 6.0, 4.5
 PANEL_MM = 80.0
 WIDEST_FRAME_PX = 640
-PT_PER_MM = 72 / MM_PER_INCH
-# The mean width of a letter of DejaVu Sans, and the height of a line, per point of its size.
-_LETTER_WIDTH, _LINE_HEIGHT = 0.6, 1.2
+NEIGHBOURS_M = 0.5
+# The height of a line per point of its size.
+_LINE_HEIGHT = 1.2
 INK, FAINT, TRUTH_FILL, TRUTH_LINE, PATH, MISSED = map(
     to_hex, (LIGHT.ink, LIGHT.faint, LIGHT.truth_fill, LIGHT.truth_line, LIGHT.path, LIGHT.missed)
 )
@@ -91,9 +92,12 @@ def draw_maps(scenes: Sequence[SceneMap], width_mm: float) -> "Figure":
     counts = [len(scene.objects) for scene in scenes]
     scenes = [scene.without_far() for scene in scenes]
     classes = {label for scene in scenes for label, _ in scene.estimates}
-    colors = {name: to_hex(color) for name, color in class_colors(classes, PRINT_CLASSES).items()}
+    chosen = class_colors(classes, PRINT_CLASSES, _neighbours(scenes))
+    colors = {name: to_hex(color) for name, color in chosen.items()}
     for axes, scene, count, title in zip(panels, scenes, counts, _lettered(scenes), strict=True):
-        _draw_map(axes, scene, colors, min(PANEL_MM, width_mm / len(scenes)) * PT_PER_MM)
+        _draw_map(
+            axes, scene, colors, [point for other in scenes if other.name == scene.name for point in other.points]
+        )
         outside = count - len(scene.objects)
         axes.set_title(f"{title}\n{outside} estimated far outside" if outside else title)
     handles: list[Patch | Line2D] = []
@@ -106,7 +110,23 @@ def draw_maps(scenes: Sequence[SceneMap], width_mm: float) -> "Figure":
     if handles:
         columns = max(3, int(width_mm // 22))
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), columns), frameon=False)
+    # Where there is room for labels is known once the panels have their size.
+    figure.draw_without_rendering()
+    for axes, scene in zip(panels, scenes, strict=True):
+        _draw_labels(axes, scene, colors)
     return figure
+
+
+def _neighbours(scenes: Sequence[SceneMap]) -> dict[str, set[str]]:
+    """Return for each class those of which something stands next to something of it, seen from above."""
+    found: dict[str, set[str]] = {}
+    for scene in scenes:
+        for (name, box), (other, beside) in itertools.combinations(scene.estimates, 2):
+            apart = (max(box.low[i] - beside.high[i], beside.low[i] - box.high[i]) for i in (0, 1))
+            if name != other and max(apart) < NEIGHBOURS_M:
+                found.setdefault(name, set()).add(other)
+                found.setdefault(other, set()).add(name)
+    return found
 
 
 def draw_paths(scenes: Sequence[SceneMap], width_mm: float) -> "Figure":
@@ -163,7 +183,8 @@ def _read(path: Path) -> np.ndarray:
         return np.asarray(image.convert("RGB"))
 
 
-def _draw_map(axes: "Axes", scene: SceneMap, colors: Mapping[str, str], side_pt: float) -> None:
+def _draw_map(axes: "Axes", scene: SceneMap, colors: Mapping[str, str], points: Sequence[Point]) -> None:
+    """Draw a map without labels; it shows all of `points`, so that several maps of a place are alike."""
     _draw_floor(axes, scene)
     for _, box in scene.truth:
         _draw_box(axes, box, facecolor=TRUTH_FILL, edgecolor=TRUTH_LINE, linewidth=0.6, zorder=2)
@@ -171,8 +192,7 @@ def _draw_map(axes: "Axes", scene: SceneMap, colors: Mapping[str, str], side_pt:
         _draw_path(axes, scene.path.points)
     for label, box in scene.estimates:
         _draw_box(axes, box, facecolor="none", edgecolor=colors[label], linewidth=1.2, zorder=5)
-    _as_map(axes, scene.points)
-    _draw_labels(axes, scene, colors, side_pt)
+    _as_map(axes, points)
 
 
 def _draw_floor(axes: "Axes", scene: SceneMap) -> None:
@@ -208,24 +228,28 @@ def _draw_box(axes: "Axes", box: Box, **look: Any) -> None:
     axes.add_patch(Patch(box.low, box.extent[0], box.extent[1], **look))
 
 
-def _draw_labels(axes: "Axes", scene: SceneMap, colors: Mapping[str, str], side_pt: float) -> None:
-    """Write the names of objects, placed in points (1/72 inch), for a map whose longer side is about `side_pt` long."""
+def _draw_labels(axes: "Axes", scene: SceneMap, colors: Mapping[str, str]) -> None:
+    """Write the names of objects into a panel that has its size; none over another."""
     from matplotlib.patheffects import withStroke
+    from matplotlib.textpath import TextPath
 
-    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    scale = side_pt / max(right - left, top - bottom)
-    frame = Rectangle(0, 0, (right - left) * scale, (top - bottom) * scale)
-    transform = MapTransform(frame, left, top, scale)
+    (left, right), (_, top) = axes.get_xlim(), axes.get_ylim()
+    panel = axes.get_window_extent()
+    pt_per_px = 72 / axes.figure.dpi
+    frame = Rectangle(0, 0, panel.width * pt_per_px, panel.height * pt_per_px)
+    transform = MapTransform(frame, left, top, frame.width / (right - left))
     path = [transform.point(x, y) for x, y in scene.path.points[::10]]
 
     def size(text: str) -> tuple[float, float]:
-        return LABEL_PT * _LETTER_WIDTH * len(text), LABEL_PT * _LINE_HEIGHT
+        # The white edge around letters hides as they do.
+        return TextPath((0, 0), text, size=LABEL_PT).get_extents().width + 2.0, LABEL_PT * _LINE_HEIGHT
 
-    for label in place_labels(scene.objects, transform, size, path, 0.4):
+    for label in place_labels(scene.objects, transform, size, path, 0.4, 0.0):
         color = colors.get(label.label, FAINT)
         if label.leader is not None:
             start, end = transform.metres(*label.leader[:2]), transform.metres(*label.leader[2:])
-            axes.plot(*zip(start, end, strict=True), color=color, linewidth=0.5, zorder=6)
+            (line,) = axes.plot(*zip(start, end, strict=True), color=color, linewidth=0.5, zorder=6)
+            line.set_in_layout(False)
         axes.annotate(
             label.text,
             transform.metres(*label.box.center),
@@ -235,7 +259,7 @@ def _draw_labels(axes: "Axes", scene: SceneMap, colors: Mapping[str, str], side_
             color=color,
             path_effects=[withStroke(linewidth=1.2, foreground="white")],
             zorder=7,
-        )
+        ).set_in_layout(False)
 
 
 def _panels(count: int, width_mm: float, height_mm: float, columns: int | None = None) -> "tuple[Figure, list[Axes]]":
@@ -251,7 +275,7 @@ def _panels(count: int, width_mm: float, height_mm: float, columns: int | None =
 
 def _lettered(scenes: Sequence[SceneMap]) -> list[str]:
     """Return the titles of panels, with a letter each where there are several, which a caption can refer to."""
-    names = [scene.name for scene in scenes]
+    names = [f"{scene.solution}, {scene.name}" if scene.solution else scene.name for scene in scenes]
     return names if len(names) < 2 else [f"({chr(97 + n % 26)}) {name}" for n, name in enumerate(names)]
 
 

@@ -254,9 +254,11 @@ def place_labels(
     text_size: Callable[[str], tuple[float, float]],
     kept_free: Sequence[Point] = (),
     scale: float = 1.0,
+    tolerance: float = 0.08,
 ) -> list[Label]:
     """Return the names of objects, failures first, then the worst; an object for whose name there is no room has none.
 
+    There is none where it would hide a larger share of another, or be hidden by it, than `tolerance`.
     Where nothing is known of which object is which, only the estimated ones are named.
     """
     objects = [item for item in objects if item.boxes]
@@ -266,7 +268,7 @@ def place_labels(
     boxes = [transform.rectangle(max(item.boxes, key=lambda box: box.footprint_m2)) for item in named]
     spots = place(boxes, [text_size(text) for text in texts], kept_free, transform.frame, scale)
     labels = []
-    for item, text, box, spot, fits in zip(named, texts, boxes, spots, legible(spots), strict=True):
+    for item, text, box, spot, fits in zip(named, texts, boxes, spots, legible(spots, tolerance), strict=True):
         if fits:
             start = box.nearest(*spot.center)
             end = spot.nearest(*start)

@@ -65,20 +65,6 @@ class Box:
         signs = itertools.product((-0.5, 0.5), repeat=3)
         return [(x + a * width, y + b * depth, z + c * height) for a, b, c in signs]
 
-    def is_between(self, start: Vector, end: Vector) -> bool:
-        """Say whether the straight line between two points outside the box passes through it (slab method)."""
-        near, far = 0.0, 1.0
-        for i in range(3):
-            low, high = self.centroid[i] - self.extent[i] / 2, self.centroid[i] + self.extent[i] / 2
-            along = end[i] - start[i]
-            if abs(along) < 1e-12:
-                if not low <= start[i] <= high:
-                    return False
-                continue
-            first, second = sorted(((low - start[i]) / along, (high - start[i]) / along))
-            near, far = max(near, first), min(far, second)
-        return near < far
-
 
 @dataclass(frozen=True)
 class MapObject:
@@ -95,6 +81,14 @@ class MapObject:
     verdict: str | None = None
     quality: float | None = None
     why: str = ""
+    error: str | None = None
+    """The kind of error that it is, None for none or where that is not known."""
+    probability: float | None = None
+    """What the estimate gives to its class."""
+    mistaken: "MapObject | None" = None
+    """Of a missed object, the estimate at its place; of a false positive, the true object there."""
+    evidence: Mapping[str, Any] | None = None
+    """How it was seen (schema `explanation`), None where that is not known."""
 
     @property
     def name(self) -> str:
@@ -267,6 +261,8 @@ class SceneMap:
     robot_xyyaw: Vector | None = None
     laser: Points | None = None
     """The ends of the laser's rays, (N, 2)."""
+    solution: str = ""
+    """Whose result it shows, where there are several."""
 
     @property
     def truth(self) -> list[tuple[str, Box]]:

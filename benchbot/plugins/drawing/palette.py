@@ -1,6 +1,6 @@
 """The colours of all maps and pictures: roles on a light and on a dark background, object classes, and depth."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from zlib import crc32
@@ -90,18 +90,28 @@ def ramp() -> Pixels:
     return np.stack(channels, 1).round().astype(np.uint8)
 
 
-def class_colors(names: Iterable[str], colors: tuple[Color, ...] = SCREEN_CLASSES) -> dict[str, Color]:
-    """Return a colour for each class: a name keeps its own as far as others leave it, whatever order they come in."""
-    found: dict[str, Color] = {}
-    taken: set[int] = set()
+def class_colors(
+    names: Iterable[str],
+    colors: tuple[Color, ...] = SCREEN_CLASSES,
+    neighbours: Mapping[str, Collection[str]] | None = None,
+) -> dict[str, Color]:
+    """Return a colour for each class: a name keeps its own as far as others leave it, whatever order they come in.
+
+    With more classes than colours, `neighbours`, which stand next to one another, differ as far as that is possible.
+    """
+    found: dict[str, int] = {}
     for name in sorted(set(names)):
-        slot = crc32(name.encode("utf-8", "replace")) % len(colors)
-        if len(taken) < len(colors):
-            while slot in taken:
-                slot = (slot + 1) % len(colors)
-            taken.add(slot)
-        found[name] = colors[slot]
-    return found
+        own = crc32(name.encode("utf-8", "replace")) % len(colors)
+        slots = [(own + step) % len(colors) for step in range(len(colors))]
+        beside = [found[other] for other in (neighbours or {}).get(name, ()) if other in found]
+        used = list(found.values())
+        if len(set(used)) < len(colors):
+            found[name] = next(slot for slot in slots if slot not in used)
+        elif beside:
+            found[name] = min(slots, key=lambda slot: (beside.count(slot), used.count(slot)))
+        else:
+            found[name] = own
+    return {name: colors[slot] for name, slot in found.items()}
 
 
 def between(first: Color, second: Color, share: float) -> Color:

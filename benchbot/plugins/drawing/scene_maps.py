@@ -13,6 +13,7 @@ from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog, Declaration
 from benchbot.core.errors import BenchbotError
 from benchbot.core.platform import Scene
+from benchbot.evaluation.evidence import numbered_frames
 from benchbot.evaluation.ground_truths import GroundTruths, environment_of
 from benchbot.plugins.drawing.map_model import (
     MapObject,
@@ -27,7 +28,6 @@ from benchbot.plugins.drawing.map_model import (
 )
 
 OBJECTS = "object_map_ground_truth"
-FRAMES = "frames"
 
 
 def maps_of_result(path: Path, catalog: Catalog, truth_paths: Sequence[Path] | None = None) -> list[SceneMap]:
@@ -139,20 +139,6 @@ def frames_in(folder: Path) -> dict[int, Path]:
             f"Record them with the result: benchbot submit … --record frames={folder}",
         )
     return found
-
-
-def numbered_frames(folder: Path) -> dict[int, Path]:
-    """Return the frames in a folder in order, by the number of their observation, from 0."""
-    paths = sorted(folder.glob("*.jpg")) if folder.is_dir() else []
-    if all(path.stem.isdecimal() for path in paths):
-        return {int(path.stem): path for path in paths}
-    return dict(enumerate(paths))
-
-
-def frame_folders(result: Path) -> list[Path]:
-    """Return where the frames of a result may be; the last of them, if no other result lies in the same folder."""
-    parent, stem = result.parent, result.stem
-    return [parent / f"{stem}-recordings" / FRAMES, result.with_suffix(f".{FRAMES}"), parent / FRAMES]
 
 
 def chosen(frames: Mapping[int, Path], count: int) -> dict[int, Path]:

@@ -3,19 +3,16 @@
 import base64
 import io
 import itertools
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from PIL import Image, ImageDraw
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
 
-from benchbot.core.geometry import Pose
-from benchbot.core.recording import RecordingNote
-from benchbot.plugins.drawing.map_model import Box, Point, Vector
+from benchbot.evaluation.evidence import NEAREST_M, Boxes, Camera, Floats, Frame, Scene, folders_of, frames_at, hidden
+from benchbot.plugins.drawing.map_model import Box
 from benchbot.plugins.drawing.palette import Color
-from benchbot.plugins.drawing.scene_maps import frame_folders, numbered_frames
 from benchbot.plugins.report.episodes import ReportData, ReportedEpisode
 
 QUALITY = 76
@@ -23,23 +20,53 @@ THUMBNAIL_PX = 300
 CROP_PX = (300, 200)
 BUDGET_BYTES = 2_400_000
 """Of all pictures of a page together, as JPEG; a third more in the page, which is to stay below 5 MB."""
-NEAREST_M = 0.1
-_LARGEST_AREA = 1e4
 _SMOOTHING = 2
 # Something is to be seen of where a small object stands.
 _LEAST_SHARE = 0.3
 _EDGES = [(i, j) for i, j in itertools.combinations(range(8), 2) if (i ^ j) in (1, 2, 4)]
-
-Outline = tuple[Box, Color]
+_POINTS_OF_EDGE, _DASH = 61, 3
+_FONT_PX = 25
 
 
 @dataclass(frozen=True)
-class Frame:
-    """A recorded picture: its file, the scene, and the pose of the robot's base in the map frame."""
+class Outline:
+    """A box to draw into a picture, its colour, and what is written beside it."""
 
-    path: Path
-    scene: int
-    base: Pose
+    box: Box
+    color: Color
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A frame to draw boxes into, the camera that took it, and what may stand before them."""
+
+    frame: Frame
+    camera: Camera
+    scene: Scene
+
+    def lines(self, box: Box) -> list[tuple[Floats, bool]]:
+        """Return the edges of a box in pixels as stretches (N, 2), and whether each is hidden; without a lens, none."""
+        boxes = Boxes.of([(box.centroid, box.extent)])
+        corners = boxes.corners()[0]
+        shares = np.linspace(0.0, 1.0, _POINTS_OF_EDGE)[:, None]
+        starts, ends = (corners[[edge[i] for edge in _EDGES]][:, None] for i in (0, 1))
+        points = (starts + shares * (ends - starts)).reshape(-1, 3)
+        seen = self.camera.seen_from(self.frame.base, points)
+        before = seen[:, 2] > NEAREST_M
+        if not before.any():
+            return []
+        pixels = self.camera.pixels(seen[before])
+        behind = hidden(points[before], boxes, self.frame, self.camera, self.scene)
+        places = np.append(0, np.cumsum(before.reshape(len(_EDGES), -1).sum(axis=1)))
+        found: list[tuple[Floats, bool]] = []
+        for first, last in itertools.pairwise(places.tolist()):
+            of_edge = behind[first:last]
+            breaks = [0, *(np.flatnonzero(np.diff(of_edge)) + 1).tolist(), last - first]
+            # A stretch ends where the next one begins.
+            stretches = [(pixels[first:last][a : b + 1], a) for a, b in itertools.pairwise(breaks)]
+            found += [(stretch, bool(of_edge[a])) for stretch, a in stretches if len(stretch) > 1]
+        return found
 
 
 def frames_of(episode: ReportedEpisode, data: ReportData) -> list[Frame]:
@@ -49,85 +76,11 @@ def frames_of(episode: ReportedEpisode, data: ReportData) -> list[Frame]:
     result of the report lies in the same folder.
     """
     poses = [(scene, pose) for scene, path in enumerate(episode.paths) for pose in path.observed]
-    for folder in _folders(episode, data):
-        paths = numbered_frames(folder)
-        note = RecordingNote.read(folder)
-        missing = 0 if note is None else note.dropped
-        if paths and len(paths) + missing == len(poses) and max(paths) < len(poses):
-            return [Frame(path, *poses[number]) for number, path in paths.items()]
-    return []
-
-
-def _folders(episode: ReportedEpisode, data: ReportData) -> list[Path]:
     if data.frames is not None:
-        return [data.frames]
-    # A result in an archive is named `archive:member`, which is no file.
-    if episode.source is None or not Path(episode.source).is_file():
-        return []
-    path = Path(episode.source)
-    neighbours = [other for other in data.episodes if other.source and Path(other.source).parent == path.parent]
-    beside = frame_folders(path)
-    return beside if len(neighbours) == 1 else beside[:-1]
-
-
-@dataclass(frozen=True)
-class Camera:
-    """A pinhole camera on a robot: its pose in the robot's frame, and its intrinsics in pixels."""
-
-    mount: Pose
-    width: int
-    height: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-
-    @classmethod
-    def of(cls, robot: Mapping[str, Any] | None) -> "Camera | None":
-        """Return the camera that a robot's declaration describes, None when it describes none."""
-        camera = (robot or {}).get("camera")
-        frame = (robot or {}).get("frames", {}).get((camera or {}).get("frame"))
-        if camera is None or frame is None:
-            return None
-        mount = Pose.from_xyz_rpy_deg(frame["xyz"], frame.get("rpy_deg", (0, 0, 0)))
-        return cls(mount, *(camera[key] for key in ("width", "height", "fx", "fy", "cx", "cy")))
-
-    def pixels(self, base: Pose, points: Sequence[Vector]) -> list[Point] | None:
-        """Return where points of the map appear when the robot is at `base`; None when one is not before the lens."""
-        to_camera = (base @ self.mount).inverse()
-        seen = []
-        for point in points:
-            x, y, z = (to_camera @ Pose(point)).translation_xyz
-            if z < NEAREST_M:
-                return None
-            seen.append((self.fx * x / z + self.cx, self.fy * y / z + self.cy))
-        return seen
-
-    def edges(self, base: Pose, box: Box) -> list[tuple[Point, Point]]:
-        """Return the twelve edges of a box as lines in the picture, none when it is not before the lens."""
-        corners = self.pixels(base, box.corners)
-        return [] if corners is None else [(corners[i], corners[j]) for i, j in _EDGES]
-
-    def view_of(self, base: Pose, box: Box, others: Sequence[Box] = ()) -> float:
-        """Return how well a box can be seen from `base`, 0 for not at all.
-
-        Better is larger, whole, and not behind one of `others`.
-        """
-        corners = self.pixels(base, box.corners)
-        if corners is None:
-            return 0.0
-        left, right = min(x for x, _ in corners), max(x for x, _ in corners)
-        top, bottom = min(y for _, y in corners), max(y for _, y in corners)
-        area = max((right - left) * (bottom - top), 1e-9)
-        if not area < _LARGEST_AREA * self.width * self.height:
-            return 0.0
-        width = min(right, self.width) - max(left, 0.0)
-        height = min(bottom, self.height) - max(top, 0.0)
-        inside = max(width, 0.0) * max(height, 0.0) / area
-        size = min(math.sqrt(area / (self.width * self.height)), 0.5)
-        eye = (base @ self.mount).translation_xyz
-        hidden = any(other.is_between(eye, box.centroid) for other in others)
-        return inside**2 * size * (0.1 if hidden else 1.0)
+        return frames_at(poses, [data.frames])
+    folder = Path(episode.source or "").parent
+    neighbours = [other for other in data.episodes if other.source and Path(other.source).parent == folder]
+    return frames_at(poses, folders_of(episode.source, alone=len(neighbours) == 1))
 
 
 @dataclass
@@ -163,43 +116,89 @@ def thumbnail(frame: Frame, budget: Budget) -> str | None:
     return budget.data_uri(image.resize((THUMBNAIL_PX, height), Image.Resampling.LANCZOS))
 
 
-def best_frame(frames: Sequence[Frame], camera: Camera, box: Box, scene: int, others: Sequence[Box]) -> Frame | None:
-    """Return the frame in which a box should be seen best, None when it is in none of them."""
-    seen = [(camera.view_of(frame.base, box, others), frame) for frame in frames if frame.scene == scene]
-    quality, frame = max(seen, key=lambda pair: pair[0], default=(0.0, None))
-    return frame if quality > 0 else None
+def crop(shot: Shot, outlines: Sequence[Outline], budget: Budget) -> str | None:
+    """Return the part of a frame around boxes as a data URI, None when it cannot be shown; see `tile`."""
+    picture = tile(shot, outlines)
+    return None if picture is None else budget.data_uri(picture)
 
 
-def crop(frame: Frame, camera: Camera, outlines: Sequence[Outline], budget: Budget) -> str | None:
-    """Return the part of a frame around boxes, 300 x 200 pixels, the boxes drawn as wire frames, as a data URI."""
-    image = _opened(frame)
+def tile(shot: Shot, outlines: Sequence[Outline]) -> Image.Image | None:
+    """Return the part of a frame around boxes, 300 x 200 pixels, the boxes as wire frames, hidden edges dashed.
+
+    None when the frame cannot be read, or shows nothing of the boxes.
+    """
+    image, camera = _opened(shot.frame), shot.camera
     if image is None or image.size != (camera.width, camera.height):
         return None
-    lines = [(camera.edges(frame.base, box), color) for box, color in outlines]
-    points = [point for edges, _ in lines for point in itertools.chain.from_iterable(edges)]
-    left, top, right, bottom = _window(points, camera)
+    lines = [shot.lines(outline.box) for outline in outlines]
+    drawn = [pixels for stretches in lines for pixels, _ in stretches]
+    if not drawn:
+        return None
+    left, top, right, bottom = _window(np.concatenate(drawn), camera)
     scale = CROP_PX[0] * _SMOOTHING / (right - left)
     large = (CROP_PX[0] * _SMOOTHING, CROP_PX[1] * _SMOOTHING)
     part = image.resize(large, Image.Resampling.BICUBIC, box=(left, top, right, bottom))
     pencil = ImageDraw.Draw(part)
-    for width, shade in ((7, (0, 0, 0)), (3, None)):
-        for edges, color in lines:
-            for (x0, y0), (x1, y1) in edges:
-                ends = ((x0 - left) * scale, (y0 - top) * scale, (x1 - left) * scale, (y1 - top) * scale)
-                pencil.line(ends, fill=shade or color, width=width)
-    return budget.data_uri(part.resize(CROP_PX, Image.Resampling.LANCZOS))
+    for is_behind in (True, False):
+        for width, shade in ((7, (0, 0, 0)), (3, None)):
+            for stretches, outline in zip(lines, outlines, strict=True):
+                for pixels, behind in stretches:
+                    if behind == is_behind:
+                        _draw((pixels - (left, top)) * scale, pencil, shade or outline.color, width, dashed=behind)
+    taken: list[tuple[float, float, float, float]] = []
+    for stretches, outline in zip(lines, outlines, strict=True):
+        if stretches and outline.text:
+            places = (np.concatenate([pixels for pixels, _ in stretches]) - (left, top)) * scale
+            taken.append(_write(pencil, outline, places, large, taken))
+    return part.resize(CROP_PX, Image.Resampling.LANCZOS)
 
 
-def _window(points: Sequence[Point], camera: Camera) -> tuple[float, float, float, float]:
+def _draw(points: Floats, pencil: ImageDraw.ImageDraw, color: Color, width: int, *, dashed: bool) -> None:
+    if not dashed:
+        pencil.line([*map(tuple, points[[0, -1]].tolist())], fill=color, width=width)
+        return
+    # Dashes are as long in the picture, however the edge runs.
+    length = float(np.hypot(*(points[-1] - points[0])))
+    count = max(round(length / (6 * _DASH)), 1)
+    for number in range(count):
+        ends = points[0] + (points[-1] - points[0]) * np.array([[number / count], [(number + 0.45) / count]])
+        pencil.line([*map(tuple, ends.tolist())], fill=color, width=max(width - 1, 1))
+
+
+def _write(
+    pencil: ImageDraw.ImageDraw,
+    outline: Outline,
+    places: Floats,
+    size: tuple[int, int],
+    taken: Sequence[tuple[float, float, float, float]],
+) -> tuple[float, float, float, float]:
+    """Write the text of a box above it, below it or within, where no other text is; return where."""
+    font = ImageFont.load_default(_FONT_PX)
+    _, _, width, height = font.getbbox(outline.text)
+    width, height = width + 12, height + 8
+    (x0, y0), (x1, y1) = places.min(axis=0), places.max(axis=0)
+    x = float(np.clip((x0 + x1 - width) / 2, 0, max(size[0] - width, 0)))
+    tops = [float(np.clip(y, 0, size[1] - height)) for y in (y0 - height - 6, y1 + 6, y0 + 6, y1 - height - 6, 0)]
+    tops += [float(y) for y in range(0, round(size[1] - height), round(height / 2))]
+    boxes = [(x, top, x + width, top + height) for top in tops]
+    chosen = next((box for box in boxes if all(box[3] <= other[1] or other[3] <= box[1] for other in taken)), boxes[0])
+    pencil.rounded_rectangle(chosen, radius=6, fill=(16, 18, 22))
+    pencil.text((x + 6, chosen[1] + 2), outline.text, fill=outline.color, font=font)
+    return chosen
+
+
+def _window(points: Floats, camera: Camera) -> tuple[float, float, float, float]:
     """Return the part of the picture to show: 3 : 2, around the points, inside the picture."""
-    xs, ys = [x for x, _ in points], [y for _, y in points]
+    (least_x, least_y), (most_x, most_y) = (
+        np.clip(ends, 0.0, (camera.width, camera.height)).tolist() for ends in (points.min(0), points.max(0))
+    )
     aspect = CROP_PX[0] / CROP_PX[1]
     most = min(float(camera.width), camera.height * aspect)
-    wanted = 1.6 * max(max(xs) - min(xs), (max(ys) - min(ys)) * aspect)
+    wanted = 1.6 * max(most_x - least_x, (most_y - least_y) * aspect)
     width = min(max(wanted, camera.width * _LEAST_SHARE), most)
     height = width / aspect
-    left = min(max((min(xs) + max(xs) - width) / 2, 0.0), camera.width - width)
-    top = min(max((min(ys) + max(ys) - height) / 2, 0.0), camera.height - height)
+    left = min(max((least_x + most_x - width) / 2, 0.0), camera.width - width)
+    top = min(max((least_y + most_y - height) / 2, 0.0), camera.height - height)
     return left, top, left + width, top + height
 
 

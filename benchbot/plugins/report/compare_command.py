@@ -1,5 +1,6 @@
 """`benchbot compare`: sets of results, pair by pair."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
@@ -19,7 +20,8 @@ def compare(
         list[str],
         typer.Argument(
             metavar="[NAME=]PATH",
-            help="Two sets of results or more: a folder, ZIP archive or result file each, or a scores document.",
+            help="Two sets of results or more: a folder, ZIP archive or result file each, or a scores document. With "
+            "--across one or more folders, the NAME is that of the solution.",
         ),
     ],
     score: Annotated[
@@ -43,6 +45,31 @@ def compare(
             "solutions, each in a folder of its name, also how alike both sets order them.",
         ),
     ] = None,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Print the kinds of error of each set, too, and what each costs.")
+    ] = False,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--output-location",
+            "-o",
+            metavar="PATH",
+            help="Write it here as well, as the name ends: .tex (the paper's table), .pdf, .svg, .png (its figure), "
+            ".json; repeatable.",
+        ),
+    ] = None,
+    across: Annotated[
+        Literal["simulator"] | None,
+        typer.Option(
+            metavar="simulator",
+            help="Put the same solutions, task and places in several simulators side by side: scores, differences by "
+            "scene, how alike solutions are ranked, and where recorded pictures differ the most.",
+        ),
+    ] = None,
+    objects: Annotated[
+        bool,
+        typer.Option("--objects", help="Say which true objects one set found and another did not. Shows the truth."),
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Say whether one set of results scores higher than another, and how sure that is.
@@ -54,11 +81,40 @@ def compare(
     from benchbot.cli.kit.status_line import working
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
-    from benchbot.evaluation import intervals
-    from benchbot.plugins.report import comparison, result_sets
+    from benchbot.evaluation import intervals, result_files
+    from benchbot.plugins.report import comparison, comparison_exports, object_changes, result_sets
 
+    for path in output or ():
+        comparison_exports.check_ending(path)
+        console.check_output(path)
     catalog = Catalog(load())
+    if across is not None:
+        if paired_by is not None:
+            raise BenchbotError(
+                "--across and --paired-by are two ways to compare.",
+                "Both were given.",
+                "Leave one of them out: --across simulator pairs scenes by itself.",
+            )
+        if output:
+            raise BenchbotError(
+                "Across simulators there is no table or figure for a paper.",
+                "-o was given with --across.",
+                "Leave one of them out; --json prints all of it.",
+            )
+        from benchbot.plugins.report.across_simulators import across_simulators
+
+        scoring: dict[str, Any] = {"catalog": catalog, "method": method, "ground_truth_paths": ground_truth}
+        with working("Comparing simulators"):
+            found = across_simulators(sets, score, over=intervals.Over(over), missing=missing, **scoring)
+        show_simulators(found, as_json=as_json)
+        return
     if paired_by is not None:
+        if output:
+            raise BenchbotError(
+                "Scene by scene there is no table or figure for a paper.",
+                "-o was given with --paired-by.",
+                "Leave one of them out; --json prints all of it.",
+            )
         scoring = {"catalog": catalog, "method": method, "ground_truth_paths": ground_truth, "missing": missing}
         with working("Comparing scene by scene"):
             scenes = _by_scene(sets, score, scoring)
@@ -69,7 +125,17 @@ def compare(
         evaluator = result_sets.evaluator_of(named, catalog)
         paired = {"ignore_seeds": ignore_seeds, "ignore_settings": ignore_settings}
         document = comparison.compare(named, evaluator, score, over=intervals.Over(over), **paired)
+        if explain:
+            document["errors"] = comparison.errors_of(named)
+        if objects:
+            paths = dict(map(result_files.named, sets))
+            document["objects"] = object_changes.object_changes(
+                paths, catalog=catalog, method=method, ground_truth_paths=ground_truth
+            )
     document["notes"] += [*_restarts(named), *_robots(named)]
+    for path in output or ():
+        comparison_exports.write(path, document, named, evaluator)
+        console.note(f"Written: {path}")
     show(document, as_json=as_json)
 
 
@@ -90,11 +156,44 @@ def show(document: dict[str, Any], *, as_json: bool = False) -> None:
         ("", "difference", "95 % interval", "p", "p (Holm)", "pairs", document["over"]),
         [_comparison(item) for item in document["comparisons"]],
     )
+    if "errors" in document:
+        console.note()
+        console.table(("error", *_titles(document["errors"])), _errors(document["errors"]))
     console.data("", *(item["sentence"] for item in document["comparisons"]))
+    for item in document.get("objects", ()):
+        _tell_of_objects(item)
+
+
+def _tell_of_objects(item: dict[str, Any]) -> None:
+    """Print which objects one set found and the other did not."""
+    a, b = item["a"], item["b"]
+    both = f"both found {item['both']} objects, neither {item['neither']}, in {item['episodes']} episodes of both"
+    console.data("", f"{a} and {b}: {both}")
+    for name, other, rows in ((a, b, item["won"]), (b, a, item["lost"])):
+        console.data(f"Only {name} found {len(rows)}:")
+        cells = [(row["class"], row["episode"], row["why"]) for row in rows]
+        console.table(("class", "episode", f"why not {other}"), cells)
+
+
+def _titles(errors: dict[str, Any]) -> list[str]:
+    return [title for name in errors for title in (name, "costs")]
+
+
+def _errors(errors: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Return the rows of the table of errors: each kind, how many each set has, and what they cost it."""
+    told = [{error["kind"]: error for error in found} for found in errors.values()]
+    rows = []
+    for kind in dict.fromkeys(kind for each in told for kind in each):
+        cells = [
+            (str(each[kind]["count"]), f"{each[kind]['gain']:.2f}") if kind in each else ("-", "-") for each in told
+        ]
+        rows.append((kind, *(cell for pair in cells for cell in pair)))
+    return rows
 
 
 def _by_scene(texts: list[str], score: str | None, scoring: dict[str, Any]) -> dict[str, Any]:
     """Return the table of two sets by scenes, with what their recordings show."""
+    from benchbot.evaluation.result_files import named
     from benchbot.plugins.report import channel_differences, comparison, result_sets, scene_pairs
 
     if len(texts) != 2:
@@ -103,7 +202,7 @@ def _by_scene(texts: list[str], score: str | None, scoring: dict[str, Any]) -> d
             f"{len(texts)} were given.",
             "Name two: benchbot compare simulated=A real=B --paired-by scene",
         )
-    (name_a, path_a), (name_b, path_b) = map(result_sets.named, texts)
+    (name_a, path_a), (name_b, path_b) = map(named, texts)
     solutions = scene_pairs.solutions_of(path_a, path_b)
     if name_a == name_b:
         raise BenchbotError(
@@ -165,6 +264,52 @@ def show_scenes(document: dict[str, Any], *, as_json: bool = False) -> None:
         console.data("", f"{' '.join(filter(None, [item['solution'], item['scene']]))}, {steps} steps recorded:")
         told = [(one["channel"], f"{one['mean_absolute']:.4g}", one["unit"]) for one in item["channels"]]
         console.table(("observation", "mean absolute difference", "unit"), told)
+
+
+def show_simulators(document: dict[str, Any], *, as_json: bool = False) -> None:
+    """Print the tables of pairs of simulators; on stderr, what does not take part and what differs beside."""
+    for line in document["notes"]:
+        console.note(line)
+    if as_json:
+        console.data_json(document)
+        return
+    for pair in document["pairs"]:
+        console.table(
+            ("solution", "scene", pair["a"], pair["b"], "difference"),
+            [
+                (row["solution"], row["scene"], f"{row['a']:.4f}", f"{row['b']:.4f}", f"{row['difference']:+.4f}")
+                for row in pair["rows"]
+            ],
+        )
+        console.data("")
+        console.table(
+            ("scene", "mean difference", "largest", "of", "Kendall's tau"),
+            [
+                (
+                    scene["scene"],
+                    f"{scene['mean_difference']:+.4f}",
+                    f"{scene['largest_difference']:+.4f}",
+                    scene["largest_of"],
+                    "-" if scene["kendall_tau"] is None else f"{scene['kendall_tau']:.2f}",
+                )
+                for scene in pair["scenes"]
+            ],
+        )
+        mean = f"Mean absolute difference of {document['score']}: {pair['mean_absolute_difference']:.4f}"
+        console.data("", mean, *_rank_lines(pair["ranks"]))
+        if pair["ranks"] is not None:
+            interval = pair["ranks"]["interval"]
+            said = pair["ranks"]["note"] or f"95 % interval of tau over other {document['over']}: {_interval(interval)}"
+            console.data(said)
+        for item in pair["pictures"]:
+            worst = item["worst"][0]
+            console.data(
+                "",
+                f"{' '.join(filter(None, [item['solution'], item['scene']]))}: pictures differ by "
+                f"{item['mean_absolute']:.2f} of 255 in {item['steps']} steps, most in step {worst['step']}, by "
+                f"{worst['mean_absolute']:.2f}",
+                *(path for path in (worst["a"], worst["b"]) if path is not None),
+            )
 
 
 def _rank_lines(ranks: dict[str, Any] | None) -> list[str]:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import combinations
 from typing import Any
 
@@ -11,7 +11,8 @@ from benchbot.core.records import Evaluator
 from benchbot.evaluation import intervals
 from benchbot.evaluation.intervals import Over
 from benchbot.evaluation.result_document import listed
-from benchbot.plugins.report import significance
+from benchbot.evaluation.score import explain
+from benchbot.plugins.report import diagnosis, significance
 from benchbot.plugins.report.pairing import Pair, label, pair, settings
 from benchbot.plugins.report.result_sets import ResultSet
 from benchbot.plugins.report.significance import ALPHA, Finding
@@ -67,6 +68,24 @@ def compare(
         "comparisons": comparisons,
         "notes": notes_on(sets),
     }
+
+
+def errors_of(sets: Sequence[ResultSet]) -> Document:
+    """Return for each set its kinds of error, the costliest first: how many, what each costs (`errors` of the schema).
+
+    Raises BenchbotError for a set that was given as a scores document, and for a method that does not explain.
+    """
+    found: Document = {}
+    for one in sets:
+        if one.evaluation is None:
+            raise BenchbotError(
+                f"What went wrong in '{one.name}' is not known.",
+                "It was given as a scores document, which does not say.",
+                "Give the results instead of their scores, or leave --explain out.",
+            )
+        told = [entry.get("diagnosis", {}) for entry in explain(one.evaluation)["results"]]
+        found[one.name] = [asdict(error) for error in diagnosis.errors(told, len(one.rows))]
+    return found
 
 
 def _comparison(a: ResultSet, b: ResultSet, design: Design) -> Document:

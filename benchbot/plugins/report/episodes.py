@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from benchbot.core.records import Evaluator
 from benchbot.evaluation import result_files
 from benchbot.evaluation.ground_truths import GroundTruths, environment_of
 from benchbot.evaluation.result_document import ResultDocument
-from benchbot.evaluation.score import Evaluation
+from benchbot.evaluation.score import Evaluation, explain
 from benchbot.plugins.drawing.map_model import (
     FALSE_NEGATIVE,
     FALSE_POSITIVE,
@@ -44,7 +44,8 @@ class ReportedEpisode:
     """One expected result: scored, or missing (then `scores` is None) with the reason.
 
     `number` is that of the episode in its task's list, of tasks that have one. `explanation` is the evaluator's, object
-    by object; empty when the method gives none. `truths` are those that the map shows, one for each scene; `goal` is
+    by object; empty when the method gives none; `diagnosis` is what went wrong in general, `recorded` what the evidence
+    of objects rests on (schema `explanation`). `truths` are those that the map shows, one for each scene; `goal` is
     that of an episode list, with a `position` or with `instances` of a class.
     """
 
@@ -60,6 +61,8 @@ class ReportedEpisode:
     document: Mapping[str, Any] | None = None
     truths: tuple[GroundTruth, ...] = ()
     explanation: tuple[Document, ...] = ()
+    diagnosis: Document = field(default_factory=dict)
+    recorded: Document = field(default_factory=dict)
     goal: Document | None = None
     settings: str = ""
 
@@ -114,6 +117,8 @@ class ReportedEpisode:
     def goals(self) -> tuple[Point, ...]:
         """The places in the map frame that the robot was to reach: one, or an instance of the wanted class each."""
         goal = self.goal or {}
+        if "place" in goal:
+            goal = {"instances": [goal["place"]]}
         places = [goal["position"]] if "position" in goal else [each["centroid"] for each in goal.get("instances", ())]
         return tuple((float(x), float(y)) for x, y, *_ in places)
 
@@ -125,7 +130,7 @@ class ReportedEpisode:
         """
         if self.explanation:
             names = [f"{scene.get('name')}:{scene.get('variant')}" for scene in self.scenes]
-            found = [_explained(item, names) for item in self.explanation]
+            found = _explained(self.explanation, names)
         else:
             found = [
                 replace(item, scene=scene)
@@ -137,7 +142,20 @@ class ReportedEpisode:
         return sorted(found, key=_worst_first)
 
 
-def _explained(item: Document, scenes: Sequence[str]) -> MapObject:
+def _explained(items: Sequence[Document], scenes: Sequence[str]) -> list[MapObject]:
+    found = [_object(item, scenes) for item in items]
+    of_truth = {(item["scene"], item["truth"]): made for item, made in zip(items, found, strict=True)}
+    of_estimate = {item["proposal"]: made for item, made in zip(items, found, strict=True)}
+    mistaken = []
+    for item, made in zip(items, found, strict=True):
+        counterpart = item.get("counterpart")
+        of_true = item["truth"] is not None
+        other = of_estimate.get(counterpart) if of_true else of_truth.get((item["scene"], counterpart))
+        mistaken.append(made if counterpart is None else replace(made, mistaken=other))
+    return mistaken
+
+
+def _object(item: Document, scenes: Sequence[str]) -> MapObject:
     is_estimated, is_true = item["verdict"] != FALSE_NEGATIVE, item["verdict"] != FALSE_POSITIVE
     return MapObject(
         label=item["label"] or "",
@@ -148,6 +166,9 @@ def _explained(item: Document, scenes: Sequence[str]) -> MapObject:
         verdict=item["verdict"],
         quality=item["factors"].get("overall") if item["verdict"] == MATCH else None,
         why=item["why"],
+        error=item.get("error"),
+        probability=item.get("probability"),
+        evidence=item.get("evidence"),
     )
 
 
@@ -206,11 +227,14 @@ def gather(
 
     `name` is what the solution is called, `frames` the folder of what was recorded beside a single result.
     """
-    scores, explain = evaluation.document, evaluation.evaluator.explain
+    scores = evaluation.document
+    silent: list[Document] = [{} for _ in scores["rows"]]
+    told = silent if evaluation.evaluator.explain is None else explain(evaluation, catalog, frames)["results"]
     episodes = []
-    for row, (submission, truths) in zip(scores["rows"], evaluation.scored, strict=True):
-        objects = () if explain is None else explain(submission.document, truths).get("objects", ())
+    for row, entry, (submission, truths) in zip(scores["rows"], told, evaluation.scored, strict=True):
+        objects, about = entry.get("objects", ()), {key: entry.get(key, {}) for key in ("diagnosis", "evidence")}
         episode = _episode(row, submission, row["scores"], submission.failure_why or None)
+        episode = replace(episode, diagnosis=about["diagnosis"], recorded=about["evidence"])
         episodes.append(replace(episode, truths=tuple(truths), explanation=tuple(objects)))
     absent = scores["coverage"]["missing"]
     handed_in = result_files.read(paths) if any(item["source"] for item in absent) else ()

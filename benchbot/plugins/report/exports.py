@@ -21,7 +21,7 @@ _LATEX = {
     "\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_",
     "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "<": r"\textless{}", ">": r"\textgreater{}",
     "|": r"\textbar{}", '"': "''", "→": r"$\rightarrow$", "–": "--", "`": r"\textasciigrave{}",
-    "↑": r"$\uparrow$", "↓": r"$\downarrow$",
+    "−": "$-$", "↑": r"$\uparrow$", "↓": r"$\downarrow$",
 }  # fmt: skip
 # The beginning of a formula. Spreadsheets for Chinese and Japanese take the wide characters, too, and those for
 # languages with a decimal comma begin a cell at each semicolon.
@@ -75,8 +75,8 @@ def to_markdown(data: ReportData) -> str:
 
 def to_latex(data: ReportData) -> str:
     """Return a table of all scores by environment, for the package booktabs."""
-    text, names = _latex, data.score_names
-    body = [_latex_row([text(label), *values, str(count)]) for label, values, count in _rows(data)]
+    text, names = latex, data.score_names
+    body = [latex_row([text(label), *values, str(count)]) for label, values, count in _rows(data)]
     interval = summary.interval(data, data.headline)
     level = f" with its {text(interval.name)}" if interval else ""
     caption = (
@@ -93,7 +93,7 @@ def to_latex(data: ReportData) -> str:
             rf"  \caption{{{caption}}}",
             rf"  \begin{{tabular}}{{l{'r' * (len(names) + 1)}}}",
             r"    \toprule",
-            _latex_row(["Environment", *map(text, _named(data)), "Episodes"]),
+            latex_row(["Environment", *map(text, _named(data)), "Episodes"]),
             r"    \midrule",
             *body[:-1],
             r"    \midrule",
@@ -156,7 +156,8 @@ def _number(value: float | None) -> str:
     return "–" if value is None else f"{value:.3f}"
 
 
-def _latex_row(cells: Sequence[str]) -> str:
+def latex_row(cells: Sequence[str]) -> str:
+    """Return a row of a table of escaped cells."""
     return f"    {' & '.join(cells)} \\\\".replace("–", "--")
 
 
@@ -166,7 +167,8 @@ def _cell(value: object) -> str:
     return text if isinstance(value, int | float) else _FORMULA.sub(r"\1'", text)
 
 
-def _latex(text: str) -> str:
+def latex(text: str) -> str:
+    """Return a text as one line that LaTeX prints as it is."""
     return "".join(_LATEX.get(letter, letter) for letter in one_line(text))
 
 

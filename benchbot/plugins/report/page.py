@@ -13,35 +13,24 @@ from markupsafe import Markup
 
 import benchbot
 from benchbot.core.geometry import Pose
+from benchbot.evaluation.evidence import Frame
 from benchbot.plugins.drawing.map_layout import MARGIN_M, MapLayout, MapTransform, Marker, Rectangle, lay_out
 from benchbot.plugins.drawing.map_model import (
-    FALSE_NEGATIVE,
-    FALSE_POSITIVE,
-    Box,
     MapObject,
     MapPath,
+    Point,
     SceneMap,
     occupancy_of,
 )
 from benchbot.plugins.drawing.palette import DARK, ESTIMATE_OUTLINE, LIGHT, TRUTH_OUTLINE, to_hex
-from benchbot.plugins.report import summary
+from benchbot.plugins.report import diagnosis, summary
 from benchbot.plugins.report.bars import axis_of, bar_of
-from benchbot.plugins.report.camera_pictures import (
-    Budget,
-    Camera,
-    Frame,
-    Outline,
-    best_frame,
-    crop,
-    frames_of,
-    thumbnail,
-)
+from benchbot.plugins.report.camera_pictures import Budget, frames_of, thumbnail
+from benchbot.plugins.report.cards import Card, card_of, shots_of, verdict_of, worst
 from benchbot.plugins.report.episodes import ReportData, ReportedEpisode, grouped
 from benchbot.plugins.report.summary import VERDICTS
 
-MOST_CARDS, MOST_ROWS = 12, 120
-FEWEST_CARDS, GOOD_QUALITY = 4, 0.9
-"""If fewer objects than this failed, the worst of those that were found are shown, too, unless they are good."""
+MOST_ROWS = 120
 MOST_OPEN = 5
 """Of more environments than this, one of each place is shown openly."""
 MAP_WIDTH_PX, LEAST_HEIGHT_PX, MOST_HEIGHT_PX = 720, 280, 760
@@ -50,15 +39,6 @@ _FRAME_MARGIN_PX = 34
 _LETTER_PX, _LINE_PX = 6.6, 16
 _WEDGE_PX = 30
 _FRAMES = 3
-
-
-@dataclass(frozen=True)
-class Card:
-    """An object that went wrong, or worst, its picture (None without one) and what that shows."""
-
-    object: MapObject
-    picture: str | None
-    alt: str
 
 
 @dataclass(frozen=True)
@@ -129,25 +109,25 @@ def html(data: ReportData) -> str:
     axis = axis_of(data)
     budget = Budget()
     views = _views(data, budget)
-    outlines = (TRUTH_OUTLINE, ESTIMATE_OUTLINE)
-    style = _templates().get_template("style.css").render(light=LIGHT, dark=DARK, outlines=outlines)
     places = _places(data, views)
     return (
-        _templates()
+        templates()
         .get_template("page.html")
         .render(
             axis=axis,
             bars=[bar_of(name, episodes, data, axis) for name, episodes in data.environments.items()],
             budget=budget,
             coverage=data.scores["coverage"],
+            breakdowns=diagnosis.BREAKDOWNS,
             data=data,
+            diagnosis=diagnosis,
+            diagnoses=[episode.diagnosis for episode in data.episodes],
             has_variants=any(len(place.environments) > 1 for place in places),
             method=data.scores["method"],
             most_rows=MOST_ROWS,
             places=places,
             statistics=data.scores.get("statistics") or {},
-            style=style,
-            style_hash=base64.b64encode(sha256(style.encode()).digest()).decode(),
+            **styled(),
             summary=summary,
             tallies=summary.by_class(item for shown in views.values() for view in shown for item in view.objects),
             task=data.scores["task_details"],
@@ -156,6 +136,13 @@ def html(data: ReportData) -> str:
             version=benchbot.__version__,
         )
     )
+
+
+def styled() -> dict[str, str]:
+    """Return what each page needs for its looks: the style sheet and its hash."""
+    outlines = (TRUTH_OUTLINE, ESTIMATE_OUTLINE)
+    style = templates().get_template("style.css").render(light=LIGHT, dark=DARK, outlines=outlines)
+    return {"style": style, "style_hash": base64.b64encode(sha256(style.encode()).digest()).decode()}
 
 
 def _views(data: ReportData, budget: Budget) -> dict[str, list[EpisodeView]]:
@@ -186,31 +173,43 @@ def _places(data: ReportData, views: dict[str, list[EpisodeView]]) -> list[Place
 
 
 def _view(episode: ReportedEpisode, data: ReportData, budget: Budget) -> EpisodeView:
-    objects, paths = episode.objects, episode.paths
+    objects = episode.objects
     frames = frames_of(episode, data)
-    robot = data.catalog.find("robots", episode.robot or "")
-    camera = None if robot is None else Camera.of(robot.data)
     scenes = []
     for number, scene in enumerate(episode.scenes):
-        path = paths[number] if number < len(paths) else MapPath()
         seen = _spread([frame for frame in frames if frame.scene == number])
         pictures = [(frame, thumbnail(frame, budget)) for frame in seen]
         shown = [(frame, uri) for frame, uri in pictures if uri is not None]
         name = f"{scene.get('name')}:{scene.get('variant')}"
-        # Other models stand elsewhere.
-        occupancy = None if "assets=" in episode.settings else occupancy_of(data.catalog.pool("environments").get(name))
-        on_floor = tuple(item for item in objects if item.scene == number)
-        scene_map = SceneMap(name, occupancy, on_floor, path, goals=episode.goals)
-        drawing = draw(scene_map, [frame.base for frame, _ in shown], budget)
-        scenes.append(SceneView(name, path, drawing, [uri for _, uri in shown]))
-    cards = [_card(item, objects, frames, camera, budget) for item in _worst(objects)]
+        drawing = draw(scene_map(episode, data, number), [frame.base for frame, _ in shown], budget)
+        scenes.append(SceneView(name, _path(episode, number), drawing, [uri for _, uri in shown]))
+    shots = shots_of(episode, data, frames)
+    cards = [card_of(item, shots.get, budget) for item in worst(objects)]
     return EpisodeView(episode, scenes, objects, cards)
 
 
-def draw(scene: SceneMap, pictures: Sequence[Pose], budget: Budget) -> Drawing | None:
+def scene_map(episode: ReportedEpisode, data: ReportData, number: int) -> SceneMap:
+    """Return the map of one scene of an episode."""
+    scene = episode.scenes[number]
+    name = f"{scene.get('name')}:{scene.get('variant')}"
+    # Other models stand elsewhere.
+    occupancy = None if "assets=" in episode.settings else occupancy_of(data.catalog.pool("environments").get(name))
+    on_floor = tuple(item for item in episode.objects if item.scene == number)
+    return SceneMap(name, occupancy, on_floor, _path(episode, number), goals=episode.goals)
+
+
+def _path(episode: ReportedEpisode, number: int) -> MapPath:
+    paths = episode.paths
+    return paths[number] if number < len(paths) else MapPath()
+
+
+def draw(
+    scene: SceneMap, pictures: Sequence[Pose], budget: Budget, points: Sequence[Point] | None = None
+) -> Drawing | None:
     """Return the map of one scene, None when there is nothing to show; `pictures` are the poses where some were taken.
 
-    The walls are left out when the budget has no room for their picture.
+    It shows `points`, if they are given, so that several maps are alike. The walls are left out when the budget has no
+    room for their picture.
     """
     near = scene.without_far()
     if not (near.objects or near.path.points or near.goals):
@@ -218,10 +217,11 @@ def draw(scene: SceneMap, pictures: Sequence[Pose], budget: Budget) -> Drawing |
     png = None if scene.occupancy is None else scene.occupancy.png(LIGHT.wall)
     if png is not None and not budget.takes(len(png)):
         png, near = None, replace(near, occupancy=None)
-    wide_m, tall_m = (max(values) - min(values) + 2 * MARGIN_M for values in zip(*near.points, strict=True))
+    shown = near.points if points is None else points
+    wide_m, tall_m = (max(values) - min(values) + 2 * MARGIN_M for values in zip(*shown, strict=True))
     height = round(min(max((MAP_WIDTH_PX - _FRAME_MARGIN_PX) * tall_m / wide_m, LEAST_HEIGHT_PX), MOST_HEIGHT_PX))
     frame = Rectangle(_FRAME_MARGIN_PX, 8, MAP_WIDTH_PX - 8, height - 24)
-    layout = lay_out(near, MapTransform.fit(frame, near.points), _label_size, pictures)
+    layout = lay_out(near, MapTransform.fit(frame, shown), _label_size, pictures)
     walls = None if png is None else "data:image/png;base64," + base64.b64encode(png).decode()
     return Drawing(layout, height, len(scene.objects) - len(near.objects), walls)
 
@@ -240,47 +240,9 @@ def _wedge(marker: Marker) -> str:
     return f"M{x:.1f},{y:.1f}L{x0:.1f},{y0:.1f}A{_WEDGE_PX},{_WEDGE_PX} 0 0 0 {x1:.1f},{y1:.1f}Z"
 
 
-def _worst(objects: Sequence[MapObject]) -> list[MapObject]:
-    """Return what failed and, where that is little, what was found worst."""
-    failed = [item for item in objects if item.failed][:MOST_CARDS]
-    found = [item for item in objects if item.quality is not None and item.quality < GOOD_QUALITY]
-    return failed + found[: max(FEWEST_CARDS - len(failed), 0)]
-
-
 def _spread(frames: Sequence[Frame]) -> list[Frame]:
     """Return some of the frames, evenly spread, neither the first nor the last."""
     return [frames[(2 * i + 1) * len(frames) // (2 * _FRAMES)] for i in range(_FRAMES)] if len(frames) > _FRAMES else []
-
-
-def _card(
-    item: MapObject, objects: Sequence[MapObject], frames: Sequence[Frame], camera: Camera | None, budget: Budget
-) -> Card:
-    if camera is None or not item.boxes:
-        return Card(item, None, "")
-    box = item.boxes[0]
-    others = [other.true for other in objects if other.scene == item.scene and _hides(other.true, box)]
-    frame = best_frame(frames, camera, box, item.scene, [other for other in others if other is not None])
-    if frame is None:
-        return Card(item, None, "")
-    boxes = ((item.true, TRUTH_OUTLINE), (item.estimated, ESTIMATE_OUTLINE))
-    outlines: list[Outline] = [(shown, color) for shown, color in boxes if shown is not None]
-    what = "boxes are" if len(outlines) > 1 else "box is"
-    alt = f"What the camera saw where {item.name} {_there(item)}; its {what} outlined."
-    return Card(item, crop(frame, camera, outlines, budget), alt)
-
-
-def _hides(other: Box | None, box: Box) -> bool:
-    """Say whether another box may stand before this one; what it touches or stands on does not."""
-    if other is None or other == box:
-        return False
-    return any(
-        abs(other.centroid[i] - box.centroid[i]) > (other.extent[i] + box.extent[i]) / 2 + 0.02 for i in range(2)
-    )
-
-
-def _there(item: MapObject) -> str:
-    said = {FALSE_NEGATIVE: "stands and was missed", FALSE_POSITIVE: "was reported and is not there"}
-    return said.get(item.verdict or "", "was found")
 
 
 def _number(value: float | None, digits: int = 3) -> str:
@@ -295,7 +257,8 @@ def _breakable(text: str) -> Markup:
 
 
 @cache
-def _templates() -> Environment:
+def templates() -> Environment:
+    """Return the templates of all pages."""
     folder = Path(__file__).parent / "templates"
     environment = Environment(
         loader=FileSystemLoader(folder),
@@ -304,5 +267,6 @@ def _templates() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"breakable": _breakable, "color": to_hex, "number": _number, "wedge": _wedge}
+    environment.filters |= {"breakable": _breakable, "color": to_hex, "number": _number}
+    environment.filters |= {"verdict": verdict_of, "wedge": _wedge}
     return environment

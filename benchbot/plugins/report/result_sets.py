@@ -13,20 +13,22 @@ from benchbot.core.errors import BenchbotError
 from benchbot.core.records import Evaluator
 from benchbot.core.results import read_scores
 from benchbot.evaluation.coverage import counted_rows
-from benchbot.evaluation.result_files import SIZE_LIMIT_BYTES
-from benchbot.evaluation.score import Options, evaluate_files
+from benchbot.evaluation.result_files import SIZE_LIMIT_BYTES, named
+from benchbot.evaluation.score import Evaluation, Options, score_files
 
 Document = dict[str, Any]
-
-_NAMED_BY_FOLDER = ("result.json", "scores.json")
 
 
 @dataclass(frozen=True)
 class ResultSet:
-    """A name and the scores document of all results of the set."""
+    """A name and the scores document of all results of the set.
+
+    `evaluation` has the results and their ground truths, None of a set that was given as a scores document.
+    """
 
     name: str
     document: Document
+    evaluation: Evaluation | None = None
 
     @property
     def rows(self) -> list[Document]:
@@ -57,6 +59,15 @@ def read(texts: Sequence[str], **options: Unpack[Options]) -> list[ResultSet]:
     Results are scored as `evaluate_files` does with `options`. Raises BenchbotError for fewer than two sets, for equal
     names and for sets that were not scored alike.
     """
+    sets_named = distinct(texts)
+    sets = [_scored(name, path, options) for name, path in sets_named]
+    for other in sets[1:]:
+        require_alike(sets[0], other)
+    return sets
+
+
+def distinct(texts: Sequence[str]) -> list[tuple[str, Path]]:
+    """Return names and paths of sets; raises BenchbotError for fewer than two, and for equal names."""
     sets_named = [named(text) for text in texts]
     if len(sets_named) < 2:
         raise BenchbotError(
@@ -71,10 +82,12 @@ def read(texts: Sequence[str], **options: Unpack[Options]) -> list[ResultSet]:
                 f"They are: {', '.join(str(path) for other, path in sets_named if other == name)}.",
                 "Give them names: benchbot compare before=PATH after=PATH",
             )
-    sets = [ResultSet(name, _scored(path, options)) for name, path in sets_named]
-    for other in sets[1:]:
-        require_alike(sets[0], other)
-    return sets
+    return sets_named
+
+
+def are_named(texts: Sequence[str]) -> bool:
+    """Say whether sets to be held against one another are given, `NAME=PATH`, and not just files."""
+    return any(named(text)[1] != Path(text) for text in texts)
 
 
 def evaluator_of(sets: Sequence[ResultSet], catalog: Catalog) -> Evaluator:
@@ -95,21 +108,11 @@ def evaluator_of(sets: Sequence[ResultSet], catalog: Catalog) -> Evaluator:
     return evaluator
 
 
-def named(text: str) -> tuple[str, Path]:
-    """Return the name and the path of a set, from `PATH` or `NAME=PATH`."""
-    name, separator, path = text.partition("=")
-    if separator and name and "/" not in name and not Path(text).exists():
-        return name, Path(path)
-    found = Path(text)
-    if found.is_dir():
-        return found.resolve().name, found
-    return (found.resolve().parent.name if found.name in _NAMED_BY_FOLDER else found.stem), found
-
-
-def _scored(path: Path, options: Options) -> Document:
+def _scored(name: str, path: Path, options: Options) -> ResultSet:
     if path.suffix.lower() == ".json" and _holds_scores(path):
-        return read_scores(path)
-    return evaluate_files([path], **options)
+        return ResultSet(name, read_scores(path))
+    evaluation = score_files([path], **options)
+    return ResultSet(name, evaluation.document, evaluation)
 
 
 def _holds_scores(path: Path) -> bool:

@@ -1,33 +1,36 @@
 """The base of the app and of its watching screens: threads, errors, commands, jobs, and what is alive."""
 
+import importlib
 import os
 import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.cells import cell_len
 from rich.segment import Segment
-from textual.app import App
 from textual.color import Color
+from textual.driver import Driver
 from textual.filter import LineFilter
 from textual.message import Message
 from textual.screen import Screen
 
+from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.core.plugin_manager import load
 from benchbot.core.request import RunRequest
 from benchbot.core.text import visible
-from benchbot.plugins.tui import jobs, result_rows
+from benchbot.plugins.screens.command_screen import Services
+from benchbot.plugins.tui import jobs, preferences, result_rows, thrift
 from benchbot.plugins.tui.dialogs import QuestionDialog
-from benchbot.plugins.tui.forms import run_words
 from benchbot.plugins.tui.jobs import RUNNING, WELL, Alive, Job
 from benchbot.plugins.tui.panels import Words
-from benchbot.plugins.watching.batch_feed import BatchFeed
-from benchbot.plugins.watching.run_feed import RunFeed
 from benchbot.wire.run_state import RunState
+
+if TYPE_CHECKING:
+    from benchbot.plugins.watching.batch_feed import BatchFeed
+    from benchbot.plugins.watching.run_feed import RunFeed
 
 THREAD_NAME = "benchbot-tui"
 START_TIMEOUT_S = 120.0
@@ -48,7 +51,7 @@ def _seen(text: str) -> str:
     return "".join(letter if visible(letter) == letter else "?" * cell_len(letter) for letter in text)
 
 
-class BaseApp(App[None]):
+class BaseApp(Services):
     """The services of the app for its screens. Ending it ends nothing that it has started or watched."""
 
     class Looked(Message):
@@ -61,20 +64,24 @@ class BaseApp(App[None]):
         batch: Path | None = None,
         images: str = "halfcell",
         look: Callable[[], Alive] | None = None,
-        catalog: Callable[[], Catalog] = lambda: Catalog(load()),
+        catalog: Callable[[], Catalog] = lambda: Catalog(plugin_manager.load()),
     ) -> None:
         super().__init__()
         self.alive = Alive()
         self._harmless = Harmless()
         self.images = images
         self._first_run, self._first_batch = run, batch
-        self._look, self._make_catalog = look or jobs.looker(), catalog
+        self._look, self._make_catalog = look or jobs.looker(remembers=True), catalog
         self._catalog: Catalog | None = None
         self._looking = False
         self._begun: set[Path] = set()
         """The folders of jobs that were started here and whose end has not been notified yet."""
         self._watched: dict[Screen[Any], str] = {}
         """The screen that watches a run or batch, and the folder of that."""
+
+    def get_driver_class(self) -> type[Driver]:
+        """Return the driver of this platform, which says colours in fewer bytes."""
+        return thrift.of(super().get_driver_class())
 
     def get_line_filters(self) -> Sequence[LineFilter]:
         """Return what each line passes on its way to the terminal."""
@@ -90,6 +97,36 @@ class BaseApp(App[None]):
         if self._catalog is None:
             self._catalog = self._make_catalog()
         return self._catalog
+
+    def forget_catalog(self) -> None:
+        """Read what is installed anew when it is next asked for: something was installed."""
+        importlib.invalidate_caches()
+        plugin_manager.load.cache_clear()
+        self._catalog = None
+
+    def preference(self, name: str) -> str:
+        """Return one of the user's settings of the screens, empty where none was made."""
+        return preferences.read().get(name, "")
+
+    def prefer(self, name: str, value: str) -> None:
+        """Make one of these settings, and keep it."""
+        preferences.write(name, value)
+
+    def result_sets(self) -> Mapping[str, Path]:
+        """Return the results of batches, a set for each solution, and those in `results`; the watched one first."""
+        watched = set(self._watched.values())
+        folders = [entry.folder for entry in self.alive.batches]
+        found: dict[str, Path] = {}
+        for folder in sorted(folders, key=lambda each: str(each) not in watched):
+            results = folder / "results"
+            solutions = sorted(each for each in results.glob("*") if each.is_dir()) or [results]
+            for each in solutions if results.is_dir() else ():
+                name = each.name if each is not results else folder.name
+                found[name if name not in found else f"{folder.name}-{name}"] = each
+        for each in sorted((Path.cwd() / "results").glob("*")):
+            if each.is_dir() and any(each.glob("*.json")):
+                found.setdefault(each.name, each)
+        return found
 
     def watch_run(self, state: RunState) -> None:
         """Show a run; it goes on when the screen is left."""
@@ -110,6 +147,13 @@ class BaseApp(App[None]):
     def confirm(self, text: str, key: str, meaning: str, act: Callable[[], None]) -> None:
         """Ask a question that has one answer but "back", and act on that answer."""
         self.push_screen(QuestionDialog(text, {key: meaning}), lambda answer: act() if answer is not None else None)
+
+    def ask(self, text: str, answers: Mapping[str, tuple[str, Callable[[], None]]]) -> None:
+        """Ask a question: each answer is a key, its meaning, and what it does; "back" does nothing."""
+        self.push_screen(
+            QuestionDialog(text, {key: meaning for key, (meaning, _) in answers.items()}),
+            lambda answer: answers[answer][1]() if answer is not None else None,
+        )
 
     def in_thread(
         self, work: Callable[[], Any], done: Callable[[Any], None], finally_do: Callable[[], None] | None = None
@@ -194,6 +238,8 @@ class BaseApp(App[None]):
             if words[0] == "submit" and f"--env={state.environment}" in words and f"--seed={state.seed}" in words:
                 self.start(list(words), each.job.result, watch=True)
                 return
+        from benchbot.plugins.tui.forms import run_words
+
         again = RunRequest(state.task, state.robot, state.environment, state.seed, secret=state.secret)
         self.start(run_words(again), watch=True)
 
@@ -206,7 +252,7 @@ class BaseApp(App[None]):
             except BenchbotError as error:
                 self.tell(error)
 
-        self.confirm(text, "e", "end it", end)
+        self.confirm(text, "x", "end it", end)
 
     def make_report(self, paths: list[Path]) -> None:
         """Make the report of results, notify its path, and show it in a browser where there is one."""
@@ -231,9 +277,9 @@ class WatchScreen(Screen[None]):
 
     PERIOD_S = 0.2
     app: BaseApp
-    feed: RunFeed | BatchFeed
+    feed: "RunFeed | BatchFeed"
 
-    def __init__(self, feed: RunFeed | BatchFeed, words: tuple[str, ...]) -> None:
+    def __init__(self, feed: "RunFeed | BatchFeed", words: tuple[str, ...]) -> None:
         super().__init__()
         self.feed = feed
         self._words = {name: Words(id=name) for name in words}
@@ -268,8 +314,8 @@ class WatchScreen(Screen[None]):
         raise NotImplementedError
 
     def _ask_to_end(self, text: str, answers: Mapping[str, str], end: Callable[[], None]) -> None:
-        """Ask whether to end the run or batch (`x`) or only to leave the screen (`w`)."""
-        acts = {"x": end, "w": self.action_leave}
+        """Ask whether to end the run or batch (`x`) or only to leave the screen (`q`)."""
+        acts = {"x": end, "q": self.action_leave}
         self.app.push_screen(
             QuestionDialog(text, answers), lambda answer: acts[answer]() if answer is not None else None
         )

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from textual.content import Content
 
+from benchbot.plugins.batch.status import Score
 from benchbot.plugins.batch.status_lines import duration, per_hour
 from benchbot.plugins.tui.panels import Badge, Row
 from benchbot.plugins.watching.views import BatchView, EpisodeCell, WorkerRow
@@ -30,13 +31,13 @@ class StateStyle(NamedTuple):
 
 
 STATES = {
-    DONE: StateStyle("D", "$text-success", "$success-muted"),
+    DONE: StateStyle("✓", "$text-success", "$success-muted"),
     "agent": StateStyle("A", "#000000", "#e5a50a"),
     "collision": StateStyle("C", "#ffffff", "#a347ba"),
     "timeout": StateStyle("T", "#ffffff", "#865e3c"),
     "platform": StateStyle("P", "#ffffff", "#e01b24"),
     "infrastructure": StateStyle("I", "#ffffff", "#8a1020"),
-    RUNNING: StateStyle("R", "#ffffff", "#2a72cc", bold=True),
+    RUNNING: StateStyle("▶", "#ffffff", "#2a72cc", bold=True),
     PENDING: StateStyle("·", "$foreground 45%", "transparent"),
 }
 """The known states, in the order in which they are listed."""
@@ -102,13 +103,17 @@ def compact(view: BatchView) -> str:
     return " · ".join(parts)
 
 
-def score(view: BatchView) -> str:
-    """Return the score so far with its interval, in words."""
-    found = None if view.status is None else view.status.score
-    if found is None:
-        return "no score yet"
+def scores(view: BatchView) -> list[str]:
+    """Return the score so far of each solution with its interval, in words."""
+    alone = None if view.status is None else view.status.score
+    found = dict(view.scores) or ({None: alone} if alone is not None else {})
+    return [_score(name, found[name]) for name in sorted(found, key=str)] or ["no score yet"]
+
+
+def _score(name: str | None, found: Score) -> str:
     interval = "" if found.low is None or found.high is None else f" [{found.low:.3f}, {found.high:.3f}]"
-    return f"{found.name} {found.value:.3f}{interval} of {found.results} results"
+    of = f"{name}: " if name else ""
+    return f"{of}{found.name} {found.value:.3f}{interval} of {found.results} results"
 
 
 def workers(view: BatchView) -> str:
@@ -121,7 +126,9 @@ def workers(view: BatchView) -> str:
 
 def episode(cell: EpisodeCell) -> str:
     """Return the state, worker and selection of an episode in one line."""
-    what = f"{cell.environment} · {cell.robot} · seed {cell.seed}" + (f" · repeat {cell.repeat}" if cell.repeat else "")
+    what = f"{cell.environment} · {cell.who} · seed {cell.seed}" + (f" · repeat {cell.repeat}" if cell.repeat else "")
+    what += f" · {cell.setting}" if cell.setting else ""
+    what += f" · score {cell.score:.3f}" if cell.score is not None else ""
     where = "" if cell.worker is None else f" on {cell.worker}"
     since = "" if cell.since_s is None else f" for {duration(cell.since_s)}"
     return f"{cell.state}{where}{since}: {what}"
@@ -131,7 +138,10 @@ def state_bar(states: Sequence[str], width: int) -> Content:
     """Return a bar of so many columns, and the number of episodes in each state below it."""
     counted = tally(states)
     columns = shares(list(counted.values()), width)
-    bar = [(style(state).letter * share, style(state).markup) for state, share in zip(counted, columns, strict=True)]
+    bar = [
+        (filled(state, counted[state], share), style(state).markup)
+        for state, share in zip(counted, columns, strict=True)
+    ]
     return Content("\n").join([Content.assemble(*bar), _legend(counted, width)])
 
 
@@ -151,6 +161,15 @@ def tally(states: Iterable[str]) -> dict[str, int]:
     counted = Counter(states)
     known = [state for state in STATES if state in counted]
     return {state: counted[state] for state in [*known, *sorted(counted.keys() - set(known))]}
+
+
+def filled(state: str, count: int, width: int) -> str:
+    """Return the part of a bar for a state: its sign and number in the middle, where there is room; else the sign."""
+    letter = style(state).letter
+    words = f"{letter} {count}"
+    if state == PENDING or len(words) + 2 > width:
+        return letter * width if state == PENDING or width < 1 else letter.center(width)
+    return words.center(width)
 
 
 def shares(numbers: Sequence[int], width: int) -> list[int]:

@@ -38,13 +38,13 @@ def tui(
         ),
     ] = "auto",
     images: Annotated[
-        Literal["halfcell", "kitty", "sixel", "none"],
+        Literal["auto", "halfcell", "kitty", "sixel", "none"],
         typer.Option(
             "--images",
-            metavar="halfcell|kitty|sixel|none",
-            help="How pictures are drawn; kitty and sixel need a terminal that can.",
+            metavar="auto|halfcell|kitty|sixel|none",
+            help="How pictures are drawn: auto asks the terminal whether it shows kitty's or sixel graphics.",
         ),
-    ] = "halfcell",
+    ] = "auto",
     web: Annotated[bool, typer.Option("--web", help="Serve the screens to a browser of this machine.")] = False,
     port: Annotated[
         int, typer.Option("--port", metavar="PORT", min=0, max=65535, help="With --web: 0 is any free one.")

@@ -17,6 +17,8 @@ from benchbot.plugins.drawing.palette import SHADES, Pixels
 
 UPPER_HALF = "▀"
 MOST_STYLES = 1 << 16
+TOLERANCE = 12
+"""By how much a channel may differ from the colour to its left and still be shown as that, of 255."""
 _KEPT_BITS = 0b11111100
 """Colours that differ by less share a style: there are a quarter of a million of them instead of millions."""
 
@@ -36,10 +38,20 @@ def fit(width: int, height: int, columns: int, lines: int) -> tuple[int, int]:
 
 def colored(pixels: Pixels, marks: Marks | None = None) -> list[Strip]:
     """Return the lines that show uint8 (2 * lines, columns, 3), one strip for two rows of pixels."""
-    kept = (pixels & _KEPT_BITS).astype(np.int64)
+    kept = (held(pixels) & _KEPT_BITS).astype(np.int64)
     packed = kept[..., 0] << 16 | kept[..., 1] << 8 | kept[..., 2]
     strips = [_runs(row, UPPER_HALF) for row in packed[0::2] << 24 | packed[1::2]]
     return _marked(strips, marks or {}, packed)
+
+
+def held(pixels: Pixels, tolerance: int = TOLERANCE) -> Pixels:
+    """Return a picture whose rows keep a colour until one differs from it by more: far fewer bytes say it."""
+    found = pixels.astype(np.int16)
+    for column in range(1, found.shape[1]):
+        before = found[:, column - 1]
+        same = np.abs(found[:, column] - before).max(1) <= tolerance
+        found[same, column] = before[same]
+    return found.astype(np.uint8)
 
 
 def shaded(pixels: Pixels, *, dark: bool = True) -> list[Strip]:

@@ -16,10 +16,6 @@ from textual.widgets.option_list import Option
 from benchbot.plugins.batch.status_lines import duration
 from benchbot.plugins.tui.base import BaseApp
 from benchbot.plugins.tui.jobs import RUNNING, WELL, JobStatus
-from benchbot.plugins.tui.new_run import NewRunScreen
-from benchbot.plugins.tui.results import ResultsScreen
-from benchbot.plugins.tui.submissions import JobScreen, SubmitScreen
-from benchbot.plugins.watching.run_feed import ANSWER_TIMEOUT_S, WatchClient
 from benchbot.plugins.watching.views import BatchEntry
 from benchbot.wire.run_state import RUN, RunState
 
@@ -31,7 +27,7 @@ NOTHING = """\
 No run and no batch of yours is alive on this machine.
 
 n  a new run: choose a task, a robot and an environment
-r  look at results
+R  look at results
 
 What is started in another terminal appears here by itself:
 benchbot run, benchbot submit, benchbot batch"""
@@ -44,8 +40,10 @@ class HomeScreen(Screen[None]):
         Binding("enter", "open", "Watch", tooltip="Watch a run or a batch, look at a submission", show=True),
         Binding("n", "new", "New run", tooltip="Choose a task, a robot and an environment, and start"),
         Binding("s", "submit", "Submit", tooltip="Submit a solution to the run that is marked"),
-        Binding("r", "results", "Results", tooltip="Look at results, evaluate them, make reports"),
+        Binding("R", "results", "Results", tooltip="Look at results, evaluate them, make reports"),
         Binding("x", "end", "End it", tooltip="End the run or the submission that is marked"),
+        Binding("j", "app.simulate_key('down')", "Down", show=False),
+        Binding("k", "app.simulate_key('up')", "Up", show=False),
         Binding("q", "app.quit", "Quit", tooltip="Quit; what runs goes on"),
     ]
     app: BaseApp
@@ -95,14 +93,19 @@ class HomeScreen(Screen[None]):
         elif isinstance(item, BatchEntry):
             self.app.watch_batch(item.folder)
         elif item is not None:
-            self.app.push_screen(JobScreen(item.job))
+            self.app.show_job(item.job)
 
     def action_new(self) -> None:
         """Choose a new run."""
+        # What is imported here would make the first screen wait.
+        from benchbot.plugins.tui.new_run import NewRunScreen
+
         self.app.push_screen(NewRunScreen())
 
     def action_submit(self) -> None:
         """Submit to the run that is marked."""
+        from benchbot.plugins.tui.submissions import SubmitScreen
+
         item = self.marked
         if isinstance(item, RunState) and item.owner == RUN:
             self.app.push_screen(SubmitScreen(item))
@@ -113,6 +116,8 @@ class HomeScreen(Screen[None]):
 
     def action_results(self) -> None:
         """Look at results."""
+        from benchbot.plugins.tui.results import ResultsScreen
+
         folder = Path.cwd() / "results"
         self.app.push_screen(ResultsScreen(folder if folder.is_dir() else Path.cwd()))
 
@@ -121,13 +126,15 @@ class HomeScreen(Screen[None]):
         item = self.marked
         if isinstance(item, RunState):
             text = f"End the run of {item.environment}? A solution that is at work in it fails."
-            self.app.confirm(text, "e", "end it", lambda: self._end_run(item))
+            self.app.confirm(text, "x", "end it", lambda: self._end_run(item))
         elif isinstance(item, JobStatus) and item.job.alive:
             self.app.end_job(f"End the submission {item.job.title}?", item.job)
         elif isinstance(item, BatchEntry):
             self.notify("Open the batch: there it can be cancelled.")
 
     def _end_run(self, state: RunState) -> None:
+        from benchbot.plugins.watching.run_feed import ANSWER_TIMEOUT_S, WatchClient
+
         def stop() -> None:
             with closing(WatchClient(state, ANSWER_TIMEOUT_S)) as client:
                 client.stop("a key of its screen")
@@ -196,10 +203,12 @@ def _described(item: Item) -> tuple[str, str, dict[str, str]]:
             "Batch": str(item.folder),
             "Episodes": f"{item.finished} of {item.episodes} are finished",
             "Failed": ", ".join(counts),
+            "Score": "" if item.score is None else f"{item.score.name} {item.score.value:.4f}",
             "Now": "alive" if item.alive else "nobody works on it",
         }
         failed = sum(item.failures.values())
-        said = f"{item.finished} of {item.episodes}" + (f", {failed} failed" if failed else "")
+        score = f", {item.score.name} {item.score.value:.3f}" if item.score is not None else ""
+        said = f"{item.finished} of {item.episodes}" + (f", ✗ {failed} failed" if failed else "") + score
         return f"{_sign(item, failed)} {item.folder.name}  {said}", str(item.folder.parent), facts
     job = item.job
     facts = {"Submission": job.title, "Now": item.summary, "Result": str(job.result or ""), "Command": job.command}

@@ -102,9 +102,12 @@ def look() -> Alive:
     return looker()()
 
 
-def looker() -> Callable[[], Alive]:
-    """Return what looks for what is alive, and reads what does not change once."""
-    known = BatchList()
+def looker(*, remembers: bool = False) -> Callable[[], Alive]:
+    """Return what looks for what is alive, and reads what does not change once.
+
+    If it `remembers`, the first look takes counts of batches from the last one of this user.
+    """
+    known = BatchList(remembers=remembers)
 
     def look_again() -> Alive:
         listed = tuple(status_of(job) for job in jobs() if _is_listed(job))

@@ -15,7 +15,7 @@ from textual.strip import Strip
 from benchbot.plugins.watching.views import LogLine
 
 LEVELS = ("debug", "info", "warning", "error")
-_MARKS = {"warning": "WARNING ", "error": "ERROR "}
+_MARKS = {"debug": "debug", "info": "info", "warning": "WARN", "error": "ERROR"}
 
 
 @dataclass(frozen=True)
@@ -84,6 +84,11 @@ class LogView(ScrollView):
         """The sources of the lines, by name."""
         return sorted({line.source for line in self._log})
 
+    @property
+    def count(self) -> int:
+        """The number of lines that pass the filter."""
+        return len(self._shown)
+
     def show(self, log: tuple[LogLine, ...], dropped: int) -> None:
         """Show these lines from now on; `dropped` came before them."""
         if log is self._log or (log == self._log and dropped == self._dropped):
@@ -128,9 +133,10 @@ class LogView(ScrollView):
         style, muted, source = (self._style(name) for name in (level, "time", "source"))
         stamp = time.strftime("%H:%M:%S", time.localtime(line.time_s))
         segments = [
-            Segment(f"{stamp} ", muted),
+            Segment(f"{' ' if line.is_exact else '~'}{stamp} ", muted),
             Segment(f"{line.source[:10]:<11}", source),
-            Segment(_MARKS.get(level, "") + line.text, style),
+            Segment(f"{_MARKS[level]:<6}", muted if level in ("debug", "info") else style),
+            Segment(line.text, style),
         ]
         return Strip(segments).adjust_cell_length(width, self.rich_style)
 

@@ -2,13 +2,18 @@
 
 import json
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal
+from textual.screen import Screen
+from textual.widgets import Footer, Static
 
 from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import Catalog
@@ -17,7 +22,7 @@ from benchbot.plugins.drawing.map_model import MapObject, MapPath, Points, Scene
 from benchbot.plugins.drawing.scene_maps import installed_map
 from benchbot.plugins.tui import panels
 from benchbot.plugins.tui.map_canvas import CHARACTERS, RunMap, cleaned
-from benchbot.plugins.tui.raster import Raster, RasterPanel
+from benchbot.plugins.tui.raster import Raster, RasterPanel, make
 from benchbot.plugins.watching.views import RunView
 
 SCANNERS = ("laser", "lidar", "base_link")
@@ -159,3 +164,26 @@ def endpoints(scans: Points, range_max_m: float, pose_xyyaw: Vector) -> Points:
     x, y, yaw_rad = pose_xyyaw
     turned = angles[hit] + yaw_rad
     return np.stack([x + ranges[hit] * np.cos(turned), y + ranges[hit] * np.sin(turned)], 1)
+
+
+class MapsScreen(Screen[None]):
+    """Maps side by side, each under its title."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,q,enter", "app.pop_screen", "Back", key_display="esc")]
+
+    def __init__(self, maps: Mapping[str, SceneMap], images: str) -> None:
+        super().__init__()
+        self._maps = {title: RunMap(cleaned(scene), ZOOMS[0]) for title, scene in maps.items()}
+        self._panels = [MapPanel(make(images)) for _ in self._maps]
+
+    def compose(self) -> ComposeResult:
+        """Lay out a panel for each."""
+        yield Static("  |  ".join(self._maps), classes="bar", markup=False)
+        with Horizontal():
+            yield from self._panels
+        yield Footer()
+
+    def on_mount(self) -> None:
+        """Draw them."""
+        for number, (panel, run_map) in enumerate(zip(self._panels, self._maps.values(), strict=True)):
+            panel.show(run_map, number)

@@ -1,4 +1,4 @@
-"""The matrix of a batch's episodes, a coloured letter for each; or a bar for each environment where there is no room.
+"""The matrix of a batch's episodes, a coloured sign for each; or a bar for each environment where there is no room.
 
 Only rows that have changed are painted again: a thousand episodes of which none changes cost nothing.
 """
@@ -15,7 +15,7 @@ from textual.message import Message
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
-from benchbot.plugins.tui.batch_facts import DONE, OTHER, PENDING, RUNNING, STATES, shares, style, tally
+from benchbot.plugins.tui.batch_facts import DONE, OTHER, PENDING, RUNNING, STATES, filled, shares, style, tally
 from benchbot.plugins.watching.views import EpisodeCell
 
 LONGEST_NAME = 22
@@ -23,7 +23,7 @@ TICK = 10
 HEAD_LINES = 1
 
 Column = tuple[str, int, int, int]
-"""Robot, seed, repeat, and a number for cells that differ in a setting only, such as the episode of the task."""
+"""Solution and robot, seed, repeat, and a number for cells that differ in a setting only."""
 
 
 @dataclass(frozen=True)
@@ -37,18 +37,30 @@ class Grid:
     @classmethod
     def of(cls, cells: Sequence[EpisodeCell]) -> Self:
         """Return the grid of a batch's cells: environments and robots in their order, then seeds and repeats."""
-        robots = {robot: place for place, robot in enumerate(dict.fromkeys(cell.robot for cell in cells))}
+        robots = {robot: place for place, robot in enumerate(dict.fromkeys(cell.who for cell in cells))}
         found: dict[str, dict[Column, int]] = {}
         for index, cell in enumerate(cells):
             row = found.setdefault(cell.environment, {})
             number = 0
-            while (column := (cell.robot, cell.seed, cell.repeat, number)) in row:
+            while (column := (cell.who, cell.seed, cell.repeat, number)) in row:
                 number += 1
             row[column] = index
         every = {column for row in found.values() for column in row}
         columns = tuple(sorted(every, key=lambda column: (robots[column[0]], *column[1:])))
         places = tuple(tuple(row.get(column) for column in columns) for row in found.values())
         return cls(tuple(found), columns, places)
+
+    def wrapped(self, width: int) -> Self:
+        """Return the grid with each environment on as many lines as it needs; those after the first have no name."""
+        names: list[str] = []
+        places: list[tuple[int | None, ...]] = []
+        for name, row in zip(self.environments, self.places, strict=True):
+            there = [index for index in row if index is not None]
+            for start in range(0, max(len(there), 1), width):
+                line = there[start : start + width]
+                names.append("" if start else name)
+                places.append((*line, *[None] * (width - len(line))))
+        return type(self)(tuple(names), self.columns[:width], tuple(places))
 
     @cached_property
     def position(self) -> dict[int, tuple[int, int]]:
@@ -88,17 +100,12 @@ class Matrix(ScrollView):
         self.cells: tuple[EpisodeCell, ...] = ()
         self.states: list[str] = []
         self.wants_counts: bool | None = None
-        """Whether rows are to be bars; None means only where there is no room for letters."""
-        self._grid = Grid((), (), ())
+        """Whether rows are to be bars; None means only where there is no room for signs."""
+        self.shows_counts = False
+        """Whether rows are bars just now."""
+        self._whole = self._grid = Grid((), (), ())
         self._row = self._column = 0
         self._lines: dict[int, Strip] = {}
-
-    @property
-    def shows_counts(self) -> bool:
-        """Whether rows are bars just now."""
-        if self.wants_counts is not None:
-            return self.wants_counts
-        return len(self._grid.columns) > self.size.width - self._label_width
 
     @property
     def chosen(self) -> EpisodeCell | None:
@@ -111,7 +118,7 @@ class Matrix(ScrollView):
     @property
     def chosen_row(self) -> tuple[str, dict[str, int]] | None:
         """The environment under the cursor, and the number of its episodes in each state."""
-        if not self._grid.columns:
+        if not self._grid.columns or not self.shows_counts:
             return None
         return self._grid.environments[self._row], self._tally(self._row)
 
@@ -121,7 +128,7 @@ class Matrix(ScrollView):
             return
         states = [cell.state for cell in cells]
         if len(cells) != len(self.cells) or (cells and (cells[0].name, cells[-1].name) != self._ends()):
-            self._grid = Grid.of(cells)
+            self._whole = self._grid = Grid.of(cells)
             self._row = self._column = 0
             self.cells, self.states = cells, states
             self._lay_out()
@@ -138,7 +145,7 @@ class Matrix(ScrollView):
         self.post_message(self.Moved())
 
     def toggle(self) -> None:
-        """Show letters in place of bars, or bars in place of letters."""
+        """Show signs in place of bars, or bars in place of signs."""
         self.wants_counts = not self.shows_counts
         self._lay_out()
         self.post_message(self.Moved())
@@ -174,7 +181,7 @@ class Matrix(ScrollView):
         return True
 
     def on_resize(self) -> None:
-        """Choose between letters and bars for the new size."""
+        """Choose between signs and bars for the new size."""
         self._lay_out()
 
     def notify_style_update(self) -> None:
@@ -196,7 +203,7 @@ class Matrix(ScrollView):
         strip = self._lines.get(row)
         if strip is None:
             strip = self._lines[row] = (
-                self._head() if row < 0 else self._bars(row) if self.shows_counts else self._letters(row)
+                self._head() if row < 0 else self._bars(row) if self.shows_counts else self._signs(row)
             )
         strip = strip.apply_style(base)
         if scroll_x:
@@ -205,7 +212,7 @@ class Matrix(ScrollView):
 
     @property
     def _label_width(self) -> int:
-        longest = max((len(name) for name in self._grid.environments), default=0)
+        longest = max((len(name) for name in self._whole.environments), default=0)
         return min(longest, LONGEST_NAME) + 1
 
     def _tally(self, row: int) -> dict[str, int]:
@@ -216,9 +223,28 @@ class Matrix(ScrollView):
 
     def _lay_out(self) -> None:
         self._lines.clear()
+        index = self._grid.index(self._row, self._column) if self._grid.columns and not self.shows_counts else None
+        self._grid, self.shows_counts = self._chosen_grid()
+        self._row, self._column = self._grid.position.get(index, (0, 0)) if index is not None else (0, 0)
         width = 0 if self.shows_counts else self._label_width + len(self._grid.columns)
         self.virtual_size = Size(width, HEAD_LINES + len(self._grid.environments))
         self.refresh()
+
+    def _chosen_grid(self) -> tuple[Grid, bool]:
+        """Return the grid to show at this size, and whether its rows are bars."""
+        whole, room, lines = self._whole, self.size.width - self._label_width - 1, self.size.height - HEAD_LINES
+        if self.wants_counts:
+            return whole, True
+        if len(whole.columns) <= room or room < TICK:
+            return whole, self.wants_counts is None and len(whole.columns) > room
+        wrapped = whole.wrapped(room // TICK * TICK)
+        fits = len(wrapped.environments) <= lines
+        # A few bars on an empty screen tell less than signs that scroll.
+        return (
+            (wrapped, False)
+            if fits or self.wants_counts is False or 3 * len(whole.environments) < lines
+            else (whole, True)
+        )
 
     def _repaint(self, row: int) -> None:
         self._lines.pop(row, None)
@@ -242,6 +268,8 @@ class Matrix(ScrollView):
         label = " " * self._label_width
         if self.shows_counts:
             return Strip([Segment(f"{label}{len(self._grid.columns)} episodes each", style)])
+        if self._grid is not self._whole:
+            return Strip([Segment(f"{label}{len(self._grid.columns)} a line, by robot, seed and repeat", style)])
         line = [" "] * len(self._grid.columns)
         robot: str | None = None
         for place, (name, seed, repeat, number) in enumerate(self._grid.columns):
@@ -261,7 +289,7 @@ class Matrix(ScrollView):
         style = self._style("cursor") if row == self._row and self.shows_counts else Style()
         return Segment(f"{name:<{self._label_width - 1}} ", style)
 
-    def _letters(self, row: int) -> Strip:
+    def _signs(self, row: int) -> Strip:
         cursor = self._column if row == self._row else -1
         runs: list[tuple[str, str]] = []
         for column, index in enumerate(self._grid.places[row]):
@@ -276,15 +304,12 @@ class Matrix(ScrollView):
 
     def _bars(self, row: int) -> Strip:
         counted = self._tally(row)
-        numbers = "  ".join(f"{style(state).letter} {number}" for state, number in counted.items())
-        width = self.scrollable_content_region.width - self._label_width
-        room = max(8, width - len(numbers) - 3)
-        widths = shares(list(counted.values()), room)
+        widths = shares(list(counted.values()), self.scrollable_content_region.width - self._label_width)
         segments = [
-            Segment(style(state).letter * columns, self._style(state))
+            Segment(filled(state, counted[state], columns), self._style(state))
             for state, columns in zip(counted, widths, strict=True)
         ]
-        return Strip([self._label(row), *segments, Segment(f"  {numbers}", self._style("head"))])
+        return Strip([self._label(row), *segments])
 
     def _style(self, state: str) -> Style:
         if not state:

@@ -10,6 +10,8 @@ from textual.widgets import Static
 from benchbot.plugins.drawing.palette import Color
 
 FULL, EMPTY = "━", "╌"
+SPARKS = "▁▂▃▄▅▆"
+"""Lower than a line, so that lines below one another stay apart."""
 LEGEND_MARK = "■"
 MUTED = "$foreground 60%"
 
@@ -75,20 +77,50 @@ def headline(badge: Badge, under_way: list[str], title: str) -> Content:
     return Content.assemble((f" {badge.word} ", tone), (waiting, "$text-warning"), f"  {title}")
 
 
-def rows(pairs: Sequence[Row]) -> Content:
-    """Return labels and values as two columns, a line each."""
-    width = max((len(label) for label, _ in pairs), default=0)
+def rows(pairs: Sequence[Row], names: int = 0) -> Content:
+    """Return labels and values as two columns, a line each; the labels have so many columns at least."""
+    width = max([names, *(len(label) for label, _ in pairs)])
     lines = [Content.assemble((f"{label:<{width}}  ", MUTED), value) for label, value in pairs]
     return Content("\n").join(lines)
 
 
-def bars(gauges: Sequence[Gauge], width: int) -> Content:
-    """Return gauges as bars within so many columns, a line each."""
-    if not gauges:
-        return Content.styled("no limits", MUTED)
-    names, figures = (
-        max(map(len, texts)) for texts in zip(*((gauge.name, str(gauge)) for gauge in gauges), strict=True)
+@dataclass(frozen=True)
+class Trend:
+    """A figure in words, and the values that it has had; None where it was not known."""
+
+    name: str
+    now: str
+    values: Sequence[float | None]
+
+
+def trends(shown: Sequence[Trend], width: int) -> Content:
+    """Return figures with the lines of what they have been, within so many columns, a line each."""
+    names = max((len(each.name) for each in shown), default=0)
+    figures = max((len(each.now) for each in shown if each.values), default=0)
+    room = max(0, width - names - figures - 4)
+    lines = [
+        Content.assemble(
+            (f"{each.name:<{names}}  ", MUTED), f"{each.now:<{figures}}  ", (spark(each.values, room), "$accent 70%")
+        )
+        for each in shown
+    ]
+    return Content("\n").join(lines)
+
+
+def spark(values: Sequence[float | None], width: int) -> str:
+    """Return the newest values as a line of blocks from 0 to their greatest, one a column; gaps where none is known."""
+    newest = list(values[-width:]) if width > 0 else []
+    most = max((value for value in newest if value is not None), default=0.0)
+    steps = len(SPARKS) - 1
+    return "".join(
+        " " if value is None else SPARKS[round(max(value, 0.0) / most * steps) if most > 0 else 0] for value in newest
     )
+
+
+def bars(gauges: Sequence[Gauge], width: int, names: int = 0) -> Content:
+    """Return gauges as bars within so many columns, a line each; the names have so many columns at least."""
+    names = max([names, *(len(gauge.name) for gauge in gauges)])
+    figures = max((len(str(gauge)) for gauge in gauges), default=0)
     room = max(4, width - names - figures - 3)
     lines = [
         Content.assemble((f"{gauge.name:<{names}}  ", MUTED), bar(gauge.share, room), f" {gauge}") for gauge in gauges

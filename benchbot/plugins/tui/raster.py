@@ -10,7 +10,7 @@ from PIL import Image
 from rich.style import Style
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.geometry import Size
+from textual.geometry import Region, Size
 from textual.strip import Strip
 from textual.widget import Widget
 
@@ -103,8 +103,20 @@ class Raster(Widget):
         """Show this content from now on, or `words` in its place."""
         if shown is None and self._shown is None and words == self._words:
             return
+        before, top = self._strips, self._top
         self._shown, self._words, self._strips = shown, words, None
-        self.refresh()
+        if before is None or not self.size:
+            self.refresh()
+            return
+        # Only lines that look otherwise are painted, and sent.
+        self._paint()
+        now: list[Strip] = self._strips or []
+        if len(now) != len(before) or top != self._top:
+            self.refresh()
+            return
+        changed = [line for line, (new, old) in enumerate(zip(now, before, strict=True)) if new != old]
+        if changed:
+            self.refresh(*(Region(0, top + line, self.size.width, 1) for line in changed))
 
     def on_resize(self) -> None:
         """Paint for the new size."""

@@ -1,15 +1,19 @@
 """Rows for a list of results, and their scores, explanations and reports."""
 
 import json
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.results import read_scores, write_scores
+
+if TYPE_CHECKING:
+    from benchbot.plugins.drawing.map_model import SceneMap
 
 SCORES = "scores.json"
 MOST_OBJECTS = 400
@@ -34,10 +38,49 @@ class ResultRow:
     """The reason why it is not a result."""
 
     @property
+    def value(self) -> float | None:
+        """The number in its score."""
+        number = self.score.split(" ")[1] if " " in self.score else ""
+        with suppress(ValueError):
+            return float(number)
+        return None
+
+    @property
     def path(self) -> Path:
         """The file that it is in."""
         path = Path(self.source)
         return path if path.exists() else Path(self.source.rpartition(":")[0])
+
+
+@dataclass(frozen=True)
+class Group:
+    """Results that have something in common."""
+
+    title: str
+    count: int
+    failed: int
+    mean: float | None
+    """The mean of the headline scores that are known."""
+    score: str
+    """The mean in words, and how many scores it is of."""
+
+
+def grouped(found: Sequence[ResultRow], field: str) -> list[Group]:
+    """Return the results by what a field of them says; files that are no results are left out."""
+    parts: dict[str, list[ResultRow]] = {}
+    for row in found:
+        if not row.problem:
+            parts.setdefault(str(getattr(row, field)) or "none", []).append(row)
+    return [_group(title, rows) for title, rows in sorted(parts.items())]
+
+
+def _group(title: str, found: Sequence[ResultRow]) -> Group:
+    names = {row.score.partition(" ")[0] for row in found if row.value is not None}
+    values = [row.value for row in found if row.value is not None]
+    # Scores of several methods have no mean.
+    mean = sum(values) / len(values) if len(names) == 1 else None
+    said = "-" if mean is None else f"{names.pop()} {mean:.4f} of {len(values)}"
+    return Group(title, len(found), sum(bool(row.failure) for row in found), mean, said)
 
 
 def rows(paths: Sequence[Path]) -> Iterator[ResultRow]:
@@ -89,7 +132,9 @@ def explain(path: Path, catalog: Catalog) -> str:
 
     evaluation = score.score_files([path], catalog=catalog)
     lines = scoring.table(evaluation.document)
-    for entry in score.explain(evaluation)["results"]:
+    explained = score.explain(evaluation)
+    lines += ["", *scoring.diagnosis(explained, evaluation.document["method"]["headline"])]
+    for entry in explained["results"]:
         objects = entry.get("objects")
         if objects is None:
             rest = {key: value for key, value in entry.items() if key not in ("source", "environment", "seed")}
@@ -100,6 +145,41 @@ def explain(path: Path, catalog: Catalog) -> str:
         if len(objects) > MOST_OBJECTS:
             lines.append(f"… and {len(objects) - MOST_OBJECTS} more: benchbot eval {path} --explain why.json")
     return "\n".join(lines)
+
+
+def costs(paths: Sequence[Path], catalog: Catalog) -> str:
+    """Return what went wrong in results, by kind of error, and the score that each kind costs: the dearest first.
+
+    It shows the truth. Raises BenchbotError.
+    """
+    from benchbot.cli.kit import scoring
+    from benchbot.evaluation import score
+
+    evaluation = score.score_files(paths, catalog=catalog)
+    explained = score.explain(evaluation)
+    name = evaluation.document["method"]["headline"]
+    counts: Counter[str] = Counter()
+    gains: dict[str, float] = {}
+    for entry in explained["results"]:
+        for error in entry.get("diagnosis", {}).get("errors", []):
+            counts[error["kind"]] += error["count"]
+            gains[error["kind"]] = gains.get(error["kind"], 0.0) + error["gain"]
+    number = max(len(explained["results"]), 1)
+    total = [f"All {number} results: errors by kind, and the mean {name} that each kind costs"]
+    total += [
+        f"  {kind:<12} {counts[kind]:>6}  {gain / number:+.3f}"
+        for kind, gain in sorted(gains.items(), key=lambda item: -item[1])
+    ]
+    if not gains:
+        total = ["Nothing went wrong, or the method does not tell errors by kind."]
+    return "\n".join([*total, "", *scoring.diagnosis(explained, name)])
+
+
+def maps(paths: Mapping[str, Path], catalog: Catalog) -> dict[str, "SceneMap"]:
+    """Return the maps of the first scenes of results, by title, with the truth where it is known."""
+    from benchbot.plugins.drawing.scene_maps import maps_of_result
+
+    return {title: maps_of_result(path, catalog)[0] for title, path in paths.items()}
 
 
 def report(paths: Sequence[Path], catalog: Catalog) -> Path:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from benchbot.plugins.tui.panels import Badge, Gauge, Row
+from benchbot.plugins.tui.panels import Badge, Gauge, Row, Trend
 from benchbot.plugins.watching.views import RunView
 
 MIB, GIB = 2**20, 2**30
@@ -62,63 +62,66 @@ def where(view: RunView) -> list[Row]:
         rows.append(("Pose", f"{progress['trajectory_index']} of {progress['trajectory_length']}"))
     pose = progress.get("pose_xyyaw")
     if pose is not None:
-        rows += [("At", f"{pose[0]:.2f}, {pose[1]:.2f} m"), ("Heading", f"{math.degrees(pose[2]):.0f}°")]
+        rows.append(("At", f"({pose[0]:.2f}, {pose[1]:.2f}) m {math.degrees(pose[2]):.0f}°"))
     if view.driven_by_hand:
         rows.append(("By hand", f"{view.driven_by_hand} steps"))
     return rows
 
 
-def last_step(last: Mapping[str, Any] | None) -> list[Row]:
+def last_step(last: Mapping[str, Any] | None) -> str:
     """Return the newest action with its outcome and result."""
     if not last:
-        return [("Action", "none yet")]
+        return "nothing yet"
     arguments = ", ".join(f"{name}={_argument(value)}" for name, value in dict(last.get("arguments") or {}).items())
     action = f"{last.get('action')}({arguments})" + (" by hand" if last.get("by_hand") else "")
-    rows = [("Action", action)]
-    if last.get("result") is None and last.get("outcome") is None:
-        rows.append(("Outcome", "under way"))
-    if last.get("result") is not None:
-        rows.append(("Result", str(last["result"])))
-    if last.get("outcome") is not None:
-        rows.append(("Outcome", str(last["outcome"])))
-    return rows
+    came = [str(last[key]) for key in ("outcome", "result") if last.get(key) is not None]
+    return f"{action} → {', '.join(came)}" if came else f"{action}, under way"
 
 
-def time_and_use(view: RunView) -> list[Row]:
-    """Return times, rates, and the use of processors, memory and GPUs."""
-    progress = view.progress
-    rows: list[Row] = []
+def trends(view: RunView, score: str = "") -> list[Trend]:
+    """Return times, rates, load, coverage and score, as far as they are known, with what they have been lately."""
+    progress, usage, history = view.progress, view.usage, view.history
+    found = []
     if progress:
-        rows += [
-            (_robot_time(view), duration(progress.get("simulated_time_s", progress.get("robot_time_s")))),
-            ("Wall", duration(progress["wall_time_s"])),
-            ("Ratio", f"{view.real_time_factor:.2f}×"),
-            ("Frames", f"{progress['frames']}, {view.frames_per_s:.1f}/s"),
-        ]
-    usage = view.usage
+        # A task that hides where the robot is hides its time, too.
+        robot_s = progress.get(_time_key(view))
+        if robot_s is not None:
+            found.append(Trend(_robot_time(view), f"{duration(robot_s)} ({view.real_time_factor:.2f}×)", ()))
+        found.append(Trend("Wall", duration(progress["wall_time_s"]), ()))
+        values = [each.frames_per_s for each in history]
+        found.append(Trend("Frames/s", f"{view.frames_per_s:.1f} ({progress['frames']})", values))
     if usage is not None:
-        rows += [("CPU", f"{usage.cpu_percent:.0f} %"), ("Memory", memory(usage.memory_bytes))]
+        found.append(Trend("CPU", f"{usage.cpu_percent:.0f} %", [each.cpu_percent for each in history]))
+        found.append(Trend("Memory", memory(usage.memory_bytes), [each.memory_bytes for each in history]))
         if usage.gpu_percent is not None or usage.gpu_memory_bytes is not None:
             share = "" if usage.gpu_percent is None else f"{usage.gpu_percent:.0f} %"
             held = "" if usage.gpu_memory_bytes is None else memory(usage.gpu_memory_bytes)
-            rows.append(("GPU", ", ".join(filter(None, [share, held]))))
-    return rows or [("Time", "not known yet")]
+            found.append(Trend("GPU", ", ".join(filter(None, [share, held])), ()))
+    if progress and progress.get("trajectory_length"):
+        share = progress["trajectory_index"] / progress["trajectory_length"]
+        found.append(Trend("Coverage", f"{100 * share:.0f} %", [each.coverage for each in history]))
+    return [*found, Trend("Score", score, ())] if score else found
+
+
+def _time_key(view: RunView) -> str:
+    return "simulated_time_s" if "simulated_time_s" in view.progress else "robot_time_s"
 
 
 def _robot_time(view: RunView) -> str:
-    return "Simulated" if "simulated_time_s" in view.progress else "Robot"
+    return "Simulated" if _time_key(view) == "simulated_time_s" else "Robot"
 
 
 def gauges(view: RunView) -> list[Gauge]:
-    """Return the used share of each limit, and the driven share of the trajectory."""
+    """Return the used share of each limit that the run has."""
     progress = view.progress
     if not progress:
         return []
     limits, spent = dict(view.session.get("selection", {}).get("limits") or {}), progress["spent"]
-    found = [Gauge(name, float(spent[key]), float(limits[key]), unit) for name, key, unit in LIMITS if limits.get(key)]
-    if progress.get("trajectory_length"):
-        found.append(Gauge("Poses", progress["trajectory_index"], progress["trajectory_length"], ""))
-    return found
+    return [
+        Gauge(name, float(spent[key]), float(limits[key]), unit)
+        for name, key, unit in LIMITS
+        if limits.get(key) and spent.get(key) is not None
+    ]
 
 
 def compact(view: RunView) -> list[str]:
@@ -129,17 +132,14 @@ def compact(view: RunView) -> list[str]:
         return [facts["State"]]
     parts = [facts["State"], f"step {facts['Step']}"]
     parts += [f"pose {facts['Pose'].replace(' of ', '/')}"] if "Pose" in facts else []
-    parts += [f"at {facts['At']} {facts['Heading']}"] if "At" in facts else []
+    parts += [f"at {facts['At']}"] if "At" in facts else []
     parts += [f"{facts['By hand']} by hand"] if "By hand" in facts else []
-    newest = dict(last_step(view.last))
-    came = ", ".join(newest[key] for key in ("Outcome", "Result") if key in newest)
-    last = newest["Action"] + (f" → {came}" if came else "")
-    used = dict(time_and_use(view))
+    used = {each.name: each.now for each in trends(view)}
     machine = " · ".join(f"{name} {used[name]}" for name in ("CPU", "Memory", "GPU") if name in used)
-    times = (
-        f"{used[_robot_time(view)]} in {used['Wall']} ({view.real_time_factor:.2f}×) · {view.frames_per_s:.1f} frames/s"
-    )
-    return [" · ".join(parts), f"Last: {last}", " · ".join(filter(None, [times, machine]))]
+    robot = used.get(_robot_time(view))
+    clock = f"{robot} in {used['Wall']}" if robot else used["Wall"]
+    rates = " · ".join(filter(None, [clock, f"{view.frames_per_s:.1f} frames/s", machine]))
+    return [" · ".join(parts), f"Last: {last_step(view.last)}", rates]
 
 
 def problem(view: RunView) -> str:

@@ -12,7 +12,7 @@ from textual.containers import Horizontal, Vertical
 from textual.content import Content
 from textual.widgets import Footer
 
-from benchbot.plugins.tui import panels, raster, run_facts, snapshot
+from benchbot.plugins.tui import panels, raster, result_rows, run_facts, snapshot
 from benchbot.plugins.tui.base import WatchScreen
 from benchbot.plugins.tui.camera import CameraPanel, Channel, available
 from benchbot.plugins.tui.dialogs import AskText
@@ -27,8 +27,11 @@ DRIVING = "Driving"
 COLUMNS = [(0, "-tiny"), (12, "-narrow"), (50, "-medium"), (100, "-wide"), (160, "-huge")]
 LINES = [(0, "-flat"), (14, "-short"), (32, "-tall")]
 """The class of the screen from so many columns or lines on: run_screen.tcss says what it shows then."""
-WORDS = ("headline", "hand", "operator", "problem", "where", "last", "use", "limits", "compact")
-FACTS = {"Run": "where", "Last action": "last", "Time and load": "use", "Limits": "limits"}
+WORDS = ("headline", "hand", "operator", "problem", "where", "use", "compact")
+FACTS = {"Run": "where", "Lately": "use"}
+NAMES_WIDTH = 9
+SCORE_PERIOD_S = 1.0
+LEAST_LOG_LINES, MOST_LOG_LINES = 5, 12
 DISTANCES_M = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
 ANGLES_DEG = (2.0, 5.0, 15.0, 30.0, 45.0, 90.0)
 ASKS = "THE ROBOT ASKS YOU\n\n{}\n\nWhen it is done, press y. Mind that the robot may move then."
@@ -88,13 +91,13 @@ class RunScreen(WatchScreen):
     VERTICAL_BREAKPOINTS = LINES
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("space", "pause", "Pause", key_display="space"),
-        Binding("n", "single_step", "Step"),
-        Binding("h", "by_hand", "By hand"),
-        Binding("up,w", "drive('forward')", "Forwards", show=False),
-        Binding("down,s", "drive('back')", "Back", show=False),
-        Binding("left,a", "drive('left')", "Left", show=False),
-        Binding("right,d", "drive('right')", "Right", show=False),
-        Binding("n", "drive('next')", "Next pose"),
+        Binding("1", "single_step", "One step"),
+        Binding("d", "by_hand", "Drive", tooltip="Drive by hand; it asks first, and esc ends it"),
+        Binding("up,w,k", "drive('forward')", "Forwards", show=False),
+        Binding("down,s,j", "drive('back')", "Back", show=False),
+        Binding("left,a,h", "drive('left')", "Left", show=False),
+        Binding("right,d,l", "drive('right')", "Right", show=False),
+        Binding("enter", "drive('next')", "Next pose", key_display="enter"),
         Binding("comma", "resize(-1)", "Smaller steps by hand", show=False, key_display=","),
         Binding("full_stop", "resize(1)", "Larger steps by hand", show=False, key_display="."),
         Binding("y", "confirm", "It is done"),
@@ -107,14 +110,16 @@ class RunScreen(WatchScreen):
         Binding("minus", "zoom(-1)", "Zoom out", show=False, key_display="-"),
         Binding("0", f"zoom(-{len(ZOOMS)})", "Whole map", show=False),
         Binding("p", "snapshot", "Picture"),
-        Binding("l", "log_level", "Log level", show=False),
+        Binding("L", "log_level", "Log level", show=False),
         Binding("v", "log_source", "Log source", show=False),
         Binding("slash", "log_text", "Find in log", show=False, key_display="/"),
+        Binding("up,k", "log_scroll('up')", "One log line back", show=False),
+        Binding("down,j", "log_scroll('down')", "One log line on", show=False),
         Binding("pageup", "log_scroll('page_up')", "Older log lines", show=False),
         Binding("pagedown", "log_scroll('page_down')", "Newer log lines", show=False),
         Binding("home", "log_scroll('home')", "Oldest log line", show=False),
         Binding("end", "log_scroll('end')", "Newest log lines", show=False),
-        Binding("escape", "leave", "Leave"),
+        Binding("escape,q", "leave", "Leave", key_display="esc"),
     ]
     feed: RunFeed
 
@@ -145,17 +150,20 @@ class RunScreen(WatchScreen):
         self._cameras = [CameraPanel(raster.make(images), id=f"camera-{number}") for number in (1, 2)]
         self._map = MapPanel(raster.make(images), id="map")
         self._log = LogView()
+        self._score = ""
 
     def compose(self) -> ComposeResult:
         """Lay out everything; the size of the terminal decides which parts are shown."""
         words = self._words
         yield from (words[name] for name in ("headline", "hand", "operator", "problem"))
         with Horizontal(id="pictures"):
-            yield from self._cameras
-            yield self._map
+            yield self._cameras[0]
+            with Vertical(id="beside"):
+                yield self._cameras[1]
+                yield self._map
         with Horizontal(id="facts"):
             for title, name in FACTS.items():
-                with Vertical(classes="panel") as panel:
+                with Vertical(classes="panel", id=f"panel-{name}") as panel:
                     panel.border_title = title
                     yield words[name]
         yield words["compact"]
@@ -163,6 +171,11 @@ class RunScreen(WatchScreen):
             frame.border_title = "Log"
             yield self._log
         yield Footer(compact=True, show_command_palette=False)
+
+    def on_mount(self) -> None:
+        """Follow the run, and look for its score when it has a result."""
+        super().on_mount()
+        self.set_interval(SCORE_PERIOD_S, self._look_for_score)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Say which keys mean something now."""
@@ -174,9 +187,13 @@ class RunScreen(WatchScreen):
                 return view.alive and not driving and view.paused
             case "drive":
                 return view.alive and driving and (parameters != ("next",) or run_facts.follows_trajectory(view))
+            case "by_hand":
+                return view.alive and not driving
+            case "log_scroll":
+                return not (driving and parameters[0] in ("up", "down"))
             case "resize":
                 return view.alive and driving
-            case "by_hand" | "stop":
+            case "stop":
                 return view.alive
             case "confirm":
                 return view.alive and bool(view.progress.get("waiting_for"))
@@ -202,6 +219,9 @@ class RunScreen(WatchScreen):
         self._show_words(view)
         self._show_pictures(view)
         self._log.show(view.log, view.log_dropped)
+        most = MOST_LOG_LINES if self.has_class("-tall") else LEAST_LOG_LINES
+        lines = min(max(self._log.count, LEAST_LOG_LINES), most)
+        self.query_one("#log").styles.height = lines + 2
         self._show_keys((view.alive, view.paused, self._by_hand, bool(view.progress.get("waiting_for")), view.result))
 
     def _show_words(self, view: RunView) -> None:
@@ -209,7 +229,7 @@ class RunScreen(WatchScreen):
         badge = run_facts.badge(view, by_hand=self._by_hand)
         words["headline"].tell(panels.headline(badge, self._under_way, run_facts.title(view)))
         words["hand"].display = self._by_hand
-        words["hand"].tell(f"BY HAND: w a s d or arrows move {self._teleop}   , smaller   . larger   h ends it")
+        words["hand"].tell(f"BY HAND: w a s d or arrows move {self._teleop}   , smaller   . larger   esc ends it")
         request = view.progress.get("waiting_for") if view.alive else None
         words["operator"].display = bool(request)
         words["operator"].tell(ASKS.format(request) if request else "")
@@ -217,16 +237,25 @@ class RunScreen(WatchScreen):
         words["problem"].display = bool(problem)
         words["problem"].tell(problem)
         words["problem"].set_class(run_facts.is_bad(view), "-bad")
-        words["where"].tell(panels.rows(run_facts.where(view)))
-        words["last"].tell(panels.rows(run_facts.last_step(view.last)))
-        words["use"].tell(panels.rows(run_facts.time_and_use(view)))
         gauges = run_facts.gauges(view)
-        words["limits"].tell(panels.bars(gauges, min(width // 4 - 4, 60)))
+        panel_width = width // len(FACTS) - 4
+        where = panels.rows([*run_facts.where(view), ("Last", run_facts.last_step(view.last))], NAMES_WIDTH)
+        facts = {
+            "where": Content("\n").join(filter(None, [where, panels.bars(gauges, panel_width, NAMES_WIDTH)])),
+            "use": panels.trends(run_facts.trends(view, self._score), panel_width),
+        }
+        for name, content in facts.items():
+            words[name].tell(content)
+            self.query_one(f"#panel-{name}").display = bool(content)
+        height = max(content.plain.count("\n") + 1 for content in facts.values())
+        self.query_one("#facts").styles.height = height + 2
         short_gauges = Content("  ").join(
             Content.assemble((f"{each.name} ", panels.MUTED), panels.bar(each.share, 8), f" {each}")
             for each in gauges[:3]
         )
-        words["compact"].tell(Content("\n").join([*map(Content, run_facts.compact(view)), short_gauges]))
+        score = f"  {self._score}" if self._score else ""
+        lines = [*map(Content, run_facts.compact(view)), Content.assemble(short_gauges, score)]
+        words["compact"].tell(Content("\n").join(filter(None, lines)))
 
     def _show_pictures(self, view: RunView) -> None:
         channels = available(view.session.get("observations") or ())
@@ -239,6 +268,15 @@ class RunScreen(WatchScreen):
         self._request(view, shown)
         run_map, key = map_of_run(view, self._scenery, self._zoom, truth=self._truth)
         self._map.show(run_map, key)
+
+    def _look_for_score(self) -> None:
+        result = self.feed.view.result
+        if result is None or self._score:
+            return
+        path = result_rows.scores_path(result)
+        self._score = result_rows.headline_of(path) if path.is_file() else ""
+        if self._score:
+            self._show_all()
 
     def _request(self, view: RunView, shown: list[Channel]) -> None:
         """Have the feed fetch the channels that are shown, no finer than they can be shown."""
@@ -270,11 +308,9 @@ class RunScreen(WatchScreen):
         self._command("One step", self.feed.single_step)
 
     def action_by_hand(self) -> None:
-        """Begin to drive by hand, or end it."""
-        if self._by_hand:
-            self._set_by_hand(on=False)
-        else:
-            self.app.confirm(BY_HAND, "h", "drive by hand", self._begin_by_hand)
+        """Ask whether to drive by hand; `esc` ends it."""
+        if not self._by_hand:
+            self.app.confirm(BY_HAND, "d", "drive by hand", self._begin_by_hand)
 
     def _begin_by_hand(self) -> None:
         started = bool(self.feed.view.session.get("started", True))
@@ -305,7 +341,7 @@ class RunScreen(WatchScreen):
         """Ask whether to end the run or only to stop watching. The same key again ends it, for quick users."""
         self._ask_to_end(
             "End this run?\n\nThe robot stops where it is, and the solution's episode is over.",
-            {"x": "end the run now", "w": "only stop watching: the run goes on"},
+            {"x": "end the run now", "q": "only stop watching: the run goes on"},
             partial(self._command, "Ending the run", self.feed.stop),
         )
 

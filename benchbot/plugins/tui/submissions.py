@@ -69,10 +69,10 @@ class JobScreen(Screen[None]):
     """The log of a submission, as it grows."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "app.pop_screen", "Back"),
+        Binding("escape,q", "app.pop_screen", "Back", key_display="esc"),
         Binding("w", "watch", "Watch", tooltip="Watch its run, while it is alive"),
-        Binding("r", "results", "Result", tooltip="Look at its result"),
-        Binding("a", "again", "Again", tooltip="Start the same once more; its result is written anew"),
+        Binding("R", "results", "Result", tooltip="Look at its result"),
+        Binding("r", "again", "Again", tooltip="Start the same once more; its result is written anew"),
         Binding("x", "end", "End it", tooltip="End it, as Ctrl-C in its terminal would"),
     ]
     app: BaseApp

@@ -9,16 +9,20 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import msgspec
+
+from benchbot.core import atomic, resources
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
 from benchbot.core.results import read_scores
+from benchbot.plugins.batch import journal
 from benchbot.plugins.batch import plan as plans
 from benchbot.plugins.batch.attempts import Finished
-from benchbot.plugins.batch.counting import BatchCounter
-from benchbot.plugins.batch.driver_lock import driver_lock, registered, registered_batches
+from benchbot.plugins.batch.counting import BatchCounter, Count
+from benchbot.plugins.batch.driver_lock import RegisteredBatch, driver_lock, registered, registered_batches
 from benchbot.plugins.batch.folder import Folder
 from benchbot.plugins.batch.plan import PlannedEpisode
 from benchbot.plugins.batch.status import BatchStatus, Monitor, RunningEpisode, Score
@@ -38,20 +42,61 @@ AUDIT_S = 0.002
 class BatchList:
     """The batches of this user, looked at again and again: what does not change is read once. Not thread-safe."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, remembers: bool = False) -> None:
+        self._remembers = remembers
         self._counters: dict[Path, BatchCounter] = {}
+        self._counted: dict[str, _Counted] | None = None
+        self._scores: dict[Path, tuple[tuple[int, int], Score | None]] = {}
 
     def look(self) -> list[BatchEntry]:
-        """Return the batches whose folders still exist, the one that was driven last first."""
+        """Return the batches whose folders still exist, the one that was driven last first.
+
+        If it `remembers`, the first look tells what the last list of this user counted, of batches of which no event
+        has come since: to ask for all results of many long batches takes seconds. Every later look counts.
+        """
         entries = registered_batches()
+        stamps = {entry.folder: _stamp(entry.folder) for entry in entries}
+        if self._counted is None:
+            self._counted = _remembered() if self._remembers else {}
+            known = {folder: self._counted.get(str(folder)) for folder in stamps}
+            if entries and all(each is not None and each.stamp == stamps[folder] for folder, each in known.items()):
+                return [
+                    self._entry(entry, each.count) for entry in entries if (each := known[entry.folder]) is not None
+                ]
         self._counters = {each.folder: self._counters.get(each.folder) or BatchCounter(each.folder) for each in entries}
         audit_s = AUDIT_S / max(len(entries), 1)
         counts = [(entry, self._counters[entry.folder].look(audit_s)) for entry in entries]
-        return [
-            BatchEntry(entry.folder, entry.is_driven, entry.begun_s, count.episodes, count.finished, count.failures)
-            for entry, count in counts
-            if count is not None
-        ]
+        found = {
+            str(entry.folder): _Counted(stamps[entry.folder], count) for entry, count in counts if count is not None
+        }
+        if found != self._counted:
+            self._counted = found
+            with suppress(OSError):  # the next list counts again
+                atomic.write(_counts_path(), msgspec.json.encode(found))
+        return [self._entry(entry, count) for entry, count in counts if count is not None]
+
+    def _entry(self, entry: RegisteredBatch, count: Count) -> BatchEntry:
+        score = self._score(entry.folder) if count.finished == count.episodes else None
+        return BatchEntry(
+            entry.folder, entry.is_driven, entry.begun_s, count.episodes, count.finished, count.failures, score
+        )
+
+    def _score(self, folder: Path) -> Score | None:
+        """Return the main score of a batch's scores document, read when that changes, without its rows."""
+        path = folder / "scores.json"
+        try:
+            about = path.stat()
+            version = about.st_mtime_ns, about.st_size
+            known = self._scores.get(folder)
+            if known is None or known[0] != version:
+                document = msgspec.json.decode(path.read_bytes(), type=_Headline)
+                name = document.method["headline"]
+                value = document.scores.get(name)
+                score = None if value is None else Score(name, value, 0)
+                known = self._scores[folder] = version, score
+        except (OSError, KeyError, TypeError, msgspec.DecodeError):
+            return None
+        return known[1]
 
 
 def batches() -> list[BatchEntry]:
@@ -70,9 +115,10 @@ class BatchFeed:
         self._monitor: Monitor | None = None
         self._score = _BatchScore(self._folder)
         self._counted: tuple[float, int] = (float("-inf"), -1)
-        self._finished: dict[str, tuple[Finished, EpisodeCell]] = {}
-        self._shown: tuple[int, tuple[RunningEpisode, ...]] | None = None
-        """The changes and the running episodes that the view's cells are of."""
+        self._finished: dict[str, tuple[Finished, float | None, EpisodeCell]] = {}
+        self._settings: dict[str, str] = {}
+        self._shown: tuple[int, tuple[RunningEpisode, ...], object] | None = None
+        """The changes, the running episodes and the scores that the view's cells are of."""
         self._wake = threading.Event()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._poll, name="benchbot-batch-feed", daemon=True)
@@ -130,8 +176,11 @@ class BatchFeed:
     def _read(self) -> BatchView:
         monitor = self._monitor
         if monitor is None:
+            if self._view.status is None:
+                self._view = self._first() or self._view
             monitor = self._monitor = Monitor(self._folder, plans.read(self._folder.plan))
             self._finished, self._shown = {}, None
+            self._settings = differing(monitor.plan.episodes)
         status = monitor.look(self._worker_count())
         before = self._view
         told = replace(status, score=self._score.value)
@@ -147,9 +196,29 @@ class BatchFeed:
             status=status,
             cells=self._cells(monitor, status),
             workers=_worker_rows(monitor, status),
+            scores=self._score.by_solution,
         )
         # Displays take the same object for no news.
         return self._view if view == self._view else view
+
+    def _first(self) -> BatchView | None:
+        """Return what plan and events tell at once: to read the results of ten thousand episodes takes seconds."""
+        count = (counter := BatchCounter(self.folder)).look(0.0)
+        if count is None:
+            return None
+        episodes = msgspec.json.decode(self._folder.plan.read_bytes(), type=_Episodes).episodes
+        settings = differing(episodes)
+        status = BatchStatus(
+            folder=str(self.folder), hash="", episodes=count.episodes, finished=count.finished,
+            failures=count.failures, retried=0, running=(), workers=-1, idle=(), paused=None,
+            mean_s=None, rate_per_hour=None, left_s=None,
+        )  # fmt: skip
+        cells = tuple(
+            _cell(episode, state, setting=settings.get(episode.key, ""))
+            for episode, state in zip(episodes, counter.states, strict=True)
+        )
+        entry = registered(self.folder)
+        return BatchView(self.folder, entry is not None and entry.is_driven, None, status, cells)
 
     def _worker_count(self) -> int:
         counted_s, count = self._counted
@@ -162,7 +231,7 @@ class BatchFeed:
 
     def _cells(self, monitor: Monitor, status: BatchStatus) -> tuple[EpisodeCell, ...]:
         """Return the cells; the same object while no episode has changed."""
-        shown = monitor.changes, status.running
+        shown = monitor.changes, status.running, self._score.by_episode
         if shown == self._shown:
             return self._view.cells
         self._shown = shown
@@ -172,16 +241,26 @@ class BatchFeed:
     def _cell(self, episode: PlannedEpisode, monitor: Monitor, running: Mapping[str, RunningEpisode]) -> EpisodeCell:
         finished = monitor.finished.get(episode.key)
         now = running.get(episode.name)
+        setting = self._settings.get(episode.key, "")
         if finished is not None:
-            known = self._finished.get(episode.key)
-            if known is None or known[0] is not finished:
+            known, score = self._finished.get(episode.key), self._score.by_episode.get(episode.name)
+            if known is None or known[0] is not finished or known[1] != score:
+                cell = _cell(episode, str(finished.failure or "done"), finished.worker, setting=setting)
                 log = self._folder.episode(episode.name) / "log.txt"
-                known = finished, _cell(episode, str(finished.failure or "done"), finished.worker, log=log)
-                self._finished[episode.key] = known
-            return known[1]
+                cell = replace(
+                    cell,
+                    log=log,
+                    score=score,
+                    duration_s=finished.duration_s,
+                    attempts=finished.attempts,
+                    restarts=finished.restarts,
+                )
+                known = self._finished[episode.key] = finished, score, cell
+            return known[2]
         if now is not None:
-            return _cell(episode, "running", now.worker, now.since_s, self._newest_log(episode))
-        return _cell(episode, "pending")
+            cell = _cell(episode, "running", now.worker, now.since_s, setting=setting)
+            return replace(cell, log=self._newest_log(episode))
+        return _cell(episode, "pending", setting=setting)
 
     def _newest_log(self, episode: PlannedEpisode) -> Path | None:
         logs = self._folder.episode(episode.name).glob("attempt-*/log.txt")
@@ -194,53 +273,121 @@ class _BatchScore:
     def __init__(self, folder: Folder) -> None:
         self._folder = folder
         self._live: LiveScore | None = None
-        self._read: tuple[int, int] | None = None
+        self._read: dict[Path, tuple[int, int]] = {}
         self.value: Score | None = None
-        """The newest score."""
+        """The newest score, of a batch of one solution."""
+        self.by_solution: Mapping[str | None, Score] = {}
+        self.by_episode: Mapping[str, float] = {}
 
     def update(self, monitor: Monitor, status: BatchStatus) -> Score | None:
         """Update the score, which may take a while; return it."""
         from benchbot.plugins.batch.finalization import LiveScore
 
-        if status.is_complete and self._read_final(status.finished):
+        if status.is_complete and self._read_final(monitor):
             return self.value
         if monitor.plan.method is not None and status.finished:
             if self._live is None:
-                self._live = LiveScore(self._folder, monitor.plan.method, Catalog(load()))
+                self._live = LiveScore(self._folder, monitor.plan.method, Catalog(load()), each=True)
             self.value = self._live.update(monitor)
+            self.by_solution, self.by_episode = self._live.by_solution, self._live.by_episode
         return self.value
 
-    def _read_final(self, count: int) -> bool:
-        """Read the scores document of the whole batch; return whether there is one."""
-        from benchbot.plugins.batch.finalization import headline
+    def _read_final(self, monitor: Monitor) -> bool:
+        """Read the scores documents of the whole batch; return whether they are there."""
+        from benchbot.plugins.batch.finalization import episode_scores, headline
 
-        path = self._folder.path / "scores.json"
-        with suppress(OSError, BenchbotError):
-            about = path.stat()
-            version = about.st_mtime_ns, about.st_size
-            if version != self._read:
-                self.value, self._read = headline(read_scores(path), count), version
-            return True
-        return False
+        by_solution: dict[str | None, Score] = dict(self.by_solution)
+        by_episode = dict(self.by_episode)
+        news = False
+        for name in monitor.plan.all_solutions:
+            place = self._folder.path if name is None else self._folder.path / "scores" / name
+            path = place / "scores.json"
+            try:
+                about = path.stat()
+                version = about.st_mtime_ns, about.st_size
+                if version == self._read.get(path):
+                    continue
+                document = read_scores(path)
+            except (OSError, BenchbotError):
+                return False
+            count = sum(each.solution == name for each in monitor.plan.episodes)
+            found = headline(document, count)
+            by_solution |= {name: found} if found is not None else {}
+            by_episode |= episode_scores(document)
+            self._read[path], news = version, True
+        if news:
+            self.by_solution, self.by_episode, self.value = by_solution, by_episode, by_solution.get(None)
+        return True
+
+
+class _Counted(msgspec.Struct):
+    """What was counted of a batch, and what its plan and events looked like then."""
+
+    stamp: list[str]
+    count: Count
+
+
+def _stamp(folder: Path) -> list[str]:
+    """Return what changes whenever a plan is written anew, or an event comes."""
+    try:
+        about = (folder / "plan.json").stat()
+    except OSError:
+        return []
+    plan = f"{about.st_ino} {about.st_size} {about.st_mtime_ns}"
+    return [plan, *(f"{name} {size}" for name, size in journal.sizes(folder / "events"))]
+
+
+def _counts_path() -> Path:
+    return resources.state_dir() / "batch-counts.json"
+
+
+def _remembered() -> dict[str, _Counted]:
+    try:
+        return msgspec.json.decode(_counts_path().read_bytes(), type=dict[str, _Counted])
+    except (OSError, msgspec.DecodeError):
+        return {}
+
+
+class _Headline(msgspec.Struct):
+    """What the list of batches needs of a scores document."""
+
+    method: dict[str, Any]
+    scores: dict[str, float | None]
+
+
+class _Episodes(msgspec.Struct):
+    """The episodes of a plan, without checking all of it."""
+
+    episodes: list[PlannedEpisode]
+
+
+def differing(episodes: Sequence[PlannedEpisode]) -> dict[str, str]:
+    """Return the settings and episodes of the task by which the episodes of a plan differ, in words, by their keys."""
+    every = [{**each.settings, **({} if each.episode is None else {"episode": each.episode})} for each in episodes]
+    names = {name: None for settings in every for name in settings}
+    varied = [name for name in names if len({repr(settings.get(name)) for settings in every}) > 1]
+    if not varied:
+        return {}
+    return {
+        each.key: ", ".join(f"{name} {settings[name]}" for name in varied if name in settings)
+        for each, settings in zip(episodes, every, strict=True)
+    }
 
 
 def _cell(
-    episode: PlannedEpisode,
-    state: str,
-    worker: str | None = None,
-    since_s: float | None = None,
-    log: Path | None = None,
+    episode: PlannedEpisode, state: str, worker: str | None = None, since_s: float | None = None, *, setting: str = ""
 ) -> EpisodeCell:
     return EpisodeCell(
         name=episode.name,
         state=state,
-        robot=episode.robot if episode.solution is None else f"{episode.solution} · {episode.robot}",
+        robot=episode.robot,
         environment=episode.environment,
         seed=episode.seed,
         repeat=episode.repeat or 0,
         worker=worker,
         since_s=since_s,
-        log=log,
+        solution=episode.solution or "",
+        setting=setting,
     )
 
 

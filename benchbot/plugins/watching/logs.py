@@ -3,8 +3,9 @@
 import os
 import re
 import time
-from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from itertools import accumulate
 from pathlib import Path
 
 from benchbot.core.text import one_line, visible
@@ -13,45 +14,113 @@ from benchbot.plugins.watching.views import LogLine
 KEPT_LINES = 1000
 MOST_AT_ONCE_BYTES = 64 * 1024
 LONGEST_LINE = 1000
-# The format of the log of `benchbot.supervisor.backend`.
-_SUPERVISOR = re.compile(r"(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d),(\d{3}) ([A-Z]+) \S+: (.*)")
+# The format of Python's logging, which that of `benchbot.supervisor.serve` has, too.
+_TIMED = re.compile(r"(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d),(\d{3}) ([A-Z]+) \S+: (.*)")
+# An event of `benchbot.supervisor.run`.
+_EVENT = re.compile(
+    r"(?P<kind>\w+): scene_number (?P<scene>\d+), steps (?P<steps>\d+), last_action (?P<action>\S+), "
+    r"state (?P<state>[^,]+), (?:simulated|robot)_time_s (?P<time_s>\S+), failure (?P<failure>[^,]+), "
+    r"waiting_for (?P<request>.*)"
+)
+_LONG_NUMBER = re.compile(r"-?\d+\.\d{4,}(?:e[+-]?\d+)?\b")
 _LEVEL = re.compile(r"\b(DEBUG|INFO|WARN|WARNING|ERROR|CRITICAL|FATAL)\b", re.IGNORECASE)
 _LEVELS = {"warn": "warning", "critical": "error", "fatal": "error"}
 
 
 class Logs:
-    """The newest lines of several log files, at most `kept`; not thread-safe."""
+    """The newest lines of several log files, at most `kept`, in the order of their times; not thread-safe.
 
-    def __init__(self, files: Mapping[str, Path], kept: int = KEPT_LINES) -> None:
+    A line that tells no time has that of the line before in a file whose lines do, else the one at which it was read.
+    Of what stood there before the first look, nothing tells when it was written, only when the file was begun
+    (`began_s`, of the run) and written last: its lines share out the time between, and are not `exact`.
+    """
+
+    def __init__(self, files: Mapping[str, Path], kept: int = KEPT_LINES, began_s: float | None = None) -> None:
         self._tails = {source: _Tail(path) for source, path in files.items()}
-        self._lines: deque[LogLine] = deque(maxlen=kept)
-        self.dropped = 0
+        self._last: dict[str, LogLine] = {}
+        """The last line of each source that told its time."""
+        self._began_s = began_s
+        self._lines: list[LogLine] = []
+        self._kept = kept
+        self._read = 0
+
+    @property
+    def dropped(self) -> int:
         """The number of lines that were read and are no longer kept."""
+        return self._read - len(self._lines)
 
     def read(self) -> bool:
         """Read new lines, at most the last 64 KiB of each file; return whether there were any."""
-        found = False
+        found: list[LogLine] = []
         for source, tail in self._tails.items():
-            for text in tail.read():
-                found = True
-                self.dropped += len(self._lines) == self._lines.maxlen
-                self._lines.append(line_of(source, text))
-        return found
+            first = tail.is_unread
+            texts = list(tail.read())
+            lines = [self._line(source, text) for text in texts]
+            if first and not any(line.is_exact for line in lines):
+                lines = _shared_out(lines, self._began_s, tail.written_s)
+            found += lines
+        self._lines += [replace(line, number=self._read + place) for place, line in enumerate(found)]
+        self._read += len(found)
+        if found:
+            self._lines.sort(key=lambda line: (line.time_s, line.number))
+            del self._lines[: max(0, len(self._lines) - self._kept)]
+        return bool(found)
 
     @property
     def lines(self) -> tuple[LogLine, ...]:
         """The newest lines, oldest first."""
         return tuple(self._lines)
 
+    def _line(self, source: str, text: str) -> LogLine:
+        line = line_of(source, text)
+        before = self._last.get(source)
+        if line.is_exact:
+            self._last[source] = line
+        elif before is not None:
+            # A line of a record before it, such as one of a traceback.
+            level = before.level if text.startswith(" ") else line.level
+            return replace(line, time_s=before.time_s, level=level, is_exact=True)
+        return line
+
 
 def line_of(source: str, text: str) -> LogLine:
     """Return a line of a log, with its own time and level, else with the present time and a guessed level."""
-    found = _SUPERVISOR.match(text) if source == "supervisor" else None
+    found = _TIMED.match(text)
     if found is not None:
         written_s = time.mktime(time.strptime(found[1], "%Y-%m-%d %H:%M:%S")) + int(found[2]) / 1000
-        return LogLine(written_s, source, _level(found[3]), harmless(found[4]))
+        said = in_words(found[4]) if source == "supervisor" else found[4]
+        return LogLine(written_s, source, _level(found[3]), harmless(said))
     named = _LEVEL.search(text[:80])
-    return LogLine(time.time(), source, _level(named[1]) if named else "info", harmless(text))
+    return LogLine(time.time(), source, _level(named[1]) if named else "info", harmless(text), is_exact=False)
+
+
+def in_words(text: str) -> str:
+    """Return what the supervisor has logged as one would say it: no raw names, no digits that mean nothing."""
+    found = _EVENT.fullmatch(text)
+    if found is None:
+        return _LONG_NUMBER.sub(lambda number: f"{float(number[0]):.4g}", text)
+    kind, scene = found["kind"], f"scene {int(found['scene']) + 1}"
+    if kind == "operator":
+        asked = found["request"]
+        return f"{scene}, the operator is done" if asked == "None" else f"{scene}, asks the operator: {asked}"
+    parts = [
+        {"step": f"step {found['steps']}: {found['action']}", "scene": f"{scene} begins"}.get(kind, f"{kind}, {scene}")
+    ]
+    parts += [f"failed: {found['failure']}"] if found["failure"] != "None" else []
+    parts.append(found["state"])
+    if found["time_s"] != "None":
+        parts.append(f"at {float(found['time_s']):.2f} s")
+    return " · ".join(parts)
+
+
+def _shared_out(lines: list[LogLine], began_s: float | None, written_s: float) -> list[LogLine]:
+    """Return lines with times between the beginning and the last writing of their file, by their place in it."""
+    since_s = min(written_s if began_s is None else began_s, written_s)
+    sizes = list(accumulate(len(line.text) + 1 for line in lines))
+    return [
+        replace(line, time_s=since_s + (written_s - since_s) * size / sizes[-1])
+        for line, size in zip(lines, sizes, strict=True)
+    ]
 
 
 def harmless(text: str) -> str:
@@ -81,6 +150,10 @@ class _Tail:
         self._path = path
         self._offset = 0
         self._rest = b""
+        self.is_unread = True
+        """Whether nothing of it has been read yet."""
+        self.written_s = 0.0
+        """When it had been written to last when it was read last, in seconds since the epoch."""
 
     def read(self) -> Iterable[str]:
         try:
@@ -88,6 +161,8 @@ class _Tail:
                 end = file.seek(0, 2)
                 if end == self._offset:
                     return
+                self.written_s = os.fstat(file.fileno()).st_mtime
+                self.is_unread = False
                 if end < self._offset or end - self._offset > MOST_AT_ONCE_BYTES:
                     self._offset, self._rest = max(0, end - MOST_AT_ONCE_BYTES), b""
                 file.seek(self._offset)

@@ -34,12 +34,11 @@ def _follow_run(feed: RunFeed, line: StatusLine) -> None:
         view = feed.view
         if view.log is not shown:
             shown = view.log
-            total = view.log_dropped + len(view.log)
-            for entry in view.log[max(0, len(view.log) - (total - read)) :]:
+            for entry in [entry for entry in view.log if entry.number >= read]:
                 # The supervisor's own lines about each step are in the status.
                 if entry.source == "solution" or entry.level in _PRINTED_LEVELS:
                     line.note(f"{entry.source} {entry.level}: {entry.text}", {"kind": "log", **asdict(entry)})
-            read = total
+            read = view.log_dropped + len(view.log)
         if not view.alive:
             break
         _show_run(view, line)

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -13,7 +14,7 @@ from benchbot.api.client import Client
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.watching.logs import Logs
 from benchbot.plugins.watching.usage import GpuMeter, Rates
-from benchbot.plugins.watching.views import FeedSnapshot, LogLine, RunView, Usage
+from benchbot.plugins.watching.views import FeedSnapshot, LogLine, RunView, Sample, Usage
 from benchbot.submission import output
 from benchbot.wire import run_state
 from benchbot.wire.run_state import Connection, RunState
@@ -24,6 +25,8 @@ PATH_PERIOD_S = 0.5
 RETRY_S = 0.5
 ANSWER_TIMEOUT_S = 10.0
 CLOSE_TIMEOUT_S = 1.0
+SAMPLE_PERIOD_S = 1.0
+KEPT_SAMPLES = 300
 
 
 class WatchClient(Client):
@@ -84,10 +87,13 @@ class RunFeed:
                 "supervisor": Path(state.supervisor_log),
                 "platform": Path(state.platform_log),
                 "solution": Path(state.folder) / output.LOG_NAME,
-            }
+            },
+            began_s=state.started_s,
         )
         self._logs_read_s = float("-inf")
         self._frame_rates, self._cpu_rate = Rates(), Rates()
+        self._history: deque[Sample] = deque(maxlen=KEPT_SAMPLES)
+        self._sampled_s = float("-inf")
         self._wake = threading.Event()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._poll, name="benchbot-run-feed", daemon=True)
@@ -191,6 +197,8 @@ class RunFeed:
         progress = answer["progress"]
         time_s = progress.get("simulated_time_s", progress.get("robot_time_s"))
         frames_per_s, real_time_factor = self._frame_rates.note(began_s, progress["frames"], time_s)
+        usage = self._usage(answer["usage"])
+        result = None if answer["result"] is None else Path(answer["result"])
         return RunView(
             state=self.state,
             alive=True,
@@ -204,11 +212,12 @@ class RunFeed:
             path=self._path,
             frames_per_s=frames_per_s,
             real_time_factor=real_time_factor,
-            usage=self._usage(answer["usage"]),
+            usage=usage,
+            history=self._sampled(began_s, progress, frames_per_s, usage),
             snapshot=snapshot,
             log=self._read_logs(),
             log_dropped=self._logs.dropped,
-            result=None if answer["result"] is None else Path(answer["result"]),
+            result=result,
         )
 
     def _unanswered(self, error: BenchbotError) -> RunView:
@@ -227,6 +236,19 @@ class RunFeed:
             log_dropped=self._logs.dropped,
             result=result if result.is_file() else None,
         )
+
+    def _sampled(
+        self, now_s: float, progress: Mapping[str, Any], frames_per_s: float, usage: Usage | None
+    ) -> tuple[Sample, ...]:
+        """Return the samples, with one of now where that is due; the same tuple where it is not."""
+        if now_s - self._sampled_s < SAMPLE_PERIOD_S:
+            return self._view.history
+        self._sampled_s = now_s
+        length = progress["trajectory_length"]
+        coverage = progress["trajectory_index"] / length if length else None
+        cpu, memory = (None, None) if usage is None else (usage.cpu_percent, usage.memory_bytes)
+        self._history.append(Sample(frames_per_s, cpu, memory, coverage))
+        return tuple(self._history)
 
     def _read_logs(self) -> tuple[LogLine, ...]:
         """Return the lines of the logs, read again at most every `LOG_PERIOD_S`; the same tuple without new ones."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from benchbot.plugins.batch.status import BatchStatus
+from benchbot.plugins.batch.status import BatchStatus, Score
 from benchbot.wire.run_state import RunState
 
 
@@ -40,6 +40,10 @@ class LogLine:
     level: str
     """`debug`, `info`, `warning` or `error`."""
     text: str
+    is_exact: bool = True
+    """Whether the line, or its log, tells when it was written; else `time_s` is when it was read, or guessed."""
+    number: int = 0
+    """Counts the lines as they were read."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,17 @@ class Usage:
     memory_bytes: int
     gpu_percent: float | None = None
     gpu_memory_bytes: int | None = None
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A run's rates and load at one moment; None is what is not known, or means nothing of this run."""
+
+    frames_per_s: float
+    cpu_percent: float | None
+    memory_bytes: int | None
+    coverage: float | None
+    """The share of the trajectory that has been driven, of a run that follows one."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +93,8 @@ class RunView:
     frames_per_s: float = 0.0
     real_time_factor: float = 0.0
     usage: Usage | None = None
+    history: tuple[Sample, ...] = ()
+    """A sample for each second lately, oldest first."""
     snapshot: FeedSnapshot | None = None
     log: tuple[LogLine, ...] = ()
     """The newest lines, oldest first."""
@@ -103,6 +120,20 @@ class EpisodeCell:
     """Seconds since it was begun, while it runs."""
     log: Path | None = None
     """The output of its solution, where there is such a file."""
+    solution: str = ""
+    """The name of its solution, in a batch of several."""
+    setting: str = ""
+    """The settings, and the episode of the task, by which it differs from others of the batch."""
+    score: float | None = None
+    duration_s: float | None = None
+    """The seconds of its last attempt, once it is finished."""
+    attempts: int | None = None
+    restarts: int | None = None
+
+    @property
+    def who(self) -> str:
+        """The solution, if there are several, and the robot."""
+        return f"{self.solution} · {self.robot}" if self.solution else self.robot
 
 
 @dataclass(frozen=True)
@@ -129,6 +160,8 @@ class BatchView:
     cells: tuple[EpisodeCell, ...] = ()
     """All episodes, in the order of the plan."""
     workers: tuple[WorkerRow, ...] = ()
+    scores: Mapping[str | None, Score] = field(default_factory=dict)
+    """The score so far of each solution that has one; of a batch of one solution, by None."""
 
 
 @dataclass(frozen=True)
@@ -143,3 +176,5 @@ class BatchEntry:
     finished: int
     failures: Mapping[str, int] = field(default_factory=dict)
     """Finished episodes that did not end well, by class of failure."""
+    score: Score | None = None
+    """The score in its scores document, of a batch of one solution that has been scored."""

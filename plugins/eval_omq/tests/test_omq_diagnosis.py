@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from benchbot.plugin import GroundTruth, Result
 from benchbot_eval_omq import omq
 from benchbot_eval_omq.diagnosis import KINDS, Diagnosis, diagnose
+from benchbot_eval_omq.explanation import explain
 from benchbot_eval_omq.qualities import qualities
 from plugins.eval_omq.tests.omq_maps import CLASSES, change_map, found, semantic_map, thing, truth
 from plugins.eval_omq.tests.test_omq_properties import Objects, estimates, relaxed, true_objects
@@ -82,6 +83,26 @@ def test_the_confusion_accounts_for_each_object(objects: Objects, things: Object
     assert sum(row["objects"] for row in confusion if row["truth"]) == len(things)
 
 
+@given(st.lists(st.sampled_from(FAULTS), min_size=1, max_size=20))
+@relaxed
+def test_each_object_says_which_error_it_is_and_of_what(faults: list[str]) -> None:
+    things, objects = degraded(faults)
+
+    entries = explain(semantic_map(*objects), [truth(*things)])["objects"]
+
+    of_truth = {entry["truth"]: entry for entry in entries if entry["truth"] is not None}
+    told = [of_truth[place]["error"] for place in range(len(things))]
+    assert told == [None if fault in ("none", "duplicate", "background") else fault for fault in faults]
+    extra = [entry for entry in entries if entry["verdict"] == "false_positive"]
+    kinds = ("class", "both", "duplicate", "background")
+    assert sorted(entry["error"] for entry in extra) == sorted(fault for fault in faults if fault in kinds)
+    for entry in extra:  # both sides of a confusion name one another
+        other = entry["counterpart"]
+        assert (other is None) == (entry["error"] == "background")
+        if entry["error"] in ("class", "both"):
+            assert of_truth[other]["counterpart"] == entry["proposal"]
+
+
 def test_right_classes_give_what_wrong_ones_cost() -> None:
     things, objects = degraded(["none", "class"])
 
@@ -99,6 +120,7 @@ def test_a_wrong_state_is_an_error_of_its_own() -> None:
     document = diagnosed(result, truth(thing("chair")), truth()).document()
 
     assert document["errors"] == [{"kind": "state", "count": 1, "gain": 1.0}]
+    assert document["states"] == [{"truth": "removed", "objects": 1, "missed": 0, "estimated": {"added": 1.0}}]
 
 
 def test_what_is_right_but_unsure_is_imprecise() -> None:

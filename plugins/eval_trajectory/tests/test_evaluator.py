@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
 from benchbot_eval_trajectory import evaluator
+from benchbot_eval_trajectory.evaluator import explain
 from plugins.eval_trajectory.tests.ways import result
 
 ERRORS = evaluator.NAMES[:-2]
@@ -133,3 +134,18 @@ def test_every_score_is_read_as_an_error_but_length_and_completeness() -> None:
     assert set(method.scores) == set(evaluator.NAMES)
     assert {name for name in evaluator.NAMES if method.score(name).lower_is_better} == set(ERRORS)
     assert method.score("completeness").lower_is_better is False
+
+
+def test_drift_is_told_by_the_length_of_the_way() -> None:
+    rows = [(i, float(i), 0.1 * i, 0.0, 0.0) for i in range(121)]
+    # A wheel that reports 2 % too much: 2 cm a metre, however long the stretch.
+    estimate = [(i, (0.102 * i, 0.0, 0.05), 0.0) for i in range(121)]
+
+    told = explain(result(estimate, rows, path_length_m=12.0))["diagnosis"]
+
+    assert [row["length_m"] for row in told["drift"]] == [0.5, 1.0, 2.0, 5.0, 10.0]
+    for row in told["drift"]:
+        assert row["error_m"] == pytest.approx(0.02 * row["length_m"], rel=0.25)
+        assert row["error_deg"] == pytest.approx(0.0, abs=1e-6)
+    assert told["along"][0] == [0.0, 0.0]
+    assert told["along"][-1] == pytest.approx([12.0, 0.24])

@@ -13,8 +13,10 @@ import pytest
 from rerun.chunk import RrdReader
 
 from benchbot.core import plugin_manager
+from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.progress import ActionResult, Progress, State, Step
 from benchbot.core.recording import Recording
+from benchbot.evaluation.ground_truths import GroundTruths
 from benchbot_record_rerun.entities import MOST_POINTS, Way
 from plugins.record_mcap.tests.bags import sample_session, steps_to_the_end
 
@@ -74,7 +76,7 @@ def test_a_session_is_read_back(tmp_path: Path) -> None:
     truth = [step.observations["poses"]["base_link"]["translation_xyz"] for step in steps]
     np.testing.assert_allclose(np.reshape(moved, (-1, 3)), truth, atol=1e-6)
     (labels,) = column(tmp_path, "/map/objects", "Boxes3D:labels")
-    assert labels == ["chair"]
+    assert labels == ["chair 0.90"]
 
 
 def test_the_true_pose_is_nowhere_when_the_task_hides_it(tmp_path: Path) -> None:
@@ -86,6 +88,22 @@ def test_the_true_pose_is_nowhere_when_the_task_hides_it(tmp_path: Path) -> None
     for entity in ("/map/base_link", "/map/camera"):
         places = np.reshape(column(tmp_path, entity, "Transform3D:translation"), (-1, 3))
         assert not (np.abs(places[1:, :2] - (x, y)) < 1e-9).all(1).any()
+
+
+def test_the_true_boxes_are_written_at_the_end_and_not_where_there_is_a_secret(tmp_path: Path) -> None:
+    declared = Catalog(plugin_manager.load()).get("environments", "miniroom:1")
+    truth = GroundTruths.of(Catalog(plugin_manager.load()), None).find("miniroom:1", {"object_map_ground_truth"})
+    for name, commitment in (("open", None), ("secret", "ab" * 32)):
+        recording = create(tmp_path / name)
+        environments = [{"name": declared.data["name"], "variant": declared.data["variant"]}]
+        recording.run({"environments": environments, "selection": {"commitment": commitment}})  # type: ignore[attr-defined]
+        recording.step(None, {}, Step({}, ActionResult.SUCCESS, (), State.CLEAN, 0), Progress(frames=1))
+        assert "/map/truth" not in rows(tmp_path / name)  # the robot still drives
+        recording.close()
+        assert ("/map/truth" in rows(tmp_path / name)) == (commitment is None)
+
+    (labels,) = column(tmp_path / "open", "/map/truth", "Boxes3D:labels")
+    assert labels == [item["class"] for item in truth["ground_truth"]["objects"]]
 
 
 def test_what_a_killed_recorder_leaves_can_be_opened(tmp_path: Path) -> None:

@@ -1,10 +1,12 @@
 """What is recorded is read back by programs that know nothing of BenchBot: OpenCV's FFmpeg, and Pillow."""
 
+import json
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
+import av
 import cv2
 import numpy as np
 import pytest
@@ -77,7 +79,8 @@ def test_a_film_shows_what_the_camera_saw_and_a_reset_starts_it_over(tmp_path: P
     recording.close()
     recording.close()
 
-    assert [path.name for path in tmp_path.iterdir()] == [FILES[name]]
+    others = {"video": {"video.h264.mp4", "codecs.json"}, "gif": set[str]()}
+    assert {path.name for path in tmp_path.iterdir()} == {FILES[name]} | others[name]
     follow(frames(tmp_path, name), COUNT)
     if name == "gif":
         with Image.open(tmp_path / FILES[name]) as gif:
@@ -99,6 +102,37 @@ def test_what_a_killed_recorder_leaves_plays(tmp_path: Path, name: str, saved: i
     assert done.returncode == -signal.SIGKILL
 
     follow(frames(tmp_path, name), saved)
+
+
+@pytest.mark.parametrize("killed", [False, True])
+def test_a_film_is_there_in_h264_as_well(tmp_path: Path, killed: bool) -> None:
+    if killed:
+        subprocess.run([sys.executable, "-c", KILLED, "video", str(tmp_path)], check=False)
+    else:
+        recording = create("video", tmp_path)
+        film(recording, COUNT, width=WIDTH + 1)  # the format has even sides only
+        recording.close()
+
+    with av.open(tmp_path / "video.h264.mp4") as read:
+        stream = read.streams.video[0]
+        assert stream.codec_context.name == "h264"
+        assert int(stream.average_rate or 0) == FRAMES_PER_S
+        shown = [np.asarray(frame.to_ndarray(format="rgb24"), np.uint8) for frame in read.decode(stream)]
+    assert len(shown) == COUNT if not killed else len(shown) >= SEGMENT_FRAMES
+    follow(shown, len(shown))
+    made = json.loads((tmp_path / "codecs.json").read_text())
+    assert made["video.mp4"].startswith("VP9 (vp09), OpenCV")
+    assert made["video.h264.mp4"].startswith("H.264 (libx264), PyAV")
+
+
+def test_without_an_encoder_there_is_vp9_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "av", None)
+    recording = create("video", tmp_path)
+    film(recording, 2)
+    recording.close()
+
+    assert {path.name for path in tmp_path.iterdir()} == {"video.mp4", "codecs.json"}
+    assert [*json.loads((tmp_path / "codecs.json").read_text())] == ["video.mp4"]
 
 
 def test_a_camera_that_changes_its_size_is_told(tmp_path: Path) -> None:

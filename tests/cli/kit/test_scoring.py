@@ -83,3 +83,34 @@ def test_what_went_wrong_is_told_with_what_it_costs() -> None:
         "  class          9  +0.31",
         "  missed        12  +0.00",
     ]
+
+
+def test_what_was_taken_for_what_is_a_table_of_the_worst_classes() -> None:
+    confusion = [
+        {"truth": "cup", "objects": 3, "missed": 1, "estimated": {"cup": 0.5, "bottle": 1.5}},
+        {"truth": "bed", "objects": 1, "missed": 0, "estimated": {"bed": 1.0}},  # right: left out
+        {"truth": None, "objects": 2, "missed": 0, "estimated": {"bottle": 0.5, "a class with a long name": 1.5}},
+    ]
+    entries = [{"environment": "flat:1", "diagnosis": {"confusion": confusion}}]
+
+    assert scoring.diagnosis({"results": entries}, "OMQ") == [
+        "Classes of flat:1: true ones down, what estimates give them across:",
+        "           bottle  a class w…  cup  other  missed",
+        "  cup         1.5           .  0.5      .       1",
+        "  nothing     0.5         1.5    .      .       .",
+    ]
+
+
+def test_reasons_endings_and_drift_are_told_in_lines() -> None:
+    groups = [{"label": "below 1 m", "objects": 5, "found": 4, "quality": 0.625}]
+    ending = {"kind": "never_saw", "place": [1.0, -2.5], "why": "The goal was never in sight."}
+    drift = [{"length_m": 5.0, "stretches": 3, "error_m": 0.125, "error_deg": 1.5}]
+    told = {"breakdown": [{"by": "nearest_view", "groups": groups}], "ending": ending, "drift": drift}
+
+    assert scoring.diagnosis({"results": [{"environment": "flat:1", "diagnosis": told}]}, "SPL") == [
+        "Quality in flat:1 by nearest view (found of all):",
+        "  below 1 m                  0.62      4/5",
+        "flat:1 ended at (1.00, -2.50): never saw. The goal was never in sight.",
+        "Drift in flat:1, over stretches of the true way:",
+        "      5 m    0.1250 m     1.50 deg       3 x",
+    ]

@@ -1,10 +1,14 @@
 import math
+from itertools import combinations
 
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.text import Annotation
 
-from benchbot.plugins.drawing.figures import scale_length_m
+from benchbot.plugins.drawing.figures import draw_maps, scale_length_m, style
+from benchbot.plugins.drawing.map_model import Box, MapObject, MapPath, SceneMap
+from benchbot.plugins.drawing.palette import PRINT_CLASSES, class_colors
 from benchbot.plugins.drawing.scene_maps import chosen, fitted
 
 
@@ -44,3 +48,47 @@ def test_frames_are_chosen_evenly_with_the_first_and_the_last(numbers: set[int],
     assert len(found) == min(count, len(frames))
     if count > 1:
         assert {min(numbers), max(numbers)} <= found.keys()
+
+
+@given(st.permutations(range(30)), st.integers(1, 8))
+def test_classes_that_stand_side_by_side_have_colours_that_differ(order: list[int], reach: int) -> None:
+    names = [f"class {number}" for number in order]
+    beside = {name: set(names[max(i - reach, 0) : i + reach + 1]) - {name} for i, name in enumerate(names)}
+    degree = max(map(len, beside.values()))
+
+    colors = class_colors(names, PRINT_CLASSES, beside)
+
+    same = [
+        pair for pair in combinations(names, 2) if pair[1] in beside[pair[0]] and colors[pair[0]] == colors[pair[1]]
+    ]
+    # With fewer neighbours than colours each class finds one that none of them has.
+    assert degree >= len(PRINT_CLASSES) or not same
+
+
+def scene(seed: int, solution: str) -> SceneMap:
+    random = np.random.default_rng(seed)
+    places = random.uniform(-2, 2, (60, 2))
+    objects = [
+        MapObject(f"thing {i % 20}", estimated=Box((float(x), float(y), 0.5), (0.2, 0.2, 0.2)))
+        for i, (x, y) in enumerate(places)
+    ]
+    return SceneMap("flat:1", objects=tuple(objects), path=MapPath(((0.0, 0.0), (float(seed), 1.0))), solution=solution)
+
+
+def test_maps_of_one_place_name_their_solutions_show_the_same_part_and_print_no_label_over_another() -> None:
+    with style():
+        figure = draw_maps([scene(1, "new"), scene(3, "old")], 180.0)
+        figure.draw_without_rendering()
+        panels = figure.axes
+
+        assert [panel.get_title() for panel in panels] == ["(a) new, flat:1", "(b) old, flat:1"]
+        assert panels[0].get_xlim() == panels[1].get_xlim()
+        assert panels[0].get_ylim() == panels[1].get_ylim()
+        for panel in panels:
+            labels = [text for text in panel.texts if isinstance(text, Annotation)]
+            assert len(labels) > 20
+            boxes = [label.get_window_extent() for label in labels]
+            for one, other in combinations(boxes, 2):
+                wide = min(one.x1, other.x1) - max(one.x0, other.x0)
+                high = min(one.y1, other.y1) - max(one.y0, other.y0)
+                assert min(wide, high) < 1.0  # a pixel of the 100 of an inch

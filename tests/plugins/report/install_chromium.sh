@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs the browser that the report's tests look at pages with, where there is none yet.
+# Installs the browser that the tests look at pages with, where there is none yet.
 set -eu
 for name in chromium chromium-browser chromium-headless-shell google-chrome google-chrome-stable chrome; do
   if command -v "$name" >/dev/null; then
@@ -10,6 +10,6 @@ if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
   apt-get update -qq
   DEBIAN_FRONTEND=noninteractive apt-get install -qq --no-install-recommends chromium >/dev/null
 else
-  echo "The tests of benchbot report need a browser. Install Chromium, for example: sudo apt-get install chromium" >&2
+  echo "The tests of pages need a browser. Install Chromium, for example: sudo apt-get install chromium" >&2
   exit 1
 fi

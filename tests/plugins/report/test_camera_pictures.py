@@ -6,23 +6,22 @@ import numpy as np
 from PIL import Image
 
 from benchbot.core.geometry import Pose
+from benchbot.evaluation.evidence import Boxes, Frame, Scene
 from benchbot.plugins.drawing.map_model import Box
-from benchbot.plugins.report.camera_pictures import Budget, Camera, Frame, best_frame, crop, thumbnail
-from tests.plugins.report.test_camera import ROBOT
+from benchbot.plugins.report.camera_pictures import Budget, Outline, Shot, crop, thumbnail, tile
+from tests.plugins.report.test_camera import camera
 
 BOX = Box((3.0, 0.0, 1.0), (0.4, 0.4, 0.4))
 
 
-def camera() -> Camera:
-    found = Camera.of(ROBOT)
-    assert found is not None
-    return found
-
-
-def frame(folder: Path, x: float = 0.0, scene: int = 0) -> Frame:
+def frame(folder: Path, x: float = 0.0) -> Frame:
     path = folder / f"{x}.png"
     Image.fromarray(np.full((180, 320, 3), 128, np.uint8)).save(path)
-    return Frame(path, scene, Pose.planar(x, 0.0, 0.0))
+    return Frame(path, 0, Pose.planar(x, 0.0, 0.0))
+
+
+def shot(folder: Path, *hiding: Box) -> Shot:
+    return Shot(frame(folder), camera(), Scene(Boxes.of([(box.centroid, box.extent) for box in hiding])))
 
 
 def opened(uri: str | None) -> Image.Image:
@@ -30,17 +29,8 @@ def opened(uri: str | None) -> Image.Image:
     return Image.open(io.BytesIO(base64.b64decode(uri.partition(",")[2])))
 
 
-def test_the_best_frame_is_the_nearest_of_the_scene_that_shows_the_whole_box(tmp_path: Path) -> None:
-    frames = [frame(tmp_path, x) for x in (-2.0, 1.0, 2.7, 5.0)] + [frame(tmp_path, 1.5, scene=1)]
-
-    best = best_frame(frames, camera(), BOX, 0, [])
-
-    assert best is frames[1]
-    assert best_frame(frames[3:], camera(), BOX, 0, []) is None
-
-
 def test_a_box_is_drawn_where_it_is_in_the_picture(tmp_path: Path) -> None:
-    picture = np.asarray(opened(crop(frame(tmp_path), camera(), [(BOX, (255, 0, 0))], Budget())), int)
+    picture = np.asarray(opened(crop(shot(tmp_path), [Outline(BOX, (255, 0, 0))], Budget())), int)
 
     assert picture.shape == (200, 300, 3)
     red = picture[..., 0] - picture[..., 1] > 100
@@ -59,3 +49,20 @@ def test_a_page_has_no_more_pictures_than_it_may_weigh(tmp_path: Path) -> None:
     assert uris[-1] is None
     assert budget.left >= 0
     assert budget.refused == uris.count(None) > 0
+
+
+def test_hidden_edges_are_dashed_and_texts_do_not_cover_one_another(tmp_path: Path) -> None:
+    red = Outline(BOX, (255, 0, 0), "cup")
+    screen = Box((1.5, 0.0, 1.0), (0.1, 3.0, 3.0))
+
+    def count(shown: Shot, *outlines: Outline) -> int:
+        picture = tile(shown, outlines)
+        assert picture is not None
+        pixels = np.asarray(picture, int)
+        return int((pixels[..., 0] - pixels[..., 1] > 100).sum())
+
+    whole, dashed = (count(shot(tmp_path, *hiding), Outline(BOX, (255, 0, 0))) for hiding in ((), (screen,)))
+    assert 0.2 * whole < dashed < 0.7 * whole
+    # Two texts of one box stand apart, or the second would hide the first.
+    one, two = count(shot(tmp_path), red), count(shot(tmp_path), red, Outline(BOX, (0, 0, 255), "bottle? 0.71"))
+    assert two > 0.2 * (one - whole)

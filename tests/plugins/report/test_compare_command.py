@@ -1,5 +1,6 @@
 import json
 import math
+import re
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -124,3 +125,48 @@ def test_what_cannot_be_compared_is_told(words: list[str], message: str, here: H
     assert done.stdout == ""
     assert message in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_the_command_writes_page_table_and_figure(sets: CommandLine, here: Here) -> None:
+    done = here("compare", "new_one=good.json", "old=bad.json", "-o", "table.tex", "-o", "figure.svg", "-o", "all.json")
+
+    assert done.returncode == 0, done.stderr
+    table = (sets.folder / "table.tex").read_text()
+    assert r"Environment & new\_one & old & new\_one $-$ old \\" in table
+    assert r"place0:1 & 0.400 & 0.300 & +0.100 \\" in table
+    assert re.search(r"all & 0\.610 & 0\.475 & \+0\.135 \[\+0\.\d{3}, \+0\.\d{3}\]", table)
+    assert table.count(r"\midrule") == 2
+    assert (sets.folder / "figure.svg").read_text().startswith("<?xml")
+    assert (sets.folder / "all.json").exists()
+
+
+@pytest.mark.usefixtures("sets")
+def test_what_cannot_be_written_is_refused_before_anything_is_scored(here: Here) -> None:
+    told = here("compare", "good.json", "bad.json", "-o", "table.docx")
+    assert told.returncode == 2
+    assert "table.tex for the paper's table" in told.stderr
+    told = here("compare", "good.json", "bad.json", "--paired-by", "scene", "-o", "table.tex")
+    assert "Scene by scene there is no table" in told.stderr
+    told = here("report", "a=good.json", "--format", "csv")
+    assert "Sets side by side make a page" in told.stderr
+
+
+def test_what_went_wrong_is_told_of_results_and_not_of_scores(result_folder: CommandLine, here: Here) -> None:
+    (result_folder.folder / "other.json").write_bytes((result_folder.folder / "perfect.json").read_bytes())
+    document = json.loads((result_folder.folder / "perfect.json").read_text())
+    missed = len(document["results"]["objects"])
+    document["results"]["objects"] = []
+    (result_folder.folder / "empty.json").write_text(json.dumps(document))
+
+    told = json.loads(here("compare", "perfect.json", "empty.json", *TRUTH, "--explain", "--json").stdout)
+
+    assert schema.problems(told, "comparison", Path("comparison.json")) == []
+    assert told["errors"]["perfect"] == []
+    assert told["errors"]["empty"] == [{"kind": "missed", "count": missed, "gain": 1.0}]
+    told_lines = here("compare", "perfect.json", "empty.json", *TRUTH, "--explain").stdout.splitlines()
+    assert ["missed", "-", "-", str(missed), "1.00"] in [line.split() for line in told_lines]
+
+
+@pytest.mark.usefixtures("sets")
+def test_scores_do_not_say_what_went_wrong(here: Here) -> None:
+    assert "Give the results instead of their scores" in here("compare", "good.json", "bad.json", "--explain").stderr

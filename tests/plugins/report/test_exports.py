@@ -121,7 +121,7 @@ def test_a_row_is_read_back_cell_by_cell_and_no_cell_is_a_formula(values: list[o
 
 @given(FOREIGN)
 def test_no_text_breaks_a_table(text: str) -> None:
-    latex = exports._latex(text)
+    latex = exports.latex(text)
     assert "\n" not in latex
     bare = re.sub(r"\\[{}]", "", latex)
     assert bare.count("{") == bare.count("}")

@@ -239,7 +239,7 @@ def test_where_nothing_failed_the_worst_that_was_found_is_shown(
 
     worst, *others = shown.all("li", class_="weak")
     assert not others
-    assert re.search(r"chair\s+found, 0\.\d\d", worst.text)
+    assert re.search(r"chair\s+found, box off, 0\.\d\d", worst.text)
 
 
 def test_an_error_is_called_an_error_and_has_no_zero_for_what_is_missing(report: Report, results: list[Path]) -> None:

@@ -151,3 +151,15 @@ def test_an_option_of_scoring_is_explained_alike_wherever_it_is(here: Here, opti
             said.add(re.split(r" (?=-{1,2}[a-z])", text[text.index(f" {option} ") + 1 :])[0])
 
     assert len(said) == 1
+
+
+def test_named_sets_make_a_page_side_by_side(result_folder: CommandLine, here: Here) -> None:
+    done = here("report", "new=perfect.json", "old=broken.json", *TRUTH)
+
+    assert (done.returncode, done.stdout) == (2, ""), done.stderr  # of the broken one nothing can be scored
+    (result_folder.folder / "other.json").write_bytes((result_folder.folder / "perfect.json").read_bytes())
+    done = here("report", "new=perfect.json", "old=other.json", *TRUTH, "-o", "both.html", "-o", "both.tex")
+
+    assert (done.returncode, done.stdout.split()) == (0, ["both.html", "both.tex"]), done.stderr
+    assert "<title>new, old: OMQ compared</title>" in (result_folder.folder / "both.html").read_text("utf-8")
+    assert r"Environment & new & old & new $-$ old" in (result_folder.folder / "both.tex").read_text()

@@ -4,12 +4,13 @@ import asyncio
 import time
 from collections.abc import Awaitable, Callable
 
+from textual.filter import Monochrome
 from textual.pilot import Pilot
 
 from benchbot.plugins.tui.app import BenchbotApp
 from tests.plugins.tui import golden
 
-PATIENCE_S = 120.0
+PATIENCE_S = 20.0
 SIZES = ((80, 24), (120, 40), (200, 60))
 
 Scenario = Callable[[BenchbotApp, Pilot[None]], Awaitable[None]]
@@ -42,7 +43,28 @@ async def sees(pilot: Pilot[None], *texts: str) -> None:
 
 def shown(pilot: Pilot[None]) -> str:
     """Return the text on the screen."""
-    return "\n".join(golden.lines(golden.picture(pilot.app)))
+    return "\n".join(golden.lines(golden.cells(pilot.app)))
+
+
+async def everywhere(app: BenchbotApp, pilot: Pilot[None], name: str) -> None:
+    """Compare the screen with what is kept, at each of `SIZES`: dark, light and without colour."""
+    for look in ("light", "no-color", "dark"):
+        set_look(app, look)
+        await matches(app, pilot, name, *SIZES)
+
+
+def set_look(app: BenchbotApp, look: str) -> None:
+    """Show the app from now on as a `light` or `dark` one, or as `NO_COLOR` has it from its start on."""
+    app._filters[:] = [each for each in app._filters if not isinstance(each, Monochrome)]
+    app.no_color = look == "no-color"
+    if app.no_color:
+        app._filters.append(Monochrome())
+    app.theme = "textual-light" if look == "light" else "textual-dark"
+    app.refresh_css(animate=False)
+    for screen in app.screen_stack:
+        for widget in screen.walk_children(with_self=True):
+            widget.notify_style_update()
+            widget.refresh()
 
 
 async def matches(app: BenchbotApp, pilot: Pilot[None], name: str, *sizes: tuple[int, int]) -> None:
@@ -57,9 +79,10 @@ async def matches(app: BenchbotApp, pilot: Pilot[None], name: str, *sizes: tuple
 
 async def settled(pilot: Pilot[None]) -> None:
     """Wait until the screen has stayed the same for a while."""
-    last, same = "", 0
+    last: golden.Cells = []
+    same = 0
     while same < 3:
         await pilot.pause(0.03)
-        now = golden.picture(pilot.app)
+        now = golden.cells(pilot.app)
         same = same + 1 if now == last else 0
         last = now

@@ -7,12 +7,13 @@ import pytest
 from textual.pilot import Pilot
 
 from benchbot.plugins.batch.folder import Folder
+from benchbot.plugins.batch.status import Score
 from benchbot.plugins.tui import batch_facts
 from benchbot.plugins.tui.app import BenchbotApp
 from benchbot.plugins.tui.batch_screen import BatchScreen
 from benchbot.plugins.tui.jobs import Alive
 from benchbot.plugins.watching.views import BatchView, EpisodeCell
-from tests.plugins.tui.playing import SIZES, Scenario, matches, play, sees, settled, shown, until
+from tests.plugins.tui.playing import SIZES, Scenario, everywhere, matches, play, sees, settled, shown, until
 from tests.plugins.tui.watched import StillBatch, batch_view
 
 
@@ -32,10 +33,10 @@ def test_a_batch_looks_well_in_every_size_and_its_episodes_are_found_by_keys(hom
 
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
         await sees(pilot, "room:8")
-        await matches(app, pilot, "batch", *SIZES)
+        await everywhere(app, pilot, "batch")
 
         # The cursor walks; the line below says on what it is.
-        await pilot.press("m", "right", "right", "right", "down")
+        await pilot.press("b", "home", "right", "right", "right", "down", "down")
         await sees(pilot, "room:2 · carter · seed 3")
         await pilot.press("f", "f", "F")
         chosen = screen._matrix.chosen
@@ -114,12 +115,12 @@ def test_a_thousand_episodes_are_painted_only_where_they_change(home: Path, monk
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
         await sees(pilot, "100 episodes each")
         await matches(app, pilot, "batch-no-color", (80, 24))
-        await pilot.press("m")
+        await pilot.press("b")
         await settled(pilot)
         matrix = screen._matrix
         painted: list[int] = []
-        letters = matrix._letters
-        monkeypatch.setattr(matrix, "_letters", lambda row: painted.append(row) or letters(row))  # type: ignore[func-returns-value]
+        signs = matrix._signs
+        monkeypatch.setattr(matrix, "_signs", lambda row: painted.append(row) or signs(row))  # type: ignore[func-returns-value]
         assert feed.view.status is not None
         # Every cell stays as it is; what else there is to say is painted.
         feed.view = replace(feed.view, status=replace(feed.view.status, left_s=99.0), cells=(*feed.view.cells,))
@@ -129,7 +130,7 @@ def test_a_thousand_episodes_are_painted_only_where_they_change(home: Path, monk
         cells[250] = replace(cells[250], state="timeout")
         feed.view = replace(feed.view, cells=tuple(cells))
         await until(pilot, lambda: bool(painted))
-        assert set(painted) == {2}
+        assert set(painted) == {4}  # the first of the two lines of room:3
 
     watch(screen, scenario)
 
@@ -155,3 +156,56 @@ def test_a_high_pace_is_written_as_people_write_numbers() -> None:
 
     assert ("An episode", "41 s, 12900 per hour") in batch_facts.numbers(fast)
     assert "12900 per hour" in batch_facts.compact(fast)
+
+
+def test_episodes_are_a_table_that_is_sorted_and_filtered_and_scores_a_map(home: Path) -> None:
+    view = batch_view(4, 20)
+    cells = [replace(cell, solution=("left", "right")[index % 2]) for index, cell in enumerate(view.cells)]
+    cells[0] = replace(cells[0], setting="lights dim")
+    scores: dict[str | None, Score] = {"left": Score("OMQ", 0.41, 24, 0.39, 0.43), "right": Score("OMQ", 0.32, 24)}
+    screen = BatchScreen(StillBatch(replace(view, cells=tuple(cells), scores=scores)))
+
+    async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
+        await sees(pilot, "left: OMQ 0.410 [0.390, 0.430] of 24 results")
+        await pilot.press("m")
+        await sees(pilot, "State↑", "Attempts", "by state ↑")
+        assert "Setting" in [column.title for column in screen._table.columns]
+        await everywhere(app, pilot, "batch-table")
+        table = screen._table
+        failed = [cell for cell in cells if cell.state not in ("done", "pending", "running")]
+        assert {cell.name for cell in table.shown[: len(failed)]} == {cell.name for cell in failed}
+        await pilot.press("greater_than_sign")
+        await sees(pilot, "by score ↓")
+        best = max(cell.score for cell in cells if cell.score is not None)
+        assert table.shown[0].score == best
+        assert table.shown[-1].score is None
+        await pilot.press("less_than_sign", "end", "home", "j", "k")
+        await sees(pilot, "by score ↑")
+        await pilot.press("slash", *"room:2 left", "enter")
+        await sees(pilot, "10 of 80 with “room:2 left”")
+        await pilot.press("f")
+        assert table.chosen is not None
+        assert table.chosen.state in ("collision", "timeout", "agent", "platform", "infrastructure")
+        await pilot.click("EpisodeTable", offset=(20, 0))
+        await sees(pilot, "by score ↓")
+        await pilot.press("m")
+        await sees(pilot, "Mean scores", "left · carter")
+        await everywhere(app, pilot, "batch-heat")
+        await pilot.press("m")
+        await sees(pilot, "room:4")
+
+    watch(screen, scenario)
+
+
+@pytest.mark.parametrize("columns", [1000])
+def test_many_episodes_of_one_environment_fill_the_screen(columns: int, home: Path) -> None:
+    screen = BatchScreen(StillBatch(batch_view(1, columns)))
+
+    async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
+        await sees(pilot, "70 a line")
+        rows = [line for line in shown(pilot).splitlines() if line.startswith("│") and line.count("✓") > 20]
+        assert len(rows) > 5
+        bar = shown(pilot).splitlines()[1]
+        assert len(bar) <= SIZES[0][0]
+
+    watch(screen, scenario)

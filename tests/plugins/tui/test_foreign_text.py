@@ -68,7 +68,7 @@ def test_results_with_hostile_names_are_rows_of_one_line(home: Path) -> None:
     app = BenchbotApp(look=Alive)
 
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
-        await pilot.press("r")
+        await pilot.press("R")
         await sees(pilot, "4 results.", "[bold]x[/] [@click")
         assert commands(app) == []
         await pilot.press("E")

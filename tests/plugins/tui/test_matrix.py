@@ -28,7 +28,12 @@ def test_each_episode_has_its_place_in_the_matrix() -> None:
     states = [cell.state for cell in cells]
     assert sum(tally(states[index] for index in grid.places[0] if index is not None).values()) == 8
     assert next(iter(tally(states))) == "done"
+    # Where they do not fit into a line, they stand on several.
+    folded = grid.wrapped(5)
+    assert folded.environments == ("room:1", "", "room:2", "", "room:3", "")
+    assert sorted(folded.position) == list(range(24))
+    assert folded.places[1] == (5, 6, 7, None, None)
     # Episodes that differ in nothing but a setting stand beside each other.
     twice = Grid.of([*cells[:2], *cells[:2]])
     assert [column[1:] for column in twice.columns] == [(0, 0, 0), (0, 0, 1), (1, 0, 0), (1, 0, 1)]
-    assert (style("done").letter, style("never heard of").letter) == ("D", "F")
+    assert (style("done").letter, style("never heard of").letter) == ("✓", "F")

@@ -12,7 +12,7 @@ from benchbot.plugins.tui.app import BenchbotApp
 from benchbot.plugins.tui.jobs import Alive
 from benchbot.plugins.tui.run_screen import RunScreen
 from benchbot.plugins.watching.views import RunView
-from tests.plugins.tui.playing import SIZES, Scenario, matches, play, sees, settled, shown, until
+from tests.plugins.tui.playing import SIZES, Scenario, everywhere, matches, play, sees, settled, shown, until
 from tests.plugins.tui.watched import STATE, StillFeed, run_view, surroundings
 
 
@@ -44,7 +44,7 @@ def test_a_run_looks_well_in_every_size_with_its_picture_and_its_map() -> None:
     feed, screen = screen_of(run_view())
 
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
-        await matches(app, pilot, "run", *SIZES)
+        await everywhere(app, pilot, "run")
         assert feed.chosen[0][0] == ("image_rgb", "laser", "poses")
 
         # What the robot sees otherwise, with what is really there; and a closer look.
@@ -52,10 +52,10 @@ def test_a_run_looks_well_in_every_size_with_its_picture_and_its_map() -> None:
         await sees(pilot, "with the truth", "classes")
         await matches(app, pilot, "run-classes", (120, 40))
         assert feed.chosen[-1][0] == ("image_segment", "laser", "poses", "image_rgb")
-        await pilot.press("c", "c", "plus", "plus", "L")
+        await pilot.press("c", "c", "plus", "plus", "T")
         await sees(pilot, "2×", "depth")
         await matches(app, pilot, "run-light", (120, 40))
-        await pilot.press("L", "0")
+        await pilot.press("T", "T", "T", "T", "0")
 
         # In a terminal of no size at all it shows what it can, and does not fall over.
         for size in ((20, 5), (1, 1), (40, 10)):
@@ -74,7 +74,7 @@ def test_what_matters_most_is_large_and_in_words() -> None:
         await sees(pilot, "THE ROBOT ASKS YOU")
         await matches(app, pilot, "run-operator", (80, 24))
         feed.view = run_view()
-        await pilot.press("h", "h")
+        await pilot.press("d", "d")
         await sees(pilot, "DRIVEN BY HAND", "w a s d")
         await pilot.press("full_stop")
         await sees(pilot, "0.5 m, 30°")

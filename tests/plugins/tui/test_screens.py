@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from textual.pilot import Pilot
-from textual.widgets import DataTable, Input, Select
+from textual.widgets import Input, Select
 
 from benchbot.plugins.tui import jobs
 from benchbot.plugins.tui.app import BenchbotApp
@@ -16,7 +16,7 @@ from benchbot.plugins.tui.results import ResultsScreen
 from benchbot.plugins.tui.submissions import JobScreen, SubmitScreen
 from benchbot.plugins.watching.views import BatchEntry
 from benchbot.wire.run_state import Connection, RunState
-from tests.plugins.tui.playing import SIZES, matches, play, sees, until
+from tests.plugins.tui.playing import everywhere, matches, play, sees, until
 from tests.plugins.tui.written import write_results
 
 FUTURE_S = 1e12
@@ -79,8 +79,8 @@ def test_the_first_screen_says_what_is_alive_and_what_to_do_when_nothing_is(home
         app.clear_notifications()
         now[0] = ALIVE
         app.look()
-        await sees(pilot, "miniroom:1", "120 of 1000", "OMQ 0.7312", "◐ seeds", "✗ broken", "2 of 2, 2 failed")
-        await matches(app, pilot, "home", *SIZES)
+        await sees(pilot, "miniroom:1", "120 of 1000", "OMQ 0.7312", "◐ seeds", "✗ broken", "2 of 2, ✗ 2 failed")
+        await everywhere(app, pilot, "home")
         await pilot.press("down", "down")
         await sees(pilot, "120 of 1000 are finished")
         app.look()
@@ -90,7 +90,7 @@ def test_the_first_screen_says_what_is_alive_and_what_to_do_when_nothing_is(home
         await sees(pilot, "End the run of house:2:3?")
         app.clear_notifications()
         await matches(app, pilot, "question")
-        await pilot.press("j", "escape")
+        await pilot.press("z", "escape")
         now[0] = Alive(jobs=(JobStatus(job_of("3"), WELL, "OMQ 0.5000"),))
         app.look()
         await sees(pilot, "Ended: hello_passive")
@@ -104,13 +104,14 @@ def test_keys_are_explained_and_the_light_can_be_switched_on(home: Path) -> None
 
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
         await sees(pilot, "miniroom:1")
-        await pilot.press("L")
-        await matches(app, pilot, "home-light")
+        await pilot.press("T")
+        assert app.theme == "textual-light"
+        await pilot.press("T")
+        await sees(pilot, "miniroom:1")
         await pilot.press("question_mark")
-        await sees(pilot, "What is alive", "Quit; what runs goes on", "Everywhere")
+        await everywhere(app, pilot, "help")
+        await sees(pilot, "Here, now", "Quit; what runs goes on", "Everywhere")
         assert isinstance(app.screen, HelpScreen)
-        await pilot.press("end")
-        await sees(pilot, "Look into another folder")
         await pilot.press("question_mark")
         assert isinstance(app.screen, HomeScreen)
 
@@ -138,7 +139,7 @@ def test_a_run_is_chosen_step_by_step_and_what_is_impossible_says_why(home: Path
         await pilot.press("home", "down", "down", "enter")
         await until(pilot, lambda: screen.chosen.get("robot") == "sample_robot")
         await sees(pilot, "✗ arena:2", "A walled arena")
-        await matches(app, pilot, "new-environment", *SIZES)
+        await everywhere(app, pilot, "new-environment")
         await pilot.press("enter")
         await sees(pilot, "sample:goal  sample_robot  arena:1", "Scored by")
         seed = screen.query_one("#seed", Input)
@@ -150,7 +151,7 @@ def test_a_run_is_chosen_step_by_step_and_what_is_impossible_says_why(home: Path
         await pilot.press("ctrl+s")
         await sees(pilot, "There is nothing to submit")
         app.clear_notifications()
-        await matches(app, pilot, "new-start")
+        await everywhere(app, pilot, "new-start")
         assert jobs.jobs() == []
         for step in ("environment", "robot", "task"):
             await pilot.press("escape")
@@ -194,13 +195,12 @@ def test_no_terminal_is_too_small_and_any_can_change(size: tuple[int, int], home
     assert not app.return_code
 
 
-def test_results_are_looked_through_evaluated_and_explained(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("NO_COLOR", "1")
+def test_results_are_looked_through_evaluated_and_explained(home: Path) -> None:
     write_results(home / "work" / "results")
     app = BenchbotApp(look=Alive)
 
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
-        await pilot.press("r")
+        await pilot.press("R")
         await sees(pilot, "3 results.")
         screen = app.screen
         assert isinstance(screen, ResultsScreen)
@@ -208,14 +208,12 @@ def test_results_are_looked_through_evaluated_and_explained(home: Path, monkeypa
         await pilot.press("e")
         await sees(pilot, "This is not a result")
         app.clear_notifications()
-        screen.query_one(DataTable).move_cursor(
-            row=[row.source.endswith("perfect.json") for row in screen.rows].index(True)
-        )
+        screen._table.find(lambda row: row.source.endswith("perfect.json"), 1)
         await pilot.press("e")
         await sees(pilot, "avg_pairwise")
         await pilot.press("escape")
         await sees(pilot, "OMQ 1.0000")
-        await pilot.press("o")
+        await pilot.press("D")
         screen.query_one("#folder", Input).value = "no/such/folder"
         await pilot.press("enter")
         await sees(pilot, "There is no")
@@ -225,19 +223,26 @@ def test_results_are_looked_through_evaluated_and_explained(home: Path, monkeypa
         screen.action_read()
         await sees(pilot, "3 results. results/")
         app.clear_notifications()
-        await matches(app, pilot, "results-no-color", *SIZES[:2])
-        await pilot.press("x")
+        await everywhere(app, pilot, "results")
+        await pilot.press("i")
         await sees(pilot, "This is not a result")
         app.clear_notifications()
-        screen.query_one(DataTable).move_cursor(
-            row=[row.source.endswith("perfect.json") for row in screen.rows].index(True)
-        )
-        await pilot.press("x")
+        screen._table.find(lambda row: row.source.endswith("perfect.json"), 1)
+        await pilot.press("i")
         await sees(pilot, "this shows the truth", "match")
         await matches(app, pilot, "explanation")
-        await pilot.press("escape", "r")
+        await pilot.press("escape", "o")
         await sees(pilot, "The report is written.")
         assert (home / "work" / "results" / "perfect-report.html").is_file()
+        app.clear_notifications()
+        await pilot.press("m")
+        await sees(pilot, "Mean score", "OMQ 1.0000 of 1")
+        await pilot.press("m", "m", "m", "m", "slash", *"perfect", "enter")
+        await sees(pilot, "1 of 3 results with “perfect”")
+        await pilot.press("home", "space", "M")
+        await sees(pilot, "Map · with the truth")
+        await pilot.press("escape", "greater_than_sign", "k")
+        await until(pilot, lambda: app.screen is screen)
         await pilot.press("escape")
         assert isinstance(app.screen, HomeScreen)
 
@@ -253,8 +258,8 @@ def test_a_submission_is_told_of_while_it_runs_and_afterwards(home: Path) -> Non
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
         app.push_screen(JobScreen(job))
         await sees(pilot, "The solution failed.", "exit status 1")
-        await matches(app, pilot, "submission")
-        for key, answer in (("w", "not alive"), ("r", "no result")):
+        await everywhere(app, pilot, "submission")
+        for key, answer in (("w", "not alive"), ("R", "no result")):
             await pilot.press(key)
             await sees(pilot, answer)
         app.push_screen(SubmitScreen(ALIVE.runs[0]))
@@ -262,6 +267,6 @@ def test_a_submission_is_told_of_while_it_runs_and_afterwards(home: Path) -> Non
         await pilot.press("ctrl+s")
         await sees(pilot, "There is nothing to submit")
         app.clear_notifications()
-        await matches(app, pilot, "submit")
+        await everywhere(app, pilot, "submit")
 
     play(app, scenario)

@@ -84,7 +84,7 @@ def test_a_real_run_is_driven_held_followed_and_left(
         await sees(pilot, "NO SOLUTION YET", "faulty:asks")
 
         # Its host drives before the solution has begun; the robot is carried to its start first.
-        await pilot.press("h", "h")
+        await pilot.press("d", "d")
         await sees(pilot, "DRIVEN BY HAND")
         await pilot.press("w")
         await sees(pilot, "THE ROBOT ASKS YOU", "Carry the robot to its start.", "Driving")
@@ -93,7 +93,7 @@ def test_a_real_run_is_driven_held_followed_and_left(
         await until(pilot, lambda: screen.feed.view.driven_by_hand == 1 and "Driving" not in shown(pilot), "the step")
         await pilot.press("comma", "left")
         await sees(pilot, "2 steps by hand", "move_angle(angle=5) by hand")
-        await pilot.press("n")  # there is no trajectory to follow: the key means nothing
+        await pilot.press("enter")  # there is no trajectory to follow: the key means nothing
         await pilot.press("escape")
 
         # The solution is held at its first request, and let through step by step.
@@ -101,11 +101,11 @@ def test_a_real_run_is_driven_held_followed_and_left(
         await until(pilot, lambda: screen.feed.view.paused)
         (cli.folder / "go").touch()
         await sees(pilot, " PAUSED ")
-        await pilot.press("n")
+        await pilot.press("1")
         await sees(pilot, "THE ROBOT ASKS YOU")
         await pilot.press("y")
         await until(pilot, lambda: screen.feed.view.held and "Confirming" not in shown(pilot), "the gate")
-        await pilot.press("n")
+        await pilot.press("1")
         await sees(pilot, "move_distance(distance=0.1)", "1/40")
         await pilot.press("c")
         await sees(pilot, "depth")
@@ -115,7 +115,7 @@ def test_a_real_run_is_driven_held_followed_and_left(
         await pilot.press("slash", *"mapping", "enter")
         await sees(pilot, "with “mapping”", "mapping starts")
         await pilot.press("v")
-        await pilot.press("l", "home", "pageup", "end")
+        await pilot.press("L", "home", "pageup", "end")
 
         # It goes on to its end, and hands in what it has mapped.
         await pilot.press("space")
@@ -150,7 +150,7 @@ def test_a_run_is_ended_by_the_same_key_twice(
 
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
         await sees(pilot, "NO SOLUTION YET")
-        await pilot.press("x", "w")  # leaving is not ending
+        await pilot.press("x", "q")  # leaving is not ending
         await until(pilot, lambda: app.screen is not screen)
         assert running.poll() is None
         last = RunScreen(RunFeed(run_state.live()[0]), surroundings=installed())

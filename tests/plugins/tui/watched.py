@@ -3,6 +3,7 @@
 `miniroom.npz` is what `carter_lowres` saw after six steps through `miniroom:1`, every second pixel of it.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +15,16 @@ from benchbot.plugins.batch.status import BatchStatus, RunningEpisode, Score
 from benchbot.plugins.drawing.map_model import Box, MapObject, Occupancy, SceneMap
 from benchbot.plugins.watching.batch_feed import BatchFeed
 from benchbot.plugins.watching.run_feed import RunFeed
-from benchbot.plugins.watching.views import BatchView, EpisodeCell, FeedSnapshot, LogLine, RunView, Usage, WorkerRow
+from benchbot.plugins.watching.views import (
+    BatchView,
+    EpisodeCell,
+    FeedSnapshot,
+    LogLine,
+    RunView,
+    Sample,
+    Usage,
+    WorkerRow,
+)
 from benchbot.wire.run_state import Connection, RunState
 
 SEEN: Mapping[str, Any] = dict(np.load(Path(__file__).with_name("miniroom.npz")))
@@ -45,12 +55,12 @@ STATE = RunState(
 LOG = (
     ("supervisor", "info", "listening on http://127.0.0.1:10000"),
     ("platform", "debug", "kernels compiled in 3.1 s"),
-    ("supervisor", "info", "scene: scene_number 0, steps 0, state clean"),
+    ("supervisor", "info", "scene 1 begins · clean · at 0.00 s"),
     ("solution", "info", "3 objects so far"),
-    ("supervisor", "info", "step: scene_number 0, steps 5, last_action move_next"),
+    ("supervisor", "info", "step 5: move_next · dirty · at 9.35 s"),
     ("solution", "warning", "no depth for 12 % of the pixels of table 2"),
     ("solution", "error", "bottle: too few points, left out"),
-    ("supervisor", "info", "step: scene_number 0, steps 6, last_action move_next"),
+    ("supervisor", "info", "step 6: move_next · dirty · at 10.35 s"),
 )
 OBSERVED = ("image_rgb", "image_depth", "image_segment", "laser", "poses")
 
@@ -109,6 +119,15 @@ def run_view(**changes: Any) -> RunView:
         frames_per_s=2.4,
         real_time_factor=0.3,
         usage=Usage(143.0, 812 * 2**20),
+        history=tuple(
+            Sample(
+                2.4 + 0.8 * math.sin(second / 4),
+                90.0 + 53 * second / 40,
+                (700 + 112 * second // 40) << 20,
+                second / 320,
+            )
+            for second in range(40)
+        ),
         snapshot=snapshot(),
         log=tuple(LogLine(1_772_366_400.0 + second, *said) for second, said in enumerate(LOG)),
         log_dropped=12,
@@ -135,7 +154,23 @@ def batch_view(environments: int, columns: int, finished: float = 0.6, **changes
         robot = "carter" if 2 * column < columns else "carter_lowres"
         seed = column if 2 * column < columns else column - (columns + 1) // 2
         name = f"{robot}_room-{row + 1}_seed{seed}-{index:08}"
-        cells.append(EpisodeCell(name, state, robot, f"room:{row + 1}", seed, 0, worker, since_s))
+        ended = state not in ("pending", "running")
+        cells.append(
+            EpisodeCell(
+                name,
+                state,
+                robot,
+                f"room:{row + 1}",
+                seed,
+                0,
+                worker,
+                since_s,
+                score=round(0.3 + 0.05 * row + 0.002 * (index % 50), 3) if state == "done" else 0.0 if ended else None,
+                duration_s=30.0 + index % 23 if ended else None,
+                attempts=1 + (index % 11 == 0) if ended else None,
+                restarts=index % 5 // 4 if ended else None,
+            )
+        )
     running = tuple(
         RunningEpisode(each.name, str(each.worker), each.since_s) for each in cells if each.state == "running"
     )

@@ -1,9 +1,13 @@
 """A batch that somebody watches, whose episodes fail and are computed once more."""
 
+import json
+from hashlib import sha256
+from pathlib import Path
+
 import pytest
 
 from benchbot.plugins.watching import plain
-from benchbot.plugins.watching.batch_feed import BatchFeed
+from benchbot.plugins.watching.batch_feed import BatchFeed, BatchList
 from benchbot.plugins.watching.batch_feed import batches as listed
 from tests.cli.solutions import PASSIVE
 from tests.plugins.batch.conftest import Batches, batches, sources  # noqa: F401 - fixtures
@@ -59,3 +63,29 @@ def test_a_batch_is_found_watched_and_tried_again(
     assert "2 of 2 episodes are finished, all of them well." in capfd.readouterr().err
     feed.close()
     assert eventually(lambda: not listed()[0].alive, PATIENCE_S)
+
+
+def test_a_list_of_batches_tells_at_once_what_the_last_one_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("BENCHBOT_STATE_DIR", str(tmp_path / "state"))
+    folder = tmp_path / "batch"
+    (folder / "events").mkdir(parents=True)
+    keys = [str(number) * 64 for number in range(3)]
+    plan = {"version": 2, "episodes": [{"key": key, "label": "room"} for key in keys]}
+    (folder / "plan.json").write_text(json.dumps(plan))
+    result = folder / "episodes" / f"room-{keys[0][:8]}" / "result.json"
+    result.parent.mkdir(parents=True)
+    result.write_text("{}")
+    place = tmp_path / "state" / "batches"
+    place.mkdir(parents=True)
+    entry = {"folder": str(folder), "begun_s": 1.0, "driver": None}
+    (place / f"{sha256(str(folder).encode()).hexdigest()[:16]}.json").write_text(json.dumps(entry))
+
+    assert [each.finished for each in BatchList().look()] == [1]
+    result.unlink()  # no event tells of it
+    remembering = BatchList(remembers=True)
+    assert [each.finished for each in remembering.look()] == [1]
+    assert [each.finished for each in remembering.look()] == [0]
+    (folder / "events" / "w.jsonl").write_text(json.dumps({"what": "began", "key": keys[1]}) + "\n")
+    assert [each.finished for each in BatchList(remembers=True).look()] == [0]

@@ -29,8 +29,8 @@ FULL = {"image_rgb": 0.95}
 """The share that leaves nothing to explain, where it is not `agreement.FULL`."""
 MOUNT_TOLERANCE_M, MOUNT_TOLERANCE_RAD = 0.005, 0.01
 BIAS_SHARE, BIAS_M = 0.01, 0.02
-PANEL_RATIOS = (3.5, 25.0)
-"""The light of the panels in one picture is 8 : 1; bytes that are no sRGB make 60 : 1 or 2.6 : 1 of it."""
+PANEL_RATIOS = (3.5, 18.0)
+"""The light of the panels in one picture is 8 : 1; bytes that are no sRGB make 20 : 1 to 60 : 1 of it, or 2.6 : 1."""
 DARKEST, BRIGHTEST = 12, 243
 GRAVITY_MPS2, GRAVITY_TOLERANCE_MPS2 = 9.81, 0.6
 

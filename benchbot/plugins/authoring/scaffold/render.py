@@ -22,6 +22,8 @@ MOST_LETTERS = 60
 
 KINDS = ("plugin", "task", "robot", "environment", "evaluator", "simulator", "driver", "agent")
 """The kinds of projects: a folder of templates each, with the values that they are filled with in `kind.yaml`."""
+ORIGINS = {"simulator": ("gymnasium", "mujoco", "ros2")}
+"""What projects of a kind can start from: further folders of templates, KIND-ORIGIN."""
 
 
 def create(kind: str, name: str, parent: Path) -> Path:
@@ -106,7 +108,7 @@ def _files(kind: str, name: str, package: str) -> Iterator[tuple[Path, str]]:
     about = yaml.safe_load(environment.from_string(described).render(package=package, short=short))
     values = {
         **about,
-        "kind": kind,
+        "kind": kind.partition("-")[0],
         "name": name,
         "package": package,
         "short": short,

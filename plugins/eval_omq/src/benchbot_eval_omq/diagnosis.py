@@ -7,6 +7,7 @@ restated for maps whose objects have class probabilities: the README says how.
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from benchbot_eval_omq.omq import Comparison
-from benchbot_eval_omq.qualities import NEGLIGIBLE, Array, Qualities
+from benchbot_eval_omq.qualities import NEGLIGIBLE, STATES, Array, Qualities
 
 Document = dict[str, Any]
 
@@ -68,32 +69,55 @@ class Diagnosis:
         """Return the errors, largest gain first, and the confusion of classes (schema `explanation`)."""
         score, counts = self.score(), self.counts()
         kinds = [kind for kind in KINDS if counts[kind]]
-        errors = [
+        errors: list[Document] = [
             {"kind": kind, "count": counts[kind], "gain": min(max(self.score([kind]) - score, 0.0), 1.0)}
             for kind in kinds
         ]
-        return {
+        table = self.table
+        told: Document = {
             "score": min(score, 1.0),
             "errors": sorted(errors, key=lambda error: -error["gain"]),
-            "confusion": self._confusion(),
+            "confusion": self._confusion(table.classes.names, table.true_classes, table.labels),
+        }
+        if table.states is not None:
+            told["states"] = self._confusion(STATES, table.true_states, table.states)
+        return told
+
+    def error(self, row: int | None, column: int | None) -> tuple[str | None, int | None]:
+        """Return the kind of error that a true object or an estimate has, None for none, and its other side's index."""
+        of_row, of_column = self._partners
+        other: int | None
+        if row is not None:
+            other, kind = of_row.get(row, (None, "missed"))
+        elif column in of_column:
+            other, kind = of_column[column]
+        else:
+            kind = "duplicate" if column in self.duplicates else "background"
+            other = int(self.table.spatial[:, column].argmax()) if kind == "duplicate" else None
+        return None if kind == "correct" else kind, other
+
+    @cached_property
+    def _partners(self) -> tuple[dict[int, tuple[int, str]], dict[int, tuple[int, str]]]:
+        """The partner and the kind of error of each true object that has one, and of each such estimate."""
+        found = list(zip(self.rows.tolist(), self.columns.tolist(), self.kinds, strict=True))
+        return {row: (column, kind) for row, column, kind in found}, {
+            column: (row, kind) for row, column, kind in found
         }
 
-    def _confusion(self) -> list[Document]:
-        """Return for each true class, and for no true object, the sums of the probabilities of the estimates there."""
-        names = self.table.classes.names
-        spare = np.array(sorted([*self.duplicates, *self.background]), int)
-        confusion = []
-        for index in np.unique(self.table.true_classes):
-            estimates = self.columns[self.table.true_classes[self.rows] == index]
-            missed = int((self.table.true_classes[self.missed] == index).sum())
-            confusion.append(self._confused(names[index], estimates, missed))
-        return confusion + ([self._confused(None, spare, 0)] if len(spare) else [])
+    def _confusion(self, names: Sequence[str], true: NDArray[np.int64], given: Array) -> list[Document]:
+        """Return for each true class or state, and for no true object, the sums of the probabilities `given` there."""
 
-    def _confused(self, truth: str | None, estimates: NDArray[np.int64], missed: int) -> Document:
-        sums = self.table.labels[estimates].sum(axis=0)
-        named = zip(self.table.classes.names, sums.tolist(), strict=True)
-        probabilities = {name: value for name, value in named if value > 0}
-        return {"truth": truth, "objects": len(estimates) + missed, "missed": missed, "estimated": probabilities}
+        def confused(truth: str | None, estimates: NDArray[np.int64], missed: int) -> Document:
+            sums = zip(names, given[estimates].sum(axis=0).tolist(), strict=True)
+            probabilities = {name: value for name, value in sums if value > 0}
+            return {"truth": truth, "objects": len(estimates) + missed, "missed": missed, "estimated": probabilities}
+
+        spare = np.array(sorted([*self.duplicates, *self.background]), int)
+        rows = [
+            confused(names[index], self.columns[true[self.rows] == index], int((true[self.missed] == index).sum()))
+            for index in np.unique(true)
+        ]
+        return rows + ([confused(None, spare, 0)] if len(spare) else [])
 
 
 def diagnose(table: Qualities, comparison: Comparison) -> Diagnosis:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from benchbot.plugin import GroundTruth, Result
-from benchbot_eval_omq.diagnosis import diagnose
+from benchbot_eval_omq.diagnosis import Diagnosis, diagnose
 from benchbot_eval_omq.hints import hints
 from benchbot_eval_omq.omq import matched
 from benchbot_eval_omq.qualities import ADDED, STATES, Array, Qualities, qualities
@@ -26,14 +26,16 @@ def explain(result: Result, ground_truths: Sequence[GroundTruth]) -> Document:
     comparison = matched(table)
     column_of = {int(row): int(column) for row, column in comparison.pairs}
     costs = dict(zip(comparison.false_positives.tolist(), comparison.costs.tolist(), strict=True))
-    writer = _Writer(table, _scenes(ground_truths), column_of, {column: row for row, column in column_of.items()})
+    diagnosis = diagnose(table, comparison)
+    row_of = {column: row for row, column in column_of.items()}
+    writer = _Writer(table, _scenes(ground_truths), column_of, row_of, diagnosis)
     rows, columns = range(len(table.true_objects)), sorted([*costs, *comparison.ignored.tolist()])
     truths = [writer.match(row) if row in column_of else writer.false_negative(row) for row in rows]
     others = [
         writer.false_positive(column, costs[column]) if column in costs else writer.ignored(column)
         for column in columns
     ]
-    told = {**diagnose(table, comparison).document(), "hints": hints(result, ground_truths, table, comparison)}
+    told = {**diagnosis.document(), "hints": hints(result, ground_truths, table, comparison)}
     return {"objects": truths + others, "diagnosis": told}
 
 
@@ -50,6 +52,7 @@ class _Writer:
     scenes: Sequence[str]
     column_of: Mapping[int, int]
     row_of: Mapping[int, int]
+    diagnosis: Diagnosis
 
     def match(self, row: int) -> Document:
         column = self.column_of[row]
@@ -86,11 +89,14 @@ class _Writer:
     def ignored(self, column: int) -> Document:
         row = int(self.table.pairwise[:, column].argmax())
         why = f"A part of {self._truth(row)}, which is a group: it counts neither for nor against."
-        return self._entry("ignored", row, column, self._factors(row, column), why)
+        return self._entry("ignored", row, column, self._factors(row, column), why) | {"error": None}
 
     def _entry(self, verdict: str, row: int | None, column: int | None, factors: Document, why: str) -> Document:
         truth = None if row is None else self.table.true_objects[row]
         estimate = None if column is None else self.table.estimates[column]
+        error, counterpart = self.diagnosis.error(row, column)
+        if row is None and counterpart is not None:
+            counterpart = self.table.origins[counterpart][1]
         return {
             "scene": self.scenes[self._scene(row, column)],
             "proposal": column,
@@ -104,7 +110,17 @@ class _Writer:
             "verdict": verdict,
             "factors": factors,
             "why": why,
+            "error": error,
+            "counterpart": counterpart if row is None or column is None else None,
+            **({} if column is None else {"probability": min(float(self.table.labels[column].max()), 1.0)}),
+            **self._states(row, column),
         }
+
+    def _states(self, row: int | None, column: int | None) -> Document:
+        if self.table.states is None:
+            return {}
+        estimated = {} if column is None else {"state": STATES[int(self.table.states[column].argmax())]}
+        return estimated | ({} if row is None else {"truth_state": self._true_state(row)})
 
     def _scene(self, row: int | None, column: int | None) -> int:
         """Return the scene that an entry is of: what was added belongs to the second, all else to the first."""

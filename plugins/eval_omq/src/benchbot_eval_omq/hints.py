@@ -7,6 +7,7 @@ import numpy as np
 
 from benchbot.plugin import GroundTruth, Result
 from benchbot_eval_omq.boxes import Boxes
+from benchbot_eval_omq.frames import FARTHEST_M, in_another_frame
 from benchbot_eval_omq.omq import Comparison, evaluate
 from benchbot_eval_omq.qualities import Qualities
 
@@ -23,6 +24,7 @@ def hints(result: Result, ground_truths: Sequence[GroundTruth], table: Qualities
     found = _unknown_classes(result, table)
     if table.true_objects:
         found += [*_scaled(result, ground_truths), *_outside(table), *_swallowing(table, comparison)]
+        found += in_another_frame(result, ground_truths, table)
     return found
 
 
@@ -44,7 +46,8 @@ def _scaled(result: Result, ground_truths: Sequence[GroundTruth]) -> list[str]:
     found = []
     for scale, question in _SCALES.items():
         objects = [
-            {**item, "extent": [scale * length for length in item["extent"]]} for item in result["results"]["objects"]
+            {**item, "extent": [min(scale * length, FARTHEST_M) for length in item["extent"]]}
+            for item in result["results"]["objects"]
         ]
         scaled = cast(Result, {**result, "results": {**result["results"], "objects": objects}})
         other = evaluate(scaled, ground_truths)["OMQ"]

@@ -38,6 +38,8 @@ LEAST_PATH_M = 1.0
 LEAST_COMPLETENESS = 0.9
 """With fewer of its observations, a solution could choose where it is judged; one may always be missing."""
 RPE_LENGTH_M = 1.0
+DRIFT_LENGTHS_M = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
+MOST_ALONG = 200
 
 
 def evaluate(result: Result, ground_truths: Sequence[GroundTruth] = ()) -> Scores:
@@ -66,6 +68,27 @@ def evaluate(result: Result, ground_truths: Sequence[GroundTruth] = ()) -> Score
         completeness,
     )
     return {name: value for name, value in zip(NAMES, values, strict=True) if value is not None}
+
+
+def explain(result: Result, ground_truths: Sequence[GroundTruth] = ()) -> dict[str, Any]:
+    """Return the `diagnosis` of one result (schema `explanation`): `drift` over stretches, the error `along` the way.
+
+    Errors as for `evaluate`. Along the way the estimate is laid onto the truth where it begins, not fitted as a whole.
+    """
+    estimate, truth, _ = matched(result)
+    drift = []
+    for length_m in DRIFT_LENGTHS_M:
+        pairs = metrics.pairs_by_path(truth.positions_m, length_m)
+        if len(pairs):
+            errors_m, errors_deg = metrics.relative(estimate, truth, pairs)
+            row = {"length_m": length_m, "stretches": len(pairs)}
+            drift.append({**row, "error_m": _rmse(errors_m), "error_deg": _rmse(errors_deg)})
+    driven_m = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(truth.positions_m, axis=0), axis=1)))
+    turn = truth.rotations[0] @ estimate.rotations[0].T
+    laid_m = (estimate.positions_m - estimate.positions_m[0]) @ turn.T + truth.positions_m[0]
+    errors_m = np.linalg.norm(laid_m - truth.positions_m, axis=1)
+    kept = np.stack([driven_m, errors_m], axis=1)[:: len(driven_m) // MOST_ALONG + 1]
+    return {"diagnosis": {"drift": drift, "along": kept.tolist()}}
 
 
 def combine(scores: Sequence[Scores]) -> Scores:

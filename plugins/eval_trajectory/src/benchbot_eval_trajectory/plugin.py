@@ -47,6 +47,7 @@ def benchbot_evaluators() -> Iterator[Evaluator]:
         result_formats=frozenset({"trajectory"}),
         ground_truth_formats=frozenset(),
         evaluate=target("benchbot_eval_trajectory.evaluator:evaluate"),
+        explain=target("benchbot_eval_trajectory.evaluator:explain"),
         combine=target("benchbot_eval_trajectory.evaluator:combine"),
         description="Trajectory error, less is better: how far estimated poses are from the robot's track (ATE, RPE).",
         scores={

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from benchbot.plugin import BenchbotError, ExitCode, FailureClass, Progress, Step
-from benchbot_record_mcap import topics
+from benchbot_record_mcap import scenery, topics
 from benchbot_record_mcap.bag import Bag
 
 EPISODE_START_NS = 1_000_000_000
@@ -59,14 +59,34 @@ class McapRecording:
             self._writing(lambda: self._bag.write(time_ns, messages))
             self._time_ns = time_ns
 
+    def result(self, document: Mapping[str, Any]) -> None:
+        """Write the objects of a map that was handed in, as markers."""
+        with self._lock:
+            if self._closed or self._failure is not None:
+                return
+            markers = scenery.found_objects(document.get("results"), self._time_ns + 1)
+            if markers is not None:
+                self._append(scenery.OBJECTS, markers)
+
     def close(self) -> None:
-        """Write index and metadata. After a failure, which was reported, keep the data that was written before it."""
+        """Write the walls, index and metadata. After a failure, which was reported, keep what was written before it.
+
+        The walls come last: a solution could read them while it drives.
+        """
         with self._lock:
             if self._closed:
                 return
             self._closed = True
-            if self._failure is None:
-                self._writing(self._bag.finish)
+            if self._failure is not None:
+                return
+            grid = None if self._run is None else scenery.walls(self._run, self._time_ns + 1)
+            if grid is not None:
+                self._append(scenery.MAP, grid)
+            self._writing(self._bag.finish)
+
+    def _append(self, topic: str, message: Any) -> None:
+        self._time_ns += 1
+        self._writing(lambda: self._bag.write(self._time_ns, [(topic, message)]))
 
     @property
     def _tells_pose(self) -> bool:

@@ -7,13 +7,24 @@ import numpy as np
 import rerun
 from numpy.typing import NDArray
 
-from benchbot.plugin import LaserScan, LidarScan, Observations, Step
+from benchbot.plugin import (
+    BenchbotError,
+    Catalog,
+    GroundTruths,
+    LaserScan,
+    LidarScan,
+    Observations,
+    Step,
+    load_plugins,
+)
 
 MAP = "map"
 CAMERA, LASER_FRAME, BASE = "camera", "lidar", "base_link"
 JPEG_QUALITY = 92
 MOST_POINTS = 1000
 POINT_RADIUS_M = 0.02
+TRUTH_FORMAT = "object_map_ground_truth"
+TRUTH, ESTIMATE = (255, 236, 160), (120, 215, 255)
 
 Entity = tuple[str, Any]
 
@@ -37,7 +48,7 @@ def entities_of(action: str | None, arguments: Mapping[str, float], step: Step, 
     seen = step.observations
     poses = seen.get("poses", {})
     if action is not None:
-        told = ", ".join(f"{name} {value:g}" for name, value in arguments.items())
+        told = ", ".join(f"{name} {_told(value)}" for name, value in arguments.items())
         yield "actions", rerun.TextLog(f"{action} {told}: {step.outcome}, {step.result}".replace(" :", ":"))
     yield "state", rerun.TextLog(f"{step.state}, scene {step.scene_number + 1}")
     for name, pose in poses.items():
@@ -48,6 +59,10 @@ def entities_of(action: str | None, arguments: Mapping[str, float], step: Step, 
     if BASE in poses:
         base = tuple(float(value) for value in poses[BASE]["translation_xyz"])
         yield f"{MAP}/way", rerun.LineStrips3D([way.to(base)], radii=POINT_RADIUS_M)
+    if "joint_states" in seen:
+        joints = seen["joint_states"]
+        for name, position in zip(joints["names"], joints["positions"], strict=True):
+            yield f"joints/{name}", rerun.Scalars(float(position))
     yield from _of_camera(seen)
     if "laser" in seen:
         yield f"{MAP}/{LASER_FRAME}/scan", _points(_beams(seen["laser"]))
@@ -55,8 +70,13 @@ def entities_of(action: str | None, arguments: Mapping[str, float], step: Step, 
         yield f"{MAP}/{seen['lidar']['frame_id']}/points", _points(_rings(seen["lidar"]))
 
 
+def _told(value: Any) -> str:
+    """Return an argument in words: a number, or several."""
+    return f"[{', '.join(f'{each:g}' for each in value)}]" if isinstance(value, list | tuple) else f"{value:g}"
+
+
 def boxes_of(results: Any) -> Iterator[Entity]:
-    """Yield the boxes of an object map, with the likeliest class of each; nothing for results of another kind."""
+    """Yield the boxes of an object map, with the likeliest class of each and its probability; none of other results."""
     objects = results.get("objects") if isinstance(results, dict) else None
     known = [item for item in objects or () if {"centroid", "extent"} <= item.keys()]
     if known:
@@ -67,13 +87,43 @@ def boxes_of(results: Any) -> Iterator[Entity]:
                 centers=[item["centroid"] for item in known],
                 sizes=[item["extent"] for item in known],
                 labels=[_likeliest(item.get("label_probs", ()), names) for item in known],
+                colors=ESTIMATE,
             ),
         )
 
 
+def truth_of(run: Mapping[str, Any]) -> Iterator[Entity]:
+    """Yield the true boxes of the last scene of a run, with their classes; nothing where they are not known.
+
+    Those of a hidden place are never told, nor those of a run with a secret.
+    """
+    if run["selection"].get("commitment") is not None or not run["environments"]:
+        return
+    scene = run["environments"][-1]
+    name = f"{scene['name']}:{scene['variant']}"
+    catalog = Catalog(load_plugins())
+    declared = catalog.find("environments", name)
+    if declared is None or declared.data.get("hidden"):
+        return
+    try:
+        truth = GroundTruths.of(catalog, None).find(name, {TRUTH_FORMAT})["ground_truth"]["objects"]
+    except BenchbotError:
+        return
+    yield (
+        f"{MAP}/truth",
+        rerun.Boxes3D(
+            centers=[item["centroid"] for item in truth],
+            sizes=[item["extent"] for item in truth],
+            labels=[item["class"] for item in truth],
+            colors=TRUTH,
+            show_labels=False,
+        ),
+    )
+
+
 def _likeliest(weights: Sequence[float], names: Sequence[str]) -> str:
     place = max(range(len(weights)), key=weights.__getitem__, default=len(names))
-    return str(names[place]) if place < len(names) else "object"
+    return f"{names[place]} {weights[place]:.2f}" if place < len(names) else "object"
 
 
 def _of_camera(seen: Observations) -> Iterator[Entity]:

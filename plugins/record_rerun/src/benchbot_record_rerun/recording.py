@@ -15,7 +15,7 @@ from typing import Any
 import rerun
 
 from benchbot.plugin import BenchbotError, ExitCode, FailureClass, Progress, Step
-from benchbot_record_rerun.entities import MAP, Way, boxes_of, entities_of
+from benchbot_record_rerun.entities import MAP, Way, boxes_of, entities_of, truth_of
 
 FILE = "run.rrd"
 APPLICATION = "benchbot"
@@ -45,6 +45,7 @@ class RerunRecording:
         self._stream: rerun.RecordingStream | None = None
         self._whole_bytes = self._steps = 0
         self._way = Way()
+        self._run: Mapping[str, Any] | None = None
         self._begin()
 
     def reset(self) -> None:
@@ -73,8 +74,19 @@ class RerunRecording:
                 self._stream.log(path, entity)
             self._flush(self._stream)
 
+    def run(self, document: Mapping[str, Any]) -> None:
+        """Keep what is run: which place it is in."""
+        self._run = document
+
     def close(self) -> None:
-        """Finish the file, with an index of what is in it. Safe to call twice."""
+        """Finish the file, with the true boxes and an index of what is in it. Safe to call twice.
+
+        The truth comes last: a solution could read it while it drives.
+        """
+        if self._stream is not None and self._run is not None:
+            self._require_room(0)
+            for path, entity in truth_of(self._run):
+                self._stream.log(path, entity, static=True)
         self._end()
 
     def _begin(self) -> None:

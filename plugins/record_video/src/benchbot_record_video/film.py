@@ -32,12 +32,12 @@ class FilmRecording:
         self._begin = begin
         self._film: Film | None = None
         self._size: tuple[int, ...] = ()
-        with self._told():
+        with self.told():
             folder.mkdir(parents=True, exist_ok=True)
 
     def reset(self) -> None:
         """Start the film over."""
-        with self._told():
+        with self.told():
             self.close()
             self._path.unlink(missing_ok=True)
 
@@ -46,7 +46,7 @@ class FilmRecording:
         image = step.observations.get("image_rgb")
         if image is None:
             return
-        with self._told():
+        with self.told():
             if self._film is None:
                 self._film, self._size = self._begin(self._path), image.shape
             if image.shape != self._size:
@@ -57,11 +57,12 @@ class FilmRecording:
         """Finish the film, if it has begun. Safe to call twice."""
         film, self._film = self._film, None
         if film is not None:
-            with self._told():
+            with self.told():
                 film.close()
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def told(self) -> Iterator[None]:
+        """Raise BenchbotError for an OSError within."""
         try:
             yield
         except OSError as error:

@@ -10,10 +10,9 @@ PLUGIN_API = 1
 
 
 def _video(folder: Path) -> Recording:
-    from benchbot_record_video.film import FilmRecording
-    from benchbot_record_video.fragmented import FragmentedFilm
+    from benchbot_record_video.h264 import VideoRecording
 
-    return FilmRecording(folder, "video.mp4", FragmentedFilm)
+    return VideoRecording(folder)
 
 
 def _gif(folder: Path) -> Recording:

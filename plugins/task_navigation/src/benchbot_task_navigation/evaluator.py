@@ -63,6 +63,26 @@ def evaluate(result: Result, ground_truths: Sequence[GroundTruth]) -> Scores:
     limit reached) and without having been put back to the start after it had moved: an episode is one attempt. Metres
     and collisions are those of all attempts. The distance to the goal is that of the shortest way across the plan.
     """
+    listed, episode = episode_of(result)
+    provenance = result["provenance"]
+    ways = _ways(json.dumps(ground_truths[0]["ground_truth"], sort_keys=True), listed["robot_radius_m"])
+    _, _, x, y, _ = result["track"][0]["rows"][-1]
+    spent = Spent.of(result)
+    left_m, near_enough = _left(ways, (x, y), episode["goal"], listed["success_distance_m"])
+    return score(
+        Run(
+            ended_well=provenance["failure"] is None and not meddled(provenance) and not spent.collisions,
+            near_enough=near_enough,
+            path_length_m=spent.path_length_m,
+            distance_to_goal_m=left_m,
+            shortest_path_m=episode["shortest_path_m"],
+            collisions=spent.collisions,
+        )
+    )
+
+
+def episode_of(result: Result) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+    """Return the list and the episode in it that a result with a track is of; errors as for `evaluate`."""
     provenance = result.get("provenance") or {}
     chosen = (provenance.get("selection") or {}).get("episode")
     tracks = result.get("track")
@@ -73,21 +93,7 @@ def evaluate(result: Result, ground_truths: Sequence[GroundTruth]) -> Scores:
             "Score the result that benchbot submit writes, or the one that benchbot run keeps in its folder.",
         )
     listed = _listed(chosen)
-    episode = listed["episodes"][chosen["number"]]
-    ways = _ways(json.dumps(ground_truths[0]["ground_truth"], sort_keys=True), listed["robot_radius_m"])
-    _, _, x, y, _ = tracks[0]["rows"][-1]
-    spent = Spent.of(result)
-    left_m, near_enough = _left(ways, (x, y), episode["goal"], listed["success_distance_m"])
-    return score(
-        Run(
-            ended_well=provenance["failure"] is None and not _meddled(provenance) and not spent.collisions,
-            near_enough=near_enough,
-            path_length_m=spent.path_length_m,
-            distance_to_goal_m=left_m,
-            shortest_path_m=episode["shortest_path_m"],
-            collisions=spent.collisions,
-        )
-    )
+    return listed, listed["episodes"][chosen["number"]]
 
 
 def combine(scores: Sequence[Scores]) -> Scores:
@@ -120,7 +126,7 @@ def _left(ways: Ways, end: Point, goal: Mapping[str, Any], success_m: float) -> 
     return nearest_m - success_m if way is None else length_m(way), False
 
 
-def _meddled(provenance: Mapping[str, Any]) -> bool:
+def meddled(provenance: Mapping[str, Any]) -> bool:
     """Return whether the solution had another attempt before, or was not alone at it."""
     return any(provenance.get(key) for key in ("restarts", "driven_by_hand", "taken_over"))
 

@@ -54,6 +54,7 @@ def benchbot_evaluators() -> Iterator[Evaluator]:
         evaluate=target("benchbot_task_navigation.evaluator:evaluate"),
         combine=target("benchbot_task_navigation.evaluator:combine"),
         description="Navigation: whether the robot stopped at its goal, and how short its way there was (SPL).",
+        explain=target("benchbot_task_navigation.ending:explain"),
         scores={
             **dict.fromkeys(("SPL", "success", "SoftSPL"), Score(lower_is_better=False, least=0.0, greatest=1.0)),
             **dict.fromkeys(("distance_to_goal_m", "collisions"), Score(lower_is_better=True, least=0.0)),

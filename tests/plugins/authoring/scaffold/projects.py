@@ -7,8 +7,9 @@ import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchbot.plugins.authoring.scaffold.render import KINDS, create
+from benchbot.plugins.authoring.scaffold.render import KINDS, ORIGINS, create
 
+ALL = (*KINDS, *(f"{kind}-{origin}" for kind, origins in ORIGINS.items() for origin in origins))
 SAMPLE = Path(__file__).parents[3] / "sample_plugin"
 
 
@@ -26,7 +27,7 @@ class Projects:
     def run(self, *command: str, cwd: Path | None = None, plugins: str = "") -> "subprocess.CompletedProcess[str]":
         """Run Python with the projects installed, beside the sample plug-in and those named, in a home of its own."""
         home = self.folder.parent / "home"
-        named = [name_of(kind) for kind in KINDS] + ["benchbot-sample", *plugins.split()]
+        named = [name_of(kind) for kind in ALL] + ["benchbot-sample", *plugins.split()]
         kept = {name: value for name, value in os.environ.items() if not name.startswith(("BENCHBOT_", "PYTEST_"))}
         variables = {
             "PYTHONPATH": os.pathsep.join([str(self.site), str(SAMPLE)]),
@@ -51,9 +52,9 @@ def name_of(kind: str) -> str:
 
 
 def make(folder: Path) -> Projects:
-    """Make and build one project of each kind."""
+    """Make and build one project of each kind, and of each that starts from something."""
     projects = Projects(folder / "projects", folder / "site")
-    for kind in KINDS:
+    for kind in ALL:
         project = create(kind, name_of(kind), projects.folder)
         built = projects.run("-m", "hatchling", "build", "-t", "wheel", cwd=project)
         assert built.returncode == 0, built.stderr

@@ -7,16 +7,19 @@ from pathlib import Path
 import pytest
 
 from benchbot.core.declarations import schema
-from benchbot.plugins.authoring.scaffold.render import KINDS
-from tests.plugins.authoring.scaffold.projects import Projects, name_of
+from tests.plugins.authoring.scaffold.projects import ALL, Projects, name_of
 
 # Wheels are built once, by the worker that has all of these.
 pytestmark = pytest.mark.xdist_group("scaffold")
 
-NEEDS = {"environment": "benchbot-sim-taichi benchbot-scenes benchbot-assets-household", "robot": "benchbot-sim-taichi"}
+NEEDS = {
+    "environment": "benchbot-sim-taichi benchbot-scenes benchbot-assets-household",
+    "robot": "benchbot-sim-taichi",
+    "simulator-ros2": "benchbot-robot-ros2",
+}
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "environment"])
+@pytest.mark.parametrize("kind", [kind for kind in ALL if kind != "environment"])
 def test_its_own_tests_pass(projects: Projects, kind: str) -> None:
     done = projects.run("-m", "pytest", "-q", "-p", "no:xdist", cwd=projects.path(kind), plugins=NEEDS.get(kind, ""))
     assert done.returncode == 0, done.stdout + done.stderr
@@ -47,21 +50,21 @@ def test_everything_is_formatted_and_linted_by_its_own_rules(projects: Projects)
 def test_everything_is_typed_strictly(projects: Projects) -> None:
     settings = tomllib.loads((projects.path("task") / "pyproject.toml").read_text())["tool"]["mypy"]
     assert settings["strict"] is True
-    sources = [str(path) for kind in KINDS for path in projects.path(kind).glob("*/**/*.py")]
+    sources = [str(path) for kind in ALL for path in projects.path(kind).glob("*/**/*.py")]
     done = projects.run("-m", "mypy", "--strict", "--explicit-package-bases", *_bases(projects), *sources)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
 def _bases(projects: Projects) -> list[str]:
     path = projects.folder / "mypy.ini"
-    folders = ":".join(str(projects.path(kind) / part) for kind in KINDS for part in ("src", "tests"))
+    folders = ":".join(str(projects.path(kind) / part) for kind in ALL for part in ("src", "tests"))
     path.write_text(f"[mypy]\nmypy_path = {folders}\n")
     return ["--config-file", str(path)]
 
 
 def test_everything_is_listed_once_installed(projects: Projects) -> None:
     listed = projects.run("-m", "benchbot", "list", "plugins", "--json")
-    assert {name_of(kind) for kind in KINDS} <= {row["distribution"] for row in json.loads(listed.stdout)}
+    assert {name_of(kind) for kind in ALL} <= {row["distribution"] for row in json.loads(listed.stdout)}
     for pool, kind in (("tasks", "task"), ("robots", "robot"), ("methods", "evaluator"), ("examples", "agent")):
         names = [row["name"] for row in json.loads(projects.run(*_list(pool)).stdout)]
         assert f"acme_{kind}" in names

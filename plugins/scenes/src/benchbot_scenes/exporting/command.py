@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 FORMATS = {
     "gltf": target("benchbot_scenes.exporting.gltf:files"),
     "mjcf": target("benchbot_scenes.exporting.mjcf:files"),
+    "sdf": target("benchbot_scenes.exporting.sdf:files"),
     "usd": target("benchbot_scenes.exporting.usd:files"),
 }
 """Each gives a scene's files, by their paths in the folder, from the scene and its name."""

@@ -42,7 +42,8 @@ def files(geometry: SceneGeometry, name: str) -> dict[str, bytes]:
 
     used: set[int] = set()
     for part in parts(geometry):
-        written[f"{name}/{part.name}.obj"] = wavefront(geometry, part)
+        is_open = geometry.materials[part.material].double_sided
+        written[f"{name}/{part.name}.obj"] = wavefront(geometry, part, both_sides=is_open)
         ET.SubElement(asset, "mesh", name=part.name, file=f"{part.name}.obj", inertia="shell")
         shown = {"class": VISUAL, "mesh": part.name, "material": f"{part.material}"}
         ET.SubElement(body(part.instance), "geom", shown)

@@ -70,8 +70,11 @@ def lamps(geometry: SceneGeometry) -> list[Lamp]:
     return found
 
 
-def wavefront(geometry: SceneGeometry, part: Part) -> bytes:
-    """A part as a Wavefront OBJ file in the map frame, to a micrometre; `vt` counts v from the picture's lower edge."""
+def wavefront(geometry: SceneGeometry, part: Part, *, both_sides: bool = False) -> bytes:
+    """A part as a Wavefront OBJ file in the map frame, to a micrometre; `vt` counts v from the picture's lower edge.
+
+    With `both_sides` each triangle stands in it a second time, turned over, for what draws no backs.
+    """
     used, corners = np.unique(part.triangles, return_inverse=True)
     # MuJoCo takes no mesh of three vertices.
     used = np.concatenate([used, np.repeat(used[:1], max(LEAST_VERTICES - len(used), 0))])
@@ -80,6 +83,9 @@ def wavefront(geometry: SceneGeometry, part: Part) -> bytes:
     for word, rows in (("v", geometry.vertices[used]), ("vt", uvs), ("vn", geometry.normals[used])):
         np.savetxt(text, rows, f"{word}{' %.6f' * rows.shape[1]}")
     faces = np.repeat(corners.reshape(-1, 3) + 1, 3, axis=1)
+    if both_sides:
+        np.savetxt(text, -geometry.normals[used], "vn %.6f %.6f %.6f")
+        faces = np.concatenate([faces, faces[:, ::-1] + np.tile([0, 0, len(used)], 3)])
     np.savetxt(text, faces, "f %d/%d/%d %d/%d/%d %d/%d/%d")
     return text.getvalue().encode()
 

@@ -51,7 +51,8 @@ def files(geometry: SceneGeometry, name: str) -> dict[str, bytes]:
                 materials[part.material] = _material(stage, part.material, geometry.materials[part.material], name)
             UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(materials[part.material])
         for lamp in lamps(geometry):
-            light = UsdLux.SphereLight.Define(stage, f"{bodies[lamp.instance]}/lamp")
+            # Beside the objects: a sphere of light would widen the box of the object that it is in.
+            light = UsdLux.SphereLight.Define(stage, f"/World/lamps/lamp_{lamp.instance}")
             strength = float(lamp.radiance.max())
             light.CreateIntensityAttr(strength)
             light.CreateColorAttr(Gf.Vec3f(*(lamp.radiance / strength).tolist()))

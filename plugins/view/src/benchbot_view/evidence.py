@@ -1,0 +1,317 @@
+"""What a recording shows: pictures of each observation, a cloud of the points that were seen, and who saw which object.
+
+It is worked out once for a recording, and kept in the user's cache.
+"""
+
+import base64
+import json
+import shutil
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from benchbot.plugin import Pose, cache_dir, load_plugins
+from benchbot.viewing import Box, Camera, RecordingNote, class_colors, frame_folders, numbered_frames, ramp
+
+VERSION = 1
+WIDTH_PX = 640
+MOST_BYTES = 2 * 2**30
+"""Of the cache; what was not looked at for longest goes first."""
+MOST_POINTS = 60_000
+VOXELS_M = (0.03, 0.05, 0.08, 0.12, 0.2, 0.4)
+FARTHEST_M = 20.0
+CEILING_M = 2.2
+"""Points above are left out of the cloud: who looks from above wants to see the floor."""
+STRIDE = 4
+MARGIN_M = 0.03
+FEWEST_POINTS = 6
+"""An object is seen in a frame from so many points in its box on, each of 16 pixels."""
+UNKNOWN = (120, 120, 120)
+
+Document = dict[str, Any]
+Points = NDArray[np.float64]
+Boxes = Sequence[tuple[int, Box | None]]
+"""Scene and box of each object."""
+
+
+@dataclass(frozen=True)
+class View:
+    """The camera at each observation: scene and pose of the base in the map frame."""
+
+    camera: Camera | None
+    bases: Sequence[tuple[int, Pose]]
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """Where the recordings of a result are."""
+
+    frames: Mapping[int, Path]
+    """JPEG files of the camera, by the number of the observation, from 0."""
+    observations: tuple[Path, Any] | None
+    """A folder with all that was observed, and what yields it."""
+
+    @property
+    def stamp(self) -> str:
+        """A text that changes with the recordings."""
+        folder = self.observations[0] if self.observations else None
+        files = sorted(folder.glob("*")) if folder else sorted(self.frames.values())[:1]
+        about = [(path.name, path.stat().st_mtime_ns, path.stat().st_size) for path in files]
+        return sha256(repr((VERSION, str(folder), about)).encode()).hexdigest()[:16]
+
+
+def recorded(result: Path) -> Recorded:
+    """Return what was recorded beside a result."""
+    alone = sum(path.suffix == ".json" for path in result.parent.iterdir()) == 1
+    folders = frame_folders(result)
+    frames: Mapping[int, Path] = {}
+    for folder in folders if alone else folders[:-1]:
+        frames = frames or numbered_frames(folder)
+    for name, provided in load_plugins().pool("recorders").items():
+        folder = result.parent / f"{result.stem}-recordings" / name
+        note = RecordingNote.read(folder) if folder.is_dir() else None
+        # With some dropped, it is not known which observations these are.
+        if provided.value.read is not None and folder.is_dir() and (note is None or not note.dropped):
+            return Recorded(frames, (folder, provided.value.read))
+    return Recorded(frames, None)
+
+
+def folder_of(found: Recorded, boxes: Boxes) -> Path:
+    """Return the folder of the cache for a recording in which these boxes are looked for."""
+    return cache_dir() / "view" / f"{found.stamp}-{sha256(repr(boxes).encode()).hexdigest()[:12]}"
+
+
+def prepared(found: Recorded, boxes: Boxes) -> Document | None:
+    """Return what is known of a recording; None before `prepare`."""
+    path = folder_of(found, boxes) / "evidence.json"
+    try:
+        document: Document = json.loads(path.read_bytes())
+        path.touch()
+    except (OSError, ValueError):
+        return None
+    return document
+
+
+def prepare(found: Recorded, view: View, boxes: Boxes) -> Document:
+    """Work out what a recording shows: pictures, cloud, and which frames see which of the boxes, each of a scene.
+
+    `seen` has an entry for each box: the frames that see it, best first, as `[number, share]`. With depth, `measured`
+    is true and shares are parts of the picture; without it they are those of boxes that are not behind another one.
+    """
+    folder = folder_of(found, boxes)
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    document: Document = {"frames": [], "measured": False, "seen": [], "cloud": False, "classes": {}}
+    seen: list[list[tuple[int, float]]] = [[] for _ in boxes]
+    if found.observations is None:
+        document["frames"] = [{"number": number} for number in found.frames]
+        _look_by_geometry(found, view, boxes, seen)
+    else:
+        cloud = _Cloud()
+        where, read = found.observations
+        for number, observed in enumerate(read(where)):
+            document["frames"].append(
+                {"number": number, **_pictures(folder, number, observed, document["classes"], found)}
+            )
+            depth = observed.get("image_depth")
+            if depth is None or view.camera is None or number >= len(view.bases):
+                continue
+            document["measured"] = True
+            points, pixels = _points(np.asarray(depth), view.camera, view.bases[number][1])
+            cloud.add(points, pixels, observed.get("image_rgb"), number, view.bases[number][0])
+            for place, (scene, box) in enumerate(boxes):
+                if box is not None and scene == view.bases[number][0]:
+                    count = _inside(points, box)
+                    if count >= FEWEST_POINTS:
+                        seen[place].append((number, count * STRIDE**2 / np.asarray(depth).size))
+        document["cloud"] = cloud.write(folder / "cloud.json")
+    document["seen"] = [sorted(found_in, key=lambda item: -item[1]) for found_in in seen]
+    temporary = folder / "evidence.tmp"
+    temporary.write_text(json.dumps(document), "utf-8")
+    temporary.rename(folder / "evidence.json")
+    _forget_old(folder)
+    return document
+
+
+def _look_by_geometry(found: Recorded, view: View, boxes: Boxes, seen: list[list[tuple[int, float]]]) -> None:
+    if view.camera is None:
+        return
+    for number in found.frames:
+        if number >= len(view.bases):
+            continue
+        scene, base = view.bases[number]
+        for place, (where, box) in enumerate(boxes):
+            if box is None or where != scene:
+                continue
+            if not view.camera.view_of(base, box):
+                continue
+            others = [other for its, other in boxes if its == scene and other is not None and other != box]
+            quality = view.camera.view_of(base, box, others)
+            if quality > 0:
+                seen[place].append((number, quality))
+
+
+def _pictures(
+    folder: Path, number: int, observed: Mapping[str, Any], classes: dict[str, int], found: Recorded
+) -> Document:
+    """Write the pictures of an observation; return which there are."""
+    made: Document = {}
+    rgb = observed.get("image_rgb")
+    if rgb is not None and number not in found.frames:
+        _small(Image.fromarray(np.asarray(rgb)[..., :3])).save(folder / f"{number:05d}.jpg", quality=85)
+    depth = observed.get("image_depth")
+    if depth is not None:
+        shown, far_m = _depth_picture(np.asarray(depth, np.float32))
+        shown.save(folder / f"{number:05d}-depth.png")
+        made["depth_m"] = far_m
+    segments = observed.get("image_segment") or {}
+    numbers = segments.get("class_segment_img")
+    if numbers is not None:
+        classes.update({str(name): int(value) for name, value in (segments.get("class_ids") or {}).items()})
+        _class_picture(np.asarray(numbers), classes).save(folder / f"{number:05d}-classes.png")
+        made["classes"] = True
+    return made
+
+
+def _small(image: Image.Image) -> Image.Image:
+    if image.width <= WIDTH_PX:
+        return image
+    return image.resize((WIDTH_PX, max(round(image.height * WIDTH_PX / image.width), 1)), Image.Resampling.LANCZOS)
+
+
+def _stepped(array: NDArray[Any]) -> NDArray[Any]:
+    step = -(-array.shape[1] // WIDTH_PX)
+    return array[::step, ::step]
+
+
+def _depth_picture(depth: NDArray[np.float32]) -> tuple[Image.Image, float]:
+    """Return a picture of depth in the colours of `ramp`, near is bright, and the depth in metres that is darkest."""
+    depth = _stepped(depth)
+    valid = np.isfinite(depth) & (depth > 0)
+    far_m = float(np.ceil(np.percentile(depth[valid], 99))) if valid.any() else 1.0
+    far_m = max(far_m, 1.0)
+    levels = np.zeros(depth.shape, np.uint8)
+    levels[valid] = 1 + np.clip(depth[valid] / far_m * 254, 0, 254).astype(np.uint8)
+    colors = ramp().copy()
+    colors[0] = (30, 30, 34)
+    image = Image.fromarray(levels)
+    image.putpalette(colors.tobytes())
+    return image, far_m
+
+
+def _class_picture(numbers: NDArray[Any], classes: Mapping[str, int]) -> Image.Image:
+    numbers = _stepped(numbers)
+    colors = class_colors(classes)
+    palette = np.full((256, 3), UNKNOWN, np.uint8)
+    for name, number in classes.items():
+        if 0 <= number < 256:
+            palette[number] = (58, 60, 66) if name == "background" else colors[name]
+    image = Image.fromarray(np.clip(numbers, 0, 255).astype(np.uint8))
+    image.putpalette(palette.tobytes())
+    return image
+
+
+def _points(depth: NDArray[Any], camera: Camera, base: Pose) -> tuple[Points, NDArray[np.intp]]:
+    """Return the points of every fourth pixel in the map frame, (N, 3), and their pixels, (N, 2): row and column."""
+    rows, columns = np.mgrid[STRIDE // 2 : depth.shape[0] : STRIDE, STRIDE // 2 : depth.shape[1] : STRIDE]
+    distances = depth[rows, columns].astype(float)
+    valid = np.isfinite(distances) & (distances > 0.05) & (distances < FARTHEST_M)
+    rows, columns, distances = rows[valid], columns[valid], distances[valid]
+    # A picture may be smaller than the declaration says.
+    scale = depth.shape[1] / camera.width
+    x = (columns + 0.5 - camera.cx * scale) / (camera.fx * scale) * distances
+    y = (rows + 0.5 - camera.cy * scale) / (camera.fy * scale) * distances
+    rotation, translation = matrix(base @ camera.mount)
+    return np.stack([x, y, distances], 1) @ rotation.T + translation, np.stack([rows, columns], 1)
+
+
+def matrix(pose: Pose) -> tuple[Points, Points]:
+    """Return the rotation and the translation of a pose."""
+    origin = np.array(pose.translation_xyz)
+    axes = [np.array((pose @ Pose(axis)).translation_xyz) - origin for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
+    return np.stack(axes, 1), origin
+
+
+def _inside(points: Points, box: Box) -> int:
+    half = np.array(box.extent) / 2 + MARGIN_M
+    near = (np.abs(points - np.array(box.centroid)) <= half).all(1)
+    return int(near.sum())
+
+
+class _Cloud:
+    """Points of all frames, one for each voxel, with the frame that saw it first."""
+
+    def __init__(self) -> None:
+        self._parts: list[tuple[Points, NDArray[np.uint8], int, int]] = []
+
+    def add(self, points: Points, pixels: NDArray[np.intp], rgb: Any, number: int, scene: int) -> None:
+        kept = points[:, 2] < CEILING_M
+        points, pixels = points[kept], pixels[kept]
+        _, first = np.unique(np.floor(points / VOXELS_M[0]).astype(np.int32), axis=0, return_index=True)
+        colors = np.full((len(points), 3), 150, np.uint8) if rgb is None else _colors(np.asarray(rgb), pixels)
+        self._parts.append((points[first], colors[first], number, scene))
+
+    def write(self, path: Path) -> bool:
+        """Write the cloud, thinned out; return whether there is one."""
+        if not self._parts:
+            return False
+        points = np.concatenate([part[0] for part in self._parts])
+        colors = np.concatenate([part[1] for part in self._parts])
+        numbers = np.concatenate([np.full(len(part[0]), part[2], np.uint16) for part in self._parts])
+        scenes = np.concatenate([np.full(len(part[0]), part[3], np.uint8) for part in self._parts])
+        for side_m in VOXELS_M:
+            cells = np.column_stack([scenes, np.floor(points / side_m).astype(np.int32)])
+            _, first = np.unique(cells, axis=0, return_index=True)
+            if len(first) <= MOST_POINTS:
+                break
+        first = np.sort(first)[:MOST_POINTS]
+        low = points[first].min(0)
+        scale_m = max(float(np.ptp(points[first], axis=0).max()) / 65535, 1e-6)
+        quantized = np.round((points[first] - low) / scale_m).astype("<u2")
+        document = {
+            "low": low.round(6).tolist(),
+            "scale_m": scale_m,
+            "points": _base64(quantized),
+            "colors": _base64(colors[first]),
+            "frames": _base64(numbers[first].astype("<u2")),
+            "scenes": _base64(scenes[first]),
+        }
+        path.write_text(json.dumps(document), "utf-8")
+        return True
+
+
+def _colors(rgb: NDArray[np.uint8], pixels: NDArray[np.intp]) -> NDArray[np.uint8]:
+    return rgb[pixels[:, 0].clip(max=rgb.shape[0] - 1), pixels[:, 1].clip(max=rgb.shape[1] - 1), :3]
+
+
+def _base64(array: NDArray[Any]) -> str:
+    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode()
+
+
+def _forget_old(kept: Path) -> None:
+    """Remove what was not looked at for longest, until the cache is within its limit."""
+    sizes = {folder: sum(path.stat().st_size for path in folder.iterdir()) for folder in _folders(kept.parent)}
+    for folder in sorted(sizes, key=_looked_at_s):
+        if sum(sizes.values()) <= MOST_BYTES:
+            return
+        if folder != kept:
+            shutil.rmtree(folder, ignore_errors=True)
+            del sizes[folder]
+
+
+def _folders(parent: Path) -> Iterator[Path]:
+    return (folder for folder in parent.iterdir() if folder.is_dir())
+
+
+def _looked_at_s(folder: Path) -> float:
+    with suppress(OSError):
+        return (folder / "evidence.json").stat().st_mtime
+    return time.time()  # it is being made

@@ -1,0 +1,109 @@
+// Pictures of observations on canvases: fetched ahead, kept as long as there is room, with boxes drawn over them.
+import { root } from "./help.js";
+
+const KEPT = 160;
+const AHEAD = 12;
+const NEAREST_M = 0.05;
+const ENDINGS = { frame: ".jpg", depth: "-depth.png", classes: "-classes.png" };
+const EDGES = [];
+for (let i = 0; i < 8; i += 1) for (const bit of [1, 2, 4]) if (!(i & bit)) EDGES.push([i, i | bit]);
+
+/** Return the address of a picture. */
+export function addressOfPicture(id, kind, number) {
+  return `${root}picture/${id}/${kind}/${String(number).padStart(5, "0")}${ENDINGS[kind]}`;
+}
+
+/** The pictures of one kind of one episode. */
+export class Pictures {
+  constructor(id, kind, numbers, loaded) {
+    this.id = id;
+    this.kind = kind;
+    this.numbers = numbers;
+    this.loaded = loaded;
+    this.kept = new Map();
+  }
+
+  /** Return the newest observation up to `number` that has a picture, null without one. */
+  nearest(number) {
+    let [low, high] = [0, this.numbers.length];
+    while (low < high) { const middle = (low + high) >> 1; if (this.numbers[middle] <= number) low = middle + 1; else high = middle; }
+    return low ? this.numbers[low - 1] : null;
+  }
+
+  /** Return the picture of an observation once it is loaded, else null; `loaded` is called when it is. */
+  get(number, isWanted = true) {
+    let image = this.kept.get(number);
+    if (image) {
+      if (isWanted) { this.kept.delete(number); this.kept.set(number, image); }
+    } else {
+      image = new Image();
+      image.decoding = "async";
+      image.onload = () => { if (isWanted) this.loaded(number); };
+      image.src = addressOfPicture(this.id, this.kind, number);
+      this.kept.set(number, image);
+      for (const old of this.kept.keys()) { if (this.kept.size <= KEPT) break; this.kept.delete(old); }
+    }
+    return image.complete && image.naturalWidth ? image : null;
+  }
+
+  /** Fetch what comes next. */
+  fetchAround(number) {
+    const place = this.numbers.indexOf(this.nearest(number));
+    for (let i = 1; i <= AHEAD; i += 1) for (const other of [this.numbers[place + i], this.numbers[place - i]]) if (other !== undefined) this.get(other, false);
+  }
+}
+
+/** Draw a picture over a whole canvas. */
+export function paint(canvas, image) {
+  if (canvas.width !== image.naturalWidth || canvas.height !== image.naturalHeight) {
+    canvas.width = image.naturalWidth;
+    canvas.height = image.naturalHeight;
+  }
+  canvas.getContext("2d").drawImage(image, 0, 0);
+}
+
+/** Draw the edges of a box (centre and size in the map frame) as a camera sees it; `camera` is its rotation and place. */
+export function paintBox(canvas, camera, intrinsics, box, color, label) {
+  const scale = canvas.width / intrinsics.width;
+  const corners = [];
+  for (let i = 0; i < 8; i += 1) {
+    const point = [0, 1, 2].map((axis) => box[axis] + (i & (1 << axis) ? 0.5 : -0.5) * box[axis + 3] - camera[9 + axis]);
+    corners.push([0, 1, 2].map((axis) => camera[axis] * point[0] + camera[3 + axis] * point[1] + camera[6 + axis] * point[2]));
+  }
+  const context = canvas.getContext("2d");
+  const pixel = ([x, y, z]) => [(intrinsics.fx * x / z + intrinsics.cx) * scale, (intrinsics.fy * y / z + intrinsics.cy) * scale];
+  const lines = [];
+  for (const [i, j] of EDGES) {
+    let [a, b] = [corners[i], corners[j]];
+    if (a[2] < NEAREST_M && b[2] < NEAREST_M) continue;
+    if (a[2] < NEAREST_M) a = clipped(b, a);
+    if (b[2] < NEAREST_M) b = clipped(a, b);
+    lines.push([pixel(a), pixel(b)]);
+  }
+  if (!lines.length) return;
+  const size = Math.max(canvas.width / 480, 1);
+  context.lineCap = "round";
+  for (const [width, shade] of [[4 * size, "rgb(0 0 0 / 55%)"], [2 * size, color]]) {
+    context.lineWidth = width;
+    context.strokeStyle = shade;
+    context.beginPath();
+    for (const [[x0, y0], [x1, y1]] of lines) { context.moveTo(x0, y0); context.lineTo(x1, y1); }
+    context.stroke();
+  }
+  if (!label) return;
+  const points = lines.flat().filter(([x, y]) => x > -canvas.width && x < 2 * canvas.width && y > -canvas.height && y < 2 * canvas.height);
+  if (!points.length) return;
+  context.font = `600 ${Math.round(12 * size)}px system-ui, sans-serif`;
+  const width = context.measureText(label).width;
+  const x = Math.min(Math.max(Math.min(...points.map((point) => point[0])), 2), canvas.width - width - 10 * size);
+  const y = Math.min(Math.max(Math.min(...points.map((point) => point[1])) - 6 * size, 16 * size), canvas.height - 6);
+  context.fillStyle = "rgb(0 0 0 / 65%)";
+  context.fillRect(x - 4 * size, y - 12 * size, width + 8 * size, 16 * size);
+  context.fillStyle = color;
+  context.fillText(label, x, y);
+}
+
+function clipped(inside, outside) {
+  const share = (inside[2] - NEAREST_M) / (inside[2] - outside[2]);
+  return inside.map((value, axis) => value + share * (outside[axis] - value));
+}
