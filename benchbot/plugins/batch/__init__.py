@@ -7,6 +7,7 @@ __all__ = [
     "driver_lock",
     "finalization",
     "folder",
+    "journal",
     "machine",
     "plan",
     "status",

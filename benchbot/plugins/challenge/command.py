@@ -64,7 +64,7 @@ def init(
 
     made = starting.make(folder, title or folder.resolve().name.replace("_", " ").replace("-", " ").capitalize())
     console.note(
-        f"Made a challenge in {folder}. Its declaration is {folder}/challenge.yaml; check it: benchbot check …"
+        f"Made a challenge in {folder}. When you have edited its declaration: benchbot check {folder}/challenge.yaml"
     )
     console.note("Publish these sums now; they bind you to what is drawn from the secrets:")
     console.data(*(f"{value}  {name}" for name, value in made.commitments().items()))

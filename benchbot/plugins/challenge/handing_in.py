@@ -10,12 +10,14 @@ from typing import Any
 
 from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import Catalog
-from benchbot.core.errors import BenchbotError
+from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.plugins.challenge import intake
 from benchbot.plugins.challenge.client import Server
 from benchbot.plugins.challenge.document import QUEUED, RUNNING
 
 POLL_S = 1.0
+PATIENCE_S = 300.0
+"""So long may a server be away before waiting for it ends."""
 
 
 @contextmanager
@@ -43,8 +45,15 @@ def archive(what: str | None, command: str | None, example: str | None) -> Itera
 
 
 def wait(server: Server, submission: dict[str, Any]) -> dict[str, Any]:
-    """Return a submission once it has ended."""
+    """Return a submission once it has ended; a server that is away for less than `PATIENCE_S` is waited for."""
+    answered_at = time.monotonic()
     while submission["state"] in (QUEUED, RUNNING):
         time.sleep(POLL_S)
-        submission = server.ask("GET", f"/api/v1/submissions/{submission['id']}")
+        try:
+            submission = server.ask("GET", f"/api/v1/submissions/{submission['id']}")
+            answered_at = time.monotonic()
+        except BenchbotError as error:
+            is_away = error.exit_code == ExitCode.INTERNAL
+            if not is_away or time.monotonic() - answered_at > PATIENCE_S:
+                raise
     return submission

@@ -1,10 +1,10 @@
 """The queue: workers claim submissions for a lease, and end each once, fair among teams."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Connection, insert, select, update
+from sqlalchemy import Connection, Row, insert, select, update
 
 from benchbot.plugins.challenge.database import Database
 from benchbot.plugins.challenge.document import FAILED, QUEUED, RUNNING, SCORED
@@ -116,9 +116,20 @@ def give_back(database: Database, claim: Claim) -> bool:
         return end_attempt(database, connection, claim, QUEUED, "")
 
 
+def give_back_of(database: Database, worker: str) -> None:
+    """Put what a worker has claimed back into the queue at once: whoever calls this has seen it die."""
+    with database.writing() as connection:
+        died = select(submissions).where(submissions.c.state == RUNNING, submissions.c.worker == worker)
+        _give_back(database, connection, connection.execute(died.with_for_update()).all())
+
+
 def _recover(database: Database, connection: Connection, now: float) -> None:
     lost = select(submissions).where(submissions.c.state == RUNNING, submissions.c.lease_until < now)
-    for found in connection.execute(lost.with_for_update(skip_locked=True)).all():
+    _give_back(database, connection, connection.execute(lost.with_for_update(skip_locked=True)).all())
+
+
+def _give_back(database: Database, connection: Connection, lost: Sequence[Row[Any]]) -> None:
+    for found in lost:
         claim = Claim(found.id, found.attempt, found.phase, found.mode, found.sha256)
         if end_attempt(database, connection, claim, QUEUED, ""):
             database.tell(connection, "queue", "recovered", found.id, found.team, f"{found.worker} is lost")

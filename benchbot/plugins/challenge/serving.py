@@ -5,15 +5,17 @@ import shutil
 import signal
 import socket
 import threading
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from subprocess import Popen
 from typing import Any
 
+from sqlalchemy.exc import DBAPIError
+
 from benchbot.cli.kit import console
 from benchbot.core import plugin_manager
 from benchbot.core.errors import BenchbotError, ExitCode
-from benchbot.plugins.challenge import handing_in, intake, people, signing, submissions
+from benchbot.plugins.challenge import handing_in, intake, people, queue, signing, submissions
 from benchbot.plugins.challenge import worker as workers
 from benchbot.plugins.challenge.database import Database, url_of
 from benchbot.plugins.challenge.document import SIGNING_KEY, Challenge, read
@@ -34,6 +36,8 @@ def serve(
     from benchbot.plugins.challenge.web.app import create_app
 
     challenge = read(folder)
+    for phase in challenge.phases.values() if worker_count else ():
+        workers.prove(challenge, phase)
     database = Database(url_of(challenge, database_url))
     served = site(challenge, database, public_url)
     _enter_baselines(served)
@@ -41,12 +45,13 @@ def serve(
         listener = stack.enter_context(_listening(host, port))
         where = public_url or f"http://{host}:{listener.getsockname()[1]}"
         console.note(f"{challenge.title} is served at {where}. Ctrl-C ends it.")
+        console.note(f"Publish the identifier of its key: {served.key.public['keyid']}")
         if not any(not team.baseline for team in people.all_teams(database)):
             console.note("Nobody has joined yet. An invitation, for a first team:")
             console.note(f"  benchbot challenge join {where} {people.invite(database, 'the first')} NAME")
         console.note(f"Your own token for the queue's page is in {challenge.folder / ORGANISER_TOKEN}.")
         ended = threading.Event()
-        keeper = threading.Thread(target=_keep_workers, args=(challenge, database_url, worker_count, ended))
+        keeper = threading.Thread(target=_keep_workers, args=(served, database_url, worker_count, ended))
         keeper.start()
         stack.callback(keeper.join)
         stack.callback(ended.set)
@@ -66,7 +71,7 @@ def work(folder: Path, database_url: str | None, *, until_empty: bool, with_pare
         signal.signal(number, lambda *_: ended.set())
     database = Database(url_of(challenge, database_url))
     key = signing.load(challenge.folder / SIGNING_KEY)
-    name = workers.name_of_this()
+    name = workers.name_of(os.getpid())
     over = ended.is_set if not with_parent else (lambda: ended.is_set() or os.getppid() != parent)
     workers.Worker(challenge, database, key, name, over).run(until_empty=until_empty)
 
@@ -121,14 +126,21 @@ def _enter(served: Site, phase: str, team: Any, archive: Path) -> None:
     submissions.accept(served.database, served.challenge.phases[phase], team, received)
 
 
-def _keep_workers(challenge: Challenge, database_url: str | None, count: int, ended: threading.Event) -> None:
-    """Keep so many workers running; their output goes to `workers.log` in the challenge's folder."""
+def _keep_workers(served: Site, database_url: str | None, count: int, ended: threading.Event) -> None:
+    """Keep so many workers running; their output goes to `workers.log` in the challenge's folder.
+
+    What a worker had claimed that has died is back in the queue at once, not only when its lease has run out.
+    """
+    challenge = served.challenge
     words = ["challenge", "worker", str(challenge.folder), "--with-parent"]
     words += [] if database_url is None else ["--database", database_url]
     running: list[Popen[bytes]] = []
     with (challenge.folder / "workers.log").open("ab") as log:
         while not ended.is_set():
-            running = [process for process in running if process.poll() is None]
+            for died in [process for process in running if process.poll() is not None]:
+                running.remove(died)
+                with suppress(DBAPIError):  # a database that is away for a while: the lease runs out
+                    queue.give_back_of(served.database, workers.name_of(died.pid))
             running += [start_module("benchbot", *words, output=log) for _ in range(count - len(running))]
             ended.wait(RESTART_S)
         for process in running:

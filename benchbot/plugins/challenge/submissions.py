@@ -74,8 +74,13 @@ def withdraw(database: Database, identifier: str, team: int) -> None:
 
 
 def submission(database: Database, identifier: str, team: int | None = None) -> Row[Any]:
-    """Return a submission, of a team if one is named; raises BenchbotError when there is none."""
-    chosen = select(submissions, teams.c.name.label("team_name")).join(teams).where(submissions.c.id == identifier)
+    """Return a submission with its score, of a team if one is named; raises BenchbotError when there is none."""
+    chosen = (
+        select(submissions, teams.c.name.label("team_name"), scores.c.score)
+        .join(teams, teams.c.id == submissions.c.team)
+        .join(scores, scores.c.submission == submissions.c.id, isouter=True)
+        .where(submissions.c.id == identifier)
+    )
     if team is not None:
         chosen = chosen.where(submissions.c.team == team)
     with database.reading() as connection:

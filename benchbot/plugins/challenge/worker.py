@@ -11,6 +11,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -27,12 +28,13 @@ from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.plugins.batch import driver_lock
 from benchbot.plugins.challenge import intake, queue, signing
 from benchbot.plugins.challenge.database import Database
-from benchbot.plugins.challenge.document import RUNS_SECRET, Challenge, Phase
+from benchbot.plugins.challenge.document import FILE, RUNS_SECRET, Challenge, Phase
 from benchbot.plugins.challenge.queue import LEASE_S, Claim
 from benchbot.plugins.challenge.submissions import submission
 from benchbot.process import LastWords, how_it_ended
 from benchbot.submission.solution import python_first
 
+BATCH = (sys.executable, "-P", "-m", "benchbot", "batch")
 POLL_S = 1.0
 RETRY_S = 2.0
 HAND_OVER_S = 60.0
@@ -132,9 +134,8 @@ class Worker:
         _end_orphan(folder / "batch")
         with (folder / "batch.log").open("ab") as log:
             start = log.tell()
-            words = [sys.executable, "-P", "-m", "benchbot", *command]
             process = subprocess.Popen(
-                words,
+                [*BATCH, *command],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
@@ -170,9 +171,42 @@ class Worker:
                 return
 
 
-def name_of_this() -> str:
-    """Return a worker's name: its machine and process."""
-    return f"worker {socket.gethostname()}:{os.getpid()}"
+def prove(challenge: Challenge, phase: Phase) -> None:
+    """Prove that a phase can be computed here, by a solution that does nothing; raises BenchbotError when it cannot.
+
+    What a batch refuses from then on is the fault of the submission that is in it.
+    """
+    mode = intake.SANDBOX if intake.SANDBOX in phase.modes else intake.CONTAINER
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "solution").mkdir()
+        (folder / "solution" / "solution.py").write_text("", "utf-8")
+        (folder / "solution" / "Dockerfile").write_text("FROM scratch\n", "utf-8")
+        solution = intake.Solution(("python", "solution.py") if mode == intake.SANDBOX else (), mode)
+        words = [*BATCH, *_batch_file(challenge, phase, solution, folder), "--dry-run"]
+        tried = subprocess.run(
+            words,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            cwd=folder / "solution",
+            env={**os.environ, **python_first()},
+            check=False,
+        )
+    if tried.returncode == ExitCode.OK:
+        return
+    said = LastWords()
+    said.add(tried.stdout)
+    raise BenchbotError(
+        f"Phase '{phase.name}' of {challenge.title} cannot be computed here.",
+        str(said),
+        f"Mend its batch in {challenge.folder / FILE}, or this machine: benchbot doctor",
+    )
+
+
+def name_of(process: int) -> str:
+    """Return the name of the worker that is a process of this machine."""
+    return f"worker {socket.gethostname()}:{process}"
 
 
 def scored(path: Path) -> dict[str, Any]:
@@ -214,7 +248,7 @@ def _batch_file(challenge: Challenge, phase: Phase, solution: intake.Solution, f
     (folder / "batch.yaml").write_text(yaml.safe_dump(wanted, sort_keys=False), "utf-8")
     addons = [word for name in phase.addons for word in ("--addons", str(challenge.folder / name))]
     paths = [str(folder / "batch.yaml"), "--output-location", str(folder / "batch")]
-    return ["batch", *paths, "--display", "plain", *addons]
+    return [*paths, "--display", "plain", *addons]
 
 
 def _plain(value: Any) -> Any:

@@ -70,6 +70,9 @@ MEANINGS: dict[str, dict[str, str]] = {
         **_LIMITS,
         "executor_options.*": "As --executor-option KEY=VALUE.",
     },
+    "challenge": {
+        "baselines[].name": "The team that the leaderboard shows.",
+    },
     "ground_truth": {
         "environment": "A copy of its declaration; name and variant count.",
         "format": "A copy of the format's declaration; the name counts.",

@@ -5,6 +5,7 @@ import pwd
 import shutil
 import subprocess
 import tempfile
+import time
 import uuid
 from collections.abc import Iterator
 from pathlib import Path
@@ -25,42 +26,59 @@ def _tool(name: str) -> str:
     return next(str(place / name) for place in places if (place / name).exists())
 
 
+class PostgreSQL:
+    """A PostgreSQL server on a socket in a folder, without what a crash of the machine would need."""
+
+    def __init__(self) -> None:
+        self.folder = Path(tempfile.mkdtemp(prefix="pg"))
+        self._quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": "/"}
+        # PostgreSQL refuses to run as root.
+        if os.geteuid() == 0:
+            entry = pwd.getpwnam("postgres")
+            shutil.chown(self.folder, entry.pw_uid, entry.pw_gid)
+            self._quiet |= {"user": entry.pw_uid, "group": entry.pw_gid, "extra_groups": []}
+        initdb = [_tool("initdb"), "-D", self.folder / "data", "-A", "trust", "-N", "-U", "challenge"]
+        subprocess.run(initdb, check=True, **self._quiet)
+        self.start()
+
+    def start(self) -> None:
+        """Start the server; after a kill, once the processes of the one before are gone."""
+        words = [_tool("postgres"), "-D", self.folder / "data", "-k", self.folder, "-c", "listen_addresses=", "-F"]
+        ready = [_tool("pg_isready"), "-q", "-h", str(self.folder), "-U", "challenge", "-t", "1"]
+        deadline_s = time.monotonic() + 60
+        self.process = subprocess.Popen(words, **self._quiet)
+        while subprocess.run(ready, check=False).returncode:
+            assert time.monotonic() < deadline_s
+            if self.process.poll() is not None:
+                time.sleep(0.2)
+                self.process = subprocess.Popen(words, **self._quiet)
+
+    def kill(self) -> None:
+        """Kill the server as a crash would."""
+        self.process.kill()
+        self.process.wait()
+
+    def stop(self) -> None:
+        self.process.terminate()
+        self.process.wait()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def new_database(self) -> str:
+        """Return the URL of a new, empty database."""
+        import psycopg
+
+        name = f"db{uuid.uuid4().hex}"
+        with psycopg.connect(f"host={self.folder} user=challenge dbname=postgres", autocommit=True) as connection:
+            connection.execute(f"CREATE DATABASE {name}")
+        return f"postgresql+psycopg://challenge@/{name}?host={self.folder}"
+
+
 @pytest.fixture(scope="session")
-def postgresql() -> Iterator[str]:
-    """The address of a PostgreSQL server on a socket in a folder, without what a crash of the machine would need."""
-    folder = Path(tempfile.mkdtemp(prefix="pg"))
-    # PostgreSQL refuses to run as root.
-    user: dict[str, Any] = {}
-    if os.geteuid() == 0:
-        entry = pwd.getpwnam("postgres")
-        shutil.chown(folder, entry.pw_uid, entry.pw_gid)
-        user = {"user": entry.pw_uid, "group": entry.pw_gid, "extra_groups": []}
-    else:
-        entry = pwd.getpwuid(os.geteuid())
-    quiet: dict[str, Any] = {
-        "check": True,
-        "stdout": subprocess.DEVNULL,
-        "stderr": subprocess.DEVNULL,
-        "cwd": "/",
-        **user,
-    }
-    subprocess.run([_tool("initdb"), "-D", folder / "data", "-A", "trust", "-N", "-U", "challenge"], **quiet)
-    server = subprocess.Popen(
-        [_tool("postgres"), "-D", folder / "data", "-k", folder, "-c", "listen_addresses=", "-F"],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        cwd="/",
-        **user,
-    )
-    ready = [_tool("pg_isready"), "-q", "-h", str(folder), "-U", "challenge", "-t", "60"]
-    while subprocess.run(ready, check=False).returncode:
-        assert server.poll() is None
-    try:
-        yield str(folder)
-    finally:
-        server.terminate()
-        server.wait()
-        shutil.rmtree(folder, ignore_errors=True)
+def postgresql() -> Iterator[PostgreSQL]:
+    """A PostgreSQL server that tests share."""
+    server = PostgreSQL()
+    yield server
+    server.stop()
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
@@ -68,12 +86,8 @@ def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     """The address of an empty database, of each kind."""
     if request.param == "sqlite":
         return f"sqlite:///{tmp_path / 'challenge.db'}"
-    import psycopg
-
-    folder, name = request.getfixturevalue("postgresql"), f"db{uuid.uuid4().hex}"
-    with psycopg.connect(f"host={folder} user=challenge dbname=postgres", autocommit=True) as connection:
-        connection.execute(f"CREATE DATABASE {name}")
-    return f"postgresql+psycopg://challenge@/{name}?host={folder}"
+    server: PostgreSQL = request.getfixturevalue("postgresql")
+    return server.new_database()
 
 
 SHA = "ab" * 32

@@ -43,6 +43,10 @@ def routes(site: Site) -> list[Route]:
             raise
         return JSONResponse({"token": token, "team": people.clean_name(words[1])}, 201)
 
+    async def own_team(request: Request) -> Response:
+        team = require_team(await run_in_threadpool(site.caller, request))
+        return JSONResponse({"team": team.name, "signs": team.key is not None})
+
     async def submit(request: Request) -> Response:
         team = require_team(await run_in_threadpool(site.caller, request))
         phase = site.challenge.phase(request.path_params["phase"])
@@ -75,6 +79,7 @@ def routes(site: Site) -> list[Route]:
         Route("/api/v1/challenge", describe),
         Route("/api/v1/phases/{phase}/leaderboard", standings),
         Route("/api/v1/phases/{phase}/submissions", submit, methods=["POST"]),
+        Route("/api/v1/team", own_team),
         Route("/api/v1/join", join, methods=["POST"]),
         Route("/api/v1/submissions", listed),
         Route("/api/v1/submissions/{id}", one),
