@@ -37,13 +37,22 @@ class PostgreSQL:
             entry = pwd.getpwnam("postgres")
             shutil.chown(self.folder, entry.pw_uid, entry.pw_gid)
             self._quiet |= {"user": entry.pw_uid, "group": entry.pw_gid, "extra_groups": []}
-        initdb = [_tool("initdb"), "-D", self.folder / "data", "-A", "trust", "-N", "-U", "challenge"]
+        initdb = [_tool("initdb"), "-D", str(self.folder / "data"), "-A", "trust", "-N", "-U", "challenge"]
         subprocess.run(initdb, check=True, **self._quiet)
         self.start()
 
     def start(self) -> None:
         """Start the server; after a kill, once the processes of the one before are gone."""
-        words = [_tool("postgres"), "-D", self.folder / "data", "-k", self.folder, "-c", "listen_addresses=", "-F"]
+        words = [
+            _tool("postgres"),
+            "-D",
+            str(self.folder / "data"),
+            "-k",
+            str(self.folder),
+            "-c",
+            "listen_addresses=",
+            "-F",
+        ]
         ready = [_tool("pg_isready"), "-q", "-h", str(self.folder), "-U", "challenge", "-t", "1"]
         deadline_s = time.monotonic() + 60
         self.process = subprocess.Popen(words, **self._quiet)
