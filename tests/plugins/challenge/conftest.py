@@ -3,6 +3,7 @@
 import os
 import pwd
 import shutil
+import signal
 import subprocess
 import tempfile
 import time
@@ -68,7 +69,7 @@ class PostgreSQL:
         self.process.wait()
 
     def stop(self) -> None:
-        self.process.terminate()
+        self.process.send_signal(signal.SIGINT)  # SIGTERM would wait for the last client
         self.process.wait()
         shutil.rmtree(self.folder, ignore_errors=True)
 
