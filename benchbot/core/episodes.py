@@ -40,7 +40,7 @@ class Episode:
 
     def placed(self, scene: Declaration) -> Declaration:
         """Return the scene with the episode's start pose and places of objects instead of its own."""
-        objects = {"objects": self.data["objects"]} if "objects" in self.data else {}
+        objects = {"loose_objects": self.data["objects"]} if "objects" in self.data else {}
         return replace(scene, data={**scene.data, "start_pose": list(self.data["start_pose"]), **objects})
 
     def provenance(self) -> dict[str, Any]:

@@ -96,13 +96,13 @@ def worker(
     folder: Folder,
     database: DatabaseUrl = None,
     until_empty: Annotated[bool, typer.Option("--until-empty", help="End when nothing waits.")] = False,
-    with_parent: Annotated[bool, typer.Option("--with-parent", hidden=True)] = False,
+    parent: Annotated[int | None, typer.Option("--parent", hidden=True)] = None,
 ) -> None:
     """Compute submissions, beside others; the folder must be on a disk that all of them share."""
     _require_extra()
     from benchbot.plugins.challenge import serving
 
-    serving.work(folder, database, until_empty=until_empty, with_parent=with_parent)
+    serving.work(folder, database, until_empty=until_empty, parent=parent)
 
 
 @app.command()

@@ -62,17 +62,16 @@ def serve(
         uvicorn.Server(config).run([listener])
 
 
-def work(folder: Path, database_url: str | None, *, until_empty: bool, with_parent: bool = False) -> None:
+def work(folder: Path, database_url: str | None, *, until_empty: bool, parent: int | None = None) -> None:
     """Be one worker until SIGINT or SIGTERM, or until its parent has ended; another goes on with what it has begun."""
     challenge = read(folder)
     ended = threading.Event()
-    parent = os.getppid()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: ended.set())
     database = Database(url_of(challenge, database_url))
     key = signing.load(challenge.folder / SIGNING_KEY)
     name = workers.name_of(os.getpid())
-    over = ended.is_set if not with_parent else (lambda: ended.is_set() or os.getppid() != parent)
+    over = ended.is_set if parent is None else (lambda: ended.is_set() or os.getppid() != parent)
     workers.Worker(challenge, database, key, name, over).run(until_empty=until_empty)
 
 
@@ -132,7 +131,7 @@ def _keep_workers(served: Site, database_url: str | None, count: int, ended: thr
     What a worker had claimed that has died is back in the queue at once, not only when its lease has run out.
     """
     challenge = served.challenge
-    words = ["challenge", "worker", str(challenge.folder), "--with-parent"]
+    words = ["challenge", "worker", str(challenge.folder), "--parent", str(os.getpid())]
     words += [] if database_url is None else ["--database", database_url]
     running: list[Popen[bytes]] = []
     with (challenge.folder / "workers.log").open("ab") as log:

@@ -181,7 +181,7 @@ def test_an_arm_that_is_declared_wrongly_is_explained(change: dict[str, Any], wh
 
 def test_objects_begin_where_an_episode_says(room: Scene) -> None:
     robot = simulator({"loose": ["block"]}, robot_name="carter_arm_lowres")
-    placed = {"objects": [{"name": "block", "position": [0.9, -0.3, 0.74], "turn_deg": 45.0}]}
+    placed = {"loose_objects": [{"name": "block", "position": [0.9, -0.3, 0.74], "turn_deg": 45.0}]}
     robot.load(Scene({**room.environment, **placed}, room.folder), 0)
     witnessed = robot.witnessed()
     assert witnessed is not None
@@ -201,7 +201,7 @@ def test_objects_begin_where_an_episode_says(room: Scene) -> None:
 def test_objects_that_cannot_begin_there_are_explained(room: Scene, objects: list[Any], why: str) -> None:
     robot = simulator({"loose": ["block"]}, robot_name="carter_arm_lowres")
     with pytest.raises(BenchbotError) as caught:
-        robot.load(Scene({**room.environment, "objects": objects}, room.folder), 0)
+        robot.load(Scene({**room.environment, "loose_objects": objects}, room.folder), 0)
     assert why in caught.value.why
 
 

@@ -60,7 +60,7 @@ def test_the_result_tells_the_truth_about_objects_and_actions(result: dict[str, 
     (taken,) = result["actions"]
     arguments = [row[2] for row in taken["rows"] if row[1:2] == ["move_end_effector"]]
     assert all(len(given["pose"]) == 7 for given in arguments)
-    assert "objects" not in result["environment_details"][0]
+    assert "loose_objects" not in result["environment_details"][0]
 
 
 def test_each_recording_is_whole_and_has_the_joints(batch: Path) -> None:

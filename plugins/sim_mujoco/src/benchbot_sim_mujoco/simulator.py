@@ -56,7 +56,7 @@ class MujocoSimulator(KinematicSimulator["_World"]):
 
     def open(self, scene: Scene) -> "_World":
         """Return the world of a scene; one that was loaded before is used again, so that a reset is quick."""
-        ways = ("start_pose", "trajectory_poses", "objects")
+        ways = ("start_pose", "trajectory_poses", "loose_objects")
         place = {name: value for name, value in scene.environment.items() if name not in ways}
         key = (scene.folder, repr(place), scene.start_pose.translation_xyz[2])
         if key not in self._worlds:
@@ -67,7 +67,7 @@ class MujocoSimulator(KinematicSimulator["_World"]):
     def load(self, scene: Scene, seed: int) -> None:
         """Put robot and objects where the scene begins; raises BenchbotError when they do not stay there."""
         super().load(scene, seed)
-        self.world.physics.load(scene.start_pose, scene.environment.get("objects", ()))
+        self.world.physics.load(scene.start_pose, scene.environment.get("loose_objects", ()))
         self.world.revision += 1
 
     def advance(self, linear_mps: float, angular_radps: float, duration_s: float) -> tuple[State, bool]:

@@ -123,7 +123,7 @@ def open_room(environment: str) -> Room:
 def is_possible(room: Room, episode: Mapping[str, Any]) -> bool:
     """Return whether objects stay where the episode puts them, and the robot can reach object and place."""
     start = Pose.from_wxyz_xyz(episode["start_pose"])
-    placed = {**room.scene.environment, "start_pose": episode["start_pose"], "objects": episode["objects"]}
+    placed = {**room.scene.environment, "start_pose": episode["start_pose"], "loose_objects": episode["objects"]}
     try:
         room.simulator.load(Scene(cast(Any, placed), room.scene.folder), 0)
     except BenchbotError:
