@@ -37,7 +37,7 @@ def test_a_run_is_seen_while_it_is_under_way_and_leads_to_its_result(
     submitted = cli.start(
         "submit", *words, "--native", cli.script("seen.py", seen), "--results-location", "result.json"
     )
-    assert eventually(live, PATIENCE_S)
+    assert eventually(lambda: bool(live()), PATIENCE_S)
 
     with serving(tmp_path, everything=True) as address:
         tab.goto(address)
