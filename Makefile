@@ -6,11 +6,11 @@ BIN := $(VENV)/bin
 PLUGINS := scenes assets_household sim_taichi task_semslam task_navigation eval_omq eval_trajectory eval_exploration \
 	envs_bear
 MORE_PLUGINS := robot_ros2 record_mcap replay record_video record_rerun executor_slurm executor_ray \
-	sim_mujoco view
+	sim_mujoco task_manipulation view
 EDITABLE := -e . $(foreach plugin,$(PLUGINS),-e plugins/$(plugin))
 EDITABLE_MORE := $(foreach plugin,$(MORE_PLUGINS),-e plugins/$(plugin))
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
-FOR_TESTS := $(addprefix $(VENV)/.,interfaces browser slurm engines tmux opengl sdformat)
+FOR_TESTS := $(addprefix $(VENV)/.,interfaces browser slurm engines tmux opengl sdformat postgresql)
 SOURCES := benchbot benchbot_addons benchbot_api benchbot_eval tests benchmarks plugins release docs/tools tools conftest.py
 # The kernel without robots, servers and solutions; new tests in these folders belong to it by themselves.
 QUICK := tests/api tests/cli/kit tests/core tests/evaluation tests/wire $(wildcard tests/plugins/test_*.py) \
@@ -67,6 +67,10 @@ $(VENV)/.opengl: $(VENV)/.tmux plugins/sim_mujoco/tests/install_opengl.sh
 
 $(VENV)/.sdformat: $(VENV)/.opengl plugins/scenes/tests/exporting/install_sdf_schema.sh
 	plugins/scenes/tests/exporting/install_sdf_schema.sh
+	touch $@
+
+$(VENV)/.postgresql: $(VENV)/.sdformat tests/plugins/challenge/install_postgresql.sh
+	tests/plugins/challenge/install_postgresql.sh
 	touch $@
 
 demo: install  ## Drive a robot through a ray-traced room, map it, score the map

@@ -1,6 +1,6 @@
 """The public side for plug-ins: all that a plug-in imports of BenchBot, but for `benchbot.api`, `benchbot.cli.kit`,
-`benchbot.process`, `benchbot.simulation` and `benchbot.testing`. Nothing else is promised; docs/plugins.md says what a
-promise is worth.
+`benchbot.process`, `benchbot.screens`, `benchbot.simulation` and `benchbot.testing`. Nothing else is promised;
+docs/plugins.md says what a promise is worth.
 
 A name is imported when it is used: this module itself costs next to nothing.
 """
@@ -19,8 +19,10 @@ if TYPE_CHECKING:
     from benchbot.core.channels import OBSERVATIONS as OBSERVATIONS
     from benchbot.core.channels import Action as Action
     from benchbot.core.channels import CameraModel as CameraModel
+    from benchbot.core.channels import FetchGoal as FetchGoal
     from benchbot.core.channels import FramePose as FramePose
     from benchbot.core.channels import InertialMeasurement as InertialMeasurement
+    from benchbot.core.channels import JointStates as JointStates
     from benchbot.core.channels import LaserScan as LaserScan
     from benchbot.core.channels import LidarScan as LidarScan
     from benchbot.core.channels import Observation as Observation
@@ -65,16 +67,20 @@ if TYPE_CHECKING:
     from benchbot.core.light_records import Recorder as Recorder
     from benchbot.core.light_records import Routes as Routes
     from benchbot.core.light_records import SubmissionMode as SubmissionMode
+    from benchbot.core.light_records import TuiScreen as TuiScreen
     from benchbot.core.light_records import target as target
     from benchbot.core.motion import REST_MPS as REST_MPS
     from benchbot.core.motion import REST_RADPS as REST_RADPS
     from benchbot.core.motion import MotionConfig as MotionConfig
     from benchbot.core.motion import Outcome as Outcome
+    from benchbot.core.platform import Manipulator as Manipulator
     from benchbot.core.platform import ManyCameras as ManyCameras
     from benchbot.core.platform import Platform as Platform
     from benchbot.core.platform import PlatformSpec as PlatformSpec
     from benchbot.core.platform import Scene as Scene
     from benchbot.core.platform import Simulation as Simulation
+    from benchbot.core.platform import Witness as Witness
+    from benchbot.core.platform import Witnessed as Witnessed
     from benchbot.core.plugin_manager import PluginInfo as PluginInfo
     from benchbot.core.plugin_manager import Plugins as Plugins
     from benchbot.core.plugin_manager import installed as _installed_plugins
@@ -134,8 +140,8 @@ def hookimpl(function: F) -> F:
 
 
 _HOMES = {
-    "core.channels": "ACTIONS OBSERVATIONS Action CameraModel FramePose InertialMeasurement LaserScan LidarScan "
-    "Observation Observations Segmentation",
+    "core.channels": "ACTIONS OBSERVATIONS Action CameraModel FetchGoal FramePose InertialMeasurement JointStates "
+    "LaserScan LidarScan Observation Observations Segmentation",
     "core": "instance_checks randomness",
     "core.budget": "Spent",
     "core.atomic": "write=write_atomically write_text",
@@ -150,12 +156,13 @@ _HOMES = {
     "core.geometry": "Pose Quaternion wrap_angle_rad",
     "core.lidar": "POINT=LIDAR_POINT OFFSETS=LIDAR_OFFSETS cloud directions elevations_deg points_m",
     "core.motion": "REST_MPS REST_RADPS MotionConfig Outcome",
-    "core.platform": "ManyCameras Platform PlatformSpec Scene Simulation",
+    "core.platform": "ManyCameras Manipulator Platform PlatformSpec Scene Simulation Witness Witnessed",
     "core.plugin_manager": "installed=installed_plugins load=load_plugins PluginInfo Plugins",
     "core.progress": "ActionResult Progress State Step",
     "core.recording": "KnowsRun Recording ShowsResults",
     "core.light_records": (
-        "AssetPack Check Command DeclarationFolder DeclarationSource Executor Recorder Routes SubmissionMode target "
+        "AssetPack Check Command DeclarationFolder DeclarationSource Executor Recorder Routes SubmissionMode TuiScreen "
+        "target "
     ),
     "core.records": ("API_VERSION Document Evaluator Resources RobotDriver Score Simulator WorkOrder Workers "),
     "core.resources": "cache_dir data_dir",

@@ -1,7 +1,11 @@
 """How close the default picture is to a path traced one, in every environment by day, in the evening and at night.
 
 python -m benchmarks fidelity [--only NAME:VARIANT ...] [--times day evening night] [--quality fast] [--device cuda]
-    [--width 480] [--samples 256] [--views 1] [--cache FOLDER] [--json FILE] [--pictures FOLDER]
+    [--width 480] [--samples 256] [--views 1] [--processes N] [--cache FOLDER] [--json FILE] [--markdown FILE]
+    [--pictures FOLDER]
+
+With --processes so many environments are measured at a time, each by a process of its own with an equal part of the
+processors; rows are then written as they come in, and a run that is cut off leaves those that it has.
 
 Of each environment the view of its trajectory's median pose (`views.median_places`), 16 : 9 and 90° wide, in the light
 of docs/gallery.md. The reference is the mean of two path traced pictures of half of --samples a pixel each, denoised
@@ -18,8 +22,11 @@ Of several pictures there are the medians, and the worst; walls are taken togeth
 
 import argparse
 import json
+import multiprocessing
+import os
 import statistics
 import tempfile
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -29,6 +36,7 @@ import numpy.typing as npt
 from PIL import Image
 
 from benchbot.core.declarations.catalog import Declaration
+from benchbot.process import processors
 from benchbot_sim_taichi import _ti, denoise
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.quality import FAST, REALTIME, Quality
@@ -104,8 +112,11 @@ def main() -> None:
     parser.add_argument("--width", type=int, default=480)
     parser.add_argument("--samples", type=int, default=256, help="of the path tracer, per pixel")
     parser.add_argument("--views", type=int, default=1, help="of each environment")
+    parser.add_argument("--processes", type=int, default=1, metavar="N", help="measure so many pictures at a time")
+    parser.add_argument("--seconds", type=float, metavar="S", help="begin no picture later than this")
     parser.add_argument("--cache", type=Path, help="keep what is made of the scenes there")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the figures to this file, row by row")
+    parser.add_argument("--markdown", type=Path, metavar="FILE", help="also write medians, worst and rows as tables")
     parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="also write the pictures there")
     options = parser.parse_args()
     if not denoise.is_installed():
@@ -115,57 +126,79 @@ def main() -> None:
     rows: list[Row] = []
     print(HEADING)
     with tempfile.TemporaryDirectory() as folder:
-        for name in options.only or views.shipped():
-            for row in measure(views.declared(name), options.cache or Path(folder), options):
-                rows.append(row)
-                print(line(f"{row.environment} {row.time}", [row]), flush=True)
-                if options.json:
-                    written = [asdict(row) | {"quality": options.quality, "samples": options.samples} for row in rows]
-                    options.json.write_text(json.dumps(written, indent=1) + "\n", encoding="utf-8")
+        options.cache = options.cache or Path(folder)
+        for row in measured(options.only or views.shipped(), options):
+            rows.append(row)
+            print(line(f"{row.environment} {row.time}", [row]), flush=True)
+            if options.json:
+                written = [asdict(row) | {"quality": options.quality, "samples": options.samples} for row in rows]
+                options.json.write_text(json.dumps(written, indent=1) + "\n", encoding="utf-8")
+            if options.markdown:
+                options.markdown.write_text("\n".join(markdown(rows)) + "\n", encoding="utf-8")
     print("\n".join(summary(rows)))
 
 
-def measure(environment: Declaration, cache: Path, options: argparse.Namespace) -> Iterator[Row]:
-    """Every view of an environment at every time of day."""
+def measured(names: Sequence[str], options: argparse.Namespace) -> Iterator[Row]:
+    """Every picture of some environments, one after the other or as `--processes` have them."""
+    parts = [(name, at) for at in options.times for name in names]
+    started_s = time.monotonic()
+    if options.processes == 1:
+        for name, at in parts:
+            yield from measure(views.declared(name), at, options.cache, options)
+        return
+    os.environ[_ti.THREADS] = str(max(processors() // options.processes, 1))
+    with multiprocessing.get_context("spawn").Pool(options.processes) as pool:
+        for rows in pool.imap_unordered(_measure_one, [(name, at, options, started_s) for name, at in parts]):
+            yield from rows
+
+
+def _measure_one(part: tuple[str, str, argparse.Namespace, float]) -> list[Row]:
+    name, at, options, started_s = part
+    if options.seconds and time.monotonic() - started_s > options.seconds:
+        return []
+    return list(measure(views.declared(name), at, options.cache, options))
+
+
+def measure(environment: Declaration, at: str, cache: Path, options: argparse.Namespace) -> Iterator[Row]:
+    """Every view of an environment at one time of day."""
     scene = views.scene_of(environment, cache)
     places = views.median_places(environment, scene, cache, options.device, options.views)
     poses = views.camera_poses(environment)[places]
     camera = Intrinsics.from_horizontal_fov(options.width, options.width * 9 // 16, 90.0)
-    for at in options.times:
-        lighting = Lighting.from_mapping(light_at(TIMES[at], environment.data.get("lighting") or {}))
-        ours = Renderer(scene, lighting, cache_dir=cache, device=options.device, quality=QUALITIES[options.quality])
-        half = Quality("path", max(options.samples // 2, 1))
-        paths = [
-            Renderer(scene, lighting, cache_dir=cache, device=options.device, quality=half, seed=number)
-            for number in (0, 1)
-        ]
-        paths[1].irradiance = paths[0].irradiance
-        for view, pose in enumerate(poses):
-            frame = ours.render(pose, camera)
-            halves = [renderer.render(pose, camera).rgb for renderer in paths]
-            reference = np.mean(halves, axis=0)
-            walls = plain_walls.find(scene, frame, pose, camera, reference)
-            wall_pixels = int((walls > 0).sum())
-            figures = compare("ours", frame.rgb, reference)
-            red, green, blue = (frame.rgb - reference).mean(axis=(0, 1)).tolist()
-            yield Row(
-                environment.name,
-                at,
-                view,
-                figures["ours_ssim"],
-                figures["ours_rmse"],
-                0.5 * float(np.sqrt(np.mean((halves[0].astype(float) - halves[1]) ** 2))),
-                (red, green, blue),
-                clipped(frame.rgb),
-                clipped(reference),
-                wall_pixels,
-                wall_pixels / walls.size,
-                plain_walls.covariance(frame.rgb, frame.rgb, walls) if wall_pixels else 0.0,
-                plain_walls.covariance(halves[0], halves[1], walls) if wall_pixels else 0.0,
-            )
-            if options.pictures:
-                name = f"{environment.name.replace(':', '_')}-{at}-{view}.png"
-                Image.fromarray(side_by_side(frame.rgb, reference, walls)).save(options.pictures / name)
+    lighting = Lighting.from_mapping(light_at(TIMES[at], environment.data.get("lighting") or {}))
+    ours = Renderer(scene, lighting, cache_dir=cache, device=options.device, quality=QUALITIES[options.quality])
+    half = Quality("path", max(options.samples // 2, 1))
+    paths = [
+        Renderer(scene, lighting, cache_dir=cache, device=options.device, quality=half, seed=number)
+        for number in (0, 1)
+    ]
+    paths[1].irradiance = paths[0].irradiance
+    for view, pose in enumerate(poses):
+        frame = ours.render(pose, camera)
+        halves = [renderer.render(pose, camera).rgb for renderer in paths]
+        reference = np.mean(halves, axis=0)
+        walls = plain_walls.find(scene, frame, pose, camera, reference)
+        wall_pixels = int((walls > 0).sum())
+        figures = compare("ours", frame.rgb, reference)
+        red, green, blue = (frame.rgb - reference).mean(axis=(0, 1)).tolist()
+        yield Row(
+            environment.name,
+            at,
+            view,
+            figures["ours_ssim"],
+            figures["ours_rmse"],
+            0.5 * float(np.sqrt(np.mean((halves[0].astype(float) - halves[1]) ** 2))),
+            (red, green, blue),
+            clipped(frame.rgb),
+            clipped(reference),
+            wall_pixels,
+            wall_pixels / walls.size,
+            plain_walls.covariance(frame.rgb, frame.rgb, walls) if wall_pixels else 0.0,
+            plain_walls.covariance(halves[0], halves[1], walls) if wall_pixels else 0.0,
+        )
+        if options.pictures:
+            name = f"{environment.name.replace(':', '_')}-{at}-{view}.png"
+            Image.fromarray(side_by_side(frame.rgb, reference, walls)).save(options.pictures / name)
 
 
 def clipped(picture: npt.NDArray[np.number]) -> float:
@@ -240,6 +273,35 @@ def summary(rows: Sequence[Row]) -> Iterator[str]:
                 f"{statistics.median(map(floor.value, counted)):.3g}, worst {floor.value(worst):.3g} "
                 f"({worst.environment} {worst.time})"
             )
+
+
+def markdown(rows: Sequence[Row]) -> Iterator[str]:
+    """Medians and the worst of each time of day as one table, and every picture's figures as another."""
+    head = "SSIM | RMSE | largest bias | bias r, g, b | clipped % | walls, of path's"
+    yield f"| | pictures | {head} |"
+    yield "|---|" + "---|" * 7
+    for at in (*TIMES, "all"):
+        if there := [row for row in rows if at in (row.time, "all")]:
+            yield f"| {at}, median | {len(there)} | {_cells(there)} |"
+            worst = (
+                f"{min(row.ssim for row in there):.3f} | {max(row.rmse for row in there):.2f} "
+                f"| {max(row.bias for row in there):.2f} | | {100 * max(row.clipped for row in there):.2f} "
+            )
+            yield f"| {at}, worst | | {worst}| |"
+    yield f"\n| | | {head} |"
+    yield "|---|" + "---|" * 7
+    for row in sorted(rows, key=lambda row: (row.environment, list(TIMES).index(row.time), row.view)):
+        yield f"| {row.environment} | {row.time} | {_cells([row])} |"
+
+
+def _cells(rows: Sequence[Row]) -> str:
+    red, green, blue = np.median([row.bias_rgb for row in rows], axis=0)
+    ssim, rmse, bias, clip = (
+        statistics.median(values) for values in zip(*((r.ssim, r.rmse, r.bias, r.clipped) for r in rows), strict=True)
+    )
+    ratio = wall_ratio(rows)
+    walls = "–" if np.isnan(ratio) else f"{ratio:.2f}"
+    return f"{ssim:.3f} | {rmse:.2f} | {bias:.2f} | {red:+.1f}, {green:+.1f}, {blue:+.1f} | {100 * clip:.2f} | {walls}"
 
 
 if __name__ == "__main__":

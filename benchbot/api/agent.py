@@ -36,7 +36,7 @@ class Agent(ABC):
         """Say whether the current scene is done, given the result of the last action."""
 
     @abstractmethod
-    def pick_action(self, observations: Observations, action_list: Sequence[str]) -> tuple[str, Mapping[str, float]]:
+    def pick_action(self, observations: Observations, action_list: Sequence[str]) -> tuple[str, Mapping[str, Any]]:
         """Return the next action and its keyword arguments, for example `("move_distance", {"distance": 0.5})`."""
 
     @abstractmethod

@@ -144,7 +144,8 @@ class BenchBot:
         unavailable now or wrongly used.
         """
         client = self._running()
-        kwargs = {**(arguments or {}), **action_kwargs}
+        given = {**(arguments or {}), **action_kwargs}
+        kwargs = {name: value.tolist() if hasattr(value, "tolist") else value for name, value in given.items()}
         if action is not None:
             print(f"Sending action '{action}' with args: {kwargs}", flush=True)
         try:

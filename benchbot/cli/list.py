@@ -85,6 +85,11 @@ LISTINGS: Mapping[str, Listing] = {
     "commands": Listing(
         "List the commands that plug-ins add to benchbot.", {"help": _attribute("help")}, {"commands": ""}
     ),
+    "screens": Listing(
+        "List the screens that plug-ins add to benchbot tui.",
+        {"key": _attribute("key"), "summary": _attribute("summary")},
+        {"screens": ""},
+    ),
 }
 
 

@@ -161,9 +161,12 @@ def _scene(environment: dict[str, object]) -> str:
 
 def _episode(episode: "Episode") -> str:
     goal = episode.goal
-    where = goal if isinstance(goal, str) else f"({goal[0]:.2f}, {goal[1]:.2f}) m from the start"
     last = len(episode.listed.data["episodes"]) - 1
-    return f"{episode.number} of 0 to {last}, {episode.data['id']}: to {where}"
+    told = f"{episode.number} of 0 to {last}, {episode.data['id']}"
+    if isinstance(goal, dict):
+        return f"{told}: {goal['object']} to {goal['place']}"
+    where = goal if isinstance(goal, str) else f"({goal[0]:.2f}, {goal[1]:.2f}) m from the start"
+    return f"{told}: to {where}"
 
 
 def _limits(limits: "Limits") -> str:

@@ -69,6 +69,22 @@ class FramePose(TypedDict):
     rotation_xyzw: "NDArray[np.float64]"
 
 
+class JointStates(TypedDict):
+    """The value of `joint_states`."""
+
+    names: list[str]
+    positions: "NDArray[np.float64]"
+    velocities: "NDArray[np.float64]"
+    efforts: "NDArray[np.float64]"
+
+
+class FetchGoal(TypedDict):
+    """The value of `goal` where an object is to be brought to a place: the classes of both."""
+
+    object: str
+    place: str
+
+
 class Observations(TypedDict, total=False):
     """Values of channels by name, as far as they were asked for; `OBSERVATIONS` has their shapes, units and frames.
 
@@ -84,8 +100,9 @@ class Observations(TypedDict, total=False):
     laser: LaserScan
     lidar: LidarScan
     imu: InertialMeasurement
+    joint_states: JointStates
     poses: dict[str, FramePose]
-    goal: "NDArray[np.float64] | str"
+    goal: "NDArray[np.float64] | str | FetchGoal"
 
 
 @dataclass(frozen=True)
@@ -99,12 +116,16 @@ class Observation:
 
 @dataclass(frozen=True)
 class Action:
-    """Something a solution may ask the robot to do; `argument` is its one keyword, if it has one."""
+    """Something a solution may ask the robot to do; `argument` is its one keyword, if it has one.
+
+    The argument is a number where `size` is None, else a list of so many numbers, 0 for as many as the arm has joints.
+    """
 
     name: str
     argument: str | None
     unit: str
     description: str
+    size: int | None = None
 
 
 _INFO = (
@@ -148,6 +169,12 @@ OBSERVATIONS: dict[str, Observation] = {
             "rest is gravity's reaction, +9.81 upwards (REP-145); NaN is what the device does not measure",
         ),
         Observation(
+            "joint_states",
+            "{names: [text], positions: float64 (N,), velocities: float64 (N,), efforts: float64 (N,)}",
+            "the joints of the arm from its base on, in rad, rad/s and N m, then the gripper: the distance between its "
+            "fingers, how fast it grows, and the force that they close with, in m, m/s and N",
+        ),
+        Observation(
             "poses",
             "{frame: {parent_frame, translation_xyz: float64 (3,), rotation_rpy: float64 (3,), "
             "rotation_xyzw: float64 (4,)}}",
@@ -156,8 +183,9 @@ OBSERVATIONS: dict[str, Observation] = {
         ),
         Observation(
             "goal",
-            "float64 (2,), or text",
-            "where to go in an episode: metres from the start pose, x forward, y to the left; or the name of a class",
+            "float64 (2,), or text, or {object: text, place: text}",
+            "where to go in an episode: metres from the start pose, x forward, y to the left; or the name of a class; "
+            "or the class of the object to fetch, and that of the place to put it down on",
         ),
     )
 }
@@ -171,8 +199,27 @@ ACTIONS: dict[str, Action] = {
         Action("move_next", None, "", "drive to the next pose of the environment's trajectory"),
         Action("move_distance", "distance", "m", "drive straight ahead; negative drives backwards"),
         Action("move_angle", "angle", "deg", "turn on the spot; positive is counter-clockwise"),
+        Action(
+            "move_joints",
+            "positions",
+            "rad",
+            "move all joints of the arm at once, in the order of joint_states, to these positions",
+            size=0,
+        ),
+        Action(
+            "move_end_effector",
+            "pose",
+            "m, unit quaternion",
+            "move the arm until the point between its fingers has the pose [x, y, z, qx, qy, qz, qw] in the robot's "
+            "frame: on a straight line where the joints can follow one, else evenly in all joints",
+            size=7,
+        ),
+        Action("move_gripper", "width", "m", "open or close the gripper until its fingers are so far apart, or hold"),
     )
 }
+
+MANIPULATION = frozenset({"move_joints", "move_end_effector", "move_gripper"})
+"""Actions of an arm, which its platform carries out as `Manipulator.manipulate`."""
 
 
 def check_argument(action: str, arguments: Mapping[str, object]) -> None:
@@ -186,11 +233,36 @@ def check_argument(action: str, arguments: Mapping[str, object]) -> None:
             f"Call it like this: {action}" + (f" with {{'{known}': 1.0}}" if known else " with no argument"),
             failure=FailureClass.AGENT,
         )
+    size, unit = ACTIONS[action].size, ACTIONS[action].unit
+    if size is not None:
+        _check_numbers(action, known, arguments.get(known or ""))
+        return
     value = arguments.get(known, 0.0) if known else 0.0
-    if not isinstance(value, int | float) or isinstance(value, bool) or not math.isfinite(value):
+    if not _is_number(value):
         raise BenchbotError(
             f"The {known} of '{action}' is {value!r}.",
-            f"It must be a finite number, in {ACTIONS[action].unit}.",
+            f"It must be a finite number, in {unit}.",
             "Pass a number, for example 0.5.",
             failure=FailureClass.AGENT,
         )
+
+
+def _check_numbers(action: str, argument: str | None, value: object) -> None:
+    size = ACTIONS[action].size
+    right = (
+        isinstance(value, list | tuple)
+        and all(map(_is_number, value))
+        and len(value) in ((size,) if size else range(1, 100))
+    )
+    if not right:
+        many = f"{size}" if size else "as many as the arm has joints"
+        raise BenchbotError(
+            f"The {argument} of '{action}' is {str(value)[:80]}.",
+            f"It must be a list of finite numbers, {many}, in {ACTIONS[action].unit}.",
+            f"Pass a list, for example {argument}=[{', '.join(['0.1'] * (size or 6))}].",
+            failure=FailureClass.AGENT,
+        )
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

@@ -27,6 +27,7 @@ class RobotDeclaration(TypedDict):
     laser: NotRequired[Settings]
     lidar: NotRequired[Settings]
     imu: NotRequired[Settings]
+    arm: NotRequired[Settings]
     noise: NotRequired[Settings]
     frames: NotRequired[Mapping[str, Settings]]
     driver: NotRequired[Settings]
@@ -52,6 +53,7 @@ class EnvironmentDeclaration(TypedDict):
     object_labels: NotRequired[list[str]]
     lighting: NotRequired[Settings]
     options: NotRequired[Settings]
+    objects: NotRequired[list[Settings]]
 
 
 class GroundTruth(TypedDict):
@@ -71,6 +73,10 @@ class TrackedScene(TypedDict):
     collisions: int
     columns: list[str]
     rows: list[list[Any]]
+    objects: NotRequired[list[Mapping[str, Any]]]
+    held: NotRequired[list[str]]
+    energy_j: NotRequired[float]
+    end_effector_path_m: NotRequired[float]
 
 
 class Result(TypedDict):

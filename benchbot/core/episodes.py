@@ -28,8 +28,10 @@ class Episode:
 
     @property
     def goal(self) -> Any:
-        """The channel `goal`: float64 (2,) metres from the start pose, x forward; or the name of a class."""
+        """The channel `goal`: float64 (2,) metres from the start pose, x forward; or a class; or what to fetch."""
         goal = self.data["goal"]
+        if "fetch" in goal:
+            return {"object": str(goal["fetch"]["class"]), "place": str(goal["place"]["class"])}
         if "class" in goal:
             return str(goal["class"])
         x, y, z = goal["position"]
@@ -37,8 +39,9 @@ class Episode:
         return np.array(seen.translation_xyz[:2], np.float64)
 
     def placed(self, scene: Declaration) -> Declaration:
-        """Return the scene with the episode's start pose instead of its own."""
-        return replace(scene, data={**scene.data, "start_pose": list(self.data["start_pose"])})
+        """Return the scene with the episode's start pose and places of objects instead of its own."""
+        objects = {"objects": self.data["objects"]} if "objects" in self.data else {}
+        return replace(scene, data={**scene.data, "start_pose": list(self.data["start_pose"]), **objects})
 
     def provenance(self) -> dict[str, Any]:
         """Return what says which episode it is: the list's name and content hash, number and id."""

@@ -96,6 +96,11 @@ def benchbot_commands() -> Iterable[light_records.Command]:  # type: ignore[empt
 
 
 @hookspec
+def benchbot_screens() -> Iterable[light_records.TuiScreen]:  # type: ignore[empty-body]
+    """Yield screens of `benchbot tui`."""
+
+
+@hookspec
 def benchbot_submission_modes() -> Iterable[light_records.SubmissionMode]:  # type: ignore[empty-body]
     """Yield ways to hold a solution while it runs."""
 
@@ -123,6 +128,7 @@ KINDS: Mapping[str, type] = {
     "recorders": light_records.Recorder,
     "asset_packs": light_records.AssetPack,
     "commands": light_records.Command,
+    "screens": light_records.TuiScreen,
     "submission_modes": light_records.SubmissionMode,
     "routes": light_records.Routes,
     "checks": light_records.Check,

@@ -7,7 +7,7 @@ from typing import Any, Protocol, cast
 from benchbot.core.channels import Observations
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, Outcome, execute
-from benchbot.core.platform import Attended, Platform, Scene, TakeOver, Traceable, WholeActions
+from benchbot.core.platform import Attended, Platform, Scene, TakeOver, Traceable, WholeActions, Witness, Witnessed
 from benchbot.core.track import DrivenPath, TrackedPlatform
 
 
@@ -18,7 +18,8 @@ class Status:
     `path` is what it has driven since the last status; None where no path is tracked. `robot` is what the result
     says of a real robot (`provenance.robot`), None of a simulated one; `machine` is what a simulated one runs on, for
     `provenance.machine`. `at_end` says whether its way is over; None where the trajectory says so.
-    `taken_over_s` says for how long a person has had it, each time since the last status.
+    `taken_over_s` says for how long a person has had it, each time since the last status. `witnessed` is the truth
+    about what the robot can move.
     """
 
     pose: Pose
@@ -29,6 +30,7 @@ class Status:
     at_end: bool | None = None
     taken_over_s: tuple[float, ...] = ()
     machine: dict[str, Any] = field(default_factory=dict)
+    witnessed: Witnessed | None = None
 
 
 class Host(Protocol):
@@ -40,7 +42,7 @@ class Host(Protocol):
     def load(self, scene_index: int, seed: int) -> Status:
         """Put the robot into the clean start state of a scene of the selection."""
 
-    def act(self, action: str, arguments: Mapping[str, float], goal: Pose | None) -> tuple[Outcome, Status]:
+    def act(self, action: str, arguments: Mapping[str, Any], goal: Pose | None) -> tuple[Outcome, Status]:
         """Execute one action to its end; `goal` is the trajectory pose that `move_next` drives to."""
 
     def observe(self, channels: Iterable[str]) -> Observations:
@@ -87,7 +89,7 @@ class InProcessHost:
         self._tracked.begin()
         return self.status()
 
-    def act(self, action: str, arguments: Mapping[str, float], goal: Pose | None) -> tuple[Outcome, Status]:
+    def act(self, action: str, arguments: Mapping[str, Any], goal: Pose | None) -> tuple[Outcome, Status]:
         """Execute one action to its end."""
         if isinstance(self._platform, WholeActions):
             return Outcome(self._platform.act(action)), self.status()
@@ -108,7 +110,9 @@ class InProcessHost:
         pose, clock_s = platform.pose(), platform.clock()
         taken_over_s = platform.taken_over_s() if isinstance(platform, TakeOver) else ()
         machine = (traced or {}) if robot is None else {}
-        status = Status(pose, clock_s, platform.collided, self._tracked.take(), robot, None, taken_over_s, machine)
+        witnessed = platform.witnessed() if isinstance(platform, Witness) else None
+        driven = self._tracked.take()
+        status = Status(pose, clock_s, platform.collided, driven, robot, None, taken_over_s, machine, witnessed)
         if not isinstance(platform, WholeActions):
             return status
         path = None if platform.driven_m is None else DrivenPath(platform.driven_m)

@@ -104,6 +104,19 @@ class Routes(NamedTuple):
     target: str
 
 
+class TuiScreen(NamedTuple):
+    """A screen of `benchbot tui`, listed in its command palette by name and summary.
+
+    `target` is `module:attribute` of a Textual screen class, or of a function that returns a screen; it is imported
+    when the screen is opened. `key`, if given, opens it from any screen, unless that key has a meaning already.
+    """
+
+    name: str
+    target: str
+    summary: str
+    key: str = ""
+
+
 class Check(NamedTuple):
     """A check before the first episode, of the catalog and a `benchbot.cli.kit.preflight.Intent`.
 

@@ -1,4 +1,4 @@
-"""Motion: the three actions, written once on top of the platform, so that simulated and real robots behave alike.
+"""Motion: the actions of the base, written once on top of the platform, so that simulated and real robots behave alike.
 
 Every action is a sequence of phases. A phase reads the believed pose once per control tick, returns the distance to its
 goal and a command that reduces it, and ends with the robot at rest.
@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, NamedTuple, Protocol, Self, cast
 
+from benchbot.core.channels import MANIPULATION
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose, wrap_angle_rad
-from benchbot.core.platform import Localisation, Platform
+from benchbot.core.platform import Localisation, Manipulator, Platform
 
 # The pose controller of Siegwart, Nourbakhsh, Scaramuzza, "Introduction to Autonomous Mobile Robots" (2nd ed., §3.6.2),
 # also Corke, "Robotics, Vision and Control" (§4.1.4), with the gains of BenchBot v2. Stable, by its condition, where
@@ -41,6 +42,7 @@ class Outcome(StrEnum):
     BLOCKED = "blocked"
     COLLIDED = "collided"
     TIMEOUT = "timeout"
+    UNREACHABLE = "unreachable"
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,7 @@ class Navigator(Platform, Protocol):
 
 
 def execute(
-    platform: Platform, action: str, arguments: Mapping[str, float], goal: Pose | None, config: MotionConfig
+    platform: Platform, action: str, arguments: Mapping[str, Any], goal: Pose | None, config: MotionConfig
 ) -> Outcome:
     """Execute one action of `benchbot.core.channels.ACTIONS` to its end; the robot is at rest afterwards.
 
@@ -104,8 +106,12 @@ def execute(
     turns) for move_angle; `goal` is the pose in the map frame for move_next. The robot's place is `platform.pose()`, or
     `platform.odometry()` when localisation is noisy. REACHED means within `position_tolerance_m` and
     `angle_tolerance_rad` of the goal by that pose. Where the platform is a `Navigator`, it is steered for what its
-    navigation leaves of the way.
+    navigation leaves of the way. Actions of an arm are those of the platform, a `Manipulator`: UNREACHABLE means that
+    nothing has moved, since no positions of the joints within their limits lead there.
     """
+    if action in MANIPULATION:
+        *_, ended = cast(Manipulator, platform).manipulate(action, arguments)
+        return Outcome.REACHED if ended is None else Outcome(ended)
     if action == "move_next" and goal is not None and hasattr(platform, "navigate"):
         for ended in cast(Navigator, platform).navigate(goal):
             if ended not in (None, Outcome.REACHED):
@@ -129,7 +135,7 @@ Phase = Callable[[Pose], Steering]
 
 
 def _phases(
-    platform: Platform, action: str, arguments: Mapping[str, float], goal: Pose | None, config: MotionConfig
+    platform: Platform, action: str, arguments: Mapping[str, Any], goal: Pose | None, config: MotionConfig
 ) -> Iterator[Phase]:
     period_s = platform.control_period_s
     start = _believed_pose(platform, config)

@@ -1,6 +1,6 @@
 """The one abstraction over simulated and real robots: what a simulator or a driver implements."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, Self, runtime_checkable
@@ -172,6 +172,41 @@ class Attended(Protocol):
     @property
     def heartbeat_timeout_s(self) -> float:
         """The longest silence of the supervisor, in wall time; after that the robot is halted."""
+
+
+@runtime_checkable
+class Manipulator(Protocol):
+    """A platform with an arm, whose base stands while the arm moves."""
+
+    def manipulate(self, action: str, arguments: Mapping[str, Any]) -> Iterator[str | None]:
+        """Carry out an action of `benchbot.core.channels.MANIPULATION`: yield None after each control tick.
+
+        At rest, yield how it ended (`benchbot.core.motion.Outcome`). Raises BenchbotError (failure `agent`) for an
+        argument that the arm does not have, or that is beyond its limits.
+        """
+
+
+@dataclass(frozen=True)
+class Witnessed:
+    """The truth about the objects that a robot can move, for results alone: solutions are not told.
+
+    `objects` are poses in the map frame of the middles of their boxes, by name: no rotation where a scene begins.
+    `held` are those that a gripper touches. `energy_j` and `end_effector_path_m` are sums since `load` of the
+    mechanical work of the arm's motors, braking included, and of the way of its end effector.
+    """
+
+    objects: Mapping[str, Pose]
+    held: tuple[str, ...] = ()
+    energy_j: float = 0.0
+    end_effector_path_m: float = 0.0
+
+
+@runtime_checkable
+class Witness(Protocol):
+    """A simulator that knows where the objects are that a robot can move."""
+
+    def witnessed(self) -> Witnessed | None:
+        """Return what it knows now; None where nothing can be moved."""
 
 
 @runtime_checkable

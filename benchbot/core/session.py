@@ -365,6 +365,7 @@ class Session:
         self.progress.simulated_time_s = self._simulated_before_s + status.clock_s
         self.taken_over_s += status.taken_over_s
         self.tracks[-1].follow(waypoint(status.pose, status.clock_s), status.path, collided=status.collided)
+        self.tracks[-1].witness(status.witnessed, status.clock_s)
         self.progress.collisions = sum(track.collided for track in self.tracks)
         self.progress.path_length_m = sum(track.length_m for track in self.tracks)
 

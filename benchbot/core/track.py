@@ -1,19 +1,23 @@
 """Track: where a robot really went, noted after every control tick of its platform and kept by the session."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from benchbot.core.documents import TrackedScene
-from benchbot.core.errors import BenchbotError
+from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.core.geometry import Pose, wrap_angle_rad
 from benchbot.core.motion import Outcome
-from benchbot.core.platform import Platform
+from benchbot.core.platform import Platform, Witnessed
 
 ROW_DISTANCE_M, ROW_ANGLE_RAD = 0.05, math.radians(5)
 """Distance and angle from the last row of a track at which another row is added."""
 COLUMNS = ("observation", "time_s", "x_m", "y_m", "yaw_rad")
+
+OBJECT_COLUMNS = ("time_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw")
+OBJECT_ROW_M, OBJECT_ROW_QUATERNION = 1e-3, 1e-3
+"""By how much an object's position, or a part of its quaternion, differs from its last row where another is added."""
 
 _DIGITS = 6
 
@@ -61,6 +65,20 @@ class TrackedPlatform:
             self._follow()
             yield outcome
 
+    def manipulate(self, action: str, arguments: Mapping[str, Any]) -> Iterator[str | None]:
+        """Follow a platform whose arm moves; raises BenchbotError where it has none."""
+        move = getattr(self._platform, "manipulate", None)
+        if move is None:
+            raise BenchbotError(
+                f"The robot has no arm for '{action}'.",
+                "Its declaration connects this action, and its simulator or driver moves a base only.",
+                f"Remove '{action}' from the robot's connections, or give it a type that moves arms.",
+                failure=FailureClass.PLATFORM,
+            )
+        for outcome in move(action, arguments):
+            self._follow()
+            yield outcome
+
     def take(self) -> DrivenPath:
         """Return the path that was driven since the last call, or since `begin`."""
         path = DrivenPath(self._length_m, tuple(self._waypoints))
@@ -93,6 +111,8 @@ class Track:
     collided: bool = False
     rows: list[tuple[int | None, Waypoint]] = field(default_factory=list)
     _here: Waypoint | None = None
+    _objects: dict[str, list[tuple[float, ...]]] = field(default_factory=dict)
+    _witnessed: Witnessed | None = None
 
     def follow(self, here: Waypoint, path: DrivenPath | None, *, collided: bool) -> None:
         """Add the path that led to `here`; where it is not known, it counts as straight."""
@@ -102,6 +122,17 @@ class Track:
         self.collided |= collided
         self.rows += [(None, place) for place in path.waypoints]
         self._here = here
+
+    def witness(self, witnessed: Witnessed | None, time_s: float) -> None:
+        """Add a row for each object that has moved since its last one."""
+        if witnessed is None:
+            return
+        self._witnessed = witnessed
+        for name, pose in witnessed.objects.items():
+            rows = self._objects.setdefault(name, [])
+            row = (time_s, *pose.translation_xyz, *pose.rotation_xyzw)
+            if not rows or not _is_near(rows[-1], row):
+                rows.append(row)
 
     def observed(self, number: int) -> None:
         """Add the row of an observation, the `number`-th since the run began, taken where the robot is now."""
@@ -113,15 +144,36 @@ class Track:
 
     def as_dict(self, source: str) -> TrackedScene:
         """Return the track as a result has it; `source` says whose pose it is: `simulation`, `robot` or `recording`."""
+        witnessed = self._witnessed
+        moved: dict[str, Any] = {}
+        if witnessed is not None:
+            moved["objects"] = [
+                {"name": name, "columns": list(OBJECT_COLUMNS), "rows": [_rounded(row) for row in rows]}
+                for name, rows in self._objects.items()
+            ]
+            moved["held"] = sorted(witnessed.held)
+            moved["energy_j"] = round(witnessed.energy_j, _DIGITS)
+            moved["end_effector_path_m"] = round(witnessed.end_effector_path_m, _DIGITS)
         return {
             "scene": self.scene,
             "source": source,
             "path_length_m": round(self.length_m, _DIGITS),
             "collisions": int(self.collided),
             "columns": list(COLUMNS),
-            # Adding zero makes one of minus zero.
-            "rows": [[number, *(round(value, _DIGITS) + 0.0 for value in place)] for number, place in self.rows],
+            "rows": [[number, *_rounded(place)] for number, place in self.rows],
+            **moved,  # type: ignore[typeddict-item]
         }
+
+
+def _rounded(row: tuple[float, ...]) -> list[float]:
+    # Adding zero makes one of minus zero.
+    return [round(value, _DIGITS) + 0.0 for value in row]
+
+
+def _is_near(row: tuple[float, ...], other: tuple[float, ...]) -> bool:
+    return math.dist(row[1:4], other[1:4]) < OBJECT_ROW_M and all(
+        abs(one - two) < OBJECT_ROW_QUATERNION for one, two in zip(row[4:], other[4:], strict=True)
+    )
 
 
 def waypoint(pose: Pose, clock_s: float) -> Waypoint:

@@ -25,14 +25,19 @@ INV_PI = 0.31830988618379067
 
 
 def first_hits_of(renderer: Any, pose: Any, camera: Any) -> Any:
-    """Distance, barycentric u and v, and triangle by its bits of what each pixel's middle shows (H * W, 4).
-
-    They stand in working memory, until the next call.
-    """
-    hits = _working_memory(camera.width * camera.height * first_hits.HIT_STRIDE)
+    """What each pixel's middle shows, as `first_hits` orders it: in working memory, until the next call."""
+    hits = _working_memory(first_hits.hits_size(1, camera.width, camera.height))
     record = camera_records(np.asarray(pose)[None], camera)
     first_hits.meet(*renderer.device.tree, -1, record, hits, 1, camera.width, camera.height)
-    return hits.reshape(-1, first_hits.HIT_STRIDE)[:, :4]
+    return hits
+
+
+def distances_of(hits: Any, camera: Any) -> Any:
+    """Distances (H * W,) of `first_hits_of`."""
+    columns, rows = -(-camera.width // TILE), -(-camera.height // TILE)
+    squares = hits.reshape(rows, columns, -1, TILE, TILE)[:, :, 0]
+    picture = squares.transpose(0, 2, 1, 3).reshape(rows * TILE, columns * TILE)
+    return picture[: camera.height, : camera.width].ravel()
 
 
 @functools.cache
@@ -64,7 +69,7 @@ def frame(renderer: Any, pose: Any, camera: Any, lamp: Any) -> Any:
     instance, material = np.empty(pixels, np.int32), np.empty(pixels, np.int32)
     record = camera_records(np.asarray(pose)[None], camera)
     device = renderer.device
-    hits = _working_memory(pixels * first_hits.HIT_STRIDE)
+    hits = _working_memory(first_hits.hits_size(1, camera.width, camera.height))
     first_hits.meet(*device.tree, device.sheer_root, record, hits, 1, camera.width, camera.height)
     _frame(
         *device.tree,
@@ -165,7 +170,7 @@ def _frame(
             if x < width and y < height:
                 pixel = y * width + x
                 ray = camera_ray(cameras, 0, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
-                hit = first_hits.met(hits, pixel, 0)
+                hit = first_hits.met(hits, first_hits.place_of_hits(pixel, width, height), 0)
                 depth[pixel] = hit.t
                 instance[pixel] = 0
                 material[pixel] = -1

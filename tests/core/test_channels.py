@@ -7,8 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 from benchbot.core import channels
-from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, OBSERVATIONS, Observations
+from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, OBSERVATIONS, Observations, check_argument
 from benchbot.core.declarations.schema import schema
+from benchbot.core.errors import BenchbotError, FailureClass
 
 STRUCTURED = {
     "image_rgb_info": "CameraModel",
@@ -18,6 +19,7 @@ STRUCTURED = {
     "laser": "LaserScan",
     "lidar": "LidarScan",
     "imu": "InertialMeasurement",
+    "joint_states": "JointStates",
     "poses": "FramePose",
 }
 
@@ -57,7 +59,9 @@ def test_a_structured_channel_has_the_keys_and_types_that_it_is_said_to_have(cha
 
 def _entries(value: str) -> Iterable[tuple[str, str]]:
     """Yield keys and dtypes of `{frame_id, matrix: float64 (3, 3)}`, as the table of channels has it."""
-    without_shapes = re.sub(r" \([^)]*\)", "", value.replace("{name: id}", "dict").replace("{frame: {", "{"))
+    without_shapes = re.sub(
+        r" \([^)]*\)", "", value.replace("{name: id}", "dict").replace("[text]", "list").replace("{frame: {", "{")
+    )
     for mapping in re.findall(r"{([^}]*)}", without_shapes):
         for entry in mapping.split(", "):
             key, _, dtype = entry.partition(": ")
@@ -83,3 +87,35 @@ def test_a_platform_may_have_channels_of_its_own() -> None:
     assert seen["sonar_m"].dtype == np.float32
     assert standard["goal"] == "wreck"
     assert list(anything) == ["sonar_m", "goal"]
+
+
+@pytest.mark.parametrize(
+    ("action", "arguments"),
+    [
+        ("move_joints", {"positions": [0.1, -2, 0.0]}),
+        ("move_end_effector", {"pose": (0.5, 0.0, 0.9, 1.0, 0.0, 0.0, 0.0)}),
+        ("move_gripper", {"width": 0.05}),
+    ],
+)
+def test_arguments_of_an_arm_are_numbers_or_lists_of_them(action: str, arguments: Mapping[str, Any]) -> None:
+    check_argument(action, arguments)
+
+
+@pytest.mark.parametrize(
+    ("action", "arguments", "why"),
+    [
+        ("move_joints", {"positions": 0.1}, "a list of finite numbers, as many as the arm has joints, in rad"),
+        ("move_joints", {"positions": []}, "as many as"),
+        ("move_joints", {}, "as many as"),
+        ("move_joints", {"positions": [0.1, float("nan")]}, "finite"),
+        ("move_joints", {"positions": [0.1, True]}, "numbers"),
+        ("move_end_effector", {"pose": [0.5, 0.0, 0.9]}, "a list of finite numbers, 7"),
+        ("move_gripper", {"width": [0.05]}, "a finite number, in m"),
+        ("move_gripper", {"metres": 0.05}, "Its argument: width"),
+    ],
+)
+def test_other_arguments_of_an_arm_are_refused(action: str, arguments: Mapping[str, Any], why: str) -> None:
+    with pytest.raises(BenchbotError) as caught:
+        check_argument(action, arguments)
+    assert why in caught.value.why
+    assert caught.value.failure is FailureClass.AGENT

@@ -157,3 +157,16 @@ def test_a_task_that_shows_a_goal_says_which_episodes_it_is_of() -> None:
 
     assert schema.problems(task, "task", Path("x.yaml")) != []
     assert schema.problems({**task, "episodes": "point_goal"}, "task", Path("x.yaml")) == []
+
+
+def test_a_goal_to_fetch_is_two_classes_and_objects_begin_where_the_episode_says() -> None:
+    place = {"class": "tray", "centroid": [1.0, 2.0, 0.7], "extent": [0.3, 0.4, 0.02]}
+    goal = {"fetch": {"name": "cup_3", "class": "cup"}, "place": place}
+    objects = [{"name": "cup_3", "position": [0.1, 0.2, 0.7], "turn_deg": 30.0}]
+    start = {"id": "a", "start_pose": [1, 0, 0, 0, 1, 2, 0], "shortest_path_m": 3.0}
+    document = listed(task="tidy_up", episodes=[{**start, "goal": goal, "objects": objects}])
+    schema.check(document, "episodes", Path("x.json"))
+    episode = episodes.Episode(Declaration("episodes", "tidy_up:room:1", Path("x.json"), "acme", document), 0)
+    assert episode.goal == {"object": "cup", "place": "tray"}
+    scene = Declaration("environments", "room:1", Path("x.yaml"), "acme", {"name": "room", "start_pose": []})
+    assert episode.placed(scene).data == {"name": "room", "start_pose": [1, 0, 0, 0, 1, 2, 0], "objects": objects}

@@ -16,7 +16,7 @@ from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
 from benchbot.core.host import InProcessHost
 from benchbot.core.motion import MotionConfig
-from benchbot.core.platform import Platform, PlatformSpec, Scene
+from benchbot.core.platform import Platform, PlatformSpec, Scene, Witnessed
 from benchbot.core.plugin_manager import load
 from benchbot.core.request import RunRequest
 from benchbot.core.selection import Selection, select
@@ -194,3 +194,31 @@ def test_a_place_that_is_observed_from_has_one_row() -> None:
     track.observed(0)
 
     assert track.as_dict("robot")["rows"] == [[0, 1.0, 0.05, 0.0, 0.0]]
+
+
+def test_objects_have_a_row_where_they_have_moved() -> None:
+    track = Track("room:1")
+    here = Pose((1.0, 2.0, 0.8))
+    for time_s, pose in enumerate((here, Pose((1.0, 2.0005, 0.8)), Pose((1.0, 2.2, 0.8)), Pose((1.0, 2.2, 0.8)))):
+        track.witness(Witnessed({"cup": pose}, held=("cup",), energy_j=3.0, end_effector_path_m=0.5), float(time_s))
+    document = track.as_dict("simulation")
+    assert document["objects"] == [
+        {
+            "name": "cup",
+            "columns": ["time_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"],
+            "rows": [[0.0, 1.0, 2.0, 0.8, 0.0, 0.0, 0.0, 1.0], [2.0, 1.0, 2.2, 0.8, 0.0, 0.0, 0.0, 1.0]],
+        }
+    ]
+    assert (document["held"], document["energy_j"], document["end_effector_path_m"]) == (["cup"], 3.0, 0.5)
+
+
+def test_where_nothing_can_be_moved_a_track_tells_of_no_objects() -> None:
+    track = Track("room:1")
+    track.witness(None, 1.0)
+    assert not track.as_dict("simulation").keys() & {"objects", "held", "energy_j"}
+
+
+def test_a_base_without_an_arm_is_told() -> None:
+    with pytest.raises(BenchbotError, match="no arm for 'move_gripper'") as caught:
+        next(TrackedPlatform(cast(Platform, object())).manipulate("move_gripper", {"width": 0.1}))
+    assert "connections" in caught.value.fix

@@ -31,6 +31,7 @@ KINDS = (
     "comparison",
     "bundle",
     "recording",
+    "challenge",
 )
 
 # Not importlib.resources: it takes a tenth of the start-up time of a command that lists names.

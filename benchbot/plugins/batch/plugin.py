@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from benchbot.plugin import Check, Command, hookimpl, target
+from benchbot.plugin import Check, Command, TuiScreen, hookimpl, target
 
 
 @hookimpl
@@ -13,6 +13,17 @@ def benchbot_commands() -> Iterator[Command]:
         "benchbot.plugins.batch.command:app",
         "Compute many episodes: robots, environments, seeds, settings; resumable.",
         takes_sources=True,
+    )
+
+
+@hookimpl
+def benchbot_screens() -> Iterator[TuiScreen]:
+    """Yield the screen."""
+    yield TuiScreen(
+        "new batch",
+        "benchbot.plugins.batch.screen:NewBatchScreen",
+        "Solutions × robots × environments × seeds: size, time, start.",
+        key="B",
     )
 
 

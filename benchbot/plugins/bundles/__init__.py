@@ -1,3 +1,3 @@
 """Results that others can check: bundled with the solution that made them, reproduced elsewhere, or replayed."""
 
-__all__ = ["snapshot", "snapshot_store"]
+__all__ = ["archive", "bundle_file", "snapshot", "snapshot_store", "solution_source"]

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from benchbot.plugin import Command, hookimpl
+from benchbot.plugin import Command, TuiScreen, hookimpl
 
 
 @hookimpl
@@ -13,4 +13,15 @@ def benchbot_commands() -> Iterator[Command]:
         "benchbot.plugins.doctor.command:doctor",
         "Find what is broken on this machine, and how to mend it.",
         takes_sources=True,
+    )
+
+
+@hookimpl
+def benchbot_screens() -> Iterator[TuiScreen]:
+    """Yield the screen."""
+    yield TuiScreen(
+        "robots and machine",
+        "benchbot.plugins.doctor.screen:DoctorScreen",
+        "What is broken on this machine or a robot, with its fix.",
+        key="D",
     )

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from benchbot.core.channels import ACTIONS
+from benchbot.core.channels import ACTIONS, MANIPULATION
 from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.core.selection import Selection
 
@@ -39,8 +39,15 @@ Command = Move | Velocity
 def action_names(selection: Selection) -> tuple[str, ...]:
     """Return the action of each number of the `action` space: the task's, in the order of `channels.ACTIONS`.
 
-    A task of several scenes has one more at the end: `next_scene`.
+    A task of several scenes has one more at the end: `next_scene`. Raises BenchbotError for a task that moves an arm.
     """
+    arm = [name for name in selection.actions if name in MANIPULATION]
+    if arm:
+        raise BenchbotError(
+            f"The task '{selection.task.name}' is no environment of Gymnasium.",
+            f"Its action {arm[0]} takes several numbers, and an action here has one.",
+            "Write a solution with benchbot.api, or choose a task whose actions move a base.",
+        )
     names = tuple(name for name in ACTIONS if name in selection.actions)
     return (*names, NEXT_SCENE) if len(selection.environments) > 1 else names
 

@@ -22,6 +22,9 @@ MAX_POSITION_M = 1000.0
 # Ranges of common MEMS devices, +-2000 degrees/s and +-16 g, at which they saturate.
 MAX_TURN_RADPS = 35.0
 MAX_ACCELERATION_MPS2 = 160.0
+# More than any joint of a service robot turns (rad), is driven at (rad/s) or holds (N m).
+MAX_JOINT = 1000.0
+JOINT_PARTS = ("positions", "velocities", "efforts")
 INFO_SUFFIX = "_info"
 
 
@@ -120,6 +123,9 @@ def _boxes(channel: str, robot: Mapping[str, Any]) -> dict[str, spaces.Box]:
             vectors = {"angular_velocity_radps": MAX_TURN_RADPS, "linear_acceleration_mps2": MAX_ACCELERATION_MPS2}
             boxes = {f"imu_{name}": spaces.Box(-bound, bound, (3,)) for name, bound in vectors.items()}
             return {"imu_orientation_xyzw": spaces.Box(-1.0, 1.0, (4,)), **boxes}
+        case "joint_states":
+            count = len(robot["arm"]["joints"]) + 1
+            return {f"joint_{name}": spaces.Box(-MAX_JOINT, MAX_JOINT, (count,)) for name in JOINT_PARTS}
         case "poses":
             high = np.array([MAX_POSITION_M] * 3 + [1.0] * 4, np.float32)
             # The contract of `poses`: the frames that the robot declares, and the camera's optical one.
@@ -139,13 +145,15 @@ def _flattened(channel: str, value: Any) -> Arrays:
             return {channel: value["ranges_m"]}
         case "imu":
             return {f"imu_{name}": array for name, array in value.items()}
+        case "joint_states":
+            return {f"joint_{name}": value[name] for name in JOINT_PARTS}
         case "poses":
             keys = ("translation_xyz", "rotation_xyzw")
             return {f"pose_{frame}": np.concatenate([pose[key] for key in keys]) for frame, pose in value.items()}
-        case "goal" if isinstance(value, str):
+        case "goal" if not isinstance(value, np.ndarray):
             raise BenchbotError(
                 "The goal of this task is no observation that can be learnt from.",
-                f"It is the name of a class: '{value}'.",
+                f"It is in words: {value!r}.",
                 "Choose a task whose goal is a point, or train without a goal.",
             )
     return {channel: value}

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from benchbot.plugin import Command, hookimpl
+from benchbot.plugin import Command, TuiScreen, hookimpl
 
 
 @hookimpl
@@ -21,4 +21,15 @@ def benchbot_commands() -> Iterator[Command]:
         "plugins",
         "benchbot.plugins.installer.plugins_command:app",
         "List, show and search plug-ins; lock those of a project.",
+    )
+
+
+@hookimpl
+def benchbot_screens() -> Iterator[TuiScreen]:
+    """Yield the screen."""
+    yield TuiScreen(
+        "plug-ins",
+        "benchbot.plugins.installer.screen:PluginsScreen",
+        "Search, install, upgrade and uninstall plug-ins.",
+        key="P",
     )

@@ -49,9 +49,9 @@ def show(name: Annotated[str, typer.Argument(metavar="NAME", help="The distribut
     found = {key: one for key, one in found_in(folders).items() if one.is_plugin}
     wanted = canonicalize_name(name)
     if wanted in found:
-        row = _plugin_row(found[wanted])
+        row = plugin_row(found[wanted])
     elif "/" in name and (addons.installed_folder() / name).is_dir():
-        row = _addon_row(name)
+        row = addon_row(name)
     else:
         known = sorted({str(canonicalize_name(info.distribution)) for info in installed()})
         raise BenchbotError(
@@ -67,7 +67,8 @@ def show(name: Annotated[str, typer.Argument(metavar="NAME", help="The distribut
         console.data(f"{key:<13} {', '.join(text) if isinstance(text, list) else text}".rstrip())
 
 
-def _plugin_row(distribution: "Distribution") -> dict[str, Any]:
+def plugin_row(distribution: "Distribution") -> dict[str, Any]:
+    """Return what `show` says of a plug-in."""
     from benchbot.plugins.installer.code_scan import code_in
     from benchbot.plugins.installer.distributions import GROUP, origin_text
 
@@ -86,7 +87,8 @@ def _plugin_row(distribution: "Distribution") -> dict[str, Any]:
     }
 
 
-def _addon_row(name: str) -> dict[str, Any]:
+def addon_row(name: str) -> dict[str, Any]:
+    """Return what `show` says of an add-on folder of BenchBot v2."""
     from benchbot.plugins.installer import addons
     from benchbot.plugins.v2 import addons as v2_addons
 

@@ -1,3 +1,12 @@
 """Reports of results: a page for people, tables for papers and programs, test cases for continuous integration."""
 
-__all__ = ["compare_command", "comparison", "diagnosis", "episodes", "rendering", "result_sets"]
+__all__ = [
+    "compare_command",
+    "comparison",
+    "diagnosis",
+    "episodes",
+    "pairing",
+    "rendering",
+    "result_sets",
+    "significance",
+]

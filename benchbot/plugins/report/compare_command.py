@@ -66,6 +66,10 @@ def compare(
             "scene, how alike solutions are ranked, and where recorded pictures differ the most.",
         ),
     ] = None,
+    objects: Annotated[
+        bool,
+        typer.Option("--objects", help="Say which true objects one set found and another did not. Shows the truth."),
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Say whether one set of results scores higher than another, and how sure that is.
@@ -77,8 +81,8 @@ def compare(
     from benchbot.cli.kit.status_line import working
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
-    from benchbot.evaluation import intervals
-    from benchbot.plugins.report import comparison, comparison_exports, result_sets
+    from benchbot.evaluation import intervals, result_files
+    from benchbot.plugins.report import comparison, comparison_exports, object_changes, result_sets
 
     for path in output or ():
         comparison_exports.check_ending(path)
@@ -123,6 +127,11 @@ def compare(
         document = comparison.compare(named, evaluator, score, over=intervals.Over(over), **paired)
         if explain:
             document["errors"] = comparison.errors_of(named)
+        if objects:
+            paths = dict(map(result_files.named, sets))
+            document["objects"] = object_changes.object_changes(
+                paths, catalog=catalog, method=method, ground_truth_paths=ground_truth
+            )
     document["notes"] += [*_restarts(named), *_robots(named)]
     for path in output or ():
         comparison_exports.write(path, document, named, evaluator)
@@ -151,6 +160,19 @@ def show(document: dict[str, Any], *, as_json: bool = False) -> None:
         console.note()
         console.table(("error", *_titles(document["errors"])), _errors(document["errors"]))
     console.data("", *(item["sentence"] for item in document["comparisons"]))
+    for item in document.get("objects", ()):
+        _tell_of_objects(item)
+
+
+def _tell_of_objects(item: dict[str, Any]) -> None:
+    """Print which objects one set found and the other did not."""
+    a, b = item["a"], item["b"]
+    both = f"both found {item['both']} objects, neither {item['neither']}, in {item['episodes']} episodes of both"
+    console.data("", f"{a} and {b}: {both}")
+    for name, other, rows in ((a, b, item["won"]), (b, a, item["lost"])):
+        console.data(f"Only {name} found {len(rows)}:")
+        cells = [(row["class"], row["episode"], row["why"]) for row in rows]
+        console.table(("class", "episode", f"why not {other}"), cells)
 
 
 def _titles(errors: dict[str, Any]) -> list[str]:

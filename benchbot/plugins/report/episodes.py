@@ -117,6 +117,8 @@ class ReportedEpisode:
     def goals(self) -> tuple[Point, ...]:
         """The places in the map frame that the robot was to reach: one, or an instance of the wanted class each."""
         goal = self.goal or {}
+        if "place" in goal:
+            goal = {"instances": [goal["place"]]}
         places = [goal["position"]] if "position" in goal else [each["centroid"] for each in goal.get("instances", ())]
         return tuple((float(x), float(y)) for x, y, *_ in places)
 

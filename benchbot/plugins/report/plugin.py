@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from benchbot.plugin import Command, hookimpl
+from benchbot.plugin import Command, TuiScreen, hookimpl
 
 
 @hookimpl
@@ -19,4 +19,15 @@ def benchbot_commands() -> Iterator[Command]:
         "benchbot.plugins.report.compare_command:compare",
         "Say whether one set of results scores higher than another.",
         takes_sources=True,
+    )
+
+
+@hookimpl
+def benchbot_screens() -> Iterator[TuiScreen]:
+    """Yield the screen."""
+    yield TuiScreen(
+        "compare",
+        "benchbot.plugins.report.screen:CompareScreen",
+        "Which solution is better, how sure that is, what each alone found.",
+        key="C",
     )

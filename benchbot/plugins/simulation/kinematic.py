@@ -11,6 +11,7 @@ import numpy.typing as npt
 from benchbot.plugin import (
     BenchbotError,
     InertialMeasurement,
+    JointStates,
     MotionConfig,
     Observations,
     PlatformSpec,
@@ -31,7 +32,7 @@ from benchbot.plugins.simulation.sensors import Camera, Frame, Instance, Labels,
 
 CONTROL_PERIOD_S = 0.05
 PICTURES = ("image_rgb", "image_depth", "image_segment")
-CHANNELS = [*PICTURES, *(f"{picture}_info" for picture in PICTURES), "laser", "lidar", "imu", "poses"]
+CHANNELS = [*PICTURES, *(f"{picture}_info" for picture in PICTURES), "laser", "lidar", "imu", "joint_states", "poses"]
 
 
 class World(ABC):
@@ -141,12 +142,13 @@ class KinematicSimulator(ABC, Generic[W]):
         observed: list[Observations] = [{} for _ in platforms]
         for world in {id(platform.world): platform.world for platform in platforms}.values():
             there = [i for i, platform in enumerate(platforms) if platform.world is world]
+            mounts = [platforms[i].mounts() for i in there]
             poses = [platforms[i].pose() for i in there]
-            frames = self._expose(world, poses, wanted)
+            frames = self._expose(world, poses, mounts, wanted)
             scans = {
                 name: scanner.scan(
                     world.raycast,
-                    [pose @ self.robot.mounts[scanner.frame] for pose in poses],
+                    [pose @ mount[scanner.frame] for pose, mount in zip(poses, mounts, strict=True)],
                     (platforms[i]._random(name) for i in there),
                 )
                 for name, scanner in self._scanners(wanted).items()
@@ -211,6 +213,14 @@ class KinematicSimulator(ABC, Generic[W]):
         self._motion = Motion()
         self._instant += 1
 
+    def mounts(self) -> Mapping[str, Pose]:
+        """Return where frames are in the robot's frame now; a simulator of robots with moving parts overrides it."""
+        return self.robot.mounts
+
+    def joint_states(self) -> JointStates:
+        """Return the states of joints; a simulator of robots with arms overrides it."""
+        raise self._lacks("joint_states")
+
     def halt(self, why: str) -> None:
         """Do nothing: a simulated robot moves inside `drive` only."""
 
@@ -227,12 +237,14 @@ class KinematicSimulator(ABC, Generic[W]):
     def _new_clearance(self) -> Clearance:
         return Clearance(self.world.clearance_m, self.robot.footprint.radius_m)
 
-    def _expose(self, world: W, bases: Sequence[Pose], wanted: tuple[str, ...]) -> Sequence[Frame | None]:
+    def _expose(
+        self, world: W, bases: Sequence[Pose], mounts: Sequence[Mapping[str, Pose]], wanted: tuple[str, ...]
+    ) -> Sequence[Frame | None]:
         if not any(name in PICTURES for name in wanted):
             return [None] * len(bases)
         camera = self.robot.camera
-        mount = self.robot.mounts[camera.frame]
-        return world.render(camera, [base @ mount for base in bases], rgb="image_rgb" in wanted)
+        eyes = [base @ mount[camera.frame] for base, mount in zip(bases, mounts, strict=True)]
+        return world.render(camera, eyes, rgb="image_rgb" in wanted)
 
     def _random(self, sensor: str) -> np.random.Generator:
         return randomness.generator(self._seed, sensor, self._instant)
@@ -266,9 +278,11 @@ class KinematicSimulator(ABC, Generic[W]):
                     seen[name] = scans[name]
                 case "imu":
                     seen["imu"] = self._measured_inertia()
+                case "joint_states":
+                    seen["joint_states"] = self.joint_states()
                 case "poses":
                     base = self.odometry() if self.spec.localisation == "noisy" else self.pose()
-                    poses = self.robot.poses(base, self._start_pose)
+                    poses = self.robot.poses(base, self._start_pose, self.mounts())
                     seen["poses"] = {frame: pose.record(self.robot.global_frame) for frame, pose in poses.items()}
         return seen
 

@@ -100,11 +100,13 @@ class Robot:
                 )
         return found
 
-    def poses(self, base: Pose, initial: Pose) -> dict[str, Pose]:
+    def poses(self, base: Pose, initial: Pose, mounts: Mapping[str, Pose] | None = None) -> dict[str, Pose]:
         """Return the poses that the robot reports, by frame, for a pose of its base.
+
+        `mounts` are where its frames are on it now, when other than declared.
 
         The camera's optical frame is there under the name 'camera' too, whatever the robot calls it.
         """
         frames = {self.base_frame: base, INITIAL_POSE: initial}
-        frames |= {frame: base @ place for frame, place in self.mounts.items()}
+        frames |= {frame: base @ place for frame, place in (self.mounts if mounts is None else mounts).items()}
         return {frame: frames[frame] for frame in self.reported} | {"camera": frames[self.camera.frame]}

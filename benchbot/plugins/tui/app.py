@@ -3,26 +3,34 @@
 import os
 import threading
 from ast import literal_eval
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
+from weakref import WeakKeyDictionary
 
+from textual.app import SystemCommand
 from textual.binding import Binding, BindingType
+from textual.dom import DOMNode
 from textual.screen import Screen
 from textual.theme import Theme
 
 from benchbot.cli.kit import console
-from benchbot.core.errors import ExitCode
+from benchbot.core.errors import BenchbotError, ExitCode
+from benchbot.plugins.tui import registered_screens
 from benchbot.plugins.tui.base import THREAD_NAME, BaseApp
 from benchbot.plugins.tui.dialogs import HelpScreen
 from benchbot.plugins.tui.home import HomeScreen
 from benchbot.plugins.tui.jobs import Job
+from benchbot.plugins.tui.registered_screens import Registered
 from benchbot.plugins.watching.batch_feed import BatchFeed
 from benchbot.plugins.watching.views import EpisodeCell
 from benchbot.wire.run_state import RunState
 
 if TYPE_CHECKING:
+    from textual.actions import ActionParseResult
+
     from benchbot.plugins.drawing.map_model import SceneMap
 
 PERIOD_S = 1.0
@@ -55,6 +63,14 @@ class BenchbotApp(BaseApp):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("question_mark", "help", "Help", key_display="?"),
         Binding(
+            "ctrl+p,colon",
+            "command_palette",
+            "Commands",
+            key_display="^p",
+            show=False,
+            tooltip="Every screen and action, by name",
+        ),
+        Binding(
             "right_square_bracket",
             "watched(1)",
             "Next run",
@@ -74,16 +90,30 @@ class BenchbotApp(BaseApp):
         Binding("ctrl+c,ctrl+q", "quit", "Quit", show=False),
     ]
 
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self._registered: Mapping[str, Registered] = {}
+        self._all_read = False
+        self._screen_keys: dict[str, Binding] = {}
+        self._opened = WeakKeyDictionary[Screen[Any], Registered]()
+        """The screens that were opened by the record of a plug-in, with that."""
+
     def on_mount(self) -> None:
         """Show what is alive, and what was asked for before it."""
         self.register_theme(COLOUR_BLIND)
+        # Set here, since footers name the palette wherever the class has it.
+        self.use_command_palette = True
+        self.theme = self.preference("theme") or self.theme
         self.push_screen(HomeScreen())
+        self._offer(registered_screens.shipped())
         if self._first_run is not None:
             self.watch_run(self._first_run)
         if self._first_batch is not None:
             self.watch_batch(self._first_batch)
         self.look()
         self.set_interval(PERIOD_S, self.look)
+        # Not before the first screen: that would take longer for it.
+        self.set_timer(PERIOD_S, self._read_screens)
 
     def watch_run(self, state: RunState) -> None:
         """Show a run; it goes on when the screen is left."""
@@ -122,6 +152,127 @@ class BenchbotApp(BaseApp):
 
         self._watch(str(folder), BatchScreen(BatchFeed(folder), open_run=open_run, go_on=go_on))
 
+    # Screens that plug-ins bring
+
+    def open_screen(self, name: str) -> None:
+        """Open a screen by the name of its record; it is imported now. One that fails is told, and opens nothing."""
+        registered = self._registered.get(name)
+        if registered is None:
+            self.in_thread(registered_screens.installed, partial(self._open_late, name))
+            return
+        try:
+            screen = registered.make()
+        except BenchbotError as error:
+            self.tell(error)
+            return
+        self._opened[screen] = registered
+        self.push_screen(screen)
+
+    def forget_catalog(self) -> None:
+        """Read what is installed anew, screens among it."""
+        super().forget_catalog()
+        self.in_thread(registered_screens.installed, self._offer)
+
+    def _open_late(self, name: str, found: Mapping[str, Registered]) -> None:
+        self._offer(found)
+        if name in found:
+            self.open_screen(name)
+        else:
+            self.notify(f"There is no screen '{name}'.", severity="error")
+
+    def _offer(self, found: Mapping[str, Registered]) -> None:
+        self._registered = found
+        for name, registered in found.items():
+            if registered.key:
+                summary = registered.record.summary
+                self.bind(registered.key, f"screen({name!r})", description=name, show=False)
+                self._screen_keys[registered.key] = Binding(
+                    registered.key, f"screen({name!r})", name, tooltip=summary, show=False
+                )
+
+    def action_screen(self, name: str) -> None:
+        """Open a screen by name."""
+        registered = self._registered.get(name)
+        if self._opened.get(self.screen) is not registered or registered is None:
+            self.open_screen(name)
+
+    def get_system_commands(self, screen: Screen[Any]) -> Iterable[SystemCommand]:
+        """Yield what the command palette offers: what the present screen can do, every screen, and the app's own."""
+        for binding in screen.active_bindings.values():
+            one = binding.binding
+            if binding.node is screen and binding.enabled and (one.show or one.tooltip):
+                action = partial(screen.run_action, one.action)
+                yield SystemCommand(one.description.capitalize(), one.tooltip or "Of this screen", action)
+        for name, registered in self._registered.items():
+            record = registered.record
+            yield SystemCommand(name.capitalize(), record.summary, partial(self.open_screen, name))
+        yield SystemCommand("New run", "Choose a task, a robot and an environment", self.action_new_run)
+        yield SystemCommand("Results", "Look at results, evaluate them, make reports", self.action_results)
+        yield SystemCommand("Theme", "Dark, light, for the colour-blind, or the terminal's own", self.action_theme)
+        yield SystemCommand("Keys", "Every key of every screen", self.action_help)
+        yield SystemCommand("Quit", "What runs goes on", self.action_quit)
+
+    def action_command_palette(self) -> None:
+        """Show the command palette; one that is opened at once waits for the screens of other distributions."""
+        if self._all_read:
+            super().action_command_palette()
+        else:
+            self._read_screens(super().action_command_palette)
+
+    def _read_screens(self, then: Callable[[], None] = lambda: None) -> None:
+        """Read in a thread which screens there are, those of other distributions among them."""
+        self._all_read = True
+        self.in_thread(registered_screens.installed, self._offer, then)
+
+    def action_new_run(self) -> None:
+        """Choose a new run."""
+        from benchbot.plugins.tui.new_run import NewRunScreen
+
+        self.push_screen(NewRunScreen())
+
+    def action_results(self) -> None:
+        """Look at results: those in `results`, or in the current folder."""
+        from benchbot.plugins.tui.results import ResultsScreen
+
+        folder = Path.cwd() / "results"
+        self.push_screen(ResultsScreen(folder if folder.is_dir() else Path.cwd()))
+
+    async def run_action(
+        self,
+        action: "str | ActionParseResult",
+        default_namespace: DOMNode | None = None,
+        namespaces: Mapping[str, DOMNode] | None = None,
+    ) -> bool:
+        """Run an action; one of a screen of another distribution that fails makes that screen close."""
+        try:
+            return await super().run_action(action, default_namespace, namespaces)
+        # A third party's code may fail in any way at all, and the app's own loop of messages must go on.
+        except Exception as error:
+            if not self._has_left(error):
+                raise
+            return True
+
+    def _handle_exception(self, error: Exception) -> None:
+        """End the app, as Textual does, unless the present screen is one that another distribution brings."""
+        if not self._has_left(error):
+            super()._handle_exception(error)
+
+    def _has_left(self, error: Exception) -> bool:
+        """Close the present screen, and tell why, if another distribution brings it; return whether it does."""
+        shown = next((screen for screen in reversed(self.screen_stack) if not screen.is_modal), None)
+        registered = None if shown is None else self._opened.get(shown)
+        if shown is None or registered is None or registered.distribution == registered_screens.OWN:
+            return False
+        self.call_later(self._drop, shown, registered.failure(error))
+        return True
+
+    def _drop(self, screen: Screen[Any], error: BenchbotError) -> None:
+        if screen in self.screen_stack:
+            while self.screen is not screen:
+                self.pop_screen()
+            self.pop_screen()
+            self.tell(error)
+
     def show_job(self, job: Job) -> None:
         """Show the log of a job."""
         from benchbot.plugins.tui.submissions import JobScreen
@@ -155,12 +306,14 @@ class BenchbotApp(BaseApp):
             name, _, given = binding.action.partition("(")
             known = screen.check_action(name, literal_eval(f"({given.rstrip(')')},)") if given else ()) is not False
             (now if known else later).append(binding)
-        sections = [("Here, now", now), ("Here, at other times", later), ("Everywhere", [*EVERYWHERE, *self.BINDINGS])]
+        everywhere = [*EVERYWHERE, *self.BINDINGS, *self._screen_keys.values()]
+        sections = [("Here, now", now), ("Here, at other times", later), ("Everywhere", everywhere)]
         self.push_screen(HelpScreen([(title, bindings) for title, bindings in sections if bindings]))
 
     def action_theme(self) -> None:
         """Change between dark, light, colours that the colour-blind tell apart, and the terminal's own."""
         self.theme = THEMES[(THEMES.index(self.theme) + 1) % len(THEMES)] if self.theme in THEMES else THEMES[0]
+        self.prefer("theme", self.theme)
 
     def _watch(self, name: str, screen: Screen[None]) -> None:
         # Only one feed is open at a time: screens that are not shown cost nothing.

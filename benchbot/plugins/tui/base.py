@@ -1,5 +1,6 @@
 """The base of the app and of its watching screens: threads, errors, commands, jobs, and what is alive."""
 
+import importlib
 import os
 import sys
 import threading
@@ -9,19 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 from rich.cells import cell_len
 from rich.segment import Segment
-from textual.app import App
 from textual.color import Color
 from textual.driver import Driver
 from textual.filter import LineFilter
 from textual.message import Message
 from textual.screen import Screen
 
+from benchbot.core import plugin_manager
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.core.plugin_manager import load
 from benchbot.core.request import RunRequest
 from benchbot.core.text import visible
-from benchbot.plugins.tui import jobs, result_rows, thrift
+from benchbot.plugins.screens.command_screen import Services
+from benchbot.plugins.tui import jobs, preferences, result_rows, thrift
 from benchbot.plugins.tui.dialogs import QuestionDialog
 from benchbot.plugins.tui.jobs import RUNNING, WELL, Alive, Job
 from benchbot.plugins.tui.panels import Words
@@ -50,7 +51,7 @@ def _seen(text: str) -> str:
     return "".join(letter if visible(letter) == letter else "?" * cell_len(letter) for letter in text)
 
 
-class BaseApp(App[None]):
+class BaseApp(Services):
     """The services of the app for its screens. Ending it ends nothing that it has started or watched."""
 
     class Looked(Message):
@@ -63,7 +64,7 @@ class BaseApp(App[None]):
         batch: Path | None = None,
         images: str = "halfcell",
         look: Callable[[], Alive] | None = None,
-        catalog: Callable[[], Catalog] = lambda: Catalog(load()),
+        catalog: Callable[[], Catalog] = lambda: Catalog(plugin_manager.load()),
     ) -> None:
         super().__init__()
         self.alive = Alive()
@@ -97,6 +98,36 @@ class BaseApp(App[None]):
             self._catalog = self._make_catalog()
         return self._catalog
 
+    def forget_catalog(self) -> None:
+        """Read what is installed anew when it is next asked for: something was installed."""
+        importlib.invalidate_caches()
+        plugin_manager.load.cache_clear()
+        self._catalog = None
+
+    def preference(self, name: str) -> str:
+        """Return one of the user's settings of the screens, empty where none was made."""
+        return preferences.read().get(name, "")
+
+    def prefer(self, name: str, value: str) -> None:
+        """Make one of these settings, and keep it."""
+        preferences.write(name, value)
+
+    def result_sets(self) -> Mapping[str, Path]:
+        """Return the results of batches, a set for each solution, and those in `results`; the watched one first."""
+        watched = set(self._watched.values())
+        folders = [entry.folder for entry in self.alive.batches]
+        found: dict[str, Path] = {}
+        for folder in sorted(folders, key=lambda each: str(each) not in watched):
+            results = folder / "results"
+            solutions = sorted(each for each in results.glob("*") if each.is_dir()) or [results]
+            for each in solutions if results.is_dir() else ():
+                name = each.name if each is not results else folder.name
+                found[name if name not in found else f"{folder.name}-{name}"] = each
+        for each in sorted((Path.cwd() / "results").glob("*")):
+            if each.is_dir() and any(each.glob("*.json")):
+                found.setdefault(each.name, each)
+        return found
+
     def watch_run(self, state: RunState) -> None:
         """Show a run; it goes on when the screen is left."""
         raise NotImplementedError
@@ -116,6 +147,13 @@ class BaseApp(App[None]):
     def confirm(self, text: str, key: str, meaning: str, act: Callable[[], None]) -> None:
         """Ask a question that has one answer but "back", and act on that answer."""
         self.push_screen(QuestionDialog(text, {key: meaning}), lambda answer: act() if answer is not None else None)
+
+    def ask(self, text: str, answers: Mapping[str, tuple[str, Callable[[], None]]]) -> None:
+        """Ask a question: each answer is a key, its meaning, and what it does; "back" does nothing."""
+        self.push_screen(
+            QuestionDialog(text, {key: meaning for key, (meaning, _) in answers.items()}),
+            lambda answer: answers[answer][1]() if answer is not None else None,
+        )
 
     def in_thread(
         self, work: Callable[[], Any], done: Callable[[Any], None], finally_do: Callable[[], None] | None = None

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from benchbot.plugin import Command, hookimpl
+from benchbot.plugin import Command, TuiScreen, hookimpl
 
 
 @hookimpl
@@ -12,4 +12,15 @@ def benchbot_commands() -> Iterator[Command]:
         "tui",
         "benchbot.plugins.tui.command:tui",
         "Choose, start, watch, submit and browse on screens, in any terminal.",
+    )
+
+
+@hookimpl
+def benchbot_screens() -> Iterator[TuiScreen]:
+    """Yield the screen of settings."""
+    yield TuiScreen(
+        "settings",
+        "benchbot.plugins.tui.settings_screen:SettingsScreen",
+        "Colours, the package index, and where everything is kept.",
+        key="S",
     )

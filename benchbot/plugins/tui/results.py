@@ -56,7 +56,7 @@ class ResultsScreen(Screen[None]):
         Binding("enter", "explain('marked')", "Why", show=False),
         Binding("o", "report('marked')", "Report", tooltip="Make report.html of the result that is marked"),
         Binding("O", "report('all')", "all", tooltip="Make one report of all"),
-        Binding("D", "folder", "Folder", tooltip="Look into another folder"),
+        Binding("F", "folder", "Folder", tooltip="Look into another folder"),
         Binding("f5", "read", "Read again", show=False),
     ]
     AUTO_FOCUS = ""

@@ -23,7 +23,7 @@ def jobs(work: Workload, renderer: Renderer) -> list[Job]:
             PEER,
             work.pixels,
             lambda: kernels.first_hits_of(renderer, pose, camera),
-            lambda hits: hits[:, 0] < NOTHING,
+            lambda hits: kernels.distances_of(hits, camera) < NOTHING,
         ),
         Job(
             "primary",

@@ -70,6 +70,12 @@ MEANINGS: dict[str, dict[str, str]] = {
         **_LIMITS,
         "executor_options.*": "As --executor-option KEY=VALUE.",
     },
+    "challenge": {
+        "baselines[].name": "The team that the leaderboard shows.",
+        "phases.*": "A phase, with a leaderboard of its own.",
+        "phases.*.title": "What people call it; its name if absent.",
+        "phases.*.quota.in_all": "How many submissions a team has in all.",
+    },
     "ground_truth": {
         "environment": "A copy of its declaration; name and variant count.",
         "format": "A copy of the format's declaration; the name counts.",

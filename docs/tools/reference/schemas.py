@@ -8,7 +8,7 @@ from typing import Any
 from docs.tools.reference.meanings import MEANINGS
 from docs.tools.reference.tables import GENERATED, code, plain, table
 
-DECLARATIONS = ("task", "robot", "environment", "format", "example", "batch", "ground_truth", "episodes")
+DECLARATIONS = ("task", "robot", "environment", "format", "example", "batch", "challenge", "ground_truth", "episodes")
 _INTRODUCTION = """\
 # Keys of declarations and documents
 

@@ -33,9 +33,23 @@ def workshop(path: Path) -> Path:
     return glb.write(path)
 
 
+def kitchen(path: Path) -> Path:
+    """6 x 6 m around the origin: a table ahead, on it a block, in front, and a plate, to the left."""
+    glb = Glb()
+    grey, wood, red = glb.material(), glb.material((0.5, 0.3, 0.1)), glb.material((0.7, 0.1, 0.1))
+    glb.box("floor", (-3, -3, -0.1), (3, 3, 0.0), grey)
+    glb.box("table", (0.4, -0.5, 0.7), (1.2, 0.5, 0.74), wood, class_name="table")
+    glb.box("block", (0.55, -0.03, 0.74), (0.61, 0.03, 0.83), red, class_name="cup")
+    glb.box("plate", (0.5, 0.15, 0.74), (0.7, 0.35, 0.75), grey, class_name="tray")
+    return glb.write(path)
+
+
 def simulator(
-    options: dict[str, Any] | None = None, cache_dir: Path = Path("unused"), **changes: Any
+    options: dict[str, Any] | None = None,
+    cache_dir: Path = Path("unused"),
+    robot_name: str = "carter_lowres_mujoco",
+    **changes: Any,
 ) -> MujocoSimulator:
     """Return a simulator of a robot with a small camera, not yet loaded."""
-    robot = schema.read(ROBOTS / "carter_lowres_mujoco.yaml") | changes
+    robot = schema.read(ROBOTS / f"{robot_name}.yaml") | changes
     return MujocoSimulator(PlatformSpec(robot, "ground_truth", cache_dir, options or {}))

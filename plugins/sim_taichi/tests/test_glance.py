@@ -1,6 +1,5 @@
 """Pictures in one launch: the kernels of a GPU and of the quality `fast`, on a CPU."""
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +45,7 @@ def see(renderer: Renderer, poses: np.ndarray, camera: Intrinsics, *, has_sheer:
     records = camera_records(poses, camera)
     places = (frames.depth_at(0), frames.instance_at(0))
     scene = (*device.tree, device.sheer_root, *device.surfaces)
-    hits = np.empty(math.prod(size) * first_hits.HIT_STRIDE, np.float32)
+    hits = np.empty(first_hits.hits_size(*size), np.float32)
     first_hits.meet(*device.tree, device.sheer_root, records.ravel(), hits, *size)
     glance.see(*scene, records, hits, frames.words, *places, *size, has_sheer, False)
     batch = frames.to_host()

@@ -18,6 +18,7 @@ OTHERS = {
     "benchbot/emergency_stop.py": "it imports the standard library alone, and writes foreign characters out by itself",
     "benchbot/plugins/certification/conformance_run.py": "what a child process answers, as JSON",
     "benchbot/plugins/preflight/probe.py": "what a child process answers, as JSON",
+    "benchbot/plugins/tui/terminal_answers.py": "a question to the terminal, without a word of others",
     "benchbot/supervisor/platform/process.py": "the log of a run",
     "plugins/robot_ros2/src/benchbot_robot_ros2/calls.py": "the log of a run",
     "plugins/robot_ros2/src/benchbot_robot_ros2/guard/link.py": "the log of a run",

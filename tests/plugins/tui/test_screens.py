@@ -213,7 +213,7 @@ def test_results_are_looked_through_evaluated_and_explained(home: Path) -> None:
         await sees(pilot, "avg_pairwise")
         await pilot.press("escape")
         await sees(pilot, "OMQ 1.0000")
-        await pilot.press("D")
+        await pilot.press("F")
         screen.query_one("#folder", Input).value = "no/such/folder"
         await pilot.press("enter")
         await sees(pilot, "There is no")

@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -28,10 +28,11 @@ def until(condition: Callable[[], bool], what: Callable[[], str]) -> None:
 
 
 class Terminal:
-    """A terminal of 100 x 30 cells, in a tmux server of its own."""
+    """A terminal of 100 x 30 cells, in a tmux server of its own; in a folder and with variables, if they are given."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, working: Path | None = None, variables: Mapping[str, str] | None = None) -> None:
         self._folder, self._number = folder, 0
+        self._working, self._variables = working, variables
 
     @property
     def _socket(self) -> Path:
@@ -40,7 +41,10 @@ class Terminal:
     def __call__(self, *words: str) -> str:
         tmux = ["tmux", "-u", "-S", str(self._socket), "-f", "/dev/null", *words]
         # Not what readline has put into this process's environment beside Python's: COLUMNS and LINES.
-        done = subprocess.run(tmux, capture_output=True, text=True, timeout=60, check=True, env=dict(os.environ))
+        variables = dict(os.environ if self._variables is None else self._variables)
+        done = subprocess.run(
+            tmux, capture_output=True, text=True, timeout=60, check=True, env=variables, cwd=self._working
+        )
         return done.stdout
 
     def open(self, *words: str) -> None:
@@ -52,6 +56,11 @@ class Terminal:
     def screen(self) -> str:
         """Return the text on the screen."""
         return self("capture-pane", "-p")
+
+    @property
+    def painted(self) -> str:
+        """Return the text on the screen with its colours."""
+        return self("capture-pane", "-p", "-e")
 
     def sees(self, *texts: str) -> None:
         """Wait until it shows all of these."""

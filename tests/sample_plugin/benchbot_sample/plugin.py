@@ -6,7 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchbot.plugin import AssetPack, BenchbotError, RobotDriver, Simulator, hookimpl
+from benchbot.plugin import AssetPack, BenchbotError, RobotDriver, Simulator, TuiScreen, hookimpl
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -48,6 +48,12 @@ def benchbot_simulators() -> Iterable[Simulator]:
 def benchbot_robot_drivers() -> Iterable[RobotDriver]:
     """Yield `real_sample`."""
     yield RobotDriver("real_sample", _create)
+
+
+@hookimpl
+def benchbot_screens() -> Iterable[TuiScreen]:
+    """Yield `arenas`."""
+    yield TuiScreen("arenas", "benchbot_sample.screen:ArenasScreen", "The arenas that are installed.")
 
 
 @hookimpl

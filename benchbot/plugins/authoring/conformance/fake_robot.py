@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, OBSERVATIONS, CameraModel, Observations
+from benchbot.core.channels import ACTIONS, GIVEN_BY_EPISODES, MANIPULATION, OBSERVATIONS, CameraModel, Observations
 from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.geometry import Pose
 from benchbot.core.host import Status
@@ -25,7 +25,7 @@ TASK: dict[str, Any] = {
     "name": "testing:passive",
     "description": "Follow a trajectory.",
     "actions": ["move_next"],
-    "observations": sorted(set(OBSERVATIONS) - GIVEN_BY_EPISODES - {"imu", "lidar"}),
+    "observations": sorted(set(OBSERVATIONS) - GIVEN_BY_EPISODES - {"imu", "lidar", "joint_states"}),
     "localisation": "ground_truth",
     "results_format": "object_map",
 }
@@ -37,7 +37,7 @@ ROBOT: dict[str, Any] = {
     "poses": ["base_link", "initial_pose", "camera", "lidar"],
     "connections": {
         **{name: {"connection": "ros_to_api"} for name in OBSERVATIONS if name not in GIVEN_BY_EPISODES},
-        **{name: {"connection": "api_to_ros"} for name in ACTIONS},
+        **{name: {"connection": "api_to_ros"} for name in ACTIONS if name not in MANIPULATION},
     },
 }
 ENVIRONMENT: dict[str, Any] = {
@@ -145,6 +145,12 @@ def fake_observations(channels: Iterable[str], base: Pose, random: np.random.Gen
             "orientation_xyzw": np.array(base.rotation_xyzw),
             "angular_velocity_radps": np.zeros(3),
             "linear_acceleration_mps2": np.array([0.0, 0.0, 9.81]),
+        },
+        "joint_states": {
+            "names": ["shoulder", "gripper"],
+            "positions": np.array([0.5, 0.04]),
+            "velocities": np.zeros(2),
+            "efforts": np.array([3.0, 0.0]),
         },
         "poses": {name: pose.record("map") for name, pose in poses.items()},
         "goal": np.array([1.0, 0.5]),

@@ -124,6 +124,20 @@ def _imu(value: Any) -> str:
     return "a measurement"
 
 
+def _joint_states(value: Any) -> str:
+    joints = _mapping(value, ("names", "positions", "velocities", "efforts"), "joint_states")
+    names = joints["names"]
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names) or len({*names}) < len(names):
+        raise Violation(f"names is {names!r}.", "Give a list of different names.")
+    for key in ("positions", "velocities", "efforts"):
+        values = _array(joints[key], np.float64, "(N,)", key)
+        if len(values) != len(names):
+            raise _wrong_shape(key, values, f"({len(names)},)")
+        if not np.isfinite(values).all():
+            raise Violation(f"{key} is {values.tolist()}.", "Give finite numbers.")
+    return ", ".join(names)
+
+
 def _poses(value: Any) -> str:
     if not isinstance(value, Mapping) or not value:
         raise Violation(f"poses is a {type(value).__name__}.", "Give a mapping of frame to pose.")
@@ -150,6 +164,9 @@ def _poses(value: Any) -> str:
 def _goal(value: Any) -> str:
     if isinstance(value, str) and value:
         return repr(value)
+    if isinstance(value, Mapping):
+        goal = _mapping(value, ("object", "place"), "goal")
+        return f"{goal['object']!r} to {goal['place']!r}"
     goal = _array(value, np.float64, "(2,)", "goal")
     return f"({goal[0]:g}, {goal[1]:g}) m"
 
@@ -164,6 +181,7 @@ CHECKS: dict[str, Callable[[Any], str]] = {
     "laser": _laser,
     "lidar": _lidar,
     "imu": _imu,
+    "joint_states": _joint_states,
     "poses": _poses,
     "goal": _goal,
 }

@@ -2,6 +2,7 @@
 
 import json
 import os
+import pkgutil
 import re
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from benchbot.core import hookspecs
 from benchbot.core.declarations import formats, schema
 from benchbot.core.declarations.catalog import KINDS, Catalog
 from benchbot.core.findings import Finding, Level
+from benchbot.core.light_records import TuiScreen
 from benchbot.core.plugin_manager import PluginInfo, Plugins, installed, load
 from benchbot.plugins.authoring.conformance.declarations import check_environment, check_robot, check_task
 from benchbot.plugins.authoring.conformance.properties import Violation, check_property
@@ -50,7 +52,29 @@ def check_plugin(distribution: str) -> list[Finding]:
         catalog = Catalog(load())
         findings.append(check_property("names", partial(_has_names_of_its_own, catalog, distribution)))
         findings += _check_declarations(catalog, distribution)
+        findings += _check_screens(catalog, distribution)
     return findings
+
+
+def _check_screens(catalog: Catalog, distribution: str) -> Iterator[Finding]:
+    for name, provided in catalog.plugins.pool("screens").items():
+        if provided.distribution == distribution:
+            yield check_property(f"screen {name}", partial(_is_a_screen, provided.value))
+
+
+def _is_a_screen(record: TuiScreen) -> str:
+    """Make a screen of benchbot tui, as opening it does; it is not shown."""
+    from textual.screen import Screen
+
+    made = pkgutil.resolve_name(record.target)()
+    if not isinstance(made, Screen):
+        raise Violation(
+            f"{record.target} gives {type(made).__name__}, which is no Textual screen.",
+            "Name a class derived from benchbot.screens.CommandScreen or textual.screen.Screen.",
+        )
+    if not record.summary:
+        raise Violation("It has no summary.", "Say in a few words what it is for: the palette shows it.")
+    return f"{type(made).__name__}, {record.key or 'without a key'}"
 
 
 def _has_an_entry_point(distribution: str, infos: list[PluginInfo]) -> str:

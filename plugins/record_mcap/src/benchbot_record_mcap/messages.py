@@ -14,6 +14,7 @@ from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__Vector3 as Vec
 from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__CameraInfo as CameraInfo
 from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__Image as Image
 from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__Imu as Imu
+from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__JointState as JointState
 from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__LaserScan as LaserScan
 from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__PointCloud2 as PointCloud2
 from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__PointField as PointField
@@ -22,7 +23,16 @@ from rosbags.typesys.stores.ros2_jazzy import std_msgs__msg__Header as Header
 from rosbags.typesys.stores.ros2_jazzy import std_msgs__msg__String as String
 from rosbags.typesys.stores.ros2_jazzy import tf2_msgs__msg__TFMessage as TFMessage
 
-from benchbot.plugin import LIDAR_OFFSETS, LIDAR_POINT, CameraModel, FramePose, InertialMeasurement, LidarScan, cloud
+from benchbot.plugin import (
+    LIDAR_OFFSETS,
+    LIDAR_POINT,
+    CameraModel,
+    FramePose,
+    InertialMeasurement,
+    JointStates,
+    LidarScan,
+    cloud,
+)
 from benchbot.plugin import LaserScan as Scan
 
 EVENLY_SPACED_RAD = 1e-4
@@ -145,6 +155,15 @@ def imu(values: InertialMeasurement, stamped: Header) -> Imu:
         linear_acceleration=Vector3(*acceleration),
         linear_acceleration_covariance=_covariance(acceleration),
     )
+
+
+def joint_state(joints: JointStates, stamped: Header) -> JointState:
+    """Return the states of joints: rad, rad/s and N m, of the gripper m, m/s and N."""
+    names = [str(name) for name in joints["names"]]
+    position, velocity, effort = (
+        _floats(values, len(names)) for values in (joints["positions"], joints["velocities"], joints["efforts"])
+    )
+    return JointState(header=stamped, name=names, position=position, velocity=velocity, effort=effort)
 
 
 def transforms(poses: Mapping[str, FramePose], time_ns: int) -> TFMessage:

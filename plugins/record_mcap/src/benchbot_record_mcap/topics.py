@@ -77,10 +77,14 @@ def _of_channel(channel: str, observations: Mapping[str, Any], time_ns: int) -> 
             yield "/points", messages.point_cloud(value, messages.header(time_ns, value["frame_id"]))
         case "imu":
             yield "/imu", messages.imu(value, messages.header(time_ns, IMU_FRAME))
+        case "joint_states":
+            yield "/joint_states", messages.joint_state(value, messages.header(time_ns, ""))
         case "poses":
             yield "/tf", messages.transforms(value, time_ns)
         case "goal":
-            goal = {"class": value} if isinstance(value, str) else {"position_xy": value.tolist()}
+            goal = {"class": value} if isinstance(value, str) else {"fetch": value}
+            if hasattr(value, "tolist"):
+                goal = {"position_xy": value.tolist()}
             yield GOAL, messages.text(goal)
         case _:
             raise ValueError("no ROS 2 message is chosen for it")

@@ -48,7 +48,7 @@ def entities_of(action: str | None, arguments: Mapping[str, float], step: Step, 
     seen = step.observations
     poses = seen.get("poses", {})
     if action is not None:
-        told = ", ".join(f"{name} {value:g}" for name, value in arguments.items())
+        told = ", ".join(f"{name} {_told(value)}" for name, value in arguments.items())
         yield "actions", rerun.TextLog(f"{action} {told}: {step.outcome}, {step.result}".replace(" :", ":"))
     yield "state", rerun.TextLog(f"{step.state}, scene {step.scene_number + 1}")
     for name, pose in poses.items():
@@ -59,11 +59,20 @@ def entities_of(action: str | None, arguments: Mapping[str, float], step: Step, 
     if BASE in poses:
         base = tuple(float(value) for value in poses[BASE]["translation_xyz"])
         yield f"{MAP}/way", rerun.LineStrips3D([way.to(base)], radii=POINT_RADIUS_M)
+    if "joint_states" in seen:
+        joints = seen["joint_states"]
+        for name, position in zip(joints["names"], joints["positions"], strict=True):
+            yield f"joints/{name}", rerun.Scalars(float(position))
     yield from _of_camera(seen)
     if "laser" in seen:
         yield f"{MAP}/{LASER_FRAME}/scan", _points(_beams(seen["laser"]))
     if "lidar" in seen:
         yield f"{MAP}/{seen['lidar']['frame_id']}/points", _points(_rings(seen["lidar"]))
+
+
+def _told(value: Any) -> str:
+    """Return an argument in words: a number, or several."""
+    return f"[{', '.join(f'{each:g}' for each in value)}]" if isinstance(value, list | tuple) else f"{value:g}"
 
 
 def boxes_of(results: Any) -> Iterator[Entity]:

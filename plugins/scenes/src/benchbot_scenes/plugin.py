@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from benchbot.plugin import AssetPack, Command, hookimpl
+from benchbot.plugin import AssetPack, Command, TuiScreen, hookimpl
 
 PLUGIN_API = 1
 """The major version of benchbot.plugin that this was made for."""
@@ -38,3 +38,14 @@ def benchbot_commands() -> Iterator[Command]:
         takes_sources=True,
     )
     yield Command("map", "benchbot_scenes.map_command:map_environment", "Occupancy map and picture of an environment.")
+
+
+@hookimpl
+def benchbot_screens() -> Iterator[TuiScreen]:
+    """Yield the screen."""
+    yield TuiScreen(
+        "environments",
+        "benchbot_scenes.screen:EnvironmentsScreen",
+        "Generate an environment from a seed, or import one from a file.",
+        key="V",
+    )

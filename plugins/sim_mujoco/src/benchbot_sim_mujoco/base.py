@@ -9,6 +9,8 @@ import numpy as np
 from benchbot.simulation import Footprint
 
 MASS_KG, WHEEL_MASS_KG = 25.0, 0.8
+DECKED_MASS_KG = 45.0
+"""Of a base that carries an arm: batteries, low down, keep it from tipping."""
 WHEEL_RADIUS_M, WHEEL_WIDTH_M = 0.1, 0.03
 TRACK_SHARE, CASTER_SHARE = 0.75, 0.7
 """Half the track, and the distance of the casters from the middle, as shares of the footprint's radius."""
@@ -18,9 +20,11 @@ SLIDING_FRICTION, WHEEL_FRICTION = 0.4, 1.2
 SERVO_NMSPRAD, ROTOR_KGM2 = 20.0, 0.05
 """Torque of a wheel's servo by the error of its speed, and the inertia of its motor behind the gear."""
 BUMPER_SOLREF = (0.006, 2.0)
-FLOOR, FOOTPRINT = "floor", "footprint"
-WHEEL_BIT, POST_BIT, LOOSE_BIT, HELD_BIT = 1, 2, 4, 8
-"""The kinds of shapes in contacts: wheels and casters, what stops the footprint, loose objects, what stops these."""
+FLOOR, FOOTPRINT, MAST = "floor", "footprint", "mast"
+MAST_X_M, MAST_RADIUS_M = -0.24, 0.02
+PAINT, DARK = (0.87, 0.88, 0.9, 1.0), (0.16, 0.17, 0.19, 1.0)
+WHEEL_BIT, POST_BIT, LOOSE_BIT, HELD_BIT, ARM_BIT = 1, 2, 4, 8, 16
+"""The kinds of shapes in contacts: wheels and casters, what stops footprints, loose objects, what stops these, arms."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +45,12 @@ class Wheels:
         return (left_m + right_m) / 2, (right_m - left_m) / self.track_m
 
 
-def add_base(spec: Any, footprint: Footprint, floor_z_m: float) -> Wheels:
-    """Add floor and robot to a model; the robot's free joint is the first joint, then left and right wheel."""
+def add_base(spec: Any, footprint: Footprint, floor_z_m: float, deck_m: float | None = None) -> Wheels:
+    """Add floor and robot to a model; the robot's free joint is the first joint, then left and right wheel.
+
+    `deck_m` is the height of the deck that an arm stands on; then the cylinder ends there, and a mast for the camera
+    stands behind. Without it the robot is a cylinder as high as its footprint.
+    """
     wheels = Wheels(WHEEL_RADIUS_M, 2 * TRACK_SHARE * footprint.radius_m)
     spec.worldbody.add_geom(
         name=FLOOR,
@@ -50,12 +58,12 @@ def add_base(spec: Any, footprint: Footprint, floor_z_m: float) -> Wheels:
         size=[0, 0, 1],
         pos=[0, 0, floor_z_m],
         contype=0,
-        conaffinity=WHEEL_BIT | LOOSE_BIT,
+        conaffinity=WHEEL_BIT | LOOSE_BIT | ARM_BIT,
         friction=[SLIDING_FRICTION, 0.005, 0.0001],
     )
     base = spec.worldbody.add_body(name="base", pos=[0, 0, floor_z_m])
     base.add_freejoint(name="base")
-    half_m = (footprint.z_max_m - footprint.z_min_m) / 2
+    half_m = ((deck_m or footprint.z_max_m) - footprint.z_min_m) / 2
     base.add_geom(
         name=FOOTPRINT,
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
@@ -63,13 +71,27 @@ def add_base(spec: Any, footprint: Footprint, floor_z_m: float) -> Wheels:
         pos=[0, 0, footprint.z_min_m + half_m],
         mass=0,
         contype=0,
-        conaffinity=POST_BIT | LOOSE_BIT,
+        conaffinity=POST_BIT | LOOSE_BIT | ARM_BIT,
         friction=[SLIDING_FRICTION, 0.005, 0.0001],
         solref=BUMPER_SOLREF,
     )
-    base.mass, base.ipos, base.explicitinertial = MASS_KG, [0, 0, CENTRE_Z_M], True
-    turning = MASS_KG * footprint.radius_m**2 / 2
+    mass_kg = MASS_KG if deck_m is None else DECKED_MASS_KG
+    base.mass, base.ipos, base.explicitinertial = mass_kg, [0, 0, CENTRE_Z_M], True
+    turning = mass_kg * footprint.radius_m**2 / 2
     base.inertia = [turning, turning, turning]
+    if deck_m is not None:
+        base.add_geom(
+            name=MAST,
+            type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+            size=[MAST_RADIUS_M, 0, 0],
+            fromto=[MAST_X_M, 0, deck_m, MAST_X_M, 0, footprint.z_max_m - MAST_RADIUS_M],
+            mass=0,
+            rgba=DARK,
+            contype=HELD_BIT,
+            conaffinity=0,
+        )
+        spec.geom(FOOTPRINT).rgba = PAINT
+        _add_trim(base, footprint, deck_m)
     for end in (-1, 1):
         base.add_geom(
             type=mujoco.mjtGeom.mjGEOM_SPHERE,
@@ -97,6 +119,17 @@ def add_base(spec: Any, footprint: Footprint, floor_z_m: float) -> Wheels:
         servo = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         servo.set_to_velocity(kv=SERVO_NMSPRAD)
     return wheels
+
+
+def _add_trim(base: Any, footprint: Footprint, deck_m: float) -> None:
+    """Add what only pictures show: the plate of the deck, and the housing of the camera behind its frame."""
+    top_m = footprint.z_max_m - MAST_RADIUS_M
+    shown = {"mass": 0, "contype": 0, "conaffinity": 0}
+    plate = [0.97 * footprint.radius_m, 0.003, 0]
+    base.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=plate, pos=[0, 0, deck_m], rgba=DARK, **shown)
+    housing = [0.02, 0.06, 0.025]
+    at = [MAST_X_M, 0, top_m - 0.03]
+    base.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=housing, pos=at, rgba=DARK, **shown)
 
 
 def planar(qpos: Any) -> tuple[float, float, float]:

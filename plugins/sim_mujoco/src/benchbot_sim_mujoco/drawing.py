@@ -1,6 +1,7 @@
 """A scene as MuJoCo draws it and casts rays into it: every triangle as it is, each object with its materials."""
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -17,6 +18,9 @@ Floats = npt.NDArray[np.float64]
 Pixel = TypeVar("Pixel", bound=np.generic)
 
 NEAR_M, FAR_M = 0.01, 200.0
+ROBOT_GROUP = 1
+NO_ROBOT = np.array([group != ROBOT_GROUP for group in range(6)], np.uint8)
+"""The groups of shapes that rays meet: a scanner does not see what carries it."""
 MATERIALS = 100_000
 STEEPEST = 0.1
 """Of a surface: the share by which inverse depth differs among four neighbouring pixels, more is an edge."""
@@ -27,12 +31,24 @@ GLASS_ALPHA = 0.25
 SKY, GROUND = (0.75, 0.85, 0.95), (0.45, 0.48, 0.4)
 
 
-class Drawing:
-    """A model without physics, of which only loose objects move."""
+@dataclass(frozen=True)
+class Shape:
+    """A part of the robot: MuJoCo's type, sizes (3,) and colour (4,), and where it is in the map frame."""
 
-    def __init__(self, geometry: SceneGeometry, loose: Collection[str]) -> None:
+    kind: int
+    size_m: Floats
+    rgba: npt.NDArray[np.float32]
+    position_m: Floats
+    rotation: Floats
+
+
+class Drawing:
+    """A model without physics, of which loose objects move, and the robot, which rays do not meet."""
+
+    def __init__(self, geometry: SceneGeometry, loose: Collection[str], robot: Sequence[Shape] = ()) -> None:
         self._geometry = geometry
-        self._model = _compiled(geometry, loose)
+        self._model = _compiled(geometry, loose, robot)
+        self._robot = [self._model.body(_robot_name(number)).mocapid[0] for number in range(len(robot))]
         self._data = mujoco.MjData(self._model)
         names = [self._model.geom(index).name for index in range(self._model.ngeom)]
         self._instances = np.array([int(name.partition(" ")[0]) for name in names], np.int32)
@@ -46,6 +62,14 @@ class Drawing:
         if moved:
             mujoco.mj_kinematics(self._model, self._data)
 
+    def show_robot(self, robot: Sequence[Shape]) -> None:
+        """Put the robot's parts where they are."""
+        for body, shape in zip(self._robot, robot, strict=True):
+            self._data.mocap_pos[body] = shape.position_m
+            mujoco.mju_mat2Quat(self._data.mocap_quat[body], shape.rotation)
+        if self._robot:
+            mujoco.mj_kinematics(self._model, self._data)
+
     def cast(self, origins: Floats, directions: Floats, range_max_m: float) -> Floats:
         """Return distances (N,) along unit rays (N, 3) from origins (N, 3), +inf where nothing is within the range."""
         distances_m = np.empty(len(origins))
@@ -57,7 +81,7 @@ class Drawing:
             rays = np.ascontiguousarray(directions[start:end], np.float64).ravel()
             origin = np.ascontiguousarray(origins[start], np.float64)
             mujoco.mj_multiRay(
-                self._model, self._data, origin, rays, None, True, -1, hit, found, None, count, range_max_m
+                self._model, self._data, origin, rays, NO_ROBOT, True, -1, hit, found, None, count, range_max_m
             )
             distances_m[start:end] = np.where((found < 0) | (found >= range_max_m), np.inf, found)
             start = end
@@ -192,7 +216,7 @@ def _flipped(picture: npt.NDArray[Pixel]) -> npt.NDArray[Pixel]:
     return np.ascontiguousarray(picture[::-1])
 
 
-def _compiled(geometry: SceneGeometry, loose: Collection[str]) -> mujoco.MjModel:
+def _compiled(geometry: SceneGeometry, loose: Collection[str], robot: Sequence[Shape]) -> mujoco.MjModel:
     spec = mujoco.MjSpec()
     # A single sample: what is between two objects belongs to one of them.
     spec.visual.quality.offsamples = 0
@@ -225,7 +249,23 @@ def _compiled(geometry: SceneGeometry, loose: Collection[str]) -> mujoco.MjModel
             contype=0,
             conaffinity=0,
         )
+    for number, shape in enumerate(robot):
+        body = spec.worldbody.add_body(name=_robot_name(number), mocap=True)
+        body.add_geom(
+            name=_robot_name(number),
+            type=mujoco.mjtGeom(shape.kind),
+            size=shape.size_m,
+            rgba=shape.rgba,
+            group=ROBOT_GROUP,
+            contype=0,
+            conaffinity=0,
+        )
     return spec.compile()
+
+
+def _robot_name(number: int) -> str:
+    """Return the name of a part of the robot: that of a shape begins with its instance, which is none."""
+    return f"0 robot {number}"
 
 
 def _add_mesh(spec: mujoco.MjSpec, name: str, geometry: SceneGeometry, triangles: npt.NDArray[np.int32]) -> None:

@@ -1,17 +1,22 @@
 """Contact physics of one robot in one scene: wheels on the floor, obstacles of the footprint, loose objects."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from benchbot.plugin import BenchbotError, Pose
 from benchbot.simulation import DriveLimits, Robot, State
 from benchbot_scenes.obstacle_map import ObstacleMap
 from benchbot_scenes.scene import Instance, SceneGeometry, only
 from benchbot_sim_mujoco import base
+from benchbot_sim_mujoco.arm import Arm, ArmDeclaration
 from benchbot_sim_mujoco.base import FLOOR, FOOTPRINT, HELD_BIT, LOOSE_BIT, POST_BIT
+from benchbot_sim_mujoco.drawing import Shape
 
 Floats = npt.NDArray[np.float64]
 
@@ -29,6 +34,10 @@ SECTION_M = (0.12, 0.125)
 """Where walls are cut for objects to bump into: above skirtings."""
 DENSITY_KGPM3 = 150.0
 """Of a loose object's convex hull, which holds much air."""
+SMALLEST_PART_M, THINNEST_PART_M = 0.01, 0.002
+LIFTED_M, ARRANGING_S = 0.002, 0.5
+"""Objects of an episode are let go a little above where they begin, and have so long to come to rest."""
+LARGEST_OBJECT_M2 = 6.0
 OVERLAP_M = 0.01
 """Shapes that overlap by more where the scene begins, such as a chair under a table, do not collide with each other."""
 FALLEN_M = 0.05
@@ -44,24 +53,35 @@ class Physics:
         obstacles: ObstacleMap,
         robot: Robot,
         floor_z_m: float,
+        arm: ArmDeclaration | None = None,
     ) -> None:
         self._obstacles = obstacles
         self._robot = robot
         self._floor_z_m = floor_z_m
         self.loose = tuple(loose)
-        self.model, self.wheels = _compiled(geometry, loose, robot, floor_z_m)
+        self.model, self.wheels = _compiled(geometry, loose, robot, floor_z_m, arm)
         self._data = mujoco.MjData(self.model)
+        self.arm = Arm(arm, self.model, self.loose) if arm else None
+        self._centres = _centres(geometry, loose)
+        self.energy_j = self.end_effector_path_m = 0.0
         self._footprint = self.model.geom(FOOTPRINT).id
         self._is_post = np.array([name.startswith("post") for name in self._geom_names()])
         self._settled: Floats | None = None
 
-    def load(self, start: Pose) -> None:
-        """Put everything where the scene begins, at rest: the robot at a pose, objects where they came to rest."""
+    def load(self, start: Pose, objects: Sequence[Mapping[str, Any]] = ()) -> None:
+        """Put everything where the scene begins, at rest: the robot at a pose, objects where they came to rest.
+
+        `objects` are those that begin elsewhere than the scene has them: `name`, `position` (of the middle of its box's
+        bottom face), `turn_deg`. Raises BenchbotError for one that is not loose, or does not stay there.
+        """
         if self._settled is None:
             self._settled = self._settle(start)
-        mujoco.mj_resetData(self.model, self._data)
+        self._reset()
         self._data.qpos[:] = self._settled
         self.place(start)
+        if objects:
+            self._arrange(objects)
+        self.energy_j = self.end_effector_path_m = 0.0
 
     def place(self, pose: Pose) -> None:
         """Put the robot, at rest, at a pose; its wheels do not turn."""
@@ -74,16 +94,38 @@ class Physics:
         self._gather_posts()
         mujoco.mj_forward(self.model, self._data)
 
-    def advance(self, linear_mps: float, angular_radps: float, duration_s: float, limits: DriveLimits) -> bool:
-        """Step through a control tick, ramping to the command; return whether the footprint touched an obstacle."""
+    def advance(
+        self,
+        linear_mps: float,
+        angular_radps: float,
+        duration_s: float,
+        limits: DriveLimits,
+        told: Floats | None = None,
+    ) -> bool:
+        """Step through a control tick, ramping to the command; return whether the robot hit something.
+
+        `told` (T, 7) are targets of the arm's servos in each step, the last one holds on. The footprint hits what it
+        touches, the arm what it pushes hard; then it stays where it is.
+        """
         target = limits.clipped(linear_mps, angular_radps)
         contact = False
-        for _ in range(max(1, round(duration_s / TIMESTEP_S))):
+        data, arm = self._data, self.arm
+        steps = max(1, round(duration_s / TIMESTEP_S))
+        tip = None if arm is None else data.site_xpos[arm.site].copy()
+        for step in range(steps):
             if not contact:
                 self._command = self._ramped(target, limits)
-            self._data.ctrl[:2] = self.wheels.speeds_radps(*self._command)
+            data.ctrl[:2] = self.wheels.speeds_radps(*self._command)
+            if arm is not None and told is not None:
+                data.ctrl[arm.servos] = told[min(step, len(told) - 1)]
             self._gather_posts()
-            mujoco.mj_step(self.model, self._data)
+            mujoco.mj_step(self.model, data)
+            if arm is not None:
+                self.energy_j += arm.power_w(data) * TIMESTEP_S
+                if arm.pushes(data):
+                    contact, self._command = True, (0.0, 0.0)
+                    data.ctrl[arm.servos[:-1]] = arm.joints(data)
+                    told = None
             if self._touches():
                 # The bumper gives: all of the impact is lost, and the robot stands still for the rest of the tick.
                 contact, self._command = True, (0.0, 0.0)
@@ -91,6 +133,8 @@ class Physics:
         self._check()
         # What depends on positions is of the last but one step until now.
         mujoco.mj_kinematics(self.model, self._data)
+        if arm is not None:
+            self.end_effector_path_m += float(np.linalg.norm(data.site_xpos[arm.site] - tip))
         return contact
 
     @property
@@ -117,7 +161,38 @@ class Physics:
     def moved(self, name: str) -> tuple[Floats, Floats]:
         """Return translation (3,) and quaternion (4, w first) that take a loose object from where it began."""
         joint = self._data.joint(name)
-        return joint.qpos[:3].copy(), joint.qpos[3:7].copy()
+        turned = np.empty(3)
+        mujoco.mju_rotVecQuat(turned, self._centres[name][0], joint.qpos[3:7])
+        return joint.qpos[:3] - turned, joint.qpos[3:7].copy()
+
+    def centre(self, name: str) -> Pose:
+        """Return the pose of the middle of an object's box, in the map frame; no rotation is how the scene has it."""
+        x, y, z, qw, qx, qy, qz = (float(value) for value in self._data.joint(name).qpos)
+        norm = float(np.sqrt(qw * qw + qx * qx + qy * qy + qz * qz))
+        return Pose((x, y, z), (qx / norm, qy / norm, qz / norm, qw / norm))
+
+    @property
+    def data(self) -> Any:
+        """The state, for the arm to read."""
+        return self._data
+
+    def shapes(self) -> list[Shape]:
+        """Return the parts of a robot with an arm, as they are now; none of a robot without, which nothing shows."""
+        if self.arm is None:
+            return []
+        model, data = self.model, self._data
+        root = model.body("base").id
+        return [
+            Shape(
+                int(model.geom_type[geom]),
+                model.geom_size[geom].copy(),
+                model.geom_rgba[geom].copy(),
+                data.geom_xpos[geom].copy(),
+                data.geom_xmat[geom].copy(),
+            )
+            for geom in range(model.ngeom)
+            if model.body_rootid[model.geom_bodyid[geom]] == root
+        ]
 
     def transform(self, name: str) -> Floats:
         """Return the rigid transform (4, 4) that takes a loose object from where it began."""
@@ -130,8 +205,47 @@ class Physics:
     def _geom_names(self) -> list[str]:
         return [self.model.geom(index).name for index in range(self.model.ngeom)]
 
-    def _settle(self, start: Pose) -> Floats:
+    def _reset(self) -> None:
         mujoco.mj_resetData(self.model, self._data)
+        if self.arm is not None:
+            self.arm.home(self._data)
+
+    def _arrange(self, objects: Sequence[Mapping[str, Any]]) -> None:
+        """Put objects elsewhere and let them come to rest."""
+        wanted: dict[str, Floats] = {}
+        for entry in objects:
+            name, position = str(entry["name"]), np.array(entry["position"], float)
+            if name not in self.loose:
+                raise BenchbotError(
+                    f"The object '{name}' cannot begin elsewhere.",
+                    f"It is not loose; these are: {', '.join(self.loose) or 'none'}.",
+                    "Add it to options.loose of the environment, or leave it out of the episode's objects.",
+                )
+            _, height_m = self._centres[name]
+            turn = np.zeros(4)
+            half_rad = np.radians(float(entry.get("turn_deg", 0.0))) / 2
+            turn[[0, 3]] = np.cos(half_rad), np.sin(half_rad)
+            middle_m = position + np.array([0.0, 0.0, height_m / 2 + LIFTED_M])
+            joint = self._data.joint(name)
+            joint.qpos[:3], joint.qpos[3:] = middle_m, turn
+            joint.qvel[:] = 0.0
+            wanted[name] = middle_m
+        for _ in range(round(ARRANGING_S / TIMESTEP_S)):
+            mujoco.mj_step(self.model, self._data)
+        for name, middle_m in wanted.items():
+            moved_m = float(np.linalg.norm(np.array(self.centre(name).translation_xyz) - middle_m))
+            if not moved_m < FALLEN_M:
+                raise BenchbotError(
+                    f"The object '{name}' does not stay where the episode begins.",
+                    f"It moves by {moved_m:.2g} m within {ARRANGING_S:g} s: nothing is below, or something is there.",
+                    "Mend its position in the episode's objects: the middle of its bottom, on top of something.",
+                )
+        self._data.qvel[:] = 0.0
+        self._data.time = 0.0
+        mujoco.mj_forward(self.model, self._data)
+
+    def _settle(self, start: Pose) -> Floats:
+        self._reset()
         self.place(start)
         for _ in range(round(SETTLING_S / TIMESTEP_S)):
             mujoco.mj_step(self.model, self._data)
@@ -139,7 +253,7 @@ class Physics:
         settled[:2] = start.translation_xyz[:2]
         settled[7:9] = 0.0
         for name in self.loose:
-            moved_m = float(np.linalg.norm(self._data.body(name).xipos - self.model.body(name).ipos))
+            moved_m = float(np.linalg.norm(self._data.body(name).xpos - self.model.body(name).pos))
             if not moved_m < FALLEN_M:
                 raise BenchbotError(
                     f"The object '{name}' does not stay where it is when it is loose.",
@@ -191,7 +305,11 @@ class Physics:
 
 
 def _compiled(
-    geometry: SceneGeometry, loose: Mapping[str, Instance], robot: Robot, floor_z_m: float
+    geometry: SceneGeometry,
+    loose: Mapping[str, Instance],
+    robot: Robot,
+    floor_z_m: float,
+    arm: ArmDeclaration | None,
 ) -> tuple[mujoco.MjModel, base.Wheels]:
     spec = mujoco.MjSpec()
     spec.option.timestep = TIMESTEP_S
@@ -199,7 +317,10 @@ def _compiled(
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = 10
-    wheels = base.add_base(spec, robot.footprint, floor_z_m)
+    deck_m = None if arm is None else arm.mount.translation_xyz[2]
+    wheels = base.add_base(spec, robot.footprint, floor_z_m, deck_m)
+    if arm is not None:
+        arm.add(spec, spec.body("base"))
     # At the height of the centre of mass: what is touched higher up would tip the robot, which is a cylinder here.
     height_m = floor_z_m + float(np.clip(base.CENTRE_Z_M, robot.footprint.z_min_m, robot.footprint.z_max_m))
     for number in range(POSTS):
@@ -212,30 +333,81 @@ def _compiled(
             conaffinity=0,
             solref=base.BUMPER_SOLREF,
         )
-    if not loose:
+    if not loose and arm is None:
         return spec.compile(), wheels
+    centres = _centres(geometry, loose)
     for name, instance in loose.items():
-        body = spec.worldbody.add_body(name=name)
+        # At the middle of the object: about a point far away a fast turn would not be integrated well.
+        body = spec.worldbody.add_body(name=name, pos=centres[name][0])
         body.add_freejoint(name=name)
         _add_hull(spec, body, name, geometry, instance, is_loose=True)
     held = {instance.name: instance for instance in geometry.instances if instance.name not in loose}
+    building = {name: instance for name, instance in held.items() if _is_building(geometry, instance, arm)}
     for name, instance in held.items():
-        if instance.class_name is not None:
+        if arm is not None and name not in building:
+            _add_parts(spec, name, geometry, instance)
+        elif name not in building:
             body = spec.worldbody.add_body(name=f"held {name}")
             _add_hull(spec, body, f"held {name}", geometry, instance, is_loose=False)
-    _add_walls(spec, geometry, held, robot, floor_z_m)
+    _add_walls(spec, geometry, building, robot, floor_z_m)
     return _without_overlaps(spec, loose), wheels
 
 
+def _is_building(geometry: SceneGeometry, instance: Instance, arm: ArmDeclaration | None) -> bool:
+    """Return whether an object is walls and floors: it has no label; and where an arm could touch it, it is large."""
+    if instance.class_name is not None:
+        return False
+    vertices = geometry.vertices[geometry.triangles[geometry.triangle_instance == instance.index]].reshape(-1, 3)
+    return arm is None or not len(vertices) or float(np.ptp(vertices[:, :2], axis=0).prod()) > LARGEST_OBJECT_M2
+
+
+def _centres(geometry: SceneGeometry, loose: Mapping[str, Instance]) -> dict[str, tuple[Floats, float]]:
+    """Return the middle (3,) of the box of each object, where the scene has it, and its height."""
+    found = {}
+    for name, instance in loose.items():
+        corners = geometry.vertices[geometry.triangles[geometry.triangle_instance == instance.index]].reshape(-1, 3)
+        low, high = corners.min(0).astype(np.float64), corners.max(0).astype(np.float64)
+        found[name] = ((low + high) / 2, float(high[2] - low[2]))
+    return found
+
+
+def _add_parts(spec: mujoco.MjSpec, name: str, geometry: SceneGeometry, instance: Instance) -> None:
+    """Add a fixed object by the hulls of its connected parts: an arm can reach below a table top."""
+    corners = geometry.vertices[geometry.triangles[geometry.triangle_instance == instance.index]].astype(np.float64)
+    places, indices = np.unique(corners.reshape(-1, 3).round(4), axis=0, return_inverse=True)
+    triangles = indices.reshape(-1, 3)
+    edges = np.concatenate([triangles[:, :2], triangles[:, 1:]])
+    graph = coo_array((np.ones(len(edges)), edges.T), (len(places), len(places)))
+    _, labels = connected_components(graph, directed=False)
+    for part in np.unique(labels):
+        vertices = places[labels == part]
+        extent_m = np.ptp(vertices, axis=0)
+        if np.sort(extent_m)[1] < SMALLEST_PART_M:
+            continue
+        if extent_m.min() < THINNEST_PART_M:
+            # A sheet has no hull: it is given a thickness, downwards where it lies.
+            vertices = np.concatenate([vertices, vertices - THINNEST_PART_M * (extent_m == extent_m.min())])
+        mesh = spec.add_mesh(name=f"held {name} {part}", inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
+        mesh.uservert = vertices.ravel().tolist()
+        spec.worldbody.add_geom(
+            name=f"held {name} {part}",
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=f"held {name} {part}",
+            contype=HELD_BIT,
+            conaffinity=0,
+            friction=[base.SLIDING_FRICTION, 0.005, 0.0001],
+        )
+
+
 def _add_hull(
-    spec: mujoco.MjSpec, body: object, name: str, geometry: SceneGeometry, instance: Instance, *, is_loose: bool
+    spec: mujoco.MjSpec, body: Any, name: str, geometry: SceneGeometry, instance: Instance, *, is_loose: bool
 ) -> None:
     vertices = np.unique(
         geometry.vertices[geometry.triangles[geometry.triangle_instance == instance.index]].reshape(-1, 3), axis=0
     )
     mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
-    mesh.uservert = vertices.astype(np.float64).ravel().tolist()
-    body.add_geom(  # type: ignore[attr-defined]
+    mesh.uservert = (vertices.astype(np.float64) - body.pos).ravel().tolist()
+    body.add_geom(
         name=name,
         type=mujoco.mjtGeom.mjGEOM_MESH,
         meshname=name,
@@ -247,14 +419,14 @@ def _add_hull(
 
 
 def _add_walls(
-    spec: mujoco.MjSpec, geometry: SceneGeometry, held: Mapping[str, Instance], robot: Robot, floor_z_m: float
+    spec: mujoco.MjSpec, geometry: SceneGeometry, building: Mapping[str, Instance], robot: Robot, floor_z_m: float
 ) -> None:
-    """Add what has no label, such as walls, by the long edges of its section at one height, seen from above."""
-    unlabelled = [instance.index for instance in held.values() if instance.class_name is None]
-    building = only(geometry, np.isin(geometry.triangle_instance, unlabelled))
+    """Add walls by the long edges of its section at one height, seen from above."""
+    unlabelled = [instance.index for instance in building.values()]
+    walls = only(geometry, np.isin(geometry.triangle_instance, unlabelled))
     footprint = robot.footprint
     low_m, high_m = floor_z_m + footprint.z_min_m, floor_z_m + footprint.z_max_m
-    starts, ends = ObstacleMap(building, floor_z_m + SECTION_M[0], floor_z_m + SECTION_M[1]).edges()
+    starts, ends = ObstacleMap(walls, floor_z_m + SECTION_M[0], floor_z_m + SECTION_M[1]).edges()
     for start, end in zip(starts, ends, strict=True):
         along = end - start
         length_m = float(np.hypot(*along))

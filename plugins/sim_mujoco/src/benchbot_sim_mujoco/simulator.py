@@ -1,6 +1,6 @@
 """The simulator: a robot on wheels in one of BenchBot's rooms, as one platform."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -10,16 +10,30 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.plugin import BenchbotError, PlatformSpec, Pose, Scene, did_you_mean, load_plugins
+from benchbot.plugin import (
+    BenchbotError,
+    JointStates,
+    Outcome,
+    PlatformSpec,
+    Pose,
+    Scene,
+    Witnessed,
+    did_you_mean,
+    load_plugins,
+)
 from benchbot.simulation import Camera, Frame, KinematicSimulator, Robot, SrgbResponse, State, World
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.obstacle_map import ObstacleMap
 from benchbot_scenes.scene import Instance, SceneGeometry, only
 from benchbot_scenes.scene_file import scene_file
 from benchbot_sim_mujoco import opengl
+from benchbot_sim_mujoco.arm import Arm, ArmDeclaration
 from benchbot_sim_mujoco.drawing import Drawing
-from benchbot_sim_mujoco.physics import Physics
+from benchbot_sim_mujoco.physics import TIMESTEP_S, Physics
 
+Floats = npt.NDArray[np.float64]
+
+REST_TIMEOUT_S = 3.0
 MARGIN_M = 0.005
 """The footprint is taken for larger where contact is foreseen: wheels follow a plan within millimetres."""
 
@@ -37,28 +51,30 @@ class MujocoSimulator(KinematicSimulator["_World"]):
     def __init__(self, spec: PlatformSpec) -> None:
         super().__init__(spec)
         self._worlds: dict[tuple[Path, str, float], _World] = {}
+        self._arm = ArmDeclaration.of(spec.robot)
+        self._told: Floats | None = None
 
     def open(self, scene: Scene) -> "_World":
         """Return the world of a scene; one that was loaded before is used again, so that a reset is quick."""
-        ways = ("start_pose", "trajectory_poses")
+        ways = ("start_pose", "trajectory_poses", "objects")
         place = {name: value for name, value in scene.environment.items() if name not in ways}
         key = (scene.folder, repr(place), scene.start_pose.translation_xyz[2])
         if key not in self._worlds:
-            self._worlds[key] = _World(scene, self.spec, self.robot)
+            self._worlds[key] = _World(scene, self.spec, self.robot, self._arm)
         self.response = self._worlds[key].response
         return self._worlds[key]
 
     def load(self, scene: Scene, seed: int) -> None:
         """Put robot and objects where the scene begins; raises BenchbotError when they do not stay there."""
         super().load(scene, seed)
-        self.world.physics.load(scene.start_pose)
+        self.world.physics.load(scene.start_pose, scene.environment.get("objects", ()))
         self.world.revision += 1
 
     def advance(self, linear_mps: float, angular_radps: float, duration_s: float) -> tuple[State, bool]:
         """Step the physics; after contact the wheels brake."""
         physics = self.world.physics
         before = physics.wheel_angles_rad
-        contact = physics.advance(linear_mps, angular_radps, duration_s, self.robot.limits)
+        contact = physics.advance(linear_mps, angular_radps, duration_s, self.robot.limits, self._told)
         left, right = (now - then for now, then in zip(physics.wheel_angles_rad, before, strict=True))
         self._rolled = physics.wheels.way(left, right)
         return physics.state, contact
@@ -77,6 +93,78 @@ class MujocoSimulator(KinematicSimulator["_World"]):
         """Return the true pose of the base, which rocks by fractions of a degree when it accelerates."""
         return self.world.physics.pose
 
+    def manipulate(self, action: str, arguments: Mapping[str, Any]) -> Iterator[Outcome | None]:
+        """Carry out an action of the arm, tick by tick; yield at the end how it ended, at rest."""
+        physics, arm = self.world.physics, self.arm()
+        path = arm.planned(action, arguments, physics.data, TIMESTEP_S)
+        if path is None:
+            yield Outcome.UNREACHABLE
+            return
+        per_tick = round(self.control_period_s / TIMESTEP_S)
+        for first in range(0, len(path), per_tick):
+            yield from self._tick(path[first : first + per_tick])
+            if self.collided:
+                yield Outcome.COLLIDED
+                return
+            if action != "move_gripper" and arm.lags(path[min(first + per_tick, len(path)) - 1], physics.data):
+                held = np.append(arm.joints(physics.data), path[-1, -1])
+                yield from self._rest("move_joints", held)
+                yield Outcome.COLLIDED if self.collided else Outcome.BLOCKED
+                return
+        ended = yield from self._rest(action, path[-1])
+        yield Outcome.COLLIDED if self.collided else ended
+
+    def _tick(self, told: Floats) -> Iterator[None]:
+        self._told = told
+        try:
+            self.drive(0.0, 0.0, self.control_period_s)
+        finally:
+            self._told = None
+        yield None
+
+    def _rest(self, action: str, target: Floats) -> Generator[None, None, Outcome]:
+        """Hold a target until nothing moves any more; return how the action has ended."""
+        physics, arm = self.world.physics, self.arm()
+        for _ in range(round(REST_TIMEOUT_S / self.control_period_s)):
+            yield from self._tick(target[None])
+            ended = arm.ended(action, target, physics.data)
+            if ended is not None or self.collided:
+                return ended or Outcome.COLLIDED
+        return Outcome.TIMEOUT
+
+    def witnessed(self) -> Witnessed | None:
+        """Return where loose objects are, which of them a finger touches, and what the arm has spent."""
+        physics = self.world.physics
+        if not physics.loose:
+            return None
+        objects = {name: physics.centre(name) for name in physics.loose}
+        if physics.arm is None:
+            return Witnessed(objects)
+        return Witnessed(objects, physics.arm.touched(physics.data), physics.energy_j, physics.end_effector_path_m)
+
+    def mounts(self) -> Mapping[str, Pose]:
+        """Return where frames are in the robot's frame now: that of the fingers moves."""
+        physics = self.world.physics
+        if physics.arm is None:
+            return self.robot.mounts
+        return {**self.robot.mounts, physics.arm.declared.frame: physics.arm.pose(physics.data)}
+
+    def joint_states(self) -> JointStates:
+        """Return the states of the arm's joints and of its gripper."""
+        names, positions, velocities, efforts = self.arm().states(self.world.physics.data)
+        return {"names": names, "positions": positions, "velocities": velocities, "efforts": efforts}
+
+    def arm(self) -> Arm:
+        """Return the arm of the robot in the scene; raises BenchbotError when it has none."""
+        arm = self.world.physics.arm
+        if arm is None:
+            raise BenchbotError(
+                f"The robot '{self.robot.name}' has no arm.",
+                "Its declaration has no key 'arm'.",
+                "Choose a robot that has one, such as carter_arm (benchbot list robots).",
+            )
+        return arm
+
     def provenance(self) -> dict[str, str]:
         """Return what results depend on to the byte: MuJoCo's version and what drew pictures, if any were drawn."""
         return {"device": "cpu", "mujoco": mujoco.__version__, **self.world.drawn_by}
@@ -91,7 +179,7 @@ class MujocoSimulator(KinematicSimulator["_World"]):
 class _World(World):
     """A loaded scene; pictures and rays are made ready when they are first needed."""
 
-    def __init__(self, scene: Scene, spec: PlatformSpec, robot: Robot) -> None:
+    def __init__(self, scene: Scene, spec: PlatformSpec, robot: Robot, arm: ArmDeclaration | None) -> None:
         environment = scene.environment
         if "map_path" not in environment:
             raise BenchbotError(
@@ -113,7 +201,7 @@ class _World(World):
         self._obstacles = ObstacleMap(
             only(self._geometry, held), floor_z_m + footprint.z_min_m, floor_z_m + footprint.z_max_m
         )
-        self.physics = Physics(self._geometry, self._loose, self._obstacles, robot, floor_z_m)
+        self.physics = Physics(self._geometry, self._loose, self._obstacles, robot, floor_z_m, arm)
         self._painter = _painter(scene, spec, options)
         self._painted: dict[str, bytes] = {}
         self.response = self._painter[0].response if self._painter else SrgbResponse()
@@ -130,7 +218,8 @@ class _World(World):
     def render(self, camera: Camera, poses: Sequence[Pose], *, rgb: bool) -> Sequence[Frame]:
         """Draw a picture from each pose, or have it taken by another simulator."""
         if self._painter:
-            return self._painted_by(self._painter[1], camera, poses, rgb=rgb)
+            frames = self._painted_by(self._painter[1], camera, poses, rgb=rgb)
+            return frames if self.physics.arm is None else self._with_robot(frames, camera, poses, rgb=rgb)
         frames = self._shown.render(camera, poses, rgb=rgb)
         self.drawn_by = self.drawn_by or {"opengl": opengl.renderer_name()}
         return frames
@@ -157,14 +246,38 @@ class _World(World):
                 self._painted[name] = transform.tobytes()
         return world.render(camera, poses, rgb=rgb)
 
+    def _with_robot(
+        self, frames: Sequence[Frame], camera: Camera, poses: Sequence[Pose], *, rgb: bool
+    ) -> Sequence[Frame]:
+        """Return pictures of another simulator with the robot, which that one does not know, as drawn here."""
+        drawn = self._shown.render(camera, poses, rgb=rgb)
+        self.drawn_by["opengl"] = opengl.renderer_name()
+        return [_over(ours, theirs) for ours, theirs in zip(drawn, frames, strict=True)]
+
+    @property
+    def geometry(self) -> SceneGeometry:
+        """The scene as it begins, before an episode moves its objects."""
+        return self._geometry
+
     @property
     def _shown(self) -> Drawing:
         self._drawing.move({name: self.physics.moved(name) for name in self._loose})
+        self._drawing.show_robot(self.physics.shapes())
         return self._drawing
 
     @cached_property
     def _drawing(self) -> Drawing:
-        return Drawing(self._geometry, self._loose)
+        return Drawing(self._geometry, self._loose, self.physics.shapes())
+
+
+def _over(drawn: Frame, painted: Frame) -> Frame:
+    """Return a picture in which the robot of another one, which is no instance, is before what is farther away."""
+    is_robot = (drawn.instance == 0) & np.isfinite(drawn.depth_m) & (drawn.depth_m < painted.depth_m)
+    return Frame(
+        np.where(is_robot[..., None], drawn.rgb, painted.rgb),
+        np.where(is_robot, drawn.depth_m, painted.depth_m),
+        np.where(is_robot, np.int32(0), painted.instance),
+    )
 
 
 def _painter(

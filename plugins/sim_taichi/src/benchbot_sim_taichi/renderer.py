@@ -235,7 +235,7 @@ class Renderer:
 
         if _ti.is_on_gpu():  # packets suit vector instructions, not its threads
             return self._buffer("hits", 1)
-        hits = self._buffer("hits", math.prod(size) * first_hits.HIT_STRIDE)
+        hits = self._buffer("hits", first_hits.hits_size(*size))
         first_hits.meet(*self.device.tree, self.device.sheer_root, cameras, hits, *size)
         return hits
 
@@ -254,7 +254,7 @@ class Renderer:
 
     def _paint(self, records: npt.NDArray[np.float32], frames: DeviceFrames, first: int) -> None:
         """Take pictures `first` … of `frames` in one launch of each kernel, their light looked up on surfaces."""
-        from benchbot_sim_taichi.kernels import paint, reflections, resolve
+        from benchbot_sim_taichi.kernels import paint, paint_tiles, reflections, resolve
 
         size = (len(records), frames.width, frames.height)
         pixels = math.prod(size)
@@ -270,13 +270,17 @@ class Renderer:
         scene = (*device.tree, device.sheer_root, *device.surfaces)
         lit = (*scene, device.lights[0], *self.lightmap.arrays)
         places = (frames.words, frames.depth_at(first), frames.instance_at(first))
-        paint.paint(*lit, cameras, hits, *seen, centers, *places, *size, int(not on_gpu))
+        if on_gpu:
+            paint.paint(*lit, cameras, *seen, centers, *places, *size)
+        else:
+            paint_tiles.paint_tiles(*lit, cameras, hits, *seen, centers, *places, *size)
         lights = (*device.lights, device.light_of, self.near_lights)
         reflections.reflect(*scene, *lights, *self.lightmap.arrays, cameras, *mirrored, *size, self._seed)
-        reflections.spread(cameras, guide, kinds, mirrors, radiance, *size, 0, 1, paint.MIRROR_STRIDE, 11)
-        reflections.spread(cameras, guide, kinds, radiance, beside, *size, 1, 1, 3, 0)
-        reflections.spread(cameras, guide, kinds, beside, radiance, *size, 0, 4, 3, 0)
-        reflections.spread(cameras, guide, kinds, radiance, beside, *size, 1, 4, 3, 0)
+        spread = reflections.spread if on_gpu else reflections.spread_lanes
+        spread(cameras, guide, kinds, mirrors, radiance, *size, 0, 1, paint.MIRROR_STRIDE, 11)
+        spread(cameras, guide, kinds, radiance, beside, *size, 1, 1, 3, 0)
+        spread(cameras, guide, kinds, beside, radiance, *size, 0, 4, 3, 0)
+        spread(cameras, guide, kinds, radiance, beside, *size, 1, 4, 3, 0)
         reflections.combine(cameras, shades, *mirrored, beside, centers, *size)
         add_edges = resolve.resolve_pixels if on_gpu else resolve.resolve_tiles
         add_edges(*lit, cameras, *seen, centers, radiance, *size)

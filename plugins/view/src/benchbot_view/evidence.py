@@ -186,16 +186,16 @@ def _observations(found: Recorded) -> Iterator[tuple[int, Path | None, Mapping[s
         return
     ids = _class_ids(next(iter(found.frames.values())).parent) if found.frames else {}
     for number, path in found.frames.items():
-        content: Document = {}
+        kept: Document = {}
         with suppress(OSError, ValueError):
-            content["image_rgb"] = np.asarray(Image.open(path).convert("RGB"))
+            kept["image_rgb"] = np.asarray(Image.open(path).convert("RGB"))
         depth_m = Frame(path, 0, Pose()).depth_m()
         if depth_m is not None:
-            content["image_depth"] = depth_m
+            kept["image_depth"] = depth_m
         with suppress(OSError, ValueError):
             instances = np.asarray(Image.open(path.with_name(f"{path.stem}{INSTANCES}")))
-            content["image_segment"] = {"class_segment_img": instances // 1000, "class_ids": ids}
-        yield number, path, content
+            kept["image_segment"] = {"class_segment_img": instances // 1000, "class_ids": ids}
+        yield number, path, kept
 
 
 def _class_ids(folder: Path) -> dict[str, int]:

@@ -63,3 +63,9 @@ def test_declarations_are_checked_and_unreadable_ones_are_told(plugin_factory: P
     assert "Did you mean 'move_next'?" in found["task theirs: declaration"]
     assert "bad.yaml" in found["names"]
     assert not any(subject.startswith("task mine") for subject in found)
+
+
+def test_screens_are_made_and_one_that_is_none_is_found_out(plugin_factory: PluginFactory) -> None:
+    hook = "from benchbot.plugin import TuiScreen, hookimpl\n@hookimpl\ndef benchbot_screens():\n    yield TuiScreen"
+    plugin_factory.make("benchbot-odd", f"{hook}('odd', 'collections:OrderedDict', 'No screen.')")
+    assert "no Textual screen" in broken(check_plugin("benchbot-odd"))["screen odd"]

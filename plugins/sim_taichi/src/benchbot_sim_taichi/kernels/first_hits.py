@@ -1,15 +1,68 @@
 # mypy: ignore-errors
-"""First hits of camera rays, for 4 x 4 pixels at once. Such a square never reaches into another picture."""
+"""First hits of camera rays, for 4 x 4 pixels at once. Such a square never reaches into another picture.
+
+A square has `HITS_STRIDE` values, sixteen of each kind: of the nearest opaque triangles distance (the camera's unit is
+planar depth; FAR none), u, v and the bits of the triangle, then the same of the nearest sheer ones before them.
+"""
 
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray
-from benchbot_sim_taichi.kernels.lanes import ints16, vec16
+from benchbot_sim_taichi.kernels.camera import camera_origin
+from benchbot_sim_taichi.kernels.lanes import Lanes3, from_bits, ints16, vec16
+from benchbot_sim_taichi.kernels.lens import undistort
 from benchbot_sim_taichi.kernels.packet import RAYS, Packet, trace_packet
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats
 from benchbot_sim_taichi.tables import CAMERA_STRIDE
 
 TILE = 4
-HIT_STRIDE = 8
+HITS_STRIDE = 8 * RAYS
+ACROSS = [float(i % TILE) for i in range(RAYS)]
+DOWN = [float(i // TILE) for i in range(RAYS)]
+
+
+def hits_size(count: int, width: int, height: int) -> int:
+    """Return the number of values that the hits of some pictures have."""
+    return count * -(-width // TILE) * -(-height // TILE) * HITS_STRIDE
+
+
+@ti.func
+def tile_counts(width, height):
+    """Squares in a row of a picture, and in all of it."""
+    columns = (width + TILE - 1) // TILE
+    return columns, columns * ((height + TILE - 1) // TILE)
+
+
+@ti.func
+def locate_tile(tile, width, height):
+    """Picture, leftmost column and topmost row of a square."""
+    columns, in_all = tile_counts(width, height)
+    picture = tile // in_all
+    row = (tile - picture * in_all) // columns
+    return picture, (tile - picture * in_all - row * columns) * TILE, row * TILE
+
+
+@ti.func
+def camera_rays(cameras: ti.template(), eye, x, y):
+    """`camera.camera_ray` through sixteen points."""
+    across = (x - cameras[eye + 14]) / cameras[eye + 12]
+    down = (y - cameras[eye + 15]) / cameras[eye + 13]
+    if cameras[eye + 19] != 0.0:
+        bent_across, bent_down = across, down  # what is indexed at run time lies in memory
+        for lane in range(RAYS):
+            lens_x, lens_y = undistort(cameras, eye + 20, bent_across[lane], bent_down[lane])
+            bent_across[lane], bent_down[lane] = lens_x, lens_y
+        across, down = bent_across, bent_down
+    return Lanes3(
+        x=cameras[eye] * across + cameras[eye + 1] * down + cameras[eye + 2],
+        y=cameras[eye + 3] * across + cameras[eye + 4] * down + cameras[eye + 5],
+        z=cameras[eye + 6] * across + cameras[eye + 7] * down + cameras[eye + 8],
+    )
+
+
+@ti.func
+def tile_rays(cameras: ti.template(), eye, left, top):
+    """The rays through the middles of a square's pixels."""
+    x = vec16(ACROSS) + (ti.cast(left, ti.f32) + 0.5)
+    return camera_rays(cameras, eye, x, vec16(DOWN) + (ti.cast(top, ti.f32) + 0.5))
 
 
 @ti.kernel
@@ -23,55 +76,50 @@ def meet(
     width: ti.i32,
     height: ti.i32,
 ):
-    """Store the first hits of each pixel's middle: the nearest opaque triangle, and the nearest sheer one before it.
-
-    Either is four values: distance (the camera's unit is planar depth; FAR none), u, v, and the triangle's bits.
-    """
-    columns = (width + TILE - 1) // TILE
-    rows = (height + TILE - 1) // TILE
-    for ray in range(count * columns * rows * RAYS):  # one thread takes 512 at least, which would be many as packets
+    """Store the first hits of the middle of each pixel."""
+    _, in_all = tile_counts(width, height)
+    for ray in range(count * in_all * RAYS):  # one thread takes 512 at least, which would be many as packets
         if ray % RAYS == 0:
             tile = ray // RAYS
-            picture = tile // (columns * rows)
-            inside = tile - picture * (columns * rows)
-            left = inside % columns * TILE
-            top = inside // columns * TILE
+            picture, left, top = locate_tile(tile, width, height)
             eye = picture * CAMERA_STRIDE
             origin = camera_origin(cameras, eye)
-            along_x, along_y, along_z = vec16(0.0), vec16(0.0), vec16(0.0)
-            for i in range(RAYS):
-                x = ti.cast(ti.min(left + i % TILE, width - 1), ti.f32) + 0.5
-                y = ti.cast(ti.min(top + i // TILE, height - 1), ti.f32) + 0.5
-                way = camera_ray(cameras, eye, x, y)
-                along_x[i], along_y[i], along_z[i] = way.x, way.y, way.z
-            # What is indexed at run time lies in memory: not the packet itself.
-            rays = Packet(along_x=along_x, along_y=along_y, along_z=along_z, reach=vec16(FAR))
+            way = tile_rays(cameras, eye, left, top)
+            rays = Packet(along_x=way.x, along_y=way.y, along_z=way.z, reach=vec16(FAR))
             rays.x, rays.y, rays.z = vec16(origin.x), vec16(origin.y), vec16(origin.z)
             root = 0
-            slot = 0
+            at = tile * HITS_STRIDE
             while root >= 0:
                 rays.triangle = ints16(-1)
                 trace_packet(nodes, leaves, root, rays, False)
-                for i in ti.static(range(RAYS)):
-                    x = left + i % TILE
-                    y = top + i // TILE
-                    if x < width and y < height:
-                        at = ((picture * height + y) * width + x) * HIT_STRIDE + slot
-                        hits[at] = ti.select(rays.triangle[i] >= 0, rays.reach[i], FAR)
-                        hits[at + 1] = rays.u[i]
-                        hits[at + 2] = rays.v[i]
-                        hits[at + 3] = ti.bit_cast(rays.triangle[i], ti.f32)
+                reach = ti.select(rays.triangle >= 0, rays.reach, vec16(FAR))
+                bits = from_bits(rays.triangle)
+                for lane in ti.static(range(RAYS)):
+                    hits[at + lane] = reach[lane]
+                    hits[at + RAYS + lane] = rays.u[lane]
+                    hits[at + 2 * RAYS + lane] = rays.v[lane]
+                    hits[at + 3 * RAYS + lane] = bits[lane]
                 root = ti.select(root == 0, sheer_root, -1)
-                slot += 4
+                at += 4 * RAYS
 
 
 @ti.func
-def met(hits: ti.template(), pixel, slot):
+def place_of_hits(pixel, width, height):
+    """Where the hits of a pixel are."""
+    columns, in_all = tile_counts(width, height)
+    picture = pixel // (width * height)
+    y = (pixel - picture * (width * height)) // width
+    x = pixel - picture * (width * height) - y * width
+    return (picture * in_all + y // TILE * columns + x // TILE) * HITS_STRIDE + y % TILE * TILE + x % TILE
+
+
+@ti.func
+def met(hits: ti.template(), place, slot):
     """Return a hit that `meet` stored: the nearest opaque one for `slot` 0, the sheer one before it for 1."""
-    at = pixel * HIT_STRIDE + slot * 4
+    at = place + slot * 4 * RAYS
     return Hit(
         t=hits[at],
-        triangle=ti.bit_cast(hits[at + 3], ti.i32),
-        u=hits[at + 1],
-        v=hits[at + 2],
+        triangle=ti.bit_cast(hits[at + 3 * RAYS], ti.i32),
+        u=hits[at + RAYS],
+        v=hits[at + 2 * RAYS],
     )

@@ -11,7 +11,7 @@ from benchbot_sim_taichi.frames import INFINITY_BITS, PIXELS_PER_GROUP, WORDS_PE
 from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray
 from benchbot_sim_taichi.kernels.cell_lookup import nearest_cell
 from benchbot_sim_taichi.kernels.develop import bytes_, developed
-from benchbot_sim_taichi.kernels.first_hits import met
+from benchbot_sim_taichi.kernels.first_hits import met, place_of_hits
 from benchbot_sim_taichi.kernels.lanes import absolute
 from benchbot_sim_taichi.kernels.light import outlook
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS
@@ -64,7 +64,7 @@ def look(
     texels: ti.template(),
     images: ti.template(),
     hits: ti.template(),
-    pixel,
+    place,
     origin,
     ray,
     pixel_angle,
@@ -74,7 +74,7 @@ def look(
 ):
     """First the opaque surface, then the panes and cut-outs before it, front to back; as in `paint.paint`.
 
-    On a processor, `first_hits.meet` has left the first of either in `hits`.
+    On a processor, `first_hits.meet` has left the first of either in `hits`, at `place`.
     """
     seen = Glimpse(hit=Hit(t=FAR, triangle=-1, u=0.0, v=0.0), passed=vec3(1.0), near_t=FAR, near_instance=0)
     root = 0
@@ -85,7 +85,7 @@ def look(
         if ti.static(on_gpu):
             hit, _ = trace_gpu(nodes, leaves, root, -1, origin + ray * start, ray, seen.hit.t - start, thread, 0)
         elif layers == 0:
-            hit = met(hits, pixel, ti.select(root == 0, 0, 1))
+            hit = met(hits, place, ti.select(root == 0, 0, 1))
         else:
             hit = trace(nodes, leaves, root, origin + ray * start, ray, seen.hit.t - start, False)
         is_sheer = root != 0
@@ -197,7 +197,7 @@ def see(
                 texels,
                 images,
                 hits,
-                pixel,
+                place_of_hits(pixel, width, height),
                 camera_origin(cameras, eye),
                 camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5),
                 1.0 / cameras[eye + 12],
@@ -254,7 +254,7 @@ def glance(
                 texels,
                 images,
                 hits,
-                pixel,
+                place_of_hits(pixel, width, height),
                 origin,
                 ray,
                 1.0 / cameras[eye + 12],

@@ -85,31 +85,52 @@ def light_at(
     point,
     number,
 ):
-    """As `stored_light`, with rays to the sun where the nodes around do not agree about it.
+    """As `stored_light`, with rays to the sun where the nodes around do not agree about it."""
+    stored = stored_light(places, index, light, triangles, hit, face)
+    if stored.is_sun_edge == 1:
+        stored.sun = sun_share(
+            nodes, leaves, sheer_root, triangles, materials, texels, images, env, face, point, number
+        )
+    return stored
+
+
+@ti.func
+def sun_share(
+    nodes: ti.template(),
+    leaves: ti.template(),
+    sheer_root,
+    triangles: ti.template(),
+    materials: ti.template(),
+    texels: ti.template(),
+    images: ti.template(),
+    env: ti.template(),
+    face,
+    point,
+    number,
+):
+    """Share of the sun that is seen, by rays.
 
     Two go to places of its disc that lie opposite to each other, the more if they disagree; `number` turns them.
     """
-    stored = stored_light(places, index, light, triangles, hit, face)
-    if stored.is_sun_edge == 1:
-        stored.sun = 0.0
-        if face.dot(load3(env, 0)) > 0.0:
-            lifted = point + face * OFFSET_M
-            turn = ti.cast(hash_u32(number), ti.f32) * ONE_OVER_2_32
-            rays = SUN_PROBES
-            total = 0.0
-            k = 0
-            while k < rays:
-                place = ti.Vector([0.8, turn + 0.5 * ti.cast(k, ti.f32)])
-                if k >= SUN_PROBES:
-                    part = ti.cast(k - SUN_PROBES, ti.f32) / ti.cast(SUN_RAYS - SUN_PROBES, ti.f32)
-                    place = ti.Vector([0.1 + 0.7 * part, turn + 0.25 + 0.7639 * ti.cast(k, ti.f32)])
-                toward = cone_direction(load3(env, 0), env[15], place)
-                share = sent(
-                    nodes, leaves, sheer_root, triangles, materials, texels, images, lifted, toward, FAR
-                ).share.min()
-                if k == SUN_PROBES - 1 and ti.abs(share - total) > DIFFERENT_SUN:
-                    rays = SUN_RAYS
-                total += share
-                k += 1
-            stored.sun = total / ti.cast(rays, ti.f32)
-    return stored
+    seen = 0.0
+    if face.dot(load3(env, 0)) > 0.0:
+        lifted = point + face * OFFSET_M
+        turn = ti.cast(hash_u32(number), ti.f32) * ONE_OVER_2_32
+        rays = SUN_PROBES
+        total = 0.0
+        k = 0
+        while k < rays:
+            place = ti.Vector([0.8, turn + 0.5 * ti.cast(k, ti.f32)])
+            if k >= SUN_PROBES:
+                part = ti.cast(k - SUN_PROBES, ti.f32) / ti.cast(SUN_RAYS - SUN_PROBES, ti.f32)
+                place = ti.Vector([0.1 + 0.7 * part, turn + 0.25 + 0.7639 * ti.cast(k, ti.f32)])
+            toward = cone_direction(load3(env, 0), env[15], place)
+            share = sent(
+                nodes, leaves, sheer_root, triangles, materials, texels, images, lifted, toward, FAR
+            ).share.min()
+            if k == SUN_PROBES - 1 and ti.abs(share - total) > DIFFERENT_SUN:
+                rays = SUN_RAYS
+            total += share
+            k += 1
+        seen = total / ti.cast(rays, ti.f32)
+    return seen

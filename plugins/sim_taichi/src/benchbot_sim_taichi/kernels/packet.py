@@ -9,11 +9,21 @@ packets", 2006). Rays whose directions differ in a sign are traced one group aft
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.bvh import LEAF_SIZE, LEAF_STRIDE, NODE_STRIDE, STACK_SIZE, WIDTH
-from benchbot_sim_taichi.kernels.lanes import absolute, ints16, larger, largest, load8, mask_of, smaller, union, vec16
+from benchbot_sim_taichi.kernels.lanes import (
+    LANE_BITS,
+    absolute,
+    ints16,
+    larger,
+    largest,
+    load8,
+    mask_of,
+    smaller,
+    union,
+    vec16,
+)
 from benchbot_sim_taichi.kernels.traversal import EMPTY, FAR, meet_triangles
 
 RAYS = 16
-LANE_BITS = [1 << lane for lane in range(RAYS)]
 
 
 @ti.dataclass

@@ -15,14 +15,13 @@ comes from there, specular reflectance.
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.frames import INFINITY_BITS
 from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray, locate
-from benchbot_sim_taichi.kernels.first_hits import met
 from benchbot_sim_taichi.kernels.light import outlook
 from benchbot_sim_taichi.kernels.lightmap import light_at
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS
 from benchbot_sim_taichi.kernels.reflectance import INV_PI, pane_reflectance
 from benchbot_sim_taichi.kernels.shading import compress, mirrored_share, shade
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
-from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
+from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
 from benchbot_sim_taichi.tables import TRIANGLE_STRIDE
 
 GUIDE_STRIDE = 4
@@ -61,7 +60,6 @@ def paint(
     index: ints,
     light: ints,
     cameras: floats,
-    hits: floats,
     guide: floats,
     shades: floats,
     mirrors: floats,
@@ -73,12 +71,11 @@ def paint(
     count: ti.i32,
     width: ti.i32,
     height: ti.i32,
-    with_hits: ti.i32,
 ):
     """Fill all that the module names, and `centers` (3 per pixel): exposed radiance, compressed.
 
-    First hits are those that `first_hits.meet` left in `hits` when `with_hits`. Bits of depth go into `words` from
-    `depth_at` on (as integers: infinity would not survive fast arithmetic), instances from `instance_at` on.
+    Bits of depth go into `words` from `depth_at` on (as integers: infinity would not survive fast arithmetic),
+    instances from `instance_at` on. On a GPU; on a processor, `paint_tiles` does the same.
     """
     for pixel in range(count * width * height):
         x, y, _, eye = locate(pixel, width, height)
@@ -103,12 +100,8 @@ def paint(
         layers = 0
         # First the opaque surface, then the panes and cut-outs before it, front to back.
         while root >= 0:
-            hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
-            if with_hits == 1 and layers < 2:
-                hit = met(hits, pixel, layers)
-            else:
-                hit = trace(nodes, leaves, root, origin + ray * start, ray, solid_t - start, False)
-                hit.t += start
+            hit = trace(nodes, leaves, root, origin + ray * start, ray, solid_t - start, False)
+            hit.t += start
             is_sheer = root != 0
             root = ti.select(is_sheer, ti.select(hit.triangle >= 0 and layers < MAX_LAYERS, root, -1), sheer_root)
             layers += 1

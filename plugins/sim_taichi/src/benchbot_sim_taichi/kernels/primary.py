@@ -3,6 +3,7 @@
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray, locate
+from benchbot_sim_taichi.kernels.first_hits import place_of_hits
 from benchbot_sim_taichi.kernels.glance import look
 from benchbot_sim_taichi.kernels.packet import RAYS, packet_from, trace_packet
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
@@ -45,7 +46,7 @@ def find_features(
             texels,
             images,
             hits,
-            pixel,
+            place_of_hits(pixel, width, height),
             origin,
             ray,
             1.0 / cameras[eye + 12],

@@ -36,6 +36,12 @@ def load3(array: ti.template(), at):
 
 
 @ti.func
+def instance_of(triangles: ti.template(), triangle):
+    """The object that a triangle is part of."""
+    return ti.cast(triangles[triangle * TRIANGLE_STRIDE + 19], ti.i32)
+
+
+@ti.func
 def texel(texels: ti.template(), at):
     """Unpack ten-bit red, green, blue and two-bit alpha."""
     bits = ti.cast(texels[at], ti.u32)

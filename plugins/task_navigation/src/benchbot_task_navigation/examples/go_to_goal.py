@@ -171,10 +171,10 @@ class GoToGoal(Agent):
         if self._driver is None:
             start = _place(observations["poses"].get("initial_pose", observations["poses"][self._frame]))
             goal = observations["goal"]
-            if isinstance(goal, str):
+            if not isinstance(goal, np.ndarray):
                 raise BenchbotError(
                     "go_to_goal drives to points only.",
-                    f"The goal of this task is an object: '{goal}'.",
+                    f"The goal of this task is an object: {goal!r}.",
                     "Run it in a task navigation:point_goal:…, see benchbot list tasks.",
                     failure=FailureClass.AGENT,
                 )

@@ -1,0 +1,1 @@
+"""The migrations of a challenge's database, by Alembic."""

@@ -1,0 +1,58 @@
+"""Pixels that a processor shades sixteen at once, beside the same shaded one by one, as on a GPU."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchbot_scenes.gltf import load_scene
+from benchbot_sim_taichi.frames import DeviceFrames
+from benchbot_sim_taichi.intrinsics import camera_records
+from benchbot_sim_taichi.lighting import Lighting
+from benchbot_sim_taichi.renderer import Intrinsics, Renderer
+from plugins.sim_taichi.tests import rooms
+from plugins.sim_taichi.tests.cameras import looking
+
+pytestmark = pytest.mark.xdist_group("renderer")
+
+POSES = np.stack(
+    [looking((0.4, 0.5, 1.5), 30.0, -15.0), looking((3.5, 0.6, 1.2), 120.0), looking((2.0, 8.0, 1.5), -90.0)]
+)
+CAMERA = Intrinsics.from_horizontal_fov(61, 43, 80.0)  # squares of 4 x 4 do not fill it
+
+
+def test_sixteen_pixels_look_as_each_by_itself(tmp_path: Path, kernel_cache: Path) -> None:
+    from benchbot_sim_taichi.kernels import paint
+
+    room = Renderer(load_scene(rooms.furnished_room(tmp_path / "room.glb")), Lighting(), cache_dir=kernel_cache)
+    together = room.render_batch(POSES, CAMERA)
+    size = (len(POSES), CAMERA.width, CAMERA.height)
+    pixels = math.prod(size)
+    frames = DeviceFrames.allocate(*size, has_rgb=True)
+    strides = {"guide": paint.GUIDE_STRIDE, "shades": paint.SHADE_STRIDE, "mirrors": paint.MIRROR_STRIDE}
+    alone = {name: np.zeros(pixels * stride, np.float32) for name, stride in strides.items()}
+    kinds, centers = np.zeros(pixels, np.int32), np.zeros(pixels * 3, np.float32)
+    scene = (*room.device.tree, room.device.sheer_root, *room.device.surfaces)
+    paint.paint(
+        *scene,
+        room.device.lights[0],
+        *room.lightmap.arrays,
+        camera_records(POSES, CAMERA, room.exposure).ravel(),
+        *alone.values(),
+        kinds,
+        centers,
+        frames.words,
+        frames.depth_at(0),
+        frames.instance_at(0),
+        *size,
+    )
+    one_by_one = frames.to_host()
+    assert np.array_equal(together.instance, one_by_one.instance)
+    np.testing.assert_allclose(together.depth_m, one_by_one.depth_m, atol=1e-4)
+    assert set(kinds & 3) == {paint.ROUGH, paint.GLOSSY, paint.MIRROR}
+    for name in ("guide", "shades"):
+        lanes = room._buffers[name][1][: pixels * strides[name]]
+        differs = np.abs(lanes - alone[name]) > 1e-3 + 1e-2 * np.abs(alone[name])
+        assert differs.mean() < 2e-3, name
+    assert (room._buffers["kinds"][1][:pixels] != kinds).mean() < 2e-3

@@ -1,0 +1,153 @@
+"""Challenges as organisers and teams meet them: `benchbot challenge` in real processes, solutions in real sandboxes."""
+
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from urllib.request import urlopen
+
+import pytest
+import yaml
+
+from tests.cli.solutions import CRASHING, PASSIVE
+from tests.command_line import CommandLine, ended, wait_for
+from tests.plugins.batch.test_batch import TRUTHS, truth
+
+BATCH = {
+    "task": "sample:passive",
+    "robots": ["sample_robot"],
+    "environments": ["arena:1"],
+    "evaluate_with": "omq",
+    "timeout_s": 60,
+}
+
+
+def declare(cli: CommandLine, change: Callable[[dict[str, Any]], None] = lambda _: None) -> None:
+    """Make a challenge in `demo`, with the sample plug-in's places."""
+    made = cli("challenge", "init", "demo")
+    assert made.returncode == 0, made.stderr
+    path = cli.folder / "demo" / "challenge.yaml"
+    document = yaml.safe_load(path.read_text("utf-8"))
+    document["phases"] = {"development": {"batch": dict(BATCH), "quota": {"per_day": 10}}}
+    change(document)
+    path.write_text(yaml.safe_dump(document), "utf-8")
+
+
+def served(cli: CommandLine, *words: str) -> tuple[Any, str]:
+    """Start the server; return its process and address."""
+    process = cli.start("challenge", "serve", "demo", "--port", "0", *words)
+    line = wait_for(process, "is served at")
+    return process, line.partition("served at ")[2].partition(". ")[0].strip()
+
+
+def joined(cli: CommandLine, url: str, *words: str) -> None:
+    (invitation,) = cli("challenge", "invite", "demo").stdout.split()
+    answer = cli("challenge", "join", url, invitation, *words)
+    assert answer.returncode == 0, answer.stderr
+
+
+def solution(cli: CommandLine, name: str, code: str) -> str:
+    (cli.folder / name).mkdir()
+    (cli.folder / name / "solution.py").write_text(code)
+    return name
+
+
+def submit(cli: CommandLine, url: str, folder: str, *words: str, command: str = "python solution.py") -> Any:
+    """Hand a folder in, and return what has become of it."""
+    answer = cli("challenge", "submit", url, folder, "--command", command, "--wait", "--json", *words)
+    assert answer.returncode == 0, answer.stderr
+    return json.loads(answer.stdout)
+
+
+def asked(url: str, path: str) -> Any:
+    with urlopen(f"{url}{path}") as answer:
+        return json.load(answer)
+
+
+@pytest.fixture
+def cli(cli: CommandLine, make_plugin: Callable[..., Path]) -> CommandLine:
+    """A command line whose sample environment has a ground truth."""
+    cli.variables["BENCHBOT_DATA_DIR"] = str(cli.home / "data")
+    make_plugin("arena-truths", TRUTHS, {"ground_truths/1.json": truth(1)})
+    return cli
+
+
+def test_from_an_empty_folder_to_a_leaderboard_that_anybody_can_verify(cli: CommandLine) -> None:
+    declare(cli, lambda document: document.update(teams={"signed": True}))
+    process, url = served(cli)
+    key_line = wait_for(process, "identifier of its key")
+    (keyid,) = key_line.rpartition(": ")[2].split()
+    assert cli("key", "make", "ada.key").returncode == 0
+    joined(cli, url, "Ada", "--key", "ada.key")
+    good, bad = solution(cli, "good", PASSIVE), solution(cli, "bad", CRASHING)
+
+    scored = submit(cli, url, good, "--key", "ada.key", "--title", "first")
+    assert scored["state"] == "scored"
+    crashed = submit(cli, url, bad, "--key", "ada.key")
+    assert (crashed["state"], crashed["score"]) == ("scored", 0.0)
+    lacking = submit(cli, url, good, "--key", "ada.key", command="no_such_program")
+    assert lacking["state"] == "failed"
+    assert "no_such_program" in lacking["reason"]
+
+    # From another machine, which has the token and the key alone.
+    kept = next((cli.home / "data").rglob("challenges/*.json"))
+    (cli.folder / "token").write_text(json.loads(kept.read_text())["token"])
+    kept.unlink()
+    again = cli(
+        "challenge", "submit", url, good, "--command", "python solution.py", "--key", "ada.key", "--token-file", "token"
+    )
+    assert again.returncode == 0, again.stderr
+    withdrawn = cli("challenge", "withdraw", url, again.stdout.strip(), "--token-file", "token")
+
+    (row,) = asked(url, "/api/v1/phases/development/leaderboard")["standings"]
+    assert row["team"] == "Ada"
+    assert row["by_environment"].keys() == {"arena:1"}
+    assert withdrawn.returncode == 0 or "cannot be withdrawn" in withdrawn.stderr
+
+    assert cli("challenge", "publish", "demo", "site").returncode == 0
+    assert cli("challenge", "verify", "site", "--key", keyid).returncode == 0
+    assert cli("challenge", "verify", "site", "--key", "0" * 64).returncode == 2
+    assert cli("challenge", "backup", "demo", "backup.zip").returncode == 0
+    process.terminate()
+    assert ended(process) == 0
+    assert cli.no_process_is_left()
+    assert cli("challenge", "restore", "backup.zip", "again").returncode == 0
+    assert cli("challenge", "publish", "again", "site_again").returncode == 0
+    assert cli("challenge", "verify", "site_again", "--key", keyid).returncode == 0
+
+
+def test_a_hidden_phase_runs_with_a_secret_of_which_nothing_is_told(cli: CommandLine) -> None:
+    def hide(document: dict[str, Any]) -> None:
+        document["phases"]["development"]["hidden"] = True
+
+    declare(cli, hide)
+    process, url = served(cli)
+    joined(cli, url, "Ada")
+    scored = submit(cli, url, solution(cli, "good", PASSIVE))
+    assert scored["state"] == "scored"
+    assert cli("challenge", "publish", "demo", "site").returncode == 0
+    process.terminate()
+    assert ended(process) == 0
+    folder = cli.folder / "demo"
+    secret = (folder / "runs.secret").read_text("ascii").strip()
+    results = [path.read_text("utf-8") for path in (folder / "work").rglob("result*.json")]
+    assert any(secret in text for text in results)  # it was run with it
+    told = [path.read_bytes() for path in (cli.folder / "site").rglob("*") if path.is_file()]
+    told.append(json.dumps(scored).encode())
+    assert scored["id"].encode() in b"".join(told[:-1])
+    assert hashlib.sha256((folder / "runs.secret").read_bytes()).hexdigest().encode() in b"".join(told[:-1])
+    for word in (secret.encode(), b"arena", str(cli.folder).encode()):
+        assert not any(word in content for content in told)
+
+
+def test_a_phase_that_cannot_be_computed_is_refused_before_anybody_hands_in(cli: CommandLine) -> None:
+    def misspell(document: dict[str, Any]) -> None:
+        document["phases"]["development"]["batch"]["environments"] = ["arean:1"]
+
+    declare(cli, misspell)
+    refused = cli("challenge", "serve", "demo", "--port", "0")
+    assert refused.returncode == 2
+    assert "Phase 'development'" in refused.stderr
+    assert "arean" in refused.stderr
+    assert "challenge.yaml" in refused.stderr
