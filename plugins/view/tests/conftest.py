@@ -16,6 +16,9 @@ from PIL import Image
 from benchbot.plugin import Catalog, load_plugins
 from benchbot_view.index import Index, Source
 from benchbot_view.server import application, listener
+from tests import conftest
+
+assert conftest.SAMPLE_PLUGIN
 
 ENVIRONMENT = "miniroom:1"
 HOSTILE = "</script><img src=x onerror=alert(1)>\u202e"
@@ -103,9 +106,9 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @contextmanager
-def serving(folder: Path) -> Iterator[str]:
+def serving(folder: Path, *, everything: bool = False) -> Iterator[str]:
     """Serve a folder in this process; yields the address with its token."""
-    index = Index([Source.of(str(folder))])
+    index = Index([Source.of(str(folder))], everything=everything)
     with listener(0) as bound:
         token, port = secrets.token_urlsafe(8), bound.getsockname()[1]
         bound.listen()

@@ -60,7 +60,7 @@ export function paint(canvas, image) {
     canvas.width = image.naturalWidth;
     canvas.height = image.naturalHeight;
   }
-  canvas.getContext("2d").drawImage(image, 0, 0);
+  canvas.getContext("2d", { willReadFrequently: true }).drawImage(image, 0, 0);
 }
 
 /** Return which stretches of a box's edges are hidden, of what evidence says of them. */
