@@ -53,7 +53,7 @@ class EnvironmentDeclaration(TypedDict):
     object_labels: NotRequired[list[str]]
     lighting: NotRequired[Settings]
     options: NotRequired[Settings]
-    objects: NotRequired[list[Settings]]
+    loose_objects: NotRequired[list[Settings]]
 
 
 class GroundTruth(TypedDict):
