@@ -16,13 +16,17 @@ from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import PlatformSpec, Scene
-from benchbot.simulation import CHANNELS, PICTURES
+from benchbot.simulation import CHANNELS as ALL
+from benchbot.simulation import PICTURES
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.obstacle_map import ObstacleMap
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_sim_taichi import simulator as simulators
 from benchbot_sim_taichi.simulator import RayTracedSimulator
 from plugins.sim_taichi.tests.glb import Glb
+
+CHANNELS = [channel for channel in ALL if channel != "joint_states"]
+"""The channels of a robot without an arm."""
 
 ROBOTS = Path(str(files("benchbot_sim_taichi"))) / "robots"
 MINIROOM = Path(str(files("benchbot_envs_bear"))) / "environments" / "miniroom_1.yaml"
