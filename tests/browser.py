@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 NAMES = ("chromium", "chromium-browser", "chromium-headless-shell", "google-chrome", "google-chrome-stable", "chrome")
+PATIENCE_MS = 30_000
 FLAGS = (
     "--no-first-run",
     "--disable-background-networking",
@@ -25,9 +26,10 @@ SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 
 @contextmanager
 def launched(*, webgl: bool = True) -> Iterator["Browser"]:
-    """Run a headless browser."""
-    from playwright.sync_api import sync_playwright
+    """Run a headless browser; what is expected of its pages may take a while on a busy machine."""
+    from playwright.sync_api import expect, sync_playwright
 
+    expect.set_options(timeout=PATIENCE_MS)
     with sync_playwright() as playwright:
         flags = [*FLAGS, *(SOFTWARE_GL if webgl else ())]
         browser = playwright.chromium.launch(executable_path=_executable(), args=flags, chromium_sandbox=False)

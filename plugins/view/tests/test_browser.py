@@ -88,11 +88,12 @@ def test_everything_moves_with_one_slider_and_with_keys(quiet: Page, address: st
     expect(quiet.locator("#now")).to_contain_text("6 of 6")
     expect(quiet.locator("#now")).to_contain_text("2.5 s")
     until(quiet, f"Math.abs({pixel} - 190) < 6")
-    assert quiet.locator(".robot").get_attribute("transform") != place
+    expect(quiet.locator(".robot")).not_to_have_attribute("transform", str(place))
     quiet.keyboard.press("ArrowLeft")
     expect(quiet.locator("#slider")).to_have_value("4")
     quiet.keyboard.press("n")
     expect(quiet.locator("tr.chosen")).to_have_count(1)
+    expect(quiet.locator("body")).not_to_contain_text("is being worked out")  # the page is drawn anew after it
     quiet.locator("tr[data-object]").last.hover()
     expect(quiet.locator("svg.map rect.lit").first).to_be_visible()
     quiet.keyboard.press("v")
