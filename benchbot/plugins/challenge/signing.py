@@ -22,9 +22,7 @@ HEADER = "benchbot-statement"
 """The header of a request that carries a statement: an envelope as JSON in base64."""
 PAYLOAD_TYPE = "application/vnd.in-toto+json"
 STATEMENT_TYPE = "https://in-toto.io/Statement/v1"
-SUBMISSION, SCORE, WITHDRAWAL = (
-    f"urn:benchbot:challenge:{kind}:1" for kind in ("submission", "score", "disqualification")
-)
+SUBMISSION, SCORE = (f"urn:benchbot:challenge:{kind}:1" for kind in ("submission", "score"))
 Document = dict[str, Any]
 
 
