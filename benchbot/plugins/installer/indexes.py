@@ -37,16 +37,23 @@ class Indexes:
         return [*(["--no-index"] if self.offline else []), *links]
 
     def variables(self, url: str, extra_urls: str) -> dict[str, str]:
-        """Return the rest as environment variables of these names: other users can read the options of a process."""
-        found = {} if self.url is None else {url: self.url}
+        """Return the rest as environment variables of these names: other users can read the options of a process.
+
+        The index that the environment names for uv or pip is passed to the other one, too: both install from one place.
+        """
+        first = self.url or (None if url in os.environ else _configured())
+        found = {} if first is None else {url: first}
         return {**found, **({extra_urls: " ".join(self.extra_urls)} if self.extra_urls else {})}
 
     @property
     def addresses(self) -> list[str]:
         """The addresses of all indexes that are asked."""
-        configured = (os.environ.get(name) for name in ("UV_DEFAULT_INDEX", "UV_INDEX_URL", "PIP_INDEX_URL"))
-        first = self.url or next(filter(None, configured), PYPI)
-        return [] if self.offline else [first, *self.extra_urls]
+        return [] if self.offline else [self.url or _configured() or PYPI, *self.extra_urls]
+
+
+def _configured() -> str | None:
+    variables = (os.environ.get(name) for name in ("UV_DEFAULT_INDEX", "UV_INDEX_URL", "PIP_INDEX_URL"))
+    return next(filter(None, variables), None)
 
 
 def without_credentials(text: str) -> str:

@@ -121,11 +121,13 @@ def test_what_is_refused_changes_nothing(
     assert installed.listing() == before
 
 
-@pytest.mark.parametrize("installer", ["uv", "pip"])
-def test_without_network_and_secrets_kept(installer: str, installed: Environment) -> None:
+@pytest.mark.parametrize(("installer", "variable"), [("uv", None), ("pip", None), ("uv", "PIP_INDEX_URL")])
+def test_without_network_and_secrets_kept(installer: str, variable: str | None, installed: Environment) -> None:
     before = installed.listing()
     url = "http://me:secret@127.0.0.1:9/simple"
-    done = installed.run("install", "anything", "--index-url", url, "--installer", installer)
+    words = ["--index-url", url] if variable is None else []
+    changes = {} if variable is None else {variable: url}
+    done = installed.run("install", "anything", *words, "--installer", installer, changes=changes)
     assert (done.returncode, "The package index cannot be reached." in done.stderr) == (2, True), done.stderr
     assert "secret" not in done.stderr
     assert installed.listing() == before
