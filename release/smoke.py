@@ -33,7 +33,8 @@ for root in sys.argv[1:]:
 print("\\n".join(sorted(missing)))
 """
 TOOLS = {"pytest", "_pytest", "IPython", "matplotlib"}
-GO_WITHOUT = {*TOOLS, "aiohttp", "docker", "greenlet", "gymnasium", "textual_serve"}
+CHALLENGE = {"alembic", "sqlalchemy"}
+GO_WITHOUT = {*TOOLS, *CHALLENGE, "aiohttp", "docker", "greenlet", "gymnasium", "textual_serve"}
 """What modules of benchbot may import at once although nothing requires it: each is for people who have it."""
 
 
@@ -87,6 +88,10 @@ def try_alone(environment: Environment, folder: Path, version: str) -> list[str]
     place.run(*run, codes=(2,), says="Fix: ")
     place.run("benchbot", "new", "task", "acme-tour", says="acme-tour")
     place.run("benchbot", "check", "acme-tour")
+    for words in ("challenge init demo", "challenge log demo", "challenge verify demo", "key make my.key"):
+        place.run("benchbot", *words.split(), codes=(2,), says="pip install 'benchbot[challenge]'")
+    # Whoever takes part without signing needs nothing more.
+    place.run("benchbot", "challenge", "status", "http://127.0.0.1:1", codes=(2,), says="which team hands in")
     place.problems += _imports(place, "benchbot", "benchbot_addons", "benchbot_api", "benchbot_eval")
     return place.problems
 

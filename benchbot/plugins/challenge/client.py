@@ -126,12 +126,14 @@ def _membership(url: str) -> Path:
 
 
 def _refused(status: int, answer: bytes) -> BenchbotError:
+    code = ExitCode.INTERNAL if status >= 500 else ExitCode.USAGE
     try:
         said = json.loads(answer)
-        return BenchbotError(str(said["title"]), str(said["why"]), str(said["fix"]))
+        return BenchbotError(str(said["title"]), str(said["why"]), str(said["fix"]), exit_code=code)
     except (ValueError, KeyError, TypeError):
         return BenchbotError(
             "The challenge refused it.",
             f"It answered with status {status}.",
-            "Check its address; it is no challenge's.",
+            "Try it again in a moment." if status >= 500 else "Check its address; it is no challenge's.",
+            exit_code=code,
         )

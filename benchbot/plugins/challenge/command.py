@@ -12,6 +12,7 @@ from benchbot.core.errors import BenchbotError
 if TYPE_CHECKING:
     from benchbot.plugins.challenge.database import Database
     from benchbot.plugins.challenge.document import Challenge
+    from benchbot.plugins.challenge.signing import Key
 
 app = typer.Typer(
     help="Run a challenge, or take part in one: submissions, queue, hidden places, leaderboard.",
@@ -59,7 +60,7 @@ def init(
     title: Annotated[str, typer.Option(metavar="TEXT", help="What people call it.")] = "",
 ) -> None:
     """Make a challenge that runs at once, in a new folder: declaration, rules, secrets, key. Edit it as you like."""
-    _require_extra()
+    require_extra()
     from benchbot.plugins.challenge import starting
 
     made = starting.make(folder, title or folder.resolve().name.replace("_", " ").replace("-", " ").capitalize())
@@ -85,7 +86,7 @@ def serve(
     ] = None,
 ) -> None:
     """Serve the challenge to browsers and programs, and compute what is handed in, until Ctrl-C."""
-    _require_extra()
+    require_extra()
     from benchbot.plugins.challenge import serving
 
     serving.serve(folder, host, port, workers, database, public_url)
@@ -99,7 +100,7 @@ def worker(
     parent: Annotated[int | None, typer.Option("--parent", hidden=True)] = None,
 ) -> None:
     """Compute submissions, beside others; the folder must be on a disk that all of them share."""
-    _require_extra()
+    require_extra()
     from benchbot.plugins.challenge import serving
 
     serving.work(folder, database, until_empty=until_empty, parent=parent)
@@ -113,6 +114,7 @@ def invite(
     database: DatabaseUrl = None,
 ) -> None:
     """Print new invitations, each good for one team."""
+    require_extra()
     from benchbot.plugins.challenge import people
 
     _, opened = _opened(folder, database)
@@ -122,6 +124,7 @@ def invite(
 @app.command("teams")
 def list_teams(folder: Folder, database: DatabaseUrl = None) -> None:
     """List the teams, with what they have running."""
+    require_extra()
     from benchbot.plugins.challenge import people
 
     rows = [row for row in people.all_teams(_opened(folder, database)[1]) if not row.baseline]
@@ -138,6 +141,7 @@ def renew(
     database: DatabaseUrl = None,
 ) -> None:
     """Print a new token for a team that has lost its own, which ends."""
+    require_extra()
     from benchbot.plugins.challenge import people
 
     console.data(people.renew_token(_opened(folder, database)[1], team))
@@ -146,6 +150,7 @@ def renew(
 @app.command()
 def pause(folder: Folder, why: Why, database: DatabaseUrl = None) -> None:
     """Let no worker begin anything more; what runs goes on."""
+    require_extra()
     from benchbot.plugins.challenge import organiser
 
     organiser.pause(_opened(folder, database)[1], why)
@@ -154,6 +159,7 @@ def pause(folder: Folder, why: Why, database: DatabaseUrl = None) -> None:
 @app.command()
 def resume(folder: Folder, database: DatabaseUrl = None) -> None:
     """Let workers begin again after a pause."""
+    require_extra()
     from benchbot.plugins.challenge import organiser
 
     organiser.pause(_opened(folder, database)[1], None)
@@ -162,6 +168,7 @@ def resume(folder: Folder, database: DatabaseUrl = None) -> None:
 @app.command()
 def requeue(folder: Folder, identifier: Identifier, why: Why, database: DatabaseUrl = None) -> None:
     """Compute a submission anew, from nothing."""
+    require_extra()
     from benchbot.plugins.challenge import organiser, starting
 
     challenge, opened = _opened(folder, database)
@@ -172,6 +179,7 @@ def requeue(folder: Folder, identifier: Identifier, why: Why, database: Database
 @app.command()
 def disqualify(folder: Folder, identifier: Identifier, why: Why, database: DatabaseUrl = None) -> None:
     """Take a submission off the leaderboard; the reason is shown there."""
+    require_extra()
     from benchbot.plugins.challenge import organiser
 
     organiser.disqualify(_opened(folder, database)[1], identifier, why)
@@ -184,6 +192,7 @@ def log(
     database: DatabaseUrl = None,
 ) -> None:
     """Print who did what, the newest first."""
+    require_extra()
     from datetime import UTC, datetime
 
     from benchbot.plugins.challenge import organiser
@@ -206,6 +215,7 @@ def publish(
     database: DatabaseUrl = None,
 ) -> None:
     """Write the leaderboards as a static site for any web server, with all that is needed to verify them."""
+    require_extra()
     from benchbot.plugins.challenge import publication, serving
 
     site = serving.site(*_opened(folder, database))
@@ -221,6 +231,7 @@ def backup(
     database: DatabaseUrl = None,
 ) -> None:
     """Write the whole challenge into one file; it may be served meanwhile."""
+    require_extra()
     from benchbot.plugins.challenge import backup as backups
 
     challenge, opened = _opened(folder, database)
@@ -234,7 +245,7 @@ def restore(
     database: DatabaseUrl = None,
 ) -> None:
     """Make a challenge of its backup, in a new folder."""
-    _require_extra()
+    require_extra()
     from benchbot.plugins.challenge import backup as backups
 
     backups.restore(source, folder, database)
@@ -248,9 +259,9 @@ def join(
     key: KeyFile = None,
 ) -> None:
     """Join a challenge as a new team; its token is kept for the other commands."""
-    from benchbot.plugins.challenge import client, signing
+    from benchbot.plugins.challenge import client
 
-    path = client.join(url, invitation, name, None if key is None else signing.load(key))
+    path = client.join(url, invitation, name, _signer(key))
     console.note(f"Joined. Your team's token is in {path}, readable for you alone.")
 
 
@@ -285,11 +296,11 @@ def submit(
     as_json: Json = False,
 ) -> None:
     """Hand in a solution; the submission's identifier goes to stdout."""
-    from benchbot.plugins.challenge import client, handing_in, signing
+    from benchbot.plugins.challenge import client, handing_in
 
+    signer = _signer(key)
     server = client.Server(url, client.known_token(url, token_file))
     chosen = phase or next(iter(server.ask("GET", "/api/v1/challenge")["phases"]))
-    signer = None if key is None else signing.load(key)
     with handing_in.archive(what, command, example) as archive:
         made = client.submit(server, archive, chosen, title or example or "", signer)
     console.note(f"Handed in to {chosen}; SHA-256 {made['sha256']}.")
@@ -339,7 +350,7 @@ def verify(
     as_json: Json = False,
 ) -> None:
     """Check a published leaderboard: who handed in which bytes, what scored them, what the organiser was bound to."""
-    _require_extra()
+    require_extra()
     from benchbot.plugins.challenge import publication
 
     found = publication.verify(export, key)
@@ -355,20 +366,29 @@ def verify(
         )
 
 
-def _require_extra() -> None:
+def require_extra() -> None:
+    """Raise BenchbotError where what an organiser, or whoever signs, needs besides is not installed."""
     from importlib.util import find_spec
 
     lacking = [name for name in ("alembic", "multipart", "securesystemslib", "sqlalchemy") if find_spec(name) is None]
     if lacking:
         raise BenchbotError(
-            "Running a challenge needs more than is installed.",
+            "Challenges and keys need more than is installed.",
             f"There is no {', '.join(lacking)}.",
             "Install it: pip install 'benchbot[challenge]'",
         )
 
 
+def _signer(key: Path | None) -> "Key | None":
+    if key is None:
+        return None
+    require_extra()
+    from benchbot.plugins.challenge import signing
+
+    return signing.load(key)
+
+
 def _opened(folder: Path, database: str | None) -> "tuple[Challenge, Database]":
-    _require_extra()
     from benchbot.plugins.challenge.database import Database, url_of
     from benchbot.plugins.challenge.document import read
 

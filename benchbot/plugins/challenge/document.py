@@ -23,6 +23,8 @@ FORBIDDEN = (
     *("repeats", "rerun_collided"),
 )
 """Keys of a batch file that no phase may fix: they say what the solution is, or have something count twice."""
+TOLD_EVERY_S = 600
+"""So often the results of a hidden phase are told, unless it says otherwise."""
 _UNITS = {"B": 1, "KiB": 2**10, "MiB": 2**20, "GiB": 2**30}
 
 
@@ -41,6 +43,12 @@ class Phase:
     in_all: int | None = None
     modes: tuple[str, ...] = MODES
     counts: str = "best"
+    told_every_s: int = 0
+    """Results are told at full multiples of it alone (UTC), so that the length of a run tells nothing; 0: at once."""
+
+    def told_until(self, now: float) -> float:
+        """Return the moment up to which results are told at a time; both in seconds since the epoch."""
+        return now - now % self.told_every_s if self.told_every_s else now
 
     @property
     def method(self) -> str:
@@ -176,6 +184,7 @@ def _phase(name: str, given: Mapping[str, Any], path: Path) -> Phase:
         in_all=quota.get("in_all"),
         modes=tuple(given.get("modes", MODES)),
         counts=given.get("counts", "best"),
+        told_every_s=given.get("told_every_s", TOLD_EVERY_S if given.get("hidden", False) else 0),
     )
 
 

@@ -7,6 +7,7 @@ import typer
 
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import QUICK
+from benchbot.plugins.challenge.command import require_extra
 
 app = typer.Typer(
     help="Keys (Ed25519) that submissions are signed with.",
@@ -22,6 +23,7 @@ File = Annotated[Path, typer.Argument(metavar="FILE", help="The file of the priv
 @app.command()
 def make(file: File) -> None:
     """Make a key in a new file; its public key goes to stdout."""
+    require_extra()
     from benchbot.plugins.challenge import signing
 
     console.data_json(signing.make(file).public)
@@ -31,6 +33,7 @@ def make(file: File) -> None:
 @app.command()
 def show(file: File) -> None:
     """Print the public key of a file, as JSON."""
+    require_extra()
     from benchbot.plugins.challenge import signing
 
     console.data_json(signing.load(file).public)

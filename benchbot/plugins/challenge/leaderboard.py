@@ -1,10 +1,10 @@
 """The leaderboard of a phase: the score of each team that counts, ranked, and which of them luck could have ordered."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
-from sqlalchemy import select
+from sqlalchemy import func, select
 
 from benchbot.core.records import Evaluator
 from benchbot.evaluation import intervals
@@ -17,6 +17,8 @@ from benchbot.plugins.report import pairing, significance
 
 DRAWS = 9_999
 """Random arrangements of a test of more places than can all be arranged: two digits of p, in milliseconds."""
+MOST_VALUES = 500
+"""So many submissions are asked for at once: databases limit the values of a statement."""
 Document = Mapping[str, Any]
 
 
@@ -54,41 +56,62 @@ class Board:
     """Team, submission, reason."""
 
 
-def of(database: Database, phase: Phase, evaluator: Evaluator) -> Board:
-    """Return the leaderboard of a phase, as the database is now."""
+@dataclass
+class Memory:
+    """The documents of the board of before, by submission and time of its score, and which of them were told apart."""
+
+    documents: dict[tuple[str, float], Document] = field(default_factory=dict)
+    told_apart: dict[tuple[tuple[str, float], tuple[str, float]], bool] = field(default_factory=dict)
+
+
+def of(database: Database, phase: Phase, evaluator: Evaluator, memory: Memory | None = None) -> Board:
+    """Return the leaderboard of a phase, as the database is now; of equal scores the earlier submission is first."""
+    memory = memory or Memory()
     lower = bool(evaluator.score(evaluator.headline).lower_is_better)
-    chosen = (
+    best = scores.c.score.asc() if lower else scores.c.score.desc()
+    first = (submissions.c.number.desc(),) if phase.counts == "last" else (best, submissions.c.number)
+    scored = (
         select(
             submissions.c.id,
             submissions.c.number,
-            submissions.c.team,
             submissions.c.title,
-            submissions.c.state,
-            submissions.c.reason,
             submissions.c.received_at,
             teams.c.name,
             teams.c.baseline,
             scores.c.score,
+            scores.c.scored_at,
+            func.row_number().over(partition_by=submissions.c.team, order_by=first).label("place"),
+            func.count().over(partition_by=submissions.c.team).label("entries"),
         )
         .join(teams, teams.c.id == submissions.c.team)
-        .join(scores, scores.c.submission == submissions.c.id, isouter=True)
-        .where(submissions.c.phase == phase.name, submissions.c.state.in_((SCORED, DISQUALIFIED)))
+        .join(scores, scores.c.submission == submissions.c.id)
+        .where(submissions.c.phase == phase.name, submissions.c.state == SCORED)
+        .where(submissions.c.ended_at <= phase.told_until(database.clock()))
+        .subquery()
+    )
+    order = (scored.c.score.asc() if lower else scored.c.score.desc(), scored.c.number)
+    counted_in = select(scored).where(scored.c.place == 1).order_by(*order)
+    taken_off = (
+        select(teams.c.name, submissions.c.id, submissions.c.reason)
+        .join(teams, teams.c.id == submissions.c.team)
+        .where(submissions.c.phase == phase.name, submissions.c.state == DISQUALIFIED)
         .order_by(submissions.c.number)
     )
     with database.reading() as connection:
-        found = connection.execute(chosen).all()
-        scored = [row for row in found if row.state == SCORED]
-        counted = _counted(scored, lower=lower, last=phase.counts == "last")
-        identifiers = [row.id for row in counted]
-        those = select(scores.c.submission, scores.c.document).where(scores.c.submission.in_(identifiers))
-        documents: dict[str, Document] = {row.submission: row.document for row in connection.execute(those)}
-    entries: dict[int, int] = {}
-    for row in scored:
-        entries[row.team] = entries.get(row.team, 0) + 1
-    groups = _groups([documents[row.id] for row in counted], evaluator)
+        counted = connection.execute(counted_in).all()
+        out = tuple(tuple(row) for row in connection.execute(taken_off))
+        new = [row.id for row in counted if (row.id, row.scored_at) not in memory.documents]
+        found = select(scores.c.submission, scores.c.scored_at, scores.c.document)
+        for start in range(0, len(new), MOST_VALUES):
+            for row in connection.execute(found.where(scores.c.submission.in_(new[start : start + MOST_VALUES]))):
+                memory.documents[row.submission, row.scored_at] = row.document
+    keys = [(row.id, row.scored_at) for row in counted]
+    memory.documents = {key: memory.documents[key] for key in keys}
+    groups = _groups(keys, evaluator, memory)
     standings = []
-    for place, (row, group) in enumerate(zip(counted, groups, strict=True), 1):
-        interval = documents[row.id]["intervals"].get(evaluator.headline)
+    for place, (row, key, group) in enumerate(zip(counted, keys, groups, strict=True), 1):
+        document = memory.documents[key]
+        interval = document["intervals"].get(evaluator.headline)
         standings.append(
             Standing(
                 rank=place,
@@ -100,37 +123,34 @@ def of(database: Database, phase: Phase, evaluator: Evaluator) -> Board:
                 title=row.title,
                 score=row.score,
                 interval=None if interval is None else (interval["low"], interval["high"]),
-                entries=entries[row.team],
+                entries=row.entries,
                 received_at=row.received_at,
-                by_environment={} if phase.hidden else _by_environment(documents[row.id], evaluator),
+                by_environment={} if phase.hidden else _by_environment(document, evaluator),
             )
         )
-    out = tuple((row.name, row.id, row.reason) for row in found if row.state == DISQUALIFIED)
     return Board(phase.name, evaluator.headline, lower, tuple(standings), out)
 
 
-def ranked(rows: Sequence[Any], *, lower: bool) -> list[Any]:
-    """Return rows with `score` and `number` from the best on; of equal scores the earlier submission comes first."""
-    return sorted(rows, key=lambda row: (row.score if lower else -row.score, row.number))
-
-
-def _counted(scored: Sequence[Any], *, lower: bool, last: bool) -> list[Any]:
-    """Return the submission of each team that counts, ranked."""
-    counted: dict[int, Any] = {}
-    for row in scored if last else reversed(ranked(scored, lower=lower)):
-        counted[row.team] = row
-    return ranked(list(counted.values()), lower=lower)
-
-
-def _groups(documents: Sequence[Document], evaluator: Evaluator) -> list[int]:
+def _groups(keys: Sequence[tuple[str, float]], evaluator: Evaluator, memory: Memory) -> list[int]:
     """Return for each document, from the best on, the rank of the best that it is not told apart from.
 
     A paired permutation test over places tells two apart, at a level of 5 %; too few places tell nobody apart.
     """
     groups: list[int] = []
-    for place, document in enumerate(documents, 1):
+    tested = {}
+    for place, key in enumerate(keys, 1):
         best = groups[-1] if groups else place
-        groups.append(place if best != place and _told_apart(documents[best - 1], document, evaluator) else best)
+        is_apart = False
+        if best != place:
+            pair = keys[best - 1], key
+            is_apart = (
+                memory.told_apart[pair]
+                if pair in memory.told_apart
+                else _told_apart(memory.documents[pair[0]], memory.documents[key], evaluator)
+            )
+            tested[pair] = is_apart
+        groups.append(place if is_apart else best)
+    memory.told_apart = tested
     return groups
 
 

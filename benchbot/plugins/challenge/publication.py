@@ -18,7 +18,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import select
+from sqlalchemy import or_, select
 
 from benchbot.core import atomic
 from benchbot.core.errors import BenchbotError
@@ -49,7 +49,7 @@ def write(site: Site, target: Path, *, reveal: bool = False) -> list[Path]:
     }
     for name, phase in site.challenge.phases.items():
         board = site.board(name)
-        files[f"{name}.html"] = _page(site, "board.html", phase=phase, board=board)
+        files[f"{name}.html"] = pages.board_page(site, phase, caller=Caller(), path="", static=True)
         files[f"{name}.json"] = _json(asdict(board))
         files[f"{name}.csv"] = _csv(board)
         files[f"{name}-rows.json"] = _json(_rows(site, name))
@@ -149,11 +149,13 @@ def _check_board(board: Mapping[str, Any], rows: list[Mapping[str, Any]], rules:
 
 
 def _rows(site: Site, phase: str) -> list[Document]:
+    told_until = site.challenge.phases[phase].told_until(site.database.clock())
     chosen = (
         select(submissions, teams.c.name.label("team_name"), scores.c.score, scores.c.envelope.label("score_envelope"))
         .join(teams, teams.c.id == submissions.c.team)
         .join(scores, scores.c.submission == submissions.c.id, isouter=True)
         .where(submissions.c.phase == phase, submissions.c.state.in_((SCORED, DISQUALIFIED)))
+        .where(or_(submissions.c.state == DISQUALIFIED, submissions.c.ended_at <= told_until))
         .order_by(submissions.c.number)
     )
     with site.database.reading() as connection:

@@ -38,13 +38,13 @@ def claim(database: Database, worker: str) -> Claim | None:
     team's the oldest. Submissions whose worker is lost are back in the queue first.
     """
     now = database.clock()
-    waiting = (
-        select(submissions, teams.c.running)
-        .join(teams)
-        .where(submissions.c.state == QUEUED, teams.c.blocked.is_(None))
-        .order_by(teams.c.running, teams.c.served_at, submissions.c.number)
+    waits = select(submissions.c.id).where(submissions.c.team == teams.c.id, submissions.c.state == QUEUED).exists()
+    next_team = (
+        select(teams.c.id)
+        .where(teams.c.blocked.is_(None), waits)
+        .order_by(teams.c.running, teams.c.served_at, teams.c.id)
         .limit(1)
-        .with_for_update(skip_locked=True, of=submissions)
+        .with_for_update(skip_locked=True)
     )
     with database.reading() as connection:  # most polls find nothing, and need no lock
         lost = select(submissions.c.id).where(submissions.c.state == RUNNING, submissions.c.lease_until < now)
@@ -55,7 +55,10 @@ def claim(database: Database, worker: str) -> Claim | None:
         _recover(database, connection, now)
         if database.setting(connection, "paused") is not None:
             return None
-        found = connection.execute(waiting).first()
+        team = connection.scalar(next_team)
+        of_team = select(submissions).where(submissions.c.team == team, submissions.c.state == QUEUED)
+        oldest = of_team.order_by(submissions.c.number).limit(1).with_for_update()
+        found = None if team is None else connection.execute(oldest).first()
         if found is None:
             return None
         attempt = found.attempt + 1

@@ -8,7 +8,6 @@ import threading
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from subprocess import Popen
-from typing import Any
 
 from sqlalchemy.exc import DBAPIError
 
@@ -20,6 +19,7 @@ from benchbot.plugins.challenge import worker as workers
 from benchbot.plugins.challenge.database import Database, url_of
 from benchbot.plugins.challenge.document import SIGNING_KEY, Challenge, read
 from benchbot.plugins.challenge.starting import ORGANISER_TOKEN
+from benchbot.plugins.challenge.web import uploads
 from benchbot.plugins.challenge.web.site import Site
 from benchbot.process import start_module
 
@@ -40,6 +40,7 @@ def serve(
         workers.prove(challenge, phase)
     database = Database(url_of(challenge, database_url))
     served = site(challenge, database, public_url)
+    uploads.sweep(served)
     _enter_baselines(served)
     with ExitStack() as stack:
         listener = stack.enter_context(_listening(host, port))
@@ -100,29 +101,10 @@ def _enter_baselines(served: Site) -> None:
             if phase.name in there:
                 continue
             what = str(challenge.folder / baseline["folder"]) if "folder" in baseline else None
-            with handing_in.archive(what, baseline.get("command"), baseline.get("example")) as archive:
-                _enter(served, phase.name, team, archive)
-
-
-def _enter(served: Site, phase: str, team: Any, archive: Path) -> None:
-    from benchbot.plugins.challenge.web.site import new_identifier
-
-    identifier, sha256 = new_identifier(), intake.sha256_of(archive)
-    solution = intake.check(archive, served.challenge, served.challenge.phases[phase])
-    stated = {"challenge": served.challenge.name, "phase": phase, "team": team.name, "title": "", "by": "organiser"}
-    envelope = served.key.sign(signing.SUBMISSION, sha256, {**stated, "nonce": os.urandom(16).hex()})
-    served.challenge.uploads.mkdir(exist_ok=True)
-    shutil.copy(archive, served.challenge.uploads / f"{identifier}.zip")
-    received = {
-        "id": identifier,
-        "title": "",
-        "mode": solution.mode,
-        "sha256": sha256,
-        "size_bytes": archive.stat().st_size,
-        "envelope": envelope,
-        "statement": signing.digest(envelope),
-    }
-    submissions.accept(served.database, served.challenge.phases[phase], team, received)
+            made = handing_in.archive(what, baseline.get("command"), baseline.get("example"))
+            with made as archive, uploads.partial(served) as file:
+                shutil.copy(archive, file.name)
+                uploads.accept(served, phase, team, Path(file.name), intake.sha256_of(archive), "", None)
 
 
 def _keep_workers(served: Site, database_url: str | None, count: int, ended: threading.Event) -> None:

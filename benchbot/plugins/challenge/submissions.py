@@ -9,7 +9,7 @@ from sqlalchemy.exc import IntegrityError
 
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.challenge.database import Database
-from benchbot.plugins.challenge.document import QUEUED, WITHDRAWN, Phase
+from benchbot.plugins.challenge.document import FAILED, QUEUED, RUNNING, SCORED, WITHDRAWN, Phase
 from benchbot.plugins.challenge.tables import scores, submissions, teams
 
 Record = Mapping[str, Any]
@@ -66,7 +66,7 @@ def withdraw(database: Database, identifier: str, team: int) -> None:
                 if state is None
                 else BenchbotError(
                     f"Submission {identifier} cannot be withdrawn.",
-                    f"It is {state}; only what waits in the queue can be.",
+                    "It has begun, or has ended; only what waits in the queue can be.",
                     "Ask the organiser.",
                 )
             )
@@ -101,6 +101,19 @@ def of_team(database: Database, team: int, most: int = 200) -> Sequence[Row[Any]
     )
     with database.reading() as connection:
         return connection.execute(chosen).all()
+
+
+def as_told(phase: Phase | None, row: Record, now: float) -> dict[str, Any]:
+    """Return a submission as its team is told of it: what may wait in a phase tells neither when it began nor ended.
+
+    A solution could say by the length of its run what it has seen in a hidden place.
+    """
+    told = dict(row)
+    if phase is None or not phase.told_every_s or row["state"] not in (RUNNING, SCORED, FAILED):
+        return told
+    if row["state"] == RUNNING or row["ended_at"] > phase.told_until(now):
+        return {**told, "state": QUEUED, "reason": "", "score": None, "ended_at": None}
+    return {**told, "ended_at": phase.told_until(row["ended_at"]) + phase.told_every_s}
 
 
 def _require_room(database: Database, connection: Connection, phase: Phase, team: Row[Any]) -> None:

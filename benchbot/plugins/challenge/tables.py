@@ -65,6 +65,7 @@ submissions = Table(
     Column("lease_until", Float, nullable=False, default=0.0),
     Column("ended_at", Float),
     Index("ix_submissions_queue", "state", "number"),
+    Index("ix_submissions_waiting", "team", "state", "number"),
     Index("ix_submissions_counted", "team", "phase", "received_at"),
 )
 scores = Table(

@@ -119,7 +119,7 @@ def test_from_an_empty_folder_to_a_leaderboard_that_anybody_can_verify(cli: Comm
 
 def test_a_hidden_phase_runs_with_a_secret_of_which_nothing_is_told(cli: CommandLine) -> None:
     def hide(document: dict[str, Any]) -> None:
-        document["phases"]["development"]["hidden"] = True
+        document["phases"]["development"] |= {"hidden": True, "told_every_s": 1}
 
     declare(cli, hide)
     process, url = served(cli)

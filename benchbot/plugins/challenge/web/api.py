@@ -1,5 +1,6 @@
 """The HTTP API of a challenge, version 1: JSON, a bearer token, errors as `{title, why, fix}`."""
 
+import json
 from collections.abc import AsyncIterator
 from dataclasses import asdict
 from typing import Any
@@ -26,7 +27,7 @@ def routes(site: Site) -> list[Route]:
 
     async def standings(request: Request) -> Response:
         phase = site.challenge.phase(request.path_params["phase"])
-        return JSONResponse(asdict(await run_in_threadpool(site.board, phase.name)))
+        return Response(await run_in_threadpool(standings_json, site, phase.name), media_type="application/json")
 
     async def join(request: Request) -> Response:
         given = await _json(request)
@@ -53,17 +54,17 @@ def routes(site: Site) -> list[Route]:
         title = request.query_params.get("title", "")
         envelope = request.headers.get(signing.HEADER)
         made = await uploads.receive(site, phase, team, _body(request), title, envelope)
-        return JSONResponse(_public(made), 201)
+        return JSONResponse(_public(site, made), 201)
 
     async def listed(request: Request) -> Response:
         team = require_team(await run_in_threadpool(site.caller, request))
         rows = await run_in_threadpool(submissions.of_team, site.database, team.id)
-        return JSONResponse([_public(row._mapping) for row in rows])
+        return JSONResponse([_public(site, row._mapping) for row in rows])
 
     async def one(request: Request) -> Response:
         team = require_team(await run_in_threadpool(site.caller, request))
         found = await run_in_threadpool(submissions.submission, site.database, request.path_params["id"], team.id)
-        return JSONResponse(_public(found._mapping))
+        return JSONResponse(_public(site, found._mapping))
 
     async def withdraw(request: Request) -> Response:
         team = require_team(await run_in_threadpool(site.caller, request))
@@ -86,6 +87,11 @@ def routes(site: Site) -> list[Route]:
         Route("/api/v1/submissions/{id}", withdraw, methods=["DELETE"]),
         Route("/api/v1/submissions/{id}/log", log),
     ]
+
+
+def standings_json(site: Site, phase: str) -> bytes:
+    """Return the leaderboard of a phase as JSON."""
+    return site.rendered(site.board(phase), "json", lambda board: json.dumps(asdict(board)).encode())
 
 
 def description(site: Site) -> dict[str, Any]:
@@ -137,11 +143,12 @@ def own_log(site: Site, found: Any) -> Response:
     return FileResponse(path, media_type="text/plain; charset=utf-8", headers={"content-disposition": "attachment"})
 
 
-def _public(row: Any) -> dict[str, Any]:
+def _public(site: Site, row: Any) -> dict[str, Any]:
     """Return what a team may know of a submission of its own."""
+    told = submissions.as_told(site.challenge.phases.get(row["phase"]), row, site.database.clock())
     keys = ("id", "phase", "title", "mode", "sha256", "size_bytes", "received_at", "state", "reason", "ended_at")
-    shown = {key: row.get(key) for key in keys}
-    return {**shown, "score": row.get("score") if row.get("state") == SCORED else None}
+    shown = {key: told.get(key) for key in keys}
+    return {**shown, "score": told.get("score") if told["state"] == SCORED else None}
 
 
 async def _body(request: Request) -> AsyncIterator[bytes]:
@@ -153,8 +160,6 @@ async def _body(request: Request) -> AsyncIterator[bytes]:
 
 
 async def _json(request: Request) -> dict[str, Any]:
-    import json
-
     content = b""
     async for chunk in request.stream():
         content += chunk

@@ -18,7 +18,8 @@ from starlette.types import Message
 from benchbot.core.errors import BenchbotError
 from benchbot.core.text import visible
 from benchbot.plugins.challenge import organiser, people, submissions
-from benchbot.plugins.challenge.document import written
+from benchbot.plugins.challenge.document import Phase, written
+from benchbot.plugins.challenge.leaderboard import Board
 from benchbot.plugins.challenge.people import SESSION_S
 from benchbot.plugins.challenge.web import uploads
 from benchbot.plugins.challenge.web.api import own_log
@@ -28,6 +29,8 @@ TEMPLATES = Path(__file__).parent / "templates"
 CHUNK_BYTES = 2**20
 FORM_BYTES = 2**16
 SHOWN_EVENTS = 200
+STANDINGS = b"<!-- standings -->"
+"""Where in the page of a leaderboard its tables come; no team can write it, since what teams write is escaped."""
 
 
 def routes(site: Site) -> list[Route]:
@@ -38,8 +41,9 @@ def routes(site: Site) -> list[Route]:
 
     async def board(request: Request) -> Response:
         phase = site.challenge.phase(request.path_params["phase"])
-        standings = await run_in_threadpool(site.board, phase.name)
-        return await shown(request, "board.html", phase=phase, board=standings)
+        caller = await run_in_threadpool(site.caller, request)
+        content = await run_in_threadpool(board_page, site, phase, caller=caller, path=request.url.path)
+        return HTMLResponse(content)
 
     async def enter(request: Request) -> Response:
         caller = await run_in_threadpool(site.caller, request)
@@ -92,7 +96,9 @@ def routes(site: Site) -> list[Route]:
         if caller.team is None:
             return RedirectResponse("/enter", 303)
         own = await run_in_threadpool(submissions.of_team, site.database, caller.team.id)
-        return await shown(request, "mine.html", own=own)
+        now, phases = site.database.clock(), site.challenge.phases
+        told = [submissions.as_told(phases.get(row.phase), dict(row._mapping), now) for row in own]
+        return await shown(request, "mine.html", own=told)
 
     async def submit(request: Request) -> Response:
         caller = await run_in_threadpool(site.caller, request)
@@ -159,6 +165,17 @@ def page(site: Site, name: str, status: int = 200, *, static: bool = False, **va
         )
     )
     return HTMLResponse(visible(text), status)
+
+
+def board_page(site: Site, phase: Phase, *, caller: Caller, path: str, static: bool = False) -> bytes:
+    """Return the page of a leaderboard: its tables are the same for everybody, and are made once."""
+    board = site.board(phase.name)
+
+    def render(board: Board) -> bytes:
+        return visible(templates().get_template("standings.html").render(phase=phase, board=board)).encode()
+
+    around = page(site, "board.html", caller=caller, path=path, static=static, phase=phase)
+    return bytes(around.body).replace(STANDINGS, site.rendered(board, "html", render))
 
 
 def refusal(site: Site, request: Request, status: int, error: BenchbotError) -> Response:

@@ -6,7 +6,7 @@ import secrets
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,7 +18,7 @@ from benchbot.core.records import Evaluator
 from benchbot.plugins.challenge import leaderboard, people
 from benchbot.plugins.challenge.database import Database
 from benchbot.plugins.challenge.document import Challenge
-from benchbot.plugins.challenge.leaderboard import Board
+from benchbot.plugins.challenge.leaderboard import Board, Memory
 from benchbot.plugins.challenge.signing import Key
 
 COOKIE = "benchbot_session"
@@ -63,7 +63,8 @@ class Site:
     """Whether people reach it by https, so that cookies may be sent by that alone."""
 
     def __post_init__(self) -> None:
-        self._boards: dict[str, tuple[int, Board]] = {}
+        self._made: dict[tuple[str, str], tuple[object, Any]] = {}
+        self._memories = {name: Memory() for name in self.challenge.phases}
         self._locks = {name: threading.Lock() for name in self.challenge.phases}
         self._attempts: OrderedDict[str, list[float]] = OrderedDict()
         self._uploads: dict[int, int] = {}
@@ -71,21 +72,31 @@ class Site:
 
     def board(self, phase: str) -> Board:
         """Return the leaderboard of a phase; while another thread works a newer one out, the one of before."""
-        now = self.database.changes()
-        known = self._boards.get(phase)
-        if known is not None and known[0] == now:
+        chosen = self.challenge.phases[phase]
+
+        def work_out() -> Board:
+            return leaderboard.of(self.database, chosen, self.evaluators[chosen.method], self._memories[phase])
+
+        now = (self.database.changes(), chosen.told_until(self.database.clock()) if chosen.told_every_s else 0.0)
+        board: Board = self._newest(phase, "board", now, work_out)
+        return board
+
+    def rendered(self, board: Board, form: str, render: Callable[[Board], bytes]) -> bytes:
+        """Return a leaderboard in a form, which is made once; while another thread makes it, the one of before."""
+        content: bytes = self._newest(board.phase, form, id(board), lambda: (board, render(board)))[1]
+        return content
+
+    def _newest(self, phase: str, what: str, version: object, make: Callable[[], Any]) -> Any:
+        known = self._made.get((phase, what))
+        if known is not None and known[0] == version:
             return known[1]
         lock = self._locks[phase]
-        if known is not None and not lock.acquire(blocking=False):
-            return known[1]
-        if known is None:
-            lock.acquire()
+        if not lock.acquire(blocking=known is None):
+            return known[1]  # type: ignore[index]  # a lock that is waited for is had
         try:
-            known = self._boards.get(phase)
-            if known is None or known[0] != now:
-                chosen = self.challenge.phases[phase]
-                known = (now, leaderboard.of(self.database, chosen, self.evaluators[chosen.method]))
-                self._boards[phase] = known
+            known = self._made.get((phase, what))
+            if known is None or known[0] != version:
+                known = self._made[phase, what] = (version, make())
             return known[1]
         finally:
             lock.release()

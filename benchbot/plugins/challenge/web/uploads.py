@@ -1,12 +1,15 @@
 """Uploads: streamed to disk under limits, checked there, and accepted as submissions."""
 
 import base64
+import fcntl
 import hashlib
 import json
 import os
-from collections.abc import AsyncIterator
+import time
+from collections.abc import AsyncIterator, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from sqlalchemy import Row, func, select
 from starlette.concurrency import run_in_threadpool
@@ -21,6 +24,8 @@ from benchbot.plugins.challenge.web.site import HttpError, Site, new_identifier
 
 PARTIAL = ".partial"
 MOST_STATEMENT_BYTES = 2**14
+ORPHAN_S = 3600.0
+"""So old is an archive without a row when it is removed: one that is being accepted has none for a moment."""
 
 
 async def receive(
@@ -34,62 +39,85 @@ async def receive(
     await run_in_threadpool(submissions.require_room, site.database, phase, team)
     room = await run_in_threadpool(_room, site, team)
     site.begin_upload(team.id)
-    identifier = new_identifier()
-    partial = site.challenge.uploads / PARTIAL / identifier
     try:
-        partial.parent.mkdir(parents=True, exist_ok=True)
-        sha256 = await _stream(chunks, partial, min(site.challenge.largest_bytes, room))
-        return await run_in_threadpool(_accept, site, phase, team, partial, sha256, title, envelope)
+        with partial(site) as file:
+            sha256 = await _stream(chunks, file, min(site.challenge.largest_bytes, room))
+            return await run_in_threadpool(accept, site, phase, team, Path(file.name), sha256, title, envelope)
     finally:
-        partial.unlink(missing_ok=True)
         site.end_upload(team.id)
 
 
-async def _stream(chunks: AsyncIterator[bytes], path: Path, most_bytes: int) -> str:
+@contextmanager
+def partial(site: Site) -> Iterator[BinaryIO]:
+    """Yield a new file for an upload, locked, under a submission's identifier; it is gone afterwards unless moved."""
+    folder = site.challenge.uploads / PARTIAL
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / new_identifier()).open("xb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            yield file
+        finally:
+            Path(file.name).unlink(missing_ok=True)
+
+
+def sweep(site: Site) -> None:
+    """Remove what servers that were killed have left: uploads that nobody receives, or that became no submission."""
+    for path in (site.challenge.uploads / PARTIAL).glob("*"):
+        with suppress(OSError), path.open("rb") as file:  # another server is at it, or was faster
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            path.unlink()
+    with site.database.reading() as connection:
+        known = set(connection.scalars(select(table.c.id)))
+    for path in site.challenge.uploads.glob("*.zip"):
+        if path.stem not in known and time.time() - path.stat().st_mtime > ORPHAN_S:
+            path.unlink(missing_ok=True)
+
+
+async def _stream(chunks: AsyncIterator[bytes], file: BinaryIO, most_bytes: int) -> str:
     digest, size = hashlib.sha256(), 0
-    with path.open("xb") as file:
-        async for chunk in chunks:
-            size += len(chunk)
-            if size > most_bytes:
-                raise HttpError(
-                    413,
-                    BenchbotError(
-                        "The submission is too large.",
-                        f"{most_bytes >> 20} MiB are the most that may be uploaded now.",
-                        "Leave out what can be made again.",
-                    ),
-                )
-            digest.update(chunk)
-            await run_in_threadpool(file.write, chunk)
-        await run_in_threadpool(_synchronise, file)
+    async for chunk in chunks:
+        size += len(chunk)
+        if size > most_bytes:
+            raise HttpError(
+                413,
+                BenchbotError(
+                    "The submission is too large.",
+                    f"{most_bytes >> 20} MiB are the most that may be uploaded now.",
+                    "Leave out what can be made again.",
+                ),
+            )
+        digest.update(chunk)
+        await run_in_threadpool(file.write, chunk)
+    await run_in_threadpool(_synchronise, file)
     return digest.hexdigest()
 
 
-def _synchronise(file: Any) -> None:
+def _synchronise(file: BinaryIO) -> None:
     file.flush()
     os.fsync(file.fileno())
 
 
-def _accept(
-    site: Site, phase: Phase, team: Row[Any], partial: Path, sha256: str, title: str, envelope: str | None
+def accept(
+    site: Site, phase: Phase, team: Row[Any], received: Path, sha256: str, title: str, envelope: str | None
 ) -> Record:
-    solution = intake.check(partial, site.challenge, phase)
+    """Check an archive that has been received whole, and put it into the queue; it is moved to where uploads are."""
+    solution = intake.check(received, site.challenge, phase)
     title = one_line(title)[:120]
     stated, digest = _statement(site, phase, team, sha256, title, envelope)
-    received = {
-        "id": partial.name,
+    record = {
+        "id": received.name,
         "title": title,
         "mode": solution.mode,
         "sha256": sha256,
-        "size_bytes": partial.stat().st_size,
+        "size_bytes": received.stat().st_size,
         "envelope": stated,
         "statement": digest,
     }
     # The file is there before the row: a row whose file is missing could never be computed.
-    upload = site.challenge.uploads / f"{partial.name}.zip"
-    partial.rename(upload)
+    upload = site.challenge.uploads / f"{received.name}.zip"
+    received.rename(upload)
     try:
-        return submissions.accept(site.database, phase, team, received)
+        return submissions.accept(site.database, phase, team, record)
     except BenchbotError:
         upload.unlink()
         raise
@@ -100,7 +128,7 @@ def _statement(
 ) -> tuple[dict[str, Any], str]:
     """Return the signed statement of a submission and its digest: the team's, or one of ours on its behalf."""
     if envelope is None:
-        if site.challenge.signed or team.key is not None:
+        if (site.challenge.signed and not team.baseline) or team.key is not None:
             raise BenchbotError(
                 "The submission is not signed.",
                 "This team has joined with a key; what is not signed with it could be anybody's.",
