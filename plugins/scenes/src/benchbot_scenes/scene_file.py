@@ -38,9 +38,9 @@ def scene_file(path: Path, cache_dir: Path, assets: str | None = None) -> Path:
             )
         return _kept(cache_dir, _fingerprint(made_of), lambda: cook(made_of))
     if path.suffix.lower() != ".glb":
-        from benchbot_scenes.importing import reading, understanding
+        from benchbot_scenes.importing import understanding
 
-        return _kept(cache_dir, reading.digest(path), lambda: understanding.convert(path))
+        return _kept(cache_dir, understanding.digest(path), lambda: understanding.convert(path))
     return path
 
 

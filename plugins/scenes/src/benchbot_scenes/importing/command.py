@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from benchbot_scenes.importing.guesses import Guesses
     from benchbot_scenes.visibility import Observer
 
+MOST_LABELS = 20
+
 
 def import_environment(
     file: Annotated[
@@ -41,6 +43,14 @@ def import_environment(
     floor_z_m: Annotated[
         float | None,
         typer.Option("--floor-z", metavar="METRES", help="Height of the floor in the file. [default: found]"),
+    ] = None,
+    labels: Annotated[
+        str | None,
+        typer.Option(
+            "--labels",
+            metavar="FILE|none",
+            help="The labels of a scan: as its data set ships them, or labels.json or .csv. [default: found beside it]",
+        ),
     ] = None,
     guesses: Annotated[
         Path | None,
@@ -70,7 +80,7 @@ def import_environment(
         )
     known = _known(guesses, units, up, floor_z_m, file)
     with working(f"Reading {file.name}, and planning in it"):
-        imported = environment.build(file, name, _observer(robot), known)
+        imported = environment.build(file, name, _observer(robot), known, _labels(labels))
         environment.write(imported, folder)
     with working("Taking pictures for the report, which may compile the ray tracer first"):
         views = [] if no_pictures else report.views(imported)
@@ -91,6 +101,10 @@ def _known(path: Path | None, units: str, up: str, floor_z_m: float | None, file
     if up != "auto":
         known = replace(known, up=cast(Literal["y", "z"], up))
     return known if floor_z_m is None else replace(known, floor_z_m=floor_z_m)
+
+
+def _labels(labels: str | None) -> Path | Literal["none"] | None:
+    return "none" if labels == "none" else None if labels is None else Path(labels)
 
 
 def _observer(robot: str) -> "Observer":
@@ -139,15 +153,31 @@ def _summary(imported: "Imported", folder: Path) -> dict[str, Any]:
         "start_pose": imported.declaration["start_pose"],
         "trajectory_poses": len(imported.declaration["trajectory_poses"]),
         "classes": {class_name: found.count(class_name) for class_name in sorted(set(found))},
+        "labels": _labels_summary(imported),
         "unseen": list(imported.unseen),
         "hidden": list(imported.guesses.hidden or ()),
         "notes": list(imported.notes),
     }
 
 
+def _labels_summary(imported: "Imported") -> dict[str, Any] | None:
+    labelled = imported.understood.labelled
+    if labelled is None:
+        return None
+    mapped = {label: found for label, found in labelled.classes.items() if found is not None}
+    return {
+        "format": labelled.format,
+        "objects": sum(labelled.counts.values()),
+        "mapped": mapped,
+        "not_mapped": {label: count for label, count in labelled.counts.items() if label not in mapped},
+        "not_known": sorted(label for label in labelled.classes if label not in mapped and label not in labelled.known),
+    }
+
+
 def _tell(imported: "Imported", folder: Path) -> None:
     told = _summary(imported, folder)
     size = " x ".join(f"{side:.1f}" for side in told["size_m"])
+    labels = told["labels"]
     classes = ", ".join(f"{count} {class_name}" for class_name, count in told["classes"].items())
     console.table(
         ("what", "value"),
@@ -160,9 +190,37 @@ def _tell(imported: "Imported", folder: Path) -> None:
             ("room to move", f"{told['free_area_m2']:.1f} m²"),
             ("trajectory", f"{told['trajectory_poses']} poses"),
             ("objects", classes or "none: no name in the file is that of a class"),
+            *([] if labels is None else [("labels", _about(labels))]),
             ("report", str(folder / "report.html")),
         ],
     )
+    for line in () if labels is None else _unmapped(labels):
+        console.note(line)
     for note in told["notes"]:
         console.note(note)
     console.note(f"Run it: benchbot run --addons {folder} --env {told['environment']} --robot carter --task …")
+
+
+def _about(labels: dict[str, Any]) -> str:
+    of_class = labels["objects"] - sum(labels["not_mapped"].values())
+    return f"{labels['format']}: {labels['objects']} objects, {of_class} of a class"
+
+
+def _unmapped(labels: dict[str, Any]) -> list[str]:
+    """Lines on labels that became no class: those that are of none, and those that the vocabulary does not know."""
+    unknown = {label: labels["not_mapped"][label] for label in labels["not_known"]}
+    other = {label: count for label, count in labels["not_mapped"].items() if label not in unknown}
+    lines = []
+    if other:
+        lines.append(f"Labels that are none of the classes: {_counted(other)}.")
+    if unknown:
+        lines.append(
+            f"Labels that are not known: {_counted(unknown)}. Say in guesses.yaml, under classes, what they are."
+        )
+    return lines
+
+
+def _counted(labels: dict[str, int]) -> str:
+    most = sorted(labels.items(), key=lambda item: (-item[1], item[0]))
+    left = f", and {len(most) - MOST_LABELS} more" if len(most) > MOST_LABELS else ""
+    return ", ".join(f"{count} {label}" for label, count in most[:MOST_LABELS]) + left

@@ -4,15 +4,18 @@ import json
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+import numpy as np
 import yaml
+from scipy.spatial.transform import Rotation
 
 from benchbot.plugin import BenchbotError, editor_line, write_editor_schema
 from benchbot_scenes.ground_truth import BACKGROUND, mapped_objects
 from benchbot_scenes.importing import light
 from benchbot_scenes.importing.glb import to_glb
 from benchbot_scenes.importing.guesses import Guesses, write_guesses
+from benchbot_scenes.importing.labels import Labelled, OrientedBox
 from benchbot_scenes.importing.planning import Room, find_room, plan
 from benchbot_scenes.importing.understanding import Understood, understand
 from benchbot_scenes.importing.vocabulary import CLASSES
@@ -44,9 +47,11 @@ class Imported:
     notes: tuple[str, ...]
 
 
-def build(path: Path, name: str, robot: Observer, known: Guesses) -> Imported:
+def build(
+    path: Path, name: str, robot: Observer, known: Guesses, labelled_by: Path | Literal["none"] | None = None
+) -> Imported:
     """Analyse a file and propose an environment in it; raise BenchbotError if that is impossible."""
-    understood = understand(path, known)
+    understood = understand(path, known, labelled_by)
     geometry, reasons, notes = understood.geometry, dict(understood.reasons), list(understood.notes)
     room = find_room(geometry, robot, known.start_pose)
     notes.append(_about_roof(light.roofed_share(geometry, room.space, room.reached)))
@@ -81,7 +86,7 @@ def build(path: Path, name: str, robot: Observer, known: Guesses) -> Imported:
         geometry=geometry,
         room=room,
         declaration=declaration,
-        ground_truth=ground_truth(geometry, declaration),
+        ground_truth=ground_truth(geometry, declaration, understood.labelled),
         unseen=coverage.unseen,
         guesses=_guessed(understood, room, known),
         reasons=reasons,
@@ -137,11 +142,37 @@ def _guessed(understood: Understood, room: Room, known: Guesses) -> Guesses:
     )
 
 
-def ground_truth(geometry: SceneGeometry, declaration: dict[str, Any]) -> dict[str, Any]:
-    """The boxes of the objects that have a class, in the form of BenchBot 2's ground truths."""
-    labels = declaration["object_labels"]
+def ground_truth(
+    geometry: SceneGeometry, declaration: dict[str, Any], labelled: Labelled | None = None
+) -> dict[str, Any]:
+    """The boxes of the objects that have a class, in the form of BenchBot 2's ground truths.
+
+    Boxes that labels gave count as they were given; those that are turned are beside the axis-aligned ones.
+    """
+    classes = declaration["object_labels"]
+    found = mapped_objects(geometry, classes)
+    for entry in found:
+        box = None if labelled is None else labelled.boxes.get(entry["ID_name"])
+        if labelled is None or box is None:
+            continue
+        if entry["ID_name"] in labelled.truths:
+            low, high = box.bounds
+            entry["centroid"] = [round(float(value), 6) for value in (low + high) / 2]
+            entry["extent"] = [round(float(value), 6) for value in high - low]
+        entry["oriented_box"] = _as_document(box)
     return {
         "environment": declaration,
         "format": {"name": "object_map_ground_truth"},
-        "ground_truth": {"objects": mapped_objects(geometry, labels), "class_list": [*labels, BACKGROUND]},
+        "ground_truth": {"objects": found, "class_list": [*classes, BACKGROUND]},
     }
+
+
+def _as_document(box: OrientedBox) -> dict[str, list[float]]:
+    """Its middle, full lengths along its own axes, and the turn of these as a quaternion (w, x, y, z)."""
+    half = box.points[1:] - box.points[0]
+    lengths = np.linalg.norm(half, axis=1)
+    axes = (half / np.maximum(lengths, 1e-12)[:, None]).T
+    axes[:, 2] *= 1.0 if np.linalg.det(axes) > 0 else -1.0
+    x, y, z, w = Rotation.from_matrix(axes).as_quat(canonical=True)
+    numbers = {"centroid": box.points[0], "extent": 2 * lengths, "orientation": (w, x, y, z)}
+    return {key: [round(float(value), 6) + 0.0 for value in values] for key, values in numbers.items()}

@@ -21,7 +21,8 @@ class Model:
     """A file's content.
 
     `paths` has of each instance the names that lead to it, from the root; `unit_m` and `up` are what the file says
-    about itself, None where it does not. `notes` tell a person what was left out.
+    about itself, None where it does not. `notes` tell a person what was left out. `origin` is the point of the file
+    that has become (0, 0, 0).
     """
 
     geometry: SceneGeometry
@@ -29,6 +30,7 @@ class Model:
     unit_m: float | None = None
     up: UpAxis | None = None
     notes: tuple[str, ...] = ()
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,8 @@ def assemble(
     if soup.origin.any():
         x, y, z = soup.origin
         notes = (*notes, f"It lies far from its origin and was moved by ({-x:.12g}, {-y:.12g}, {-z:.12g}).")
-    return Model(geometry, tuple(numbers), unit_m, up, tuple(notes))
+    x, y, z = soup.origin.tolist()
+    return Model(geometry, tuple(numbers), unit_m, up, tuple(notes), (x, y, z))
 
 
 def _origin(parts: Sequence[Part]) -> npt.NDArray[np.float64]:

@@ -43,8 +43,7 @@ def meaning(name: str) -> Meaning | None:
     while left:
         for length in range(min(LONGEST, len(left)), 0, -1):
             phrase = left[-length:]
-            singular = _singular(phrase[-1])
-            for last, is_plural in ((phrase[-1], False), (singular, True)):
+            for last, is_plural in ((phrase[-1], False), (singular(phrase[-1]), True)):
                 noun = " ".join([*phrase[:-1], last])
                 if noun in _nouns() and (last == phrase[-1] or is_plural):
                     return Meaning(noun, _nouns()[noun], is_several or (is_plural and last != phrase[-1]))
@@ -60,7 +59,8 @@ def _nouns() -> dict[str, str | None]:
     return nouns
 
 
-def _singular(word: str) -> str:
+def singular(word: str) -> str:
+    """The singular of a word in lower case; the word itself where it is one."""
     if word in _NOT_PLURAL or len(word) < 4:
         return word
     if word in _IRREGULAR:

@@ -1,6 +1,5 @@
 """The reader of each file format."""
 
-import hashlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -8,14 +7,11 @@ import numpy as np
 
 from benchbot.plugin import BenchbotError, did_you_mean
 from benchbot_scenes.importing import files
-from benchbot_scenes.importing.guesses import SUFFIX
 from benchbot_scenes.importing.model import Model, renamed, turned
 from benchbot_scenes.importing.sanity import sound
 
 _USD = (".usd", ".usda", ".usdc", ".usdz")
 SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl", *_USD)
-_WITH_FILES_BESIDE = (".gltf", ".obj", ".usd", ".usda", ".usdc")
-_BESIDE = {".mtl", ".bin", ".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".webp", *_USD}
 _HINTS = {
     ".blend": "In Blender: File, Export, glTF 2.0 (.glb).",
     ".skp": "In SketchUp: File, Export, 3D Model, glTF binary (.glb).",
@@ -42,27 +38,6 @@ def read(path: Path) -> Model:
             f"{path} does not fit into memory", "It asks for more than there is.", "Decimate it, or fetch it again."
         ) from error
     return sound(renamed(model, path.stem), path)
-
-
-def digest(path: Path) -> str:
-    """SHA-256, in hex, that changes when the file does, or its guesses, or what it may refer to.
-
-    That are textures, materials and the like beside it and in the folders there.
-    """
-    files.check(path)
-    total = hashlib.sha256()
-    with path.open("rb") as stream:
-        while block := stream.read(2**22):
-            total.update(block)
-    corrected = path.with_suffix(SUFFIX)
-    if corrected.is_file():
-        total.update(corrected.read_bytes())
-    if path.suffix.lower() in _WITH_FILES_BESIDE:
-        found = (other for pattern in ("*", "*/*") for other in path.parent.glob(pattern))
-        for beside in sorted(other for other in found if other.suffix.lower() in _BESIDE and other.is_file()):
-            state = beside.stat()
-            total.update(f"{beside.relative_to(path.parent)}\0{state.st_size}\0{state.st_mtime_ns}\0".encode())
-    return total.hexdigest()
 
 
 def _reader(path: Path) -> Callable[[Path], Model]:

@@ -22,6 +22,7 @@ VIEW_WIDTH, VIEW_HEIGHT, VIEW_DEG = 640, 360, 90.0
 VIEWS = 4
 EYE_M = 1.05
 JPEG_QUALITY = 85
+_NO_CLASS = ("none", "not known")
 _PATH, _START = (29, 90, 143), (200, 60, 30)
 _WHAT = {"units": "Unit", "up": "Up axis", "floor_z_m": "Floor in the file", "start_pose": "Start pose"}
 
@@ -58,9 +59,22 @@ def page(imported: Imported, source: str, views: Sequence[Image.Image]) -> str:
         notes=imported.notes,
         classes=sorted(classes.items()),
         unseen=imported.unseen,
+        labels=_labels(imported),
         others=_shortened(others),
         hidden=_shortened(imported.guesses.hidden or ()),
     )
+
+
+def _labels(imported: Imported) -> dict[str, Any] | None:
+    """The format of the labels, and rows of label, number and class."""
+    labelled = imported.understood.labelled
+    if labelled is None:
+        return None
+    rows = [
+        (label, labelled.counts[label], found or ("none" if label in labelled.known else "not known"))
+        for label, found in labelled.classes.items()
+    ]
+    return {"format": labelled.format, "rows": sorted(rows, key=lambda row: (row[2] in _NO_CLASS, -row[1], row[0]))}
 
 
 def map_picture(imported: Imported) -> Image.Image:

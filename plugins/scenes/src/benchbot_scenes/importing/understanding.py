@@ -1,22 +1,42 @@
 """A file understood: brought to metres, z up, its floor at z = 0, its objects named and sorted into classes."""
 
+import hashlib
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from benchbot.plugin import BenchbotError
 from benchbot_scenes.gltf import Y_UP_TO_Z_UP
-from benchbot_scenes.importing import guesses, guessing, objects, reading
+from benchbot_scenes.importing import files, guesses, guessing, label_files, labels, names, objects, reading
 from benchbot_scenes.importing.glb import to_glb
 from benchbot_scenes.importing.guesses import Guesses
+from benchbot_scenes.importing.labels import Labelled, OrientedBox
 from benchbot_scenes.importing.model import UpAxis, turned
 from benchbot_scenes.importing.objects import Recognised
 from benchbot_scenes.scene import SceneGeometry
 
 LARGEST_M, SMALLEST_M = 2000.0, 0.5
 _MOSTLY_Y_UP = (".obj",)
+_WITH_FILES_BESIDE = (".gltf", ".obj", ".usd", ".usda", ".usdc")
+_BESIDE = {
+    ".mtl",
+    ".bin",
+    ".png",
+    ".jpg",
+    ".jpeg",
+    ".bmp",
+    ".tga",
+    ".tif",
+    ".tiff",
+    ".webp",
+    ".usd",
+    ".usda",
+    ".usdc",
+    ".usdz",
+}
 # Odd multipliers, of which the first is 2^64 over the golden ratio (Knuth, The Art of Computer Programming, 6.4).
 _MIX = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
 
@@ -32,6 +52,7 @@ class Understood:
     recognised: Recognised
     reasons: dict[str, str]
     notes: tuple[str, ...]
+    labelled: Labelled | None = None
 
     @property
     def size_m(self) -> tuple[float, float, float]:
@@ -48,15 +69,56 @@ def convert(path: Path) -> bytes:
     return to_glb(understand(path, guesses.beside(path)).geometry)
 
 
-def understand(path: Path, known: Guesses) -> Understood:
-    """Read a file and guess the values that are not `known`; raise BenchbotError if it is not a scene."""
+def digest(path: Path) -> str:
+    """SHA-256, in hex, that changes when the file does, or its guesses, or what it may refer to.
+
+    That are labels, textures, materials and the like beside it and in the folders there.
+    """
+    files.check(path)
+    total = hashlib.sha256()
+    with path.open("rb") as stream:
+        while block := stream.read(2**22):
+            total.update(block)
+    labels = label_files.find(path)
+    for other in () if labels is None else label_files.beside(labels):
+        state = other.stat()
+        total.update(f"{other.name}\0{state.st_size}\0{state.st_mtime_ns}\0".encode())
+    corrected = path.with_suffix(guesses.SUFFIX)
+    if corrected.is_file():
+        total.update(corrected.read_bytes())
+    if path.suffix.lower() in _WITH_FILES_BESIDE:
+        found = (other for pattern in ("*", "*/*") for other in path.parent.glob(pattern))
+        for beside in sorted(other for other in found if other.suffix.lower() in _BESIDE and other.is_file()):
+            state = beside.stat()
+            total.update(f"{beside.relative_to(path.parent)}\0{state.st_size}\0{state.st_mtime_ns}\0".encode())
+    return total.hexdigest()
+
+
+def understand(path: Path, known: Guesses, labelled_by: Path | Literal["none"] | None = None) -> Understood:
+    """Read a file and guess the values that are not `known`; raise BenchbotError if it is not a scene.
+
+    `labelled_by` names a file of labels; without it the one beside the scene's file counts, if there is one.
+    """
     model = reading.read(path)
     suffix = path.suffix.lower()
     reasons = {}
-    up, unit = known.up, known.units
+    up, unit, said = known.up, known.units, known.classes
+    if labelled_by is None:
+        labelled_by = label_files.find(path)
+    found = label_files.read(labelled_by, path) if isinstance(labelled_by, Path) else None
+    labelled: Labelled | None = None
+    prior: UpAxis = "y" if suffix in _MOSTLY_Y_UP and (found is None or found.surface is None) else "z"
+    if found is not None and found.surface is not None:
+        # Floors and ceilings that are labelled tell more of the axis than the format does.
+        model, labelled, said = labels.apply(model, found, up or prior, said)
+        model = replace(model, up=None if any(map(_lies, labelled.classes)) else model.up)
     if up is None:
-        up, reasons["up"] = guessing.up_axis(model, "y" if suffix in _MOSTLY_Y_UP else "z")
-    recognised = objects.recognise(model.paths, model.geometry.instances, known.classes, known.hidden)
+        up, reasons["up"] = guessing.up_axis(model, prior)
+    if found is not None and found.surface is None:
+        model, labelled, said = labels.apply(model, found, up, said)
+    recognised = objects.recognise(model.paths, model.geometry.instances, said, known.hidden)
+    if labelled is not None:
+        recognised = _grouped(recognised, labelled)
     seen = objects.sorted_into(model.geometry, recognised)
     paths = tuple((found.name,) for found in recognised.objects)
     unit_m = known.unit_m
@@ -73,7 +135,24 @@ def understand(path: Path, known: Guesses) -> Understood:
     if floor_z_m is None:
         floor_z_m, reasons["floor_z_m"] = guessing.floor_z_m(geometry)
     geometry = _shifted(geometry, (0.0, 0.0, -floor_z_m))
-    return Understood(with_sides(geometry), unit or unit_m, up, floor_z_m, recognised, reasons, model.notes)
+    if labelled is not None:
+        turn = np.eye(3) if up == "z" else Y_UP_TO_Z_UP
+        boxes = {
+            name: OrientedBox(box.points * unit_m @ turn.T - [0.0, 0.0, floor_z_m])
+            for name, box in labelled.boxes.items()
+        }
+        labelled = replace(labelled, boxes=boxes)
+    return Understood(with_sides(geometry), unit or unit_m, up, floor_z_m, recognised, reasons, model.notes, labelled)
+
+
+def _lies(label: str) -> bool:
+    found = names.meaning(label)
+    return found is not None and found.noun in ("floor", "ceiling")
+
+
+def _grouped(recognised: Recognised, labelled: Labelled) -> Recognised:
+    found = (replace(one, is_group=labelled.groups.get(one.name, one.is_group)) for one in recognised.objects)
+    return replace(recognised, objects=tuple(found))
 
 
 def with_sides(geometry: SceneGeometry) -> SceneGeometry:
