@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from benchbot.core.atomic import write_text as write_text
     from benchbot.core.budget import Spent as Spent
     from benchbot.core.channels import ACTIONS as ACTIONS
+    from benchbot.core.channels import MANIPULATION as MANIPULATION
     from benchbot.core.channels import OBSERVATIONS as OBSERVATIONS
     from benchbot.core.channels import Action as Action
     from benchbot.core.channels import CameraModel as CameraModel
@@ -140,8 +141,8 @@ def hookimpl(function: F) -> F:
 
 
 _HOMES = {
-    "core.channels": "ACTIONS OBSERVATIONS Action CameraModel FetchGoal FramePose InertialMeasurement JointStates "
-    "LaserScan LidarScan Observation Observations Segmentation",
+    "core.channels": "ACTIONS MANIPULATION OBSERVATIONS Action CameraModel FetchGoal FramePose InertialMeasurement "
+    "JointStates LaserScan LidarScan Observation Observations Segmentation",
     "core": "instance_checks randomness",
     "core.budget": "Spent",
     "core.atomic": "write=write_atomically write_text",

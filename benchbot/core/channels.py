@@ -172,7 +172,8 @@ OBSERVATIONS: dict[str, Observation] = {
             "joint_states",
             "{names: [text], positions: float64 (N,), velocities: float64 (N,), efforts: float64 (N,)}",
             "the joints of the arm from its base on, in rad, rad/s and N m, then the gripper: the distance between its "
-            "fingers, how fast it grows, and the force that they close with, in m, m/s and N",
+            "fingers, how fast it grows, and the force that they close with, in m, m/s and N; NaN is a velocity or an "
+            "effort that the robot does not measure",
         ),
         Observation(
             "poses",

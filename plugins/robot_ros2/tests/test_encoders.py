@@ -12,6 +12,7 @@ from benchbot_robot_ros2.callbacks import find
 from benchbot_robot_ros2.encoders import encode
 from benchbot_robot_ros2.messages import stamp_ns
 
+JOINTS = ("names", "positions", "velocities", "efforts")
 SIZES = arrays.array_shapes(min_dims=2, max_dims=2, max_side=6)
 
 
@@ -174,3 +175,11 @@ def test_an_inertial_measurement_comes_through_with_what_is_not_measured(
     (message,) = encode("imu", sent, stamp_ns=0, frame_id="base_link").values()
     assert message.orientation_covariance[0] == -1
     assert message.angular_velocity_covariance[0] == (0 if knows_turn else -1)
+
+
+@given(arrays.arrays(np.float64, (3, 7), elements=st.floats(allow_infinity=False, allow_nan=False)))
+def test_joints_come_through(values: npt.NDArray[np.float64]) -> None:
+    names = ["base", "shoulder", "elbow", "forearm", "wrist", "flange", "gripper"]
+    seen = over_the_wire("joint_states", dict(zip(JOINTS, (names, *values), strict=True)))
+    assert seen["names"] == names
+    np.testing.assert_array_equal(np.stack([seen[key] for key in JOINTS[1:]]), values)

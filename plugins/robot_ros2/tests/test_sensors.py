@@ -8,10 +8,10 @@ from geometry_msgs.msg import Quaternion, Vector3
 from hypothesis import given
 from hypothesis import strategies as st
 from rclpy.serialization import deserialize_message, serialize_message
-from sensor_msgs.msg import CameraInfo, Imu, LaserScan, RegionOfInterest
+from sensor_msgs.msg import CameraInfo, Imu, JointState, LaserScan, RegionOfInterest
 from std_msgs.msg import Header
 
-from benchbot_robot_ros2.sensors import camera_model, imu, laser
+from benchbot_robot_ros2.sensors import camera_model, imu, joint_states, laser
 
 K = [480.0, 0.0, 479.5, 0.0, 481.0, 269.5, 0.0, 0.0, 1.0]
 P = [480.0, 0.0, 479.5, -57.6, 0.0, 481.0, 269.5, 0.0, 0.0, 0.0, 1.0, 0.0]
@@ -141,3 +141,25 @@ def test_what_an_imu_does_not_measure_is_not_a_number() -> None:
 def test_an_orientation_that_is_no_rotation_is_refused_in_words(w: float) -> None:
     with pytest.raises(ValueError, match="no rotation: the quaternion's length is"):
         imu(Imu(orientation=Quaternion(w=w)))
+
+
+@pytest.mark.parametrize(
+    ("message", "complaint"),
+    [
+        (JointState(), "it has no joints"),
+        (JointState(name=["a", "a"], position=[0.0, 0.0]), "two have one name"),
+        (JointState(name=["a", "b"], position=[0.0]), "its 2 joints have 1 values of position"),
+        (JointState(name=["a"], velocity=[0.0]), "have 0 values of position"),
+        (JointState(name=["a"], position=[0.0], effort=[1.0, 2.0]), "have 2 values of effort"),
+        (JointState(name=["a"], position=[math.nan]), "not finite"),
+    ],
+)
+def test_joints_that_are_malformed_are_refused_in_words(message: Any, complaint: str) -> None:
+    with pytest.raises(ValueError, match=complaint):
+        joint_states(message)
+
+
+def test_what_joints_do_not_measure_is_not_a_number() -> None:
+    seen = joint_states(JointState(name=["a", "b"], position=[1.0, 2.0], effort=[3.0, 4.0]))
+    assert (seen["positions"].tolist(), seen["efforts"].tolist()) == ([1.0, 2.0], [3.0, 4.0])
+    assert np.isnan(seen["velocities"]).all()

@@ -108,6 +108,28 @@ def declaration(**driver: Any) -> dict[str, Any]:
     }
 
 
+def arm_declaration(**driver: Any) -> dict[str, Any]:
+    """The declaration of the test robot with its arm of two joints and a gripper."""
+    robot = declaration(**driver)
+    states = {"ros_topic": "/joint_states", "ros_type": "sensor_msgs/msg/JointState"}
+    joints = {"ros_topic": "/arm/commands", "ros_type": "std_msgs/msg/Float64MultiArray"}
+    gripper = {"ros_topic": "/gripper/commands", "ros_type": "sensor_msgs/msg/JointState"}
+    robot["connections"] |= {
+        "joint_states": {"connection": "ros_to_api", **states},
+        "move_joints": {"connection": "api_to_ros", **joints},
+        "move_gripper": {"connection": "api_to_ros", **gripper},
+    }
+    robot["arm"] = {
+        "joints": {
+            "shoulder": {"radps": 1.5, "radps2": 3.0, "range_rad": [-2.0, 2.0]},
+            "elbow": {"radps": 2.0, "radps2": 4.0},
+        },
+        "gripper": ["finger_1", "finger_2"],
+        "gripper_width_m": [0.0, 0.08],
+    }
+    return robot
+
+
 def fleet_declaration(**driver: Any) -> dict[str, Any]:
     """The declaration of several test robots: names of topics and services are relative."""
     robot = declaration(**driver)
@@ -140,7 +162,7 @@ def driver(robot: dict[str, Any], tmp_path: Path, localisation: Localisation = "
         platform.close()
 
 
-def act(platform: Ros2Driver, robot: dict[str, Any], action: str, **arguments: float) -> Outcome:
+def act(platform: Ros2Driver, robot: dict[str, Any], action: str, **arguments: float | list[float]) -> Outcome:
     return execute(platform, action, arguments, None, MotionConfig.from_robot(robot, "ground_truth"))
 
 

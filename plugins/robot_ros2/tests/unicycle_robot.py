@@ -29,12 +29,13 @@ from sensor_msgs.msg import (
     CameraInfo,
     CompressedImage,
     Image,
+    JointState,
     Joy,
     LaserScan,
     PointCloud2,
     PointField,
 )
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
@@ -75,6 +76,9 @@ DEFAULTS: dict[str, Any] = {
     "depth": None,  # publishes 32FC1 pictures on /depth, and how many units a metre has in them
     "depth_rows": 96,  # of these pictures
     "mounts": {},  # what /tf_static says: [parent, x, y, z, yaw_deg] by frame
+    "arm": False,  # publishes /joint_states, and listens to /arm/commands and /gripper/commands
+    "joints": ["wheel", "finger_2", "elbow", "shoulder", "finger_1"],  # that /joint_states tells of
+    "stuck": {},  # where a joint cannot go beyond, by name
     "place_off_m": 0.0,  # how far localisation is wrong
     "amcl_off_m": 0.0,  # how far AMCL is wrong until it is told the pose on /initialpose; None where it is silent
     "amcl_is_deaf": False,  # it takes no initial pose
@@ -102,10 +106,12 @@ TOPICS = {
     "/depth": Image,
     "/depth_info": CameraInfo,
     "/amcl_pose": PoseWithCovarianceStamped,
+    "/joint_states": JointState,
 }
 SERVICES = {"claim": Trigger, "release": Trigger, "power": SetBool}
 FRAMES = {"/odom": "odom", "/truth": "map", "/scan": "lidar", "/image": "camera", "/camera_info": "camera"}
-FRAMES |= {"/depth": "camera", "/depth_info": "camera", "/points": "lidar"}
+FRAMES |= {"/depth": "camera", "/depth_info": "camera", "/points": "lidar", "/joint_states": ""}
+SERVO_S, STATES_EVERY = 0.03, 2
 DEPTH_WIDTH, DEPTH_FOCAL, CAMERA_X_M = 64, 64.0, 0.1
 
 
@@ -129,11 +135,16 @@ class Robot:
         self.frozen: dict[str, float] = {}
         self.late: list[tuple[float, Odometry]] = []
         self.random = np.random.default_rng(0)
+        self.joints = dict.fromkeys(("wheel", "shoulder", "elbow", "finger_1", "finger_2"), 0.0)
+        self.told, self.longest_step, self.setpoints = dict(self.joints), dict(self.joints), 0
         self.publishers = {topic: self._publisher(topic, kind) for topic, kind in TOPICS.items()}
         self.send("/tf_static", self.mounts())
         self.node.create_subscription(Twist, "cmd_vel", self._on_first_command, 1)
         self.node.create_subscription(Twist, "nav_vel", self._on_second_command, 1)
         self.node.create_subscription(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, 1)
+        if self.options["arm"]:
+            self.node.create_subscription(Float64MultiArray, "arm/commands", self._on_arm, 1)
+            self.node.create_subscription(JointState, "gripper/commands", self._on_joints, 1)
         self.node.create_service(Trigger, "reset", self._on_reset)
         self.called: list[str] = []
         for service, kind in SERVICES.items():
@@ -142,6 +153,7 @@ class Robot:
     def _publisher(self, topic: str, kind: Any) -> Any:
         unpublished = {"/clock": not self.options["simulated"], "/tf": not self.options["transforms"]}
         unpublished["/points"] = not self.options["lidar"]
+        unpublished["/joint_states"] = not self.options["arm"]
         unpublished["/amcl_pose"] = not self.options["amcl"]
         unpublished["/tf_static"] = not self.options["mounts"]
         unpublished["/depth"] = unpublished["/depth_info"] = self.options["depth"] is None
@@ -179,6 +191,15 @@ class Robot:
         elif self.zeroed_s is None:
             self.zeroed_s = self.clock_s()
 
+    def _on_arm(self, message: Float64MultiArray) -> None:
+        self._on_joints(JointState(name=["shoulder", "elbow"], position=message.data))
+
+    def _on_joints(self, message: JointState) -> None:
+        self.setpoints += 1
+        for name, position in zip(message.name, message.position, strict=True):
+            self.longest_step[name] = max(self.longest_step[name], abs(position - self.told[name]))
+            self.told[name] = position
+
     def _on_reset(self, _request: Any, response: Any) -> Any:
         self.x, self.y, self.yaw, self.v, self.w, self.travelled = self.options["off_start_m"], 0.0, 0.0, 0.0, 0.0, 0.0
         self.collided = False
@@ -204,6 +225,21 @@ class Robot:
             subprocess.run(blow["run"], check=True)
         self.options |= blow.get("set", {})
 
+    def servo(self, dt: float) -> None:
+        """Let each joint follow what it was told, as a controller of position does."""
+        for name, told in self.told.items():
+            way = (told - self.joints[name]) * (1 - math.exp(-dt / SERVO_S))
+            stop = self.options["stuck"].get(name)
+            if stop is not None and abs(self.joints[name] + way) > abs(stop):
+                way = stop - self.joints[name]
+            self.joints[name] += way
+
+    def joint_states(self) -> JointState:
+        names = [name for name in self.options["joints"] if name in self.joints]
+        message = JointState(name=names, position=[self.joints[name] for name in names])
+        message.effort = [0.0 if name == "wheel" else 7.0 for name in names]
+        return self.headed(message, "/joint_states")
+
     def now_s(self) -> float:
         simulated: float = self.time_s + self.options["clock_offset_s"]
         return simulated if self.options["simulated"] else time.time()
@@ -225,6 +261,7 @@ class Robot:
         self.turned += abs(self.w) * dt
         if (self.v, self.w) == (0.0, 0.0) and self.rested_s is None:
             self.rested_s = self.clock_s()
+        self.servo(dt)
         blow = self.options["strike"]
         if blow is not None and self.struck_s is None and self.travelled > blow["beyond_m"]:
             self.strike(blow)
@@ -246,6 +283,8 @@ class Robot:
         self.send("/battery", BatteryState(percentage=self.options["charge"]))
         hazards = [HazardDetection(type=kind) for kind in self.options["hazards"]]
         self.send("/hazards", HazardDetectionVector(detections=hazards))
+        if tick % STATES_EVERY == 0:
+            self.send("/joint_states", self.joint_states())
         if tick % 5 == 0:
             truth = self.odometry("/truth")
             if self.options["amcl_off_m"] is not None:
@@ -366,7 +405,7 @@ class Robot:
 
     def state(self) -> dict[str, Any]:
         names: tuple[str, ...] = ("x", "y", "yaw", "v", "w", "turned", "collided", "called", "struck_s", "moved_s")
-        names += ("zeroed_s", "rested_s", "backwards_m", "heard_under_hand")
+        names += ("zeroed_s", "rested_s", "backwards_m", "heard_under_hand", "joints", "longest_step", "setpoints")
         return {name: getattr(self, name) for name in names} | {"time_s": self.clock_s()}
 
 

@@ -119,5 +119,6 @@ _BUILT_IN = {
         _single("laser", sensors.laser, "sensor_msgs/msg/LaserScan"),
         _single("lidar", clouds.lidar, "sensor_msgs/msg/PointCloud2"),
         _single("imu", sensors.imu, "sensor_msgs/msg/Imu"),
+        _single("joint_states", sensors.joint_states, "sensor_msgs/msg/JointState"),
     )
 }

@@ -69,13 +69,15 @@ class ConnectedRobot:
                     callback,
                     {part: self._observed(topic) for part, topic in robot.observations[name].parts().items()},
                     frame_of(name, robot),
+                    robot.arm if name == "joint_states" else None,
                 )
                 for name, callback in callbacks.items()
             }
             looked_at = settings.safety.obstacles if motion.stops_before_contact else ()
             models = ("image_depth_info",) if "image_depth" in looked_at else ()
-            self._watched = [self.channels[name] for name in (*looked_at, *models)]
-            ahead = [self.channels[name].streams[""] for name in looked_at]
+            joints = ("joint_states",) if robot.arm_commands else ()
+            self._watched = [self.channels[name] for name in (*looked_at, *models, *joints)]
+            ahead = [self.channels[name].streams[""] for name in (*looked_at, *joints)]
             self.feedback = [stream for stream in (self.odometry, self.place, *ahead) if stream and not stream.holds]
             self.localisation = Localisation(robot, self.odometry, self.place, self.tree)
             self._await_first_messages()

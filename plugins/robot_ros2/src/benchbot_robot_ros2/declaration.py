@@ -6,12 +6,17 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 
 import msgspec
 
-from benchbot.plugin import ACTIONS, OBSERVATIONS, BenchbotError, Pose
+from benchbot.plugin import ACTIONS, MANIPULATION, OBSERVATIONS, BenchbotError, Pose
+from benchbot_robot_ros2.arm import Arm
 from benchbot_robot_ros2.footprint import Footprint
 from benchbot_robot_ros2.names import Names, prefix_in
 from benchbot_robot_ros2.ros import Graph
 
 T = TypeVar("T")
+
+ARRAY = "std_msgs/msg/Float64MultiArray"
+JOINT_COMMANDS = (ARRAY, "sensor_msgs/msg/JointState")
+"""The types that setpoints of an arm may have: of ros2_control's position controllers, and with names."""
 
 
 class _Declared(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -276,6 +281,8 @@ class Ros2Robot:
     footprint: Footprint
     observations: dict[str, Connection]
     command: Topic
+    arm: Arm | None
+    arm_commands: dict[str, Topic]
     settings: DriverSettings
 
     @classmethod
@@ -289,6 +296,7 @@ class Ros2Robot:
             for channel, connection in robot["connections"].items()
         }
         commands = {channel: connection for channel, connection in connections.items() if channel in ACTIONS}
+        arm = _convert(robot["arm"], Arm, name, "arm") if "arm" in robot else None
         _check_navigation(name, settings)
         mounts = _convert(robot.get("frames", {}), dict[str, _Mount], name, "frames")
 
@@ -313,7 +321,9 @@ class Ros2Robot:
             observations={
                 channel: connection for channel, connection in connections.items() if channel in OBSERVATIONS
             },
-            command=_one_command(name, commands),
+            command=_one_command(name, {channel: commands[channel] for channel in commands.keys() - MANIPULATION}),
+            arm=arm,
+            arm_commands=_arm_commands(name, arm, connections),
             # Defaults may be names, too.
             settings=msgspec.convert(names.in_all(msgspec.to_builtins(settings)), DriverSettings),
         )
@@ -391,3 +401,32 @@ def _one_command(robot: str, commands: Mapping[str, Connection]) -> Topic:
             "Write for each: {connection: api_to_ros, ros_topic: /cmd_vel, ros_type: geometry_msgs/msg/Twist}",
         )
     return topic
+
+
+def _arm_commands(robot: str, arm: Arm | None, connections: Mapping[str, Connection]) -> dict[str, Topic]:
+    """Return the topics of an arm's setpoints by action."""
+    asked = [channel for channel in connections if channel in MANIPULATION or channel == "joint_states"]
+    if asked and arm is None:
+        raise BenchbotError(
+            f"The robot '{robot}' cannot be driven: its declaration is wrong at 'arm'.",
+            f"connections has {' and '.join(asked)}, and no key 'arm' says which joints these are of.",
+            "Write: arm: {joints: {shoulder: {radps: 1.0, radps2: 2.0}, …}, gripper: [left_finger, right_finger]}",
+        )
+    commands = {}
+    for action in (channel for channel in asked if channel in MANIPULATION):
+        topic = connections[action].parts().get("")
+        why = None
+        if action == "move_end_effector":
+            why = "Over ROS 2 an arm is moved by its joints: nothing here knows its kinematics."
+        elif topic is None or topic.ros_type not in JOINT_COMMANDS:
+            why = f"It needs a ros_topic of the ros_type {' or '.join(JOINT_COMMANDS)}."
+        elif "joint_states" not in connections:
+            why = "Where the arm is, has to be known: there is no connections.joint_states."
+        if why is not None or topic is None:
+            raise BenchbotError(
+                f"The robot '{robot}' cannot be driven: its declaration is wrong at 'connections.{action}'.",
+                str(why),
+                "Correct it (docs/ros2.md, Arms), or leave the action out.",
+            )
+        commands[action] = topic
+    return commands

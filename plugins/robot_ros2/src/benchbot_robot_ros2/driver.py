@@ -1,7 +1,7 @@
 """The driver: a real robot over ROS 2, as one platform."""
 
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, cast
 
 from benchbot.plugin import (
@@ -17,6 +17,7 @@ from benchbot.plugin import (
     Scene,
 )
 from benchbot_robot_ros2 import battery, freshness, obstacles, signals, start_pose, take_over
+from benchbot_robot_ros2.arm_motion import ArmMotion
 from benchbot_robot_ros2.clearance import contact_ahead
 from benchbot_robot_ros2.connected import ConnectedRobot
 from benchbot_robot_ros2.declaration import LocalisedByOdometry, MovedByNavigation, Ros2Robot
@@ -59,6 +60,7 @@ class Ros2Driver:
         self._changed = threading.Condition()
         self._connected: ConnectedRobot | None = None
         self._navigation: Navigation | None = None
+        self._arm: ArmMotion | None = None
         self._is_navigated = False
         self._halted: str | None = None
         self._start_pose = Pose()
@@ -83,6 +85,8 @@ class Ros2Driver:
             self._connected = ConnectedRobot(self._robot, self._motion, self._callbacks, self._changed)
             self._obstacles = obstacles.Obstacles(self._connected)
             robot = self._connected
+            if self._robot.arm is not None:
+                self._arm = ArmMotion(robot, self._robot.arm, CONTROL_PERIOD_S, self._motion.speed_factor)
             self._navigation = moved_by(robot.node, self._robot, lambda: self._refuse_when_stopped(robot))
         robot = self._connected
         self._refuse_when_stopped(robot)
@@ -187,6 +191,30 @@ class Ros2Driver:
         self._end_navigation(robot, navigation, f"The motion was {outcome}.")
         yield outcome
 
+    def manipulate(self, action: str, arguments: Mapping[str, Any]) -> Iterator[Outcome | None]:
+        """Move the arm, tick by tick, while the base is held and watched; yield at the end how it ended.
+
+        Raises BenchbotError(ends_run=True) when the robot was stopped for safety: it gets no more setpoints then.
+        """
+        robot, arm = self._here(), self._arm
+        if arm is None or action not in self._robot.arm_commands:
+            raise failed(f"The robot '{self._robot.name}' cannot '{action}'.", "It is not connected.", "Declare it.")
+        while True:
+            handed = self._hand.times
+            for ended in arm.carry_out(action, arguments):
+                if ended is not None:
+                    yield ended
+                    return
+                self.drive(0.0, 0.0, CONTROL_PERIOD_S)
+                self._refuse_when_blind(robot)
+                yield None
+                if self.collided:
+                    arm.hold(action)
+                    yield Outcome.COLLIDED
+                    return
+                if self._hand.times != handed:
+                    break  # a person had the robot: from where the arm is now
+
     def contact_ahead(self, linear_mps: float, angular_radps: float, horizon_s: float) -> bool:
         """Return whether holding this command and then braking would touch what its sensors saw last."""
         ahead, velocity = self._carry_on()
@@ -258,7 +286,7 @@ class Ros2Driver:
             if self._navigation is not None:
                 self._navigation.close()
             self._connected.close()
-            self._connected = self._navigation = None
+            self._connected = self._navigation = self._arm = None
 
     def _begin(self, now_s: float) -> None:
         self._due_s = now_s

@@ -6,10 +6,10 @@ from typing import Any, Literal
 import msgspec
 import numpy as np
 import numpy.typing as npt
-from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, Image, Imu, JointState, LaserScan, PointCloud2, PointField
 from std_msgs.msg import String
 
-from benchbot.plugin import LIDAR_OFFSETS, CameraModel, InertialMeasurement, LidarScan, Segmentation, cloud
+from benchbot.plugin import LIDAR_OFFSETS, CameraModel, InertialMeasurement, JointStates, LidarScan, Segmentation, cloud
 from benchbot.plugin import LaserScan as Scan
 from benchbot_robot_ros2.messages import set_stamp
 
@@ -113,6 +113,12 @@ def _imu(imu: InertialMeasurement) -> Any:
     return message
 
 
+def _joints(joints: JointStates) -> Any:
+    message = JointState(name=joints["names"], position=joints["positions"].tolist())
+    message.velocity, message.effort = joints["velocities"].tolist(), joints["efforts"].tolist()
+    return message
+
+
 def _segments(segments: Segmentation) -> dict[str, Any]:
     return {
         "class_segment_img": _image(segments["class_segment_img"], "mono8", "<u1", 1),
@@ -136,4 +142,5 @@ _ENCODERS: dict[str, Callable[[Any], dict[str, Any]]] = {
     "laser": lambda scan: {"": _scan(scan)},
     "lidar": lambda lidar: {"": _cloud(lidar)},
     "imu": lambda imu: {"": _imu(imu)},
+    "joint_states": lambda joints: {"": _joints(joints)},
 }

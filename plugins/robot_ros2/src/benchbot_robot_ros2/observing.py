@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from benchbot.plugin import BenchbotError
 from benchbot_robot_ros2 import callbacks
+from benchbot_robot_ros2.arm import Arm
 from benchbot_robot_ros2.declaration import Connection, Ros2Robot, Timing
 from benchbot_robot_ros2.failures import failed
 from benchbot_robot_ros2.instant import Stamped, joined, one_instant
@@ -21,19 +22,21 @@ POLL_S = 0.1
 
 @dataclass(frozen=True)
 class Channel:
-    """An observation of a robot: the streams of its parts, and the frame that their messages must be in."""
+    """An observation of a robot: the streams of its parts, the frame of their messages, and the arm of its joints."""
 
     name: str
     callback: callbacks.Callback
     streams: Mapping[str, Stream]
     frame: str | None
+    arm: Arm | None = None
 
     def decode(self, messages: Mapping[str, Any]) -> Any:
         """Return the observation; raises BenchbotError when a message is malformed or in another frame."""
         for part, message in messages.items():
             check_frame(self.streams[part].topic.ros_topic, message, self.frame)
         try:
-            return self.callback.decode(messages)
+            decoded = self.callback.decode(messages)
+            return decoded if self.arm is None else self.arm.select(decoded)
         except ValueError as error:
             topics = ", ".join(stream.topic.ros_topic for stream in self.streams.values())
             raise failed(

@@ -1,4 +1,4 @@
-"""CameraInfo, LaserScan and Imu messages, as observations."""
+"""CameraInfo, LaserScan, Imu and JointState messages, as observations."""
 
 import math
 from collections.abc import Sequence
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.plugin import CameraModel, InertialMeasurement, LaserScan
+from benchbot.plugin import CameraModel, InertialMeasurement, JointStates, LaserScan
 
 
 def camera_model(message: Any) -> CameraModel:
@@ -103,3 +103,22 @@ def imu(message: Any) -> InertialMeasurement:
 
 def _measured(values: Sequence[float], covariance: Sequence[float]) -> npt.NDArray[np.float64]:
     return np.full(len(values), np.nan) if covariance[0] == -1 else np.array(values, np.float64)
+
+
+def joint_states(message: Any) -> JointStates:
+    """Return all joints of a sensor_msgs/msg/JointState in its order; NaN is what it leaves out.
+
+    Which of them `joint_states` has, the key `arm` of the robot says: `Arm.select`. Raises ValueError when it has no
+    joints, two of one name, or another number of values than of names.
+    """
+    names = list(message.name)
+    if not names or len({*names}) < len(names):
+        raise ValueError(f"its joints are {', '.join(names)}: two have one name" if names else "it has no joints")
+    values = []
+    for key in ("position", "velocity", "effort"):
+        told = np.array(getattr(message, key), np.float64)
+        # JointState.msg: what is not known is left empty.
+        if len(told) not in (0, len(names)) or (key == "position" and not (len(told) and np.isfinite(told).all())):
+            raise ValueError(f"its {len(names)} joints have {len(told)} values of {key}, or some that are not finite")
+        values.append(told if len(told) else np.full(len(names), np.nan))
+    return {"names": names, "positions": values[0], "velocities": values[1], "efforts": values[2]}

@@ -57,6 +57,7 @@ def diagnose(spec: PlatformSpec) -> Iterator[Finding]:
         published = any(map(node.count_publishers, robot.graph.transforms))
         yield from transform_checks.check(robot, tree, published=published)
         yield from graph_checks.velocity(node, robot, publisher, seconds)
+        yield from graph_checks.arm(node, robot)
         yield from graph_checks.safety_devices(robot.settings.safety)
         yield from _devices(robot, streams)
         yield from graph_checks.return_to_start(node, robot)
@@ -150,6 +151,8 @@ def _observations(robot: Ros2Robot, tree: "TransformTree | None", streams: list[
             yield from _unreadable(channel, parts, callback)
             if all(message is not None for message in arrived.values()):
                 decoded[channel] = callback.decode(arrived)
+                if channel == "joint_states" and robot.arm is not None:
+                    decoded[channel] = robot.arm.select(decoded[channel])
         except BenchbotError as error:
             yield Finding(Level.BROKEN, channel, f"{error.title} {error.why}", error.fix)
         except ValueError as error:

@@ -73,6 +73,19 @@ def velocity(node: "Node", robot: Ros2Robot, publisher: VelocityPublisher, secon
         yield Finding(level, subject, f"{' and '.join(others)} commands velocities, too", fix)
 
 
+def arm(node: "Node", robot: Ros2Robot) -> Iterator[Finding]:
+    """Say whether a controller listens to the setpoints of each action of the arm; nothing is published."""
+    for action, topic in robot.arm_commands.items():
+        subject = f"{action} {topic.ros_topic}"
+        listeners = node.get_subscriptions_info_by_topic(topic.ros_topic)
+        heard = sorted(qos.node_name(info) for info in listeners if info.topic_type == topic.ros_type)
+        if heard:
+            yield Finding(Level.OK, subject, f"{', '.join(heard)} listens")
+        else:
+            fix = "Start its controller (ros2 control list_controllers), or declare the topic and the type it has."
+            yield Finding(Level.BROKEN, subject, f"nobody subscribes to it as {topic.ros_type}", fix)
+
+
 def safety_devices(safety: Safety) -> Iterator[Finding]:
     """Warn of safety devices that are not declared."""
     if safety.e_stop is None:

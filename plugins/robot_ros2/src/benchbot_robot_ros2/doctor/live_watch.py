@@ -61,7 +61,8 @@ def uses(robot: Ros2Robot) -> Iterator[Use]:
     for channel, connection in robot.observations.items():
         for part, topic in connection.parts().items():
             frame_id = frame_of(channel, robot)
-            rate_hz = CONTROL_RATE_HZ if channel in robot.settings.safety.obstacles else None
+            stops = channel in robot.settings.safety.obstacles or (channel == "joint_states" and robot.arm_commands)
+            rate_hz = CONTROL_RATE_HZ if stops else None
             yield Use(f"{channel}.{part}" if part else channel, topic, frame_id, rate_hz)
     settings, safety = robot.settings, robot.settings.safety
     yield Use("odometry", settings.odometry, rate_hz=CONTROL_RATE_HZ)
