@@ -73,7 +73,7 @@ class SettingsScreen(CommandScreen):
         way = self._images_field.value
         if event is not None and way != (self.app.preference("images") or "auto"):
             self._keep("images", way)
-            self.notify("Pictures are drawn so from the next start on.", timeout=4)
+            self.say("Pictures are drawn so from the next start of benchbot tui on.")
         if event is not None and theme in self.app.available_themes and theme != self.app.theme:
             self.app.theme = theme
             self._keep("theme", theme)
