@@ -11,6 +11,7 @@ import pty
 import select
 import shutil
 import signal
+import statistics
 import struct
 import sys
 import tempfile
@@ -31,6 +32,7 @@ SETTLING_S = 15.0
 """After the first screen, until everything that is read once has been read."""
 FIRST_TIMEOUT_S = 300.0
 FAILED_EVERY = 11
+KEYS, KEY_ROUNDS = ("j", "f", "k", "b", "m", "j", "m", "m", "b"), 4
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,23 @@ class Terminal:
             seen = seen[-200_000:] + self._read(0.05)
         return time.monotonic() - self._began_s
 
+    @property
+    def used_s(self) -> float:
+        """The processor seconds that it has taken so far."""
+        times = psutil.Process(self.pid).cpu_times()
+        return times.user + times.system
+
+    def answers(self, key: str) -> tuple[float, float]:
+        """Type a key; return the milliseconds until something new is on the screen, and those of the processor."""
+        before_s = self.used_s
+        self.press(key)
+        while not self._read(0.05) and time.monotonic() - self._began_s < FIRST_TIMEOUT_S:
+            pass
+        took_s = time.monotonic() - self._began_s
+        while self._read(0.2):
+            pass
+        return 1e3 * took_s, 1e3 * (self.used_s - before_s)
+
     def rest(self, duration_s: float) -> tuple[float, float]:
         """Return the used share of a core in percent, and the bytes per second, for so long."""
         process = psutil.Process(self.pid)
@@ -109,6 +128,7 @@ def measure(batches: int, episodes: int, opened: int) -> list[Figure]:
         for kind in ("first", "warm"):
             with Terminal() as terminal:
                 figures.append(Figure(f"first screen of home, {kind}", terminal.until(f"batch-{0:02}"), "s"))
+                figures.append(Figure(f"first screen of home, {kind}, processor time", terminal.used_s, "s"))
                 terminal.rest(SETTLING_S)
                 share, rate = terminal.rest(REST_S)
         figures += [Figure("idle home", share, "% of a core"), Figure("idle home", rate, "B/s")]
@@ -117,11 +137,18 @@ def measure(batches: int, episodes: int, opened: int) -> list[Figure]:
             with Terminal() as terminal:
                 terminal.until("opened")
                 terminal.rest(SETTLING_S)
+                before_s = terminal.used_s
                 terminal.press("\r")
                 took_s = terminal.until(f"OF {opened} FAILED")
-                figures.append(Figure(f"from Enter to a whole screen of {opened} episodes, {kind}", took_s, "s"))
+                what = f"from Enter to a whole screen of {opened} episodes, {kind}"
+                figures.append(Figure(what, took_s, "s"))
+                figures.append(Figure(f"{what}, processor time", terminal.used_s - before_s, "s"))
                 terminal.rest(SETTLING_S)
                 share, rate = terminal.rest(REST_S)
+                keys = [terminal.answers(key) for key in KEYS * KEY_ROUNDS]
+        for place, what in enumerate(("", ", processor time")):
+            figures.append(Figure(f"a key of that screen{what}", statistics.median(each[place] for each in keys), "ms"))
+            figures.append(Figure(f"a key of that screen, the slowest{what}", max(each[place] for each in keys), "ms"))
         return [*figures, Figure("finished batch", share, "% of a core"), Figure("finished batch", rate, "B/s")]
 
 

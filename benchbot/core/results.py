@@ -4,16 +4,18 @@ import json
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from benchbot.core import atomic
 from benchbot.core.declarations import formats, schema
 from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.documents import Result, TrackedScene
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
-from benchbot.core.provenance import provenance, source_of_pose
-from benchbot.core.selection import Selection
-from benchbot.core.session import Session
+
+if TYPE_CHECKING:
+    # Whoever only reads documents, such as a list of batches, needs none of the parts of a run.
+    from benchbot.core.selection import Selection
+    from benchbot.core.session import Session
 
 VERSION = 1
 SCORES_VERSION = 1
@@ -30,7 +32,7 @@ PUBLIC_ENVIRONMENT_KEYS = (
 """Keys of an environment that a solution and a result may hold: not its objects, nor where those are on disk."""
 
 
-def empty_result(selection: Selection) -> dict[str, Any]:
+def empty_result(selection: "Selection") -> dict[str, Any]:
     """Return a result with v2's keys, its `results` created by the task's results format (or None without one)."""
     results = None
     if selection.results_format is not None:
@@ -38,7 +40,7 @@ def empty_result(selection: Selection) -> dict[str, Any]:
     return {**_details(selection), "results": results}
 
 
-def _details(selection: Selection) -> dict[str, Any]:
+def _details(selection: "Selection") -> dict[str, Any]:
     scenes = [public_environment(scene) for scene in selection.environments]
     return {"task_details": dict(selection.task.data), "environment_details": scenes}
 
@@ -48,7 +50,7 @@ def public_environment(scene: Declaration) -> dict[str, Any]:
     return {key: scene.data[key] for key in PUBLIC_ENVIRONMENT_KEYS if key in scene.data}
 
 
-def finish(document: dict[str, Any], session: Session, *, solution: dict[str, Any] | None = None) -> dict[str, Any]:
+def finish(document: dict[str, Any], session: "Session", *, solution: dict[str, Any] | None = None) -> dict[str, Any]:
     """Return a solution's result, checked and completed: version, task, scenes, provenance, track and actions.
 
     What a solution claims about these is replaced by what really ran and happened.
@@ -71,17 +73,19 @@ def finish(document: dict[str, Any], session: Session, *, solution: dict[str, An
     return _complete(document, session, solution)
 
 
-def failed(session: Session, *, solution: dict[str, Any] | None = None) -> dict[str, Any]:
+def failed(session: "Session", *, solution: dict[str, Any] | None = None) -> dict[str, Any]:
     """Return the result document of an episode that failed before there was a valid result, or ended without one."""
     return _complete({}, session, solution)
 
 
-def _complete(document: dict[str, Any], session: Session, solution: dict[str, Any] | None) -> dict[str, Any]:
+def _complete(document: dict[str, Any], session: "Session", solution: dict[str, Any] | None) -> dict[str, Any]:
+    from benchbot.core import provenance
+
     completed = {
         **document,
         "version": VERSION,
         **_details(session.selection),
-        "provenance": provenance(session, solution),
+        "provenance": provenance.provenance(session, solution),
         "track": tracks(session),
         "actions": session.log.as_list(session.digest.marks()),
     }
@@ -89,9 +93,11 @@ def _complete(document: dict[str, Any], session: Session, solution: dict[str, An
     return completed
 
 
-def tracks(session: Session) -> list[TrackedScene]:
+def tracks(session: "Session") -> list[TrackedScene]:
     """Return the true tracks of a session's scenes; none of a recording that does not know where the robot was."""
-    source = source_of_pose(session.selection)
+    from benchbot.core import provenance
+
+    source = provenance.source_of_pose(session.selection)
     if source == "recording" and session.selection.localisation == "noisy":
         return []
     return [track.as_dict(source) for track in session.tracks]

@@ -12,7 +12,7 @@ from benchbot.cli.kit import console, requirement
 from benchbot.cli.kit.options import QUICK, Display, Json, Requirements
 from benchbot.cli.show import listing, showing
 from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.plugins.batch import following, solution_options
+from benchbot.plugins.batch import extension, following, solution_options
 from benchbot.plugins.batch.following import Detach
 from benchbot.plugins.batch.options import LIMITS, GroupedCommand, with_options
 
@@ -52,7 +52,14 @@ app = typer.Typer(
     context_settings=QUICK,
 )
 
-for _command in (following.status, following.logs, following.cancel, following.attach, following.retry):
+for _command in (
+    following.status,
+    following.logs,
+    following.cancel,
+    following.attach,
+    following.retry,
+    extension.extend,
+):
     app.command()(_command)
 
 
@@ -146,6 +153,7 @@ def run(
     if pool.executor == "local":
         solution_options.check_here(plan, catalog, pool.resources.gpus)
     found = prepare(folder, plan, update=update, keep=lambda: _keep(folder, plan, sources, catalog))
+    plan = found.plan
     console.note(first_line(folder, plan), *found.lines, *said)
     ended = following.drive(folder, pool, catalog, plan, display=display, as_json=as_json)
     if ended.products is not None and prefix is not None:

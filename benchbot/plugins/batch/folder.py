@@ -22,7 +22,7 @@ import os
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from benchbot.core.errors import BenchbotError
@@ -123,7 +123,18 @@ def preview(folder: Folder, plan: Plan) -> Preview:
         is_done = before is not None and folder.finished(episode) is not None
         (done if is_done else left).append(episode)
     dropped = () if before is None else tuple(episode for episode in before.episodes if episode.key not in keys)
-    return Preview(plan, tuple(done), tuple(left), dropped, before)
+    return Preview(_with_history(plan, before, seen=bool(done)), tuple(done), tuple(left), dropped, before)
+
+
+def _with_history(plan: Plan, before: Plan | None, *, seen: bool) -> Plan:
+    """Return a plan that knows from which sizes it grew: such that statistics can say that its size was not fixed."""
+    if before is None or before.task != plan.task:
+        return plan
+    if before.hash == plan.hash:
+        return replace(plan, grown_from=before.grown_from)
+    is_grown = {episode.key for episode in before.episodes} < {episode.key for episode in plan.episodes}
+    added = (len(before.episodes),) if seen else ()
+    return replace(plan, grown_from=(*before.grown_from, *added)) if is_grown else plan
 
 
 def prepare(folder: Folder, plan: Plan, *, update: bool = False, keep: Callable[[], object] = lambda: None) -> Preview:
@@ -151,8 +162,8 @@ def prepare(folder: Folder, plan: Plan, *, update: bool = False, keep: Callable[
     keep()
     if found.before is not None and found.is_changed:
         folder.plan.replace(folder.path / f"plan-{found.before.hash[:KEY_DIGITS]}.json")
-    if found.before != plan:
-        plans.write(folder.plan, plan)
+    if found.before != found.plan:
+        plans.write(folder.plan, found.plan)
     return found
 
 

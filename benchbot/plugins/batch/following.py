@@ -109,7 +109,7 @@ def attach(
     as_json: Json = False,
 ) -> None:
     """Look on at a batch that runs, or go on with one that does not."""
-    _go_on(directory, jobs, archive=archive, detach=detach, display=display, as_json=as_json)
+    go_on(directory, jobs, archive=archive, detach=detach, display=display, as_json=as_json)
 
 
 def retry(
@@ -144,10 +144,11 @@ def retry(
         console.note(
             f"Failed in other ways, and left as they are: {said}. For these: --failed {','.join(sorted(others))}"
         )
-    _go_on(directory, jobs, archive=archive, detach=detach, display=display, as_json=as_json)
+    go_on(directory, jobs, archive=archive, detach=detach, display=display, as_json=as_json)
 
 
-def _go_on(directory: Path, jobs: int | None, *, archive: bool, detach: bool, display: Display, as_json: bool) -> None:
+def go_on(directory: Path, jobs: int | None, *, archive: bool, detach: bool, display: Display, as_json: bool) -> None:
+    """Go on with the plan in a batch's folder, with its last pool of workers unless `jobs` says another number."""
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
     from benchbot.plugins.batch import matrix

@@ -1,7 +1,7 @@
 """From a request to a plan: every combination of the axes, each proven possible, with the key of its result."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import product
@@ -36,13 +36,22 @@ def make(request: BatchRequest, catalog: Catalog, folder: Path) -> tuple[Plan, S
         catalog.plugins.record("recorders", name)
     files = solutions.files(command, ran_in, solution)
     solution = replace(solution, files=files.content.files, snapshot=files.content.hash)
-    possible = selections(request, catalog)
+    return plan_of(request, solution, command, selections(request, catalog)), files
+
+
+def plan_of(
+    request: BatchRequest,
+    solution: PlannedSolution,
+    command: Sequence[str],
+    possible: "Sequence[tuple[Combination, Selection]]",
+) -> Plan:
+    """Return the plan of a request whose solution, its command and its selections are known."""
     shared = {
         "timeout_s": request.timeout_s,
-        "solution": {"command": command, "snapshot": solution.snapshot, **request.hold.determines()},
+        "solution": {"command": list(command), "snapshot": solution.snapshot, **request.hold.determines()},
     }
     episodes = tuple(_episodes(request, possible, shared))
-    plan = Plan(
+    return Plan(
         hash=plan_hash(episodes),
         task=request.task,
         method=request.method,
@@ -55,7 +64,6 @@ def make(request: BatchRequest, catalog: Catalog, folder: Path) -> tuple[Plan, S
         secret=request.secret,
         device=request.device,
     )
-    return plan, files
 
 
 def edited(plan: Plan, catalog: Catalog) -> list[str]:
@@ -138,7 +146,7 @@ def _combinations(request: BatchRequest) -> Iterator[Combination]:
 
 
 def _episodes(
-    request: BatchRequest, selections: list[tuple[Combination, Selection]], shared: dict[str, Any]
+    request: BatchRequest, selections: Sequence[tuple[Combination, Selection]], shared: dict[str, Any]
 ) -> Iterator[PlannedEpisode]:
     known: dict[bytes, dict[str, Any]] = {}
     for (robot, environment, settings, _), selection in selections:

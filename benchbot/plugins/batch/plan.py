@@ -143,6 +143,8 @@ class Plan:
     """That of all episodes (benchbot.core.randomness); empty for none."""
     device: str = AUTO
     """What to simulate on; each result says what that was."""
+    grown_from: tuple[int, ...] = ()
+    """The numbers of episodes that it had before more were added, when results of it could be seen already."""
 
     @property
     def all_solutions(self) -> "Mapping[str | None, PlannedSolution]":
@@ -194,6 +196,8 @@ class Plan:
         document = {"version": VERSION, **asdict(self)}
         if not self.secret:
             del document["secret"]
+        if not self.grown_from:
+            del document["grown_from"]
         return document
 
 
@@ -243,6 +247,7 @@ def read(path: Path) -> Plan:
         solutions={name: _solution(one) for name, one in document.get("solutions", {}).items()},
         secret=document.get("secret", ""),
         device=document.get("device", AUTO),
+        grown_from=tuple(document.get("grown_from", ())),
     )
 
 

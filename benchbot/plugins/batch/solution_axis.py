@@ -59,10 +59,10 @@ def plan(
                 errors.setdefault((reason.title, reason.why), reason)
     if errors:
         raise all_of("This batch", list(errors.values()))
-    return plans[None] if None in plans else _combined({str(name): each for name, each in plans.items()}), files
+    return plans[None] if None in plans else combined({str(name): each for name, each in plans.items()}), files
 
 
-def _combined(plans: Mapping[str, Plan]) -> Plan:
+def combined(plans: Mapping[str, Plan]) -> Plan:
     """Return one plan, in which the same episode of all solutions comes together, so that pairs are whole early."""
     episodes = []
     by_key: dict[str, str] = {}

@@ -64,6 +64,7 @@ class BatchScreen(WatchScreen):
         Binding("w", "watch", "Watch its run"),
         Binding("r", "retry", "Retry"),
         Binding("g", "go_on", "Go on"),
+        Binding("A", "add_seeds", "Add seeds", tooltip="Add seeds to this batch, and compute them"),
         Binding("x", "cancel", "Cancel"),
         Binding("escape,q", "leave", "Leave", key_display="esc"),
     ]
@@ -284,6 +285,12 @@ class BatchScreen(WatchScreen):
         """Drive a batch on whose workers have ended."""
         if self._go_on is not None:
             self._go_on(self.feed.view.folder)
+
+    def action_add_seeds(self) -> None:
+        """Add seeds to the batch: a form of its own."""
+        from benchbot.plugins.batch.seeds_screen import AddSeedsScreen
+
+        self.app.push_screen(AddSeedsScreen(self.feed.view.folder))
 
     def action_cancel(self) -> None:
         """End the workers, or only stop watching: ask which."""

@@ -38,13 +38,14 @@ def tui(
         ),
     ] = "auto",
     images: Annotated[
-        Literal["auto", "halfcell", "kitty", "sixel", "none"],
+        Literal["auto", "halfcell", "sextant", "octant", "kitty", "sixel", "none"] | None,
         typer.Option(
             "--images",
-            metavar="auto|halfcell|kitty|sixel|none",
-            help="How pictures are drawn: auto asks the terminal whether it shows kitty's or sixel graphics.",
+            metavar="auto|halfcell|sextant|octant|kitty|sixel|none",
+            help="How pictures are drawn: auto asks the terminal whether it shows kitty's or sixel graphics. "
+            "[default: as the screen of settings has it, else auto]",
         ),
-    ] = "auto",
+    ] = None,
     web: Annotated[bool, typer.Option("--web", help="Serve the screens to a browser of this machine.")] = False,
     port: Annotated[
         int, typer.Option("--port", metavar="PORT", min=0, max=65535, help="With --web: 0 is any free one.")
@@ -98,7 +99,7 @@ def _end_with_server() -> None:
         threading.Thread(target=watch, daemon=True, name="benchbot-server").start()
 
 
-def _web(run: str | None, batch: Path | None, images: str, port: int) -> None:
+def _web(run: str | None, batch: Path | None, images: str | None, port: int) -> None:
     from importlib.util import find_spec
 
     if find_spec("textual_serve") is None:
@@ -109,7 +110,8 @@ def _web(run: str | None, batch: Path | None, images: str, port: int) -> None:
         )
     from benchbot.plugins.tui.web import serve
 
-    words = ["tui", "--display=screen", f"--images={images}"]
+    words = ["tui", "--display=screen"]
+    words += [] if images is None else [f"--images={images}"]
     words += [] if run is None else [f"--run={run}"]
     words += [] if batch is None else [f"--batch={batch.absolute()}"]
     serve(words, port, {SERVER_PID: str(os.getpid())})

@@ -1,4 +1,4 @@
-"""Pictures as lines of a terminal: two pixels a cell in true colour, or shades of characters without colour.
+"""Pictures as lines of a terminal: pixels in true colour, two or more a cell, or shades of characters without colour.
 
 Cells are assumed to be twice as high as wide, so that pixels are square.
 """
@@ -14,8 +14,10 @@ from rich.style import Style
 from textual.strip import Strip
 
 from benchbot.plugins.drawing.palette import SHADES, Pixels
+from benchbot.plugins.tui import mosaics
 
 UPPER_HALF = "▀"
+HALF = mosaics.GRIDS["halfcell"]
 MOST_STYLES = 1 << 16
 TOLERANCE = 12
 """By how much a channel may differ from the colour to its left and still be shown as that, of 255."""
@@ -36,12 +38,20 @@ def fit(width: int, height: int, columns: int, lines: int) -> tuple[int, int]:
     return max(1, min(columns, round(width * scale))), max(1, min(lines, round(height * scale / 2)))
 
 
-def colored(pixels: Pixels, marks: Marks | None = None) -> list[Strip]:
-    """Return the lines that show uint8 (2 * lines, columns, 3), one strip for two rows of pixels."""
-    kept = (held(pixels) & _KEPT_BITS).astype(np.int64)
-    packed = kept[..., 0] << 16 | kept[..., 1] << 8 | kept[..., 2]
-    strips = [_runs(row, UPPER_HALF) for row in packed[0::2] << 24 | packed[1::2]]
-    return _marked(strips, marks or {}, packed)
+def colored(pixels: Pixels, marks: Marks | None = None, grid: tuple[int, int] = HALF) -> list[Strip]:
+    """Return the lines that show pixels, uint8 (H, W, 3), with as many columns and rows in a cell as its grid has."""
+    if grid == HALF:
+        packed = _packed(held(pixels))
+        keys, behind = packed[0::2] << 24 | packed[1::2], packed[0::2]
+        strips = [_runs(row, UPPER_HALF * len(row)) for row in keys]
+    else:
+        patterns, light, dark = mosaics.cells(pixels, grid)
+        pairs = held(np.concatenate([light, dark], -1))
+        behind, signs = _packed(pairs[..., 3:]), mosaics.characters(grid)
+        keys = _packed(pairs[..., :3]) << 24 | behind
+        texts = ["".join(signs[pattern] for pattern in row) for row in patterns.tolist()]
+        strips = [_runs(row, text) for row, text in zip(keys, texts, strict=True)]
+    return _marked(strips, marks or {}, behind)
 
 
 def held(pixels: Pixels, tolerance: int = TOLERANCE) -> Pixels:
@@ -73,12 +83,18 @@ def plain(lines: Iterable[str]) -> list[Strip]:
     return [Strip([Segment(line)], len(line)) for line in lines]
 
 
-def _runs(keys: NDArray[np.int64], character: str) -> Strip:
+def _packed(pixels: Pixels) -> NDArray[np.int64]:
+    kept = (pixels & _KEPT_BITS).astype(np.int64)
+    packed: NDArray[np.int64] = kept[..., 0] << 16 | kept[..., 1] << 8 | kept[..., 2]
+    return packed
+
+
+def _runs(keys: NDArray[np.int64], text: str) -> Strip:
     starts = np.concatenate([[0], np.flatnonzero(np.diff(keys)) + 1])
     lengths = np.diff(np.append(starts, len(keys)))
     segments = [
-        Segment(character * length, _style(key))
-        for key, length in zip(keys[starts].tolist(), lengths.tolist(), strict=True)
+        Segment(text[start : start + length], _style(key))
+        for key, start, length in zip(keys[starts].tolist(), starts.tolist(), lengths.tolist(), strict=True)
     ]
     return Strip(segments, len(keys))
 
@@ -96,11 +112,11 @@ def _color(packed: int) -> Color:
     return Color.from_triplet(ColorTriplet(packed >> 16, packed >> 8 & 255, packed & 255))
 
 
-def _marked(strips: list[Strip], marks: Marks, packed: NDArray[np.int64]) -> list[Strip]:
+def _marked(strips: list[Strip], marks: Marks, behind: NDArray[np.int64]) -> list[Strip]:
     for (column, line), (character, style) in marks.items():
-        if not (0 <= line < len(strips) and 0 <= column < packed.shape[1]):
+        if not (0 <= line < len(strips) and 0 <= column < behind.shape[1]):
             continue
-        behind = Style(bgcolor=_color(int(packed[2 * line, column])))
-        before, _, after = strips[line].divide([column, column + 1, packed.shape[1]])
-        strips[line] = Strip.join([before, Strip([Segment(character, behind + style)], 1), after])
+        around = Style(bgcolor=_color(int(behind[line, column])))
+        before, _, after = strips[line].divide([column, column + 1, behind.shape[1]])
+        strips[line] = Strip.join([before, Strip([Segment(character, around + style)], 1), after])
     return strips

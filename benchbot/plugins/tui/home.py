@@ -28,6 +28,7 @@ No run and no batch of yours is alive on this machine.
 
 n  a new run: choose a task, a robot and an environment
 R  look at results
+Ctrl-P  every screen and action, by name
 
 What is started in another terminal appears here by itself:
 benchbot run, benchbot submit, benchbot batch"""
@@ -56,7 +57,7 @@ class HomeScreen(Screen[None]):
 
     def compose(self) -> ComposeResult:
         """Show the lists."""
-        yield Static("BenchBot", classes="bar")
+        yield Horizontal(Static("BenchBot"), Static("Ctrl-P  every screen and action", id="palette"), classes="bar")
         with Horizontal(classes="pane"):
             yield OptionList(id="alive", classes="list", markup=False)
             yield VerticalScroll(Static(id="about", markup=False), classes="details", can_focus=False)

@@ -41,6 +41,7 @@ MEANINGS: Mapping[str, Meaning] = {
     "i": Meaning("install what is marked", ("Install",)),
     "u": Meaning("upgrade what is marked", ("Upgrade",)),
     "O": Meaning("the reports of all that is chosen or listed", ("Report", "all")),
+    "A": Meaning("add seeds to a batch", ("Add seeds",)),
     "X": Meaning("uninstall what is marked", ("Uninstall",)),
     "j": Meaning("down", ("Down",)),
     "k": Meaning("up", ("Up",)),

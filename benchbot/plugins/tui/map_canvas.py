@@ -54,15 +54,19 @@ class RunMap:
         frame = Rectangle(0, 0, width, height)
         return MapTransform.fit(frame, points, MARGIN_M, least_m=LEAST_M, zoom=self.zoom, center=center)
 
-    def strips(self, size: Size, *, colored: bool, dark: bool) -> list[Strip]:
-        """Return the lines that show it within a size."""
+    def strips(self, size: Size, *, colored: bool, dark: bool, grid: tuple[int, int] = half_cells.HALF) -> list[Strip]:
+        """Return the lines that show it within a size of cells of a grid of pixels each."""
         if size.width < 2 or size.height < 1:
             return []
         transform = self.transform(size.width, 2 * size.height)
         if not colored:
             return half_cells.plain(write(self.scene, transform))
-        pixels = paint(self.scene, transform, dark=dark, robot=False)
-        return half_cells.colored(pixels, self._marks(transform, size.width, DARK if dark else LIGHT))
+        if grid == half_cells.HALF:
+            pixels = paint(self.scene, transform, dark=dark, robot=False)
+        else:
+            fine = Image.fromarray(paint(self.scene, transform.scaled(grid[0]), dark=dark, robot=False))
+            pixels = np.asarray(fine.resize((grid[0] * size.width, grid[1] * size.height), Image.Resampling.BOX))
+        return half_cells.colored(pixels, self._marks(transform, size.width, DARK if dark else LIGHT), grid)
 
     def pixels(self, size: Size, *, dark: bool) -> Pixels:
         """Return it on so many pixels."""

@@ -10,6 +10,7 @@ from typing import ClassVar, Self
 
 from rich.segment import Segment
 from rich.style import Style
+from textual import events
 from textual.geometry import Region, Size, Spacing
 from textual.message import Message
 from textual.scroll_view import ScrollView
@@ -179,6 +180,14 @@ class Matrix(ScrollView):
             self._lay_out()
         self._go(*divmod(place, width))
         return True
+
+    def on_click(self, event: events.Click) -> None:
+        """Move the cursor to the episode, or to the bar, that was clicked on."""
+        row, column = event.y - HEAD_LINES + self.scroll_offset.y, event.x - self._label_width + self.scroll_offset.x
+        if event.y < HEAD_LINES or row >= len(self._grid.environments):
+            return
+        if self.shows_counts or 0 <= column < len(self._grid.columns):
+            self._go(row, self._column if self.shows_counts else column)
 
     def on_resize(self) -> None:
         """Choose between signs and bars for the new size."""

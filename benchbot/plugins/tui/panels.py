@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from textual.content import Content
 from textual.widgets import Static
 
-from benchbot.plugins.drawing.palette import Color
+if TYPE_CHECKING:
+    from benchbot.plugins.drawing.palette import Color
 
 FULL, EMPTY = "━", "╌"
 SPARKS = "▁▂▃▄▅▆"
@@ -135,7 +136,7 @@ def bar(share: float, width: int) -> Content:
     return Content.assemble((FULL * full, tone), (EMPTY * (width - full), MUTED))
 
 
-def legend(entries: Sequence[tuple[Color, str]], width: int, marks: Sequence[str] = ()) -> Content:
+def legend(entries: "Sequence[tuple[Color, str]]", width: int, marks: Sequence[str] = ()) -> Content:
     """Return colours and their meanings in one line, as many as fit; `marks` replace colours where there are none."""
     parts: list[Content] = []
     left = width

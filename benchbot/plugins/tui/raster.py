@@ -16,16 +16,16 @@ from textual.widget import Widget
 
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.plugins.drawing.palette import Color, Pixels
-from benchbot.plugins.tui import half_cells, panels
+from benchbot.plugins.tui import half_cells, mosaics, panels
 
-KINDS = ["halfcell", "kitty", "sixel", "none"]
+KINDS = [*mosaics.GRIDS, "kitty", "sixel", "none"]
 
 
 class Renderable(Protocol):
     """Content of a `Raster`: a `Picture`, or a drawing that is made for each size."""
 
-    def strips(self, size: Size, *, colored: bool, dark: bool) -> list[Strip]:
-        """Return the lines that show it within so many cells."""
+    def strips(self, size: Size, *, colored: bool, dark: bool, grid: tuple[int, int] = half_cells.HALF) -> list[Strip]:
+        """Return the lines that show it within so many cells of a grid of pixels each."""
         ...
 
     def pixels(self, size: Size, *, dark: bool) -> Pixels:
@@ -48,16 +48,17 @@ class Picture:
     exact: bool = False
     """Whether the nearest pixel is taken instead of the mean: classes have no mean."""
 
-    def strips(self, size: Size, *, colored: bool, dark: bool) -> list[Strip]:
-        """Return the lines that show it within so many cells."""
+    def strips(self, size: Size, *, colored: bool, dark: bool, grid: tuple[int, int] = half_cells.HALF) -> list[Strip]:
+        """Return the lines that show it within so many cells of a grid of pixels each."""
         height, width = self.image.shape[:2]
         columns, lines = half_cells.fit(width, height, size.width, size.height)
         if not columns:
             return []
         if self.symbols is not None and not colored:
             return half_cells.plain(self.letters(columns, lines))
-        pixels = self._resized(columns, 2 * lines)
-        return half_cells.colored(pixels) if colored else half_cells.shaded(pixels, dark=dark)
+        if not colored:
+            return half_cells.shaded(self._resized(columns, 2 * lines), dark=dark)
+        return half_cells.colored(self._resized(grid[0] * columns, grid[1] * lines), grid=grid)
 
     def pixels(self, size: Size, *, dark: bool) -> Pixels:
         """Return it as large as it fits into so many pixels, uint8 (H, W, 3)."""
@@ -86,8 +87,9 @@ class Raster(Widget):
 
     DEFAULT_CSS: ClassVar[str] = "Raster { width: 1fr; height: 1fr; }"
 
-    def __init__(self, *, id: str | None = None) -> None:  # noqa: A002 - as Textual names it
+    def __init__(self, kind: str = "halfcell", *, id: str | None = None) -> None:  # noqa: A002 - as Textual names it
         super().__init__(id=id)
+        self._grid = mosaics.GRIDS[kind]
         self._shown: Renderable | None = None
         self._words = ""
         self._strips: list[Strip] | None = None
@@ -97,7 +99,7 @@ class Raster(Widget):
     @property
     def pixels_wide(self) -> int:
         """The number of pixels from left to right."""
-        return self.size.width
+        return self.size.width * self._grid[0]
 
     def show(self, shown: Renderable | None, words: str = "") -> None:
         """Show this content from now on, or `words` in its place."""
@@ -148,7 +150,7 @@ class Raster(Widget):
         self._style = self.rich_style
         if self._shown is not None:
             colored, dark = not self.app.no_color, self.app.current_theme.dark
-            self._strips = self._shown.strips(self.size, colored=colored, dark=dark)
+            self._strips = self._shown.strips(self.size, colored=colored, dark=dark, grid=self._grid)
         else:
             colored = False
             self._strips = _wrapped(self._words, self.size.width)
@@ -218,7 +220,7 @@ def make(kind: str) -> Raster:
         )
     if kind == "none":
         return Blank()
-    return Raster() if kind == "halfcell" else Graphics(kind)
+    return Raster(kind) if kind in mosaics.GRIDS else Graphics(kind)
 
 
 def prepare(kind: str) -> None:

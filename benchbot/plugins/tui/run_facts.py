@@ -4,10 +4,14 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from textual.content import Content
+
+from benchbot.plugins.tui import panels
 from benchbot.plugins.tui.panels import Badge, Gauge, Row, Trend
 from benchbot.plugins.watching.views import RunView
 
 MIB, GIB = 2**20, 2**30
+NAMES_WIDTH = 9
 LIMITS = (
     ("Steps", "steps", ""),
     ("Simulated", "simulated_time_s", "s"),
@@ -124,8 +128,27 @@ def gauges(view: RunView) -> list[Gauge]:
     ]
 
 
+def columns(view: RunView, score: str, width: int) -> dict[str, Content]:
+    """Return what stands side by side in so many cells each: where the run is, and what it has used lately."""
+    said = panels.rows([*where(view), ("Last", last_step(view.last))], NAMES_WIDTH)
+    return {
+        "where": Content("\n").join(filter(None, [said, panels.bars(gauges(view), width, NAMES_WIDTH)])),
+        "use": panels.trends(trends(view, score), width),
+    }
+
+
+def brief(view: RunView, score: str) -> Content:
+    """Return the same in few lines, with bars of the first limits."""
+    bars = Content("  ").join(
+        Content.assemble((f"{each.name} ", panels.MUTED), panels.bar(each.share, 8), f" {each}")
+        for each in gauges(view)[:3]
+    )
+    lines = [*map(Content, compact(view)), Content.assemble(bars, f"  {score}" if score else "")]
+    return Content("\n").join(filter(None, lines))
+
+
 def compact(view: RunView) -> list[str]:
-    """Return the same in few lines."""
+    """Return the same in few lines, without limits."""
     facts = dict(where(view))
     progress = view.progress
     if not progress:

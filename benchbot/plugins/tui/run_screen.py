@@ -1,7 +1,6 @@
 """The screen that watches a run: camera, map, status and log; and the keys of its host."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
@@ -9,7 +8,6 @@ from typing import Any, ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
-from textual.content import Content
 from textual.widgets import Footer
 
 from benchbot.plugins.tui import panels, raster, result_rows, run_facts, snapshot
@@ -18,6 +16,7 @@ from benchbot.plugins.tui.camera import CameraPanel, Channel, available
 from benchbot.plugins.tui.dialogs import AskText
 from benchbot.plugins.tui.log_view import LogView
 from benchbot.plugins.tui.map_panel import ZOOMS, MapPanel, Scenery, Surroundings, environment_of_run, map_of_run
+from benchbot.plugins.tui.teleop import Teleop
 from benchbot.plugins.watching.run_feed import RunFeed
 from benchbot.plugins.watching.views import RunView
 from benchbot.wire.run_state import RunState
@@ -29,52 +28,13 @@ LINES = [(0, "-flat"), (14, "-short"), (32, "-tall")]
 """The class of the screen from so many columns or lines on: run_screen.tcss says what it shows then."""
 WORDS = ("headline", "hand", "operator", "problem", "where", "use", "compact")
 FACTS = {"Run": "where", "Lately": "use"}
-NAMES_WIDTH = 9
 SCORE_PERIOD_S = 1.0
 LEAST_LOG_LINES, MOST_LOG_LINES = 5, 12
-DISTANCES_M = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
-ANGLES_DEG = (2.0, 5.0, 15.0, 30.0, 45.0, 90.0)
 ASKS = "THE ROBOT ASKS YOU\n\n{}\n\nWhen it is done, press y. Mind that the robot may move then."
 BY_HAND = (
     "Drive the robot by hand?\n\n"
     "The solution is held meanwhile. Each step by hand counts, and is marked as such in the result."
 )
-
-
-@dataclass(frozen=True)
-class Teleop:
-    """The size of a step by hand: an index into the lists above."""
-
-    size: int = 2
-
-    @property
-    def distance_m(self) -> float:
-        """The length of a step forwards or backwards."""
-        return DISTANCES_M[self.size]
-
-    @property
-    def angle_deg(self) -> float:
-        """The angle of a step to the left or right."""
-        return ANGLES_DEG[self.size]
-
-    def resized(self, change: int) -> "Teleop":
-        """Return smaller or larger steps, within bounds."""
-        return replace(self, size=min(max(self.size + change, 0), len(DISTANCES_M) - 1))
-
-    def action(self, where: str) -> tuple[str, dict[str, float]]:
-        """Return the action of a step, and its arguments.
-
-        The step is `forward`, `back`, `left`, `right`, or to the `next` pose of the trajectory.
-        """
-        if where == "next":
-            return "move_next", {}
-        if where in ("forward", "back"):
-            return "move_distance", {"distance": self.distance_m if where == "forward" else -self.distance_m}
-        return "move_angle", {"angle": self.angle_deg if where == "left" else -self.angle_deg}
-
-    def __str__(self) -> str:
-        """Return the size of a step, in words."""
-        return f"{self.distance_m:g} m, {self.angle_deg:g}°"
 
 
 class RunScreen(WatchScreen):
@@ -237,25 +197,13 @@ class RunScreen(WatchScreen):
         words["problem"].display = bool(problem)
         words["problem"].tell(problem)
         words["problem"].set_class(run_facts.is_bad(view), "-bad")
-        gauges = run_facts.gauges(view)
-        panel_width = width // len(FACTS) - 4
-        where = panels.rows([*run_facts.where(view), ("Last", run_facts.last_step(view.last))], NAMES_WIDTH)
-        facts = {
-            "where": Content("\n").join(filter(None, [where, panels.bars(gauges, panel_width, NAMES_WIDTH)])),
-            "use": panels.trends(run_facts.trends(view, self._score), panel_width),
-        }
+        facts = run_facts.columns(view, self._score, width // len(FACTS) - 4)
         for name, content in facts.items():
             words[name].tell(content)
             self.query_one(f"#panel-{name}").display = bool(content)
         height = max(content.plain.count("\n") + 1 for content in facts.values())
         self.query_one("#facts").styles.height = height + 2
-        short_gauges = Content("  ").join(
-            Content.assemble((f"{each.name} ", panels.MUTED), panels.bar(each.share, 8), f" {each}")
-            for each in gauges[:3]
-        )
-        score = f"  {self._score}" if self._score else ""
-        lines = [*map(Content, run_facts.compact(view)), Content.assemble(short_gauges, score)]
-        words["compact"].tell(Content("\n").join(filter(None, lines)))
+        words["compact"].tell(run_facts.brief(view, self._score))
 
     def _show_pictures(self, view: RunView) -> None:
         channels = available(view.session.get("observations") or ())

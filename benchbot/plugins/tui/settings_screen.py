@@ -22,6 +22,15 @@ FOLDERS: Mapping[str, tuple[str, Callable[[], Path]]] = {
 VARIABLES = ("BENCHBOT_PLUGINS", "BENCHBOT_ADDONS", "BENCHBOT_TAICHI", "NO_COLOR")
 COLOR_BLIND_SAFE = ("textual-dark", "textual-light", "textual-ansi", "nord", "gruvbox", "solarized-light")
 MIB = 2**20
+WAYS: Mapping[str, str] = {
+    "halfcell": "half cells  ▀▄",
+    "sextant": "sextants, six pixels a cell  \U0001fb00\U0001fb0b\U0001fb28\U0001fb2d\U0001fb39",
+    "octant": "octants, eight pixels a cell  \U0001cd00\U0001cd18\U0001cd4f\U0001cd70\U0001cdb1",
+    "kitty": "kitty's graphics",
+    "sixel": "sixel graphics",
+    "none": "no pictures",
+}
+"""How pictures can be drawn; of characters that not every font has, some stand beside: who sees boxes has none."""
 
 
 class SettingsScreen(CommandScreen):
@@ -35,6 +44,12 @@ class SettingsScreen(CommandScreen):
         themes += sorted(self.app.available_themes.keys() - set(themes))
         self._theme_field = ChoiceField("Colours", [(name, name) for name in themes], value=self.app.theme)
         yield self._theme_field
+        ways = {"auto": "as the terminal answers when it is asked", **WAYS}
+        chosen = self.app.preference("images")
+        self._images_field = ChoiceField(
+            "Pictures", [(words, way) for way, words in ways.items()], value=chosen if chosen in ways else "auto"
+        )
+        yield self._images_field
         yield TextField("Package index", self.app.preference("index"), placeholder="what pip and uv use", name="index")
         with VerticalScroll(classes="text"):
             yield Static("Folders", classes="heading")
@@ -53,8 +68,12 @@ class SettingsScreen(CommandScreen):
         raise BenchbotError("These settings are of the screens alone; commands use the variables above.", "", "")
 
     def on_select_changed(self, event: Select.Changed | None = None) -> None:
-        """Take a theme at once, and keep it."""
+        """Take a theme at once, and keep it; the way of pictures is kept, for the next start."""
         theme = self._theme_field.value
+        way = self._images_field.value
+        if event is not None and way != (self.app.preference("images") or "auto"):
+            self._keep("images", way)
+            self.say("Pictures are drawn so from the next start of benchbot tui on.")
         if event is not None and theme in self.app.available_themes and theme != self.app.theme:
             self.app.theme = theme
             self._keep("theme", theme)

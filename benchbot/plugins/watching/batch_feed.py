@@ -113,6 +113,7 @@ class BatchFeed:
         self._view = BatchView(self.folder, alive=False, problem="Nothing is known yet.", status=None)
         self._period_s = period_s
         self._monitor: Monitor | None = None
+        self._plan_stamp: tuple[int, ...] = ()
         self._score = _BatchScore(self._folder)
         self._counted: tuple[float, int] = (float("-inf"), -1)
         self._finished: dict[str, tuple[Finished, float | None, EpisodeCell]] = {}
@@ -174,6 +175,11 @@ class BatchFeed:
             self._wake.wait(self._period_s)
 
     def _read(self) -> BatchView:
+        about = self._folder.plan.stat()
+        stamp = about.st_ino, about.st_size, about.st_mtime_ns
+        if stamp != self._plan_stamp:
+            # Seeds can be added to a batch at any time.
+            self._plan_stamp, self._monitor, self._score = stamp, None, _BatchScore(self._folder)
         monitor = self._monitor
         if monitor is None:
             if self._view.status is None:

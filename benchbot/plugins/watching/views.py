@@ -3,12 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
-
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any
 
 from benchbot.plugins.batch.status import BatchStatus, Score
 from benchbot.wire.run_state import RunState
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -17,7 +18,7 @@ class FeedSnapshot:
 
     number: int
     """Grows with each observation of the run."""
-    images: Mapping[str, NDArray[Any]]
+    images: "Mapping[str, NDArray[Any]]"
     """`image_rgb` uint8 (H, W, 3), `image_depth` float32 (H, W) in metres; `image_class`, `image_instance` (H, W)."""
     laser: Mapping[str, Any] | None = None
     """The channel `laser`, as `channels` defines it."""

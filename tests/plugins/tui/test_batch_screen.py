@@ -6,12 +6,16 @@ from pathlib import Path
 import pytest
 from textual.pilot import Pilot
 
-from benchbot.plugins.batch.folder import Folder
+from benchbot.core.declarations.catalog import Catalog
+from benchbot.plugins.batch import solution_axis
+from benchbot.plugins.batch.extension import extended
+from benchbot.plugins.batch.folder import Folder, prepare
 from benchbot.plugins.batch.status import Score
 from benchbot.plugins.tui import batch_facts
 from benchbot.plugins.tui.app import BenchbotApp
 from benchbot.plugins.tui.batch_screen import BatchScreen
 from benchbot.plugins.tui.jobs import Alive
+from benchbot.plugins.watching.batch_feed import BatchFeed
 from benchbot.plugins.watching.views import BatchView, EpisodeCell
 from tests.plugins.tui.playing import SIZES, Scenario, everywhere, matches, play, sees, settled, shown, until
 from tests.plugins.tui.watched import StillBatch, batch_view
@@ -44,6 +48,11 @@ def test_a_batch_looks_well_in_every_size_and_its_episodes_are_found_by_keys(hom
         assert chosen.state == "collision"
         await sees(pilot, f"collision on {chosen.worker}")
         await matches(app, pilot, "batch-letters", (80, 24))
+
+        # So it does by the mouse: below the head, right of the names.
+        await pilot.click("Matrix", offset=(len("room:8 ") + 3, 1 + 1))
+        await sees(pilot, "room:2 · carter · seed 3")
+        await pilot.press("f", "f", "F")
 
         # The log of what failed, with nothing in it that would command this terminal.
         feed.view = view
@@ -209,3 +218,31 @@ def test_many_episodes_of_one_environment_fill_the_screen(columns: int, home: Pa
         assert len(bar) <= SIZES[0][0]
 
     watch(screen, scenario)
+
+
+def test_seeds_are_added_and_whoever_watches_sees_the_new_episodes(home: Path, catalog: Catalog) -> None:
+    wanted = {"task": "sample:passive", "robots": "sample_robot", "environments": "arena:1", "seeds": "0..1"}
+    Path("a.py").touch()
+    plan, _ = solution_axis.plan(solution_axis.each({**wanted, "native": "python a.py"}), catalog, Path.cwd())
+    folder = Folder(home / "work" / "b")
+    prepare(folder, plan)
+    screen = BatchScreen(BatchFeed(folder.path, period_s=0.05))
+
+    async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
+        await sees(pilot, "0 of 2")
+        await pilot.press("A")
+        await sees(
+            pilot, "2 episodes + 2 seeds × 1 = 4 episodes", f"$ benchbot batch extend {folder.path}", "--seeds=2..3"
+        )
+        await pilot.press(*["backspace"] * 4, "0")
+        await sees(pilot, "2 episodes + 0 seeds")
+        await pilot.press("ctrl+t")
+        await sees(pilot, "There is no seed to add.", "→ Name others: --seeds 2..3")
+        await pilot.press("backspace", *"2..5")
+        await pilot.press("ctrl+t")
+        await sees(pilot, "Nothing is in the way: 6 episodes, 0 of them done.")
+        prepare(folder, extended(plan, [2, 3, 4, 5], catalog), update=True)
+        await pilot.press("escape")
+        await sees(pilot, "0 of 6")
+
+    watch(screen, scenario, (100, 30))

@@ -1,6 +1,7 @@
 """The screens that do what commands do: usual work, and what a person may get wrong; commands are real processes."""
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,10 @@ from benchbot.plugins.tui.app import BenchbotApp
 from benchbot.plugins.tui.home import HomeScreen
 from benchbot.plugins.tui.jobs import Alive
 from benchbot.plugins.tui.settings_screen import SettingsScreen
+from benchbot_scenes.screen import EnvironmentsScreen
+from plugins.scenes.tests.importing import places
+from tests.plugin_factory import PluginFactory
+from tests.plugins.doctor.test_command import DRIVER, ROBOT
 from tests.plugins.tui.playing import SIZES, play, sees, until
 from tests.plugins.tui.written import write_results
 
@@ -162,6 +167,63 @@ def test_a_diagnosis_has_the_worst_first_and_its_fix(home: Path, monkeypatch: py
     play(BenchbotApp(look=Alive), scenario, (120, 40))
 
 
+def test_a_real_robot_is_looked_at_where_its_driver_can(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    driver = DRIVER.format(then="yield Finding(Level.BROKEN, 'e-stop', 'no answer', 'Plug it in.')")
+    PluginFactory(home).make("benchbot-seeing", driver, {"robots/seen.yaml": ROBOT})
+    monkeypatch.setenv("BENCHBOT_PLUGINS", f"{os.environ['BENCHBOT_PLUGINS']},benchbot-seeing")
+    monkeypatch.setenv("PYTHONPATH", f"{home}{os.pathsep}{os.environ['PYTHONPATH']}")
+    monkeypatch.syspath_prepend(home)
+
+    async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
+        await pilot.press("D")
+        await sees(pilot, "well", "Python")
+        screen = app.screen
+        assert isinstance(screen, DoctorScreen)
+        # Chosen by the mouse: the list opens, and the last one is the robot.
+        await pilot.click(screen._what_field.widget)
+        await sees(pilot, "the robot seen_robot, which is switched on")
+        await pilot.press("end", "enter")
+        await sees(pilot, "$ benchbot doctor --robot seen_robot", "✗ 1 broken", "Plug it in.", "10.0 Hz")
+        table = screen.query_one(Table)
+        await pilot.click(table, offset=(10, 2))
+        await sees(pilot, "topic /scan")
+        assert table.cursor_row == 1
+
+    play(BenchbotApp(look=Alive), scenario, (120, 40))
+
+
+class WithoutPictures(EnvironmentsScreen):
+    """The same in seconds: what the place looks like is traced for nobody."""
+
+    def words(self) -> list[str]:
+        return [*super().words(), "--no-pictures"]
+
+
+def test_a_file_is_imported_with_what_was_guessed(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("BENCHBOT_PLUGINS")
+    places.write(home / "work" / "flat.stl", places.flat(ceiling=False), up="z")
+
+    async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
+        screen = WithoutPictures()
+        app.push_screen(screen)
+        await sees(pilot, "generate one from a seed")
+        screen._way_field.value = "import"
+        await sees(pilot, "Name a file to import.")
+        await pilot.press("ctrl+s")
+        await sees(pilot, "✗ Name a file to import.", "→ Type its path")
+        screen._file_field.value = "nowhere.stl"
+        await pilot.press("ctrl+s")
+        await sees(pilot, "✗ ", "nowhere.stl", "→")
+        screen._file_field.value = "flat.stl"
+        await sees(pilot, "$ benchbot import-environment flat.stl")
+        await pilot.press("ctrl+s")
+        await until(pilot, lambda: not screen.is_busy)
+        await sees(pilot, "✓ Made in", "flat:1", "unit m, up z", "It is open from above")
+
+    play(BenchbotApp(look=Alive), scenario, (120, 40))
+    assert (home / "work" / "flat" / "environments" / "flat_1.yaml").is_file()
+
+
 def test_settings_are_kept(home: Path) -> None:
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
         await pilot.press("S")
@@ -170,9 +232,11 @@ def test_settings_are_kept(home: Path) -> None:
         assert isinstance(screen, SettingsScreen)
         screen._theme_field.value = "nord"
         await until(pilot, lambda: app.theme == "nord")
+        screen._images_field.value = "sextant"
+        await sees(pilot, "from the next start of")
 
     play(BenchbotApp(look=Alive), scenario)
-    assert json.loads((home / "state" / "screens.json").read_text()) == {"theme": "nord"}
+    assert json.loads((home / "state" / "screens.json").read_text()) == {"theme": "nord", "images": "sextant"}
 
     async def again(app: BenchbotApp, pilot: Pilot[None]) -> None:
         assert app.theme == "nord"

@@ -1,15 +1,18 @@
 """Pictures in cells: sizes, colours, legends, and characters where there is no colour."""
 
+import unicodedata
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rich.cells import cell_len
 from rich.color import Color
 from textual.geometry import Size
 
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.drawing.palette import INVALID, class_colors, ramp
-from benchbot.plugins.tui import camera, half_cells, raster
+from benchbot.plugins.tui import camera, half_cells, mosaics, raster
 from benchbot.plugins.tui.camera import CHANNELS, available, picture
 from tests.plugins.tui.watched import CLASSES, snapshot
 
@@ -74,3 +77,39 @@ def test_only_channels_that_a_run_observes_are_offered() -> None:
     assert available([]) == []
     with pytest.raises(BenchbotError, match="cannot be shown as 'sixels'"):
         raster.make("sixels")
+
+
+def test_each_pattern_of_pixels_has_a_character_of_its_own() -> None:
+    sextants, octants = (mosaics.characters(mosaics.GRIDS[kind]) for kind in ("sextant", "octant"))
+    for pattern, character in enumerate(sextants):
+        if pattern not in mosaics.OLDER_SEXTANTS:
+            numbers = "".join(str(bit + 1) for bit in range(6) if pattern >> bit & 1)
+            assert unicodedata.name(character) == f"BLOCK SEXTANT-{numbers}"
+    # Octants are younger than Python's table: the first and the last are OCTANT-3 and OCTANT-2345678.
+    assert (octants[0b100], octants[0b11111110]) == ("\U0001cd00", "\U0001cde5")
+    assert len(set(octants)) == 256
+    assert {cell_len(character) for character in (*sextants, *octants)} == {1}
+
+
+@given(st.sampled_from(["sextant", "octant"]), st.data())
+def test_a_cell_of_two_colours_is_shown_as_it_is(kind: str, data: st.DataObject) -> None:
+    wide, tall = grid = mosaics.GRIDS[kind]
+    is_light = np.array(data.draw(st.lists(st.booleans(), min_size=wide * tall, max_size=wide * tall)))
+    pixels = np.where(is_light[:, None], (200, 40, 96), (8, 60, 96)).astype(np.uint8).reshape(tall, wide, 3)
+    (strip,) = half_cells.colored(pixels, grid=grid)
+    (segment,) = strip
+    pattern = mosaics.characters(grid).index(segment.text)
+    assert segment.style is not None
+    light, dark = segment.style.color, segment.style.bgcolor
+    shown = [light if pattern >> bit & 1 else dark for bit in range(wide * tall)]
+    assert shown == [Color.from_rgb(200, 40, 96) if each else Color.from_rgb(8, 60, 96) for each in is_light]
+
+
+def test_a_picture_in_finer_cells_has_the_size_of_one_in_half_cells() -> None:
+    seen = picture(snapshot(), CHANNELS[0])
+    assert seen is not None
+    sizes = {
+        kind: [strip.cell_length for strip in seen.strips(Size(61, 21), colored=True, dark=True, grid=grid)]
+        for kind, grid in mosaics.GRIDS.items()
+    }
+    assert sizes["sextant"] == sizes["octant"] == sizes["halfcell"]
