@@ -9,7 +9,8 @@ import pytest
 from playwright.sync_api import Page, Route, expect
 
 from benchbot_view.export import write
-from benchbot_view.index import Index, Source, id_of
+from benchbot_view.index import Index, Source
+from benchbot_view.rows import id_of
 from plugins.view.tests.conftest import result, save, serving
 from tests.browser import look, violations
 
