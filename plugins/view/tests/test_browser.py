@@ -1,14 +1,16 @@
 """The viewer as people use it, in a browser."""
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from benchbot_view.export import write
-from benchbot_view.index import Index, Source, id_of
+from benchbot_view.index import Index, Source
+from benchbot_view.rows import id_of
 from plugins.view.tests.conftest import result, save, serving
 from tests.browser import look, violations
 
@@ -75,19 +77,61 @@ COUNT_YELLOW = """() => {
 }"""
 
 
+PIXEL = "document.querySelector('figure[data-kind=frame] canvas').getContext('2d').getImageData(9, 9, 1, 1).data[0]"
+SHADES = [40 + 30 * number for number in range(6)]
+
+
+def shows(tab: Page, number: int) -> None:
+    """Wait until the picture of an observation is shown."""
+    until(tab, f"Math.abs({PIXEL} - {SHADES[number]}) < 6")
+
+
+def test_a_picture_that_comes_late_is_shown_if_it_is_still_the_one(quiet: Page, address: str, results: Path) -> None:
+    held: dict[str, Route] = {}
+    quiet.route(re.compile(r"/frame/0000[25]\.jpg$"), lambda route: held.update({route.request.url[-5]: route}))
+    quiet.goto(address)
+    with quiet.expect_request("**/00005.jpg"), quiet.expect_request("**/00002.jpg"):  # ahead of the slider
+        quiet.goto(address.partition("?")[0] + f"episode/{id_of(results / 'good' / 'result.json')}.html")
+    expect(quiet.locator("#now")).to_contain_text("objects seen")  # all else is there
+    shows(quiet, 0)
+    quiet.keyboard.press("End")
+    expect(quiet.locator("#now")).to_contain_text("6 of 6")
+
+    held["5"].continue_()
+    shows(quiet, 5)
+    expect(quiet.locator(".waiting")).to_have_count(0)
+    with quiet.expect_response("**/00002.jpg"):
+        held["2"].continue_()  # nobody waits for this one
+    quiet.wait_for_timeout(100)
+    shows(quiet, 5)
+
+
+def test_a_picture_that_did_not_come_is_fetched_again(tab: Page, address: str, results: Path) -> None:
+    failing = "**/picture/*/frame/00005.jpg"
+    tab.route(failing, lambda route: route.abort())
+    tab.goto(address)
+    tab.goto(address.partition("?")[0] + f"episode/{id_of(results / 'good' / 'result.json')}.html#t=5")
+    expect(tab.locator("#now")).to_contain_text("objects seen")
+    expect(tab.locator("figure[data-kind=frame].waiting")).to_have_count(1)
+    tab.unroute(failing)
+    tab.keyboard.press("ArrowLeft")
+    shows(tab, 4)
+    tab.keyboard.press("ArrowRight")
+    shows(tab, 5)
+
+
 def test_everything_moves_with_one_slider_and_with_keys(quiet: Page, address: str, results: Path) -> None:
     quiet.goto(address)
     quiet.goto(address.partition("?")[0] + f"episode/{id_of(results / 'good' / 'result.json')}.html")
     expect(quiet.locator("#now")).to_contain_text("1 of 6")
-    pixel = "document.querySelector('figure[data-kind=frame] canvas').getContext('2d').getImageData(9, 9, 1, 1).data[0]"
-    until(quiet, f"Math.abs({pixel} - 40) < 6")
+    shows(quiet, 0)
     place = quiet.locator(".robot").get_attribute("transform")
 
     quiet.keyboard.press("End")
 
     expect(quiet.locator("#now")).to_contain_text("6 of 6")
     expect(quiet.locator("#now")).to_contain_text("2.5 s")
-    until(quiet, f"Math.abs({pixel} - 190) < 6")
+    shows(quiet, 5)
     expect(quiet.locator(".robot")).not_to_have_attribute("transform", str(place))
     quiet.keyboard.press("ArrowLeft")
     expect(quiet.locator("#slider")).to_have_value("4")

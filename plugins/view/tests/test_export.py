@@ -7,8 +7,9 @@ import pytest
 
 from benchbot.plugin import BenchbotError
 from benchbot_view.export import write
-from benchbot_view.index import Index, Source, id_of
+from benchbot_view.index import Index, Source
 from benchbot_view.pages import bundle, data, three
+from benchbot_view.rows import id_of
 from plugins.view.tests.conftest import HOSTILE, result, save
 
 

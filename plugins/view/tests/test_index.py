@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from benchbot.plugin import BenchbotError
-from benchbot_view.index import Index, Row, Source, id_of
+from benchbot_view.index import Index, Source
 from benchbot_view.memory import Memory
+from benchbot_view.rows import Row, id_of
 from benchbot_view.scoring import together
 from plugins.view.tests.conftest import HOSTILE, result, save
 
@@ -58,16 +59,42 @@ def test_a_result_that_changed_is_read_again_and_loses_its_score(tmp_path: Path)
     assert index.unscored()
 
 
+def planned(batch: Path, count: int) -> list[Path]:
+    """Write the plan of a batch; return where the results of its episodes will lie."""
+    keys = [f"{number:064x}" for number in range(count)]
+    episodes = [
+        {"key": key, "label": f"e{i}", "robot": "carter", "environment": "miniroom:1", "seed": i}
+        for i, key in enumerate(keys)
+    ]
+    (batch / "events").mkdir(parents=True, exist_ok=True)
+    (batch / "plan.json").write_text(json.dumps({"task": "t", "episodes": episodes}), "utf-8")
+    return [batch / "episodes" / f"e{i}-{key[:8]}" / "result.json" for i, key in enumerate(keys)]
+
+
 def test_what_was_read_is_kept_for_the_next_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("BENCHBOT_CACHE_DIR", str(tmp_path / "cache"))
-    save(tmp_path / "results" / "a.json", result("one"))
-    Index([Source.of(str(tmp_path / "results"))]).look()
-    monkeypatch.setattr("benchbot_view.index._read", lambda *_: pytest.fail("It was read again."))
-    index = Index([Source.of(str(tmp_path / "results"))])
+    folder = tmp_path / "results"
+    save(folder / "a.json", result("one"))
+    save(planned(folder / "night", 1)[0], result("x"))
+    Index([Source.of(str(folder))]).look()
+    monkeypatch.setattr("benchbot_view.index.read_result", lambda *_: pytest.fail("It was read again."))
+    index = Index([Source.of(str(folder))])
 
     index.look()
 
-    assert list(rows_of(index)) == ["one"]
+    assert {name: row.state for name, row in rows_of(index).items()} == {"one": "done", "results/night": "done"}
+
+
+def test_a_batch_that_is_planned_further_keeps_its_scores(tmp_path: Path) -> None:
+    index = Index([Source.of(str(tmp_path))])
+    path = save(planned(tmp_path, 1)[0], result("x"))
+    index.look()
+    index.put_score(id_of(path), "OMQ", 0.5)
+
+    planned(tmp_path, 2)
+    look(index)
+
+    assert [(row.state, row.score) for row in index.rows()[2]] == [("done", 0.5), ("pending", None)]
 
 
 def test_a_cache_that_is_damaged_is_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,32 +108,26 @@ def test_a_cache_that_is_damaged_is_left_out(tmp_path: Path, monkeypatch: pytest
 
 
 def test_a_batch_shows_what_is_planned_and_grows_by_its_events(tmp_path: Path) -> None:
-    keys = [f"{number:064x}" for number in range(3)]
-    episodes = [
-        {"key": key, "label": f"e{i}", "robot": "carter", "environment": "miniroom:1", "seed": i}
-        for i, key in enumerate(keys)
-    ]
     batch = tmp_path / "night"
-    (batch / "events").mkdir(parents=True)
-    (batch / "plan.json").write_text(json.dumps({"task": "t", "episodes": episodes}), "utf-8")
+    paths = planned(batch, 3)
     index = Index([Source.of(str(batch))])
     index.look()
     assert [row.state for row in index.rows()[2]] == ["pending"] * 3
     revision = index.revision
 
-    save(batch / "episodes" / f"e1-{keys[1][:8]}" / "result.json", result("x", 1))
+    save(paths[1], result("x", 1))
     look(index)
     assert index.rows(since=revision)[2] == []  # no event has told of it
 
     with (batch / "events" / "w.jsonl").open("a") as file:
-        file.write(json.dumps({"time_s": 1.0, "who": "w", "what": "finished", "key": keys[1]}) + "\n")
+        file.write(json.dumps({"time_s": 1.0, "who": "w", "what": "finished", "key": f"{1:064x}"}) + "\n")
     look(index)
 
     (row,) = index.rows(since=revision)[2]
     assert (row.seed, row.state, row.solution, row.set) == (1, "done", "night", "night")
     scores = {
         "method": {"name": "omq", "headline": "OMQ"},
-        "rows": [{"source": str(index.paths[row.id]), "scores": {"OMQ": 0.25}}],
+        "rows": [{"source": str(index.path(row.id)), "scores": {"OMQ": 0.25}}],
     }
     (batch / "scores.json").write_text(json.dumps(scores), "utf-8")
     look(index)

@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from benchbot.viewing import live
-from benchbot_view.index import id_of
+from benchbot_view.rows import id_of
 from plugins.view.tests.conftest import serving
 from tests.browser import look, violations
 from tests.cli.solutions import PASSIVE

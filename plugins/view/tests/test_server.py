@@ -6,7 +6,7 @@ from urllib.parse import urlsplit
 import httpx
 import pytest
 
-from benchbot_view.index import id_of
+from benchbot_view.rows import id_of
 from plugins.view.tests.conftest import HOSTILE
 
 

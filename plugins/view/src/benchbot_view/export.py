@@ -10,7 +10,8 @@ from benchbot.plugin import BenchbotError
 from benchbot_view import pages
 from benchbot_view.episode import Episode, catalog, load
 from benchbot_view.evidence import prepare, prepared
-from benchbot_view.index import Index, Row
+from benchbot_view.index import Index
+from benchbot_view.rows import Row
 from benchbot_view.scoring import MOST, Scorer, scores_of, together
 from benchbot_view.server import KINDS, about, picture_of
 
@@ -38,7 +39,7 @@ def write(
     rows: list[Row] = []
     try:
         for row in index.rows()[2]:
-            path = index.paths.get(row.id)
+            path = index.path(row.id)
             if path is None:
                 continue
             try:

@@ -13,7 +13,8 @@ from PIL import Image
 from benchbot.plugin import BenchbotError
 from benchbot.viewing import LIGHT, RunFeed, RunView, installed_map, occupancy_of, one_line, ramp
 from benchbot_view.episode import catalog, object_of
-from benchbot_view.index import Index, id_of
+from benchbot_view.index import Index
+from benchbot_view.rows import id_of
 
 CHANNELS = {"frame": "image_rgb", "depth": "image_depth"}
 WIDTH_PX = 640

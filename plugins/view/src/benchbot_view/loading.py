@@ -26,7 +26,7 @@ class Episodes:
 
     def get(self, id_: str) -> Episode:
         """Return an episode; raises BenchbotError when it has no result that can be read."""
-        path = self._index.paths.get(id_)
+        path = self._index.path(id_)
         if path is None:
             raise BenchbotError(
                 "This episode has no result yet.",

@@ -11,7 +11,7 @@ import msgspec
 
 from benchbot.plugin import cache_dir
 
-VERSION = 1
+VERSION = 2
 MOST = 200_000
 """The number of results that are kept, the newest."""
 BUSY_S = 5.0
@@ -26,17 +26,21 @@ class Memory:
         self._known: dict[str, tuple[str, bytes]] | None = None
         self._path = cache_dir() / f"view-{VERSION}.sqlite"
 
-    def find(self, path: Path, about: os.stat_result, kind: str = "row") -> tuple[bool, Any]:
+    def find(self, path: str | Path, about: os.stat_result, kind: str = "row", type_: Any = Any) -> tuple[bool, Any]:
         """Return whether something is known of a file as it is, and what that is."""
+        key = f"{kind} {path}"
         with self._lock:
             if self._known is None:
                 self._known = self._read()
-            found = self._new.get(f"{kind} {path}") or self._known.get(f"{kind} {path}")
+            found = self._new.get(key) or self._known.get(key)
         if found is None or found[0] != _stamp(about):
             return False, None
-        return True, msgspec.json.decode(found[1])
+        try:
+            return True, msgspec.json.decode(found[1], type=type_)
+        except msgspec.DecodeError:
+            return False, None
 
-    def put(self, path: Path, about: os.stat_result, content: Any, kind: str = "row") -> None:
+    def put(self, path: str | Path, about: os.stat_result, content: Any, kind: str = "row") -> None:
         """Keep what is known of a file."""
         with self._lock:
             self._new[f"{kind} {path}"] = _stamp(about), msgspec.json.encode(content)

@@ -11,8 +11,9 @@ from pathlib import Path
 
 from benchbot.plugin import BenchbotError, Catalog, installed_plugins, load_plugins
 from benchbot.viewing import score_files
-from benchbot_view.index import Index, Row
+from benchbot_view.index import Index
 from benchbot_view.memory import Memory
+from benchbot_view.rows import Row
 
 FIRST, MOST = 20, 250
 """The number of results that are scored together: few at first, so that there is something to see."""

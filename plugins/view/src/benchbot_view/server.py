@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 import uvicorn
 from starlette.applications import Starlette
+from starlette.background import BackgroundTask
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import FileResponse, PlainTextResponse, RedirectResponse, Response
@@ -23,14 +24,15 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from benchbot.plugin import BenchbotError
 from benchbot_view import pages
 from benchbot_view.episode import Episode
-from benchbot_view.index import Index, Row
+from benchbot_view.index import Index
 from benchbot_view.live import LiveRuns
 from benchbot_view.loading import Episodes
+from benchbot_view.rows import Row
 from benchbot_view.scoring import Scorer
 
 HOST = "127.0.0.1"
 COOKIE = "benchbot_view"
-PAGE_ROWS = 2000
+PAGE_ROWS = 20_000
 KINDS = {
     "frame": (".jpg", "image/jpeg"),
     "depth": ("-depth.png", "image/png"),
@@ -124,6 +126,14 @@ class Views:
         self._runs.close()
         self._index.close()
 
+    def look(self) -> None:
+        """Look for what is new, unless it was done a moment ago or is being done; the first time, wait until it is."""
+        if self._looking.acquire(blocking=not self._index.is_read):
+            try:
+                self._index.look()
+            finally:
+                self._looking.release()
+
     def rest(self) -> None:
         """Close what nobody looks at."""
         self._index.rest()
@@ -161,19 +171,12 @@ class Views:
         """Return a row; who comes by the address of an episode may be the first, and has the folders read."""
         row = self._index.row(id_)
         if row is None:
-            with self._looking:
-                self._index.look()
+            self.look()
             row = self._index.row(id_)
         return row
 
     def _read_rows(self, since: int, start: int) -> Response:
-        # Several pages may ask at once; one of them looks.
-        if self._looking.acquire(blocking=not self._index.is_read):
-            try:
-                self._index.look()
-                self._scorer.work()
-            finally:
-                self._looking.release()
+        self.look()
         count = PAGE_ROWS if since == 0 else 10**9
         revision, total, rows = self._index.rows(since=since, start=start, count=count)
         batches = [_told(name, status) for name, status in self._index.batches()]
@@ -184,7 +187,9 @@ class Views:
             "batches": batches,
             "rows": rows,
         }
-        return Response(msgspec.json.encode(document), media_type="application/json")
+        return Response(
+            msgspec.json.encode(document), media_type="application/json", background=BackgroundTask(self._scorer.work)
+        )
 
     async def _evidence(self, request: Request) -> Response:
         try:
@@ -300,9 +305,11 @@ def application(index: Index, title: str, token: str, port: int) -> ASGIApp:
                 await asyncio.sleep(10.0)
                 await run_in_threadpool(views.rest)
 
-        resting = asyncio.create_task(rest())
+        # Read while the browser is still starting.
+        tasks = [asyncio.create_task(rest()), asyncio.create_task(run_in_threadpool(views.look))]
         yield
-        resting.cancel()
+        for task in tasks:
+            task.cancel()
         await run_in_threadpool(views.close)
 
     app = Starlette(routes=views.routes(), lifespan=lifespan)

@@ -55,7 +55,7 @@ function endsOfWays() {
 function draw() {
   const frame = episode.frames[at] ?? { scene: 0 };
   slider.value = at;
-  drawPictures(frame);
+  drawPictures();
   for (const map of maps) {
     const place = Number(map.dataset.scene);
     map.toggleAttribute("hidden", place !== shownScene);
@@ -72,26 +72,28 @@ function draw() {
   drawLog();
 }
 
-function drawPictures(frame) {
+function drawPictures() {
   for (const [kind, found] of Object.entries(pictures)) {
     const number = found.nearest(at);
     const image = number === null ? null : found.get(number);
+    figures[kind].classList.toggle("waiting", !image);
     if (!image) continue;
     const canvas = figures[kind].querySelector("canvas");
     paint(canvas, image);
-    found.fetchAround(at);
-    if (frame.camera && episode.camera) for (const [box, color, label, hidden] of boxesOf(frame.scene)) paintBox(canvas, frame.camera, episode.camera, box, color, label, hidden);
+    found.fetchAround(number);
+    const { camera, scene } = episode.frames[number] ?? {};
+    if (camera && episode.camera) for (const [box, color, label, hidden] of boxesOf(scene, number)) paintBox(canvas, camera, episode.camera, box, color, label, hidden);
   }
 }
 
-function boxesOf(scene) {
+function boxesOf(scene, number) {
   const wanted = lit ?? chosen;
   const boxes = [];
   for (const item of episode.objects) {
     if (item.scene !== scene || !(item.number === wanted || allBoxes)) continue;
     const isWanted = item.number === wanted;
-    if (item.true) boxes.push([item.true, TRUTH, isWanted ? item.truth_label : "", hiddenOf(item.number, at, 2)]);
-    if (item.estimated) boxes.push([item.estimated, ESTIMATE, isWanted ? estimateOf(item) : "", hiddenOf(item.number, at, 3)]);
+    if (item.true) boxes.push([item.true, TRUTH, isWanted ? item.truth_label : "", hiddenOf(item.number, number, 2)]);
+    if (item.estimated) boxes.push([item.estimated, ESTIMATE, isWanted ? estimateOf(item) : "", hiddenOf(item.number, number, 3)]);
   }
   return boxes;
 }
@@ -244,8 +246,7 @@ function drawReel(item, seen) {
       if (frame?.camera && item.true) paintBox(canvas, frame.camera, episode.camera, item.true, TRUTH, "", hiddenOf(item.number, number, 2));
       if (frame?.camera && item.estimated) paintBox(canvas, frame.camera, episode.camera, item.estimated, ESTIMATE, "", hiddenOf(item.number, number, 3));
     };
-    const nearest = pictures.frame.nearest(number);
-    image.src = pictures.frame.get(nearest)?.src ?? pictures.frame.kept.get(nearest).src;
+    image.src = pictures.frame.address(pictures.frame.nearest(number));
     return make("li", {}, button);
   }));
   markReel();
@@ -351,7 +352,8 @@ function take(found) {
   const numbers = { frame: found.frames.map((frame) => frame.number), depth: found.frames.filter((frame) => frame.depth_m).map((frame) => frame.number), classes: found.frames.filter((frame) => frame.classes).map((frame) => frame.number) };
   for (const [kind, known] of Object.entries(numbers)) {
     figures[kind].hidden = !known.length;
-    if (known.length && !pictures[kind]) pictures[kind] = new Pictures(episode.id, kind, known, () => soon());
+    if (pictures[kind] && known.length) pictures[kind].numbers = known;
+    else if (known.length) pictures[kind] = new Pictures(episode.id, kind, known, soon);
   }
   get("cameras").classList.toggle("alone", !numbers.depth.length && !numbers.classes.length);
   get("no-pictures").hidden = numbers.frame.length > 0;
@@ -449,7 +451,7 @@ if (state.embed) document.body.classList.add("embedded");
 // Who came from the table goes back to it as it was filtered.
 if (/(\/|index\.html)$/.test(sessionStorage.getItem("benchbot-table")?.split("#")[0] ?? "")) get("back").href = sessionStorage.getItem("benchbot-table");
 // Pictures of the camera are there before it is worked out who saw what.
-if (episode.pictured.length) pictures.frame = new Pictures(episode.id, "frame", episode.pictured, () => soon());
+if (episode.pictured.length) pictures.frame = new Pictures(episode.id, "frame", episode.pictured, soon);
 drawTicks();
 draw();
 if (state.pane === "3d") openSpace();

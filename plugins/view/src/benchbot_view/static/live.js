@@ -10,6 +10,8 @@ const map = document.querySelector("svg.map");
 const pixel = ([x, y]) => `${((x - episode.scene.low[0]) * 100).toFixed(1)},${((episode.scene.high[1] - y) * 100).toFixed(1)}`;
 let number = 0;
 let lines = "";
+let turns = 0;
+const painted = {};
 
 function draw(view) {
   get("frames").textContent = view.frames;
@@ -38,7 +40,13 @@ function draw(view) {
     figure.hidden = !view.channels.includes(figure.dataset.kind);
     if (figure.hidden) continue;
     const image = new Image();
-    image.onload = () => paint(figure.querySelector("canvas"), image);
+    const turn = (turns += 1);
+    // One that is overtaken by a newer one comes too late.
+    image.onload = () => {
+      if (turn < (painted[figure.dataset.kind] ?? 0)) return;
+      painted[figure.dataset.kind] = turn;
+      paint(figure.querySelector("canvas"), image);
+    };
     image.src = `${root}picture/live/${episode.id}/${figure.dataset.kind}?${number}`;
   }
 }

@@ -9,12 +9,7 @@ const STRETCHES = 16;
 const EDGES = [];
 for (let i = 0; i < 8; i += 1) for (const bit of [1, 2, 4]) if (!(i & bit)) EDGES.push([i, i | bit]);
 
-/** Return the address of a picture. */
-export function addressOfPicture(id, kind, number) {
-  return `${root}picture/${id}/${kind}/${String(number).padStart(5, "0")}${ENDINGS[kind]}`;
-}
-
-/** The pictures of one kind of one episode. */
+/** The pictures of one kind of one episode; `loaded` is called when the one that was last asked for has come. */
 export class Pictures {
   constructor(id, kind, numbers, loaded) {
     this.id = id;
@@ -22,35 +17,52 @@ export class Pictures {
     this.numbers = numbers;
     this.loaded = loaded;
     this.kept = new Map();
+    this.wanted = null;
   }
 
   /** Return the newest observation up to `number` that has a picture, null without one. */
   nearest(number) {
-    let [low, high] = [0, this.numbers.length];
-    while (low < high) { const middle = (low + high) >> 1; if (this.numbers[middle] <= number) low = middle + 1; else high = middle; }
-    return low ? this.numbers[low - 1] : null;
+    const place = this.placeOf(number);
+    return place < 0 ? null : this.numbers[place];
   }
 
-  /** Return the picture of an observation once it is loaded, else null; `loaded` is called when it is. */
-  get(number, isWanted = true) {
-    let image = this.kept.get(number);
-    if (image) {
-      if (isWanted) { this.kept.delete(number); this.kept.set(number, image); }
-    } else {
-      image = new Image();
-      image.decoding = "async";
-      image.onload = () => { if (isWanted) this.loaded(number); };
-      image.src = addressOfPicture(this.id, this.kind, number);
-      this.kept.set(number, image);
-      for (const old of this.kept.keys()) { if (this.kept.size <= KEPT) break; this.kept.delete(old); }
-    }
+  /** Return the address of the picture of an observation. */
+  address(number) { return `${root}picture/${this.id}/${this.kind}/${String(number).padStart(5, "0")}${ENDINGS[this.kind]}`; }
+
+  /** Return the picture of an observation, or null: then `loaded` is called once it has come. */
+  get(number) {
+    this.wanted = number;
+    const image = this.fetch(number);
+    this.kept.delete(number);
+    this.kept.set(number, image);
     return image.complete && image.naturalWidth ? image : null;
   }
 
   /** Fetch what comes next. */
   fetchAround(number) {
-    const place = this.numbers.indexOf(this.nearest(number));
-    for (let i = 1; i <= AHEAD; i += 1) for (const other of [this.numbers[place + i], this.numbers[place - i]]) if (other !== undefined) this.get(other, false);
+    const place = this.placeOf(number);
+    for (let i = 1; i <= AHEAD; i += 1) for (const other of [this.numbers[place + i], this.numbers[place - i]]) if (other !== undefined) this.fetch(other);
+  }
+
+  placeOf(number) {
+    let [low, high] = [0, this.numbers.length];
+    while (low < high) { const middle = (low + high) >> 1; if (this.numbers[middle] <= number) low = middle + 1; else high = middle; }
+    return low - 1;
+  }
+
+  fetch(number) {
+    let image = this.kept.get(number);
+    if (image) return image;
+    image = new Image();
+    image.decoding = "async";
+    // Whether it is wanted is asked when it comes: one that was fetched ahead may have become the one to be shown.
+    image.onload = () => { if (number === this.wanted) this.loaded(); };
+    // One that did not come is fetched anew when it is asked for again.
+    image.onerror = () => { if (this.kept.get(number) === image) this.kept.delete(number); };
+    image.src = this.address(number);
+    this.kept.set(number, image);
+    for (const old of this.kept.keys()) { if (this.kept.size <= KEPT) break; this.kept.delete(old); }
+    return image;
   }
 }
 
