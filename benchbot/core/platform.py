@@ -261,6 +261,9 @@ class ManyRobots(Protocol):
     def poses_xyyaw(self, robots: "NDArray[np.intp]") -> "NDArray[np.float64]":
         """Return the true places and headings (M, 3) of the bases in the map frame."""
 
+    def pose(self, robot: int) -> Pose:
+        """Return the true pose of one robot's base."""
+
     def constants(self, robot: int, channels: Iterable[str]) -> Observations:
         """Return of the channels what does not change within a scene; the rest of them is left out, or empty."""
 

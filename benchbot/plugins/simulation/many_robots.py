@@ -118,6 +118,10 @@ class KinematicRobots:
         bases = self._bases(robots, noisy=False)
         return np.stack([*bases.translation_xyz[:, :2].T, bases.yaws_rad(self._by)], 1)
 
+    def pose(self, robot: int) -> Pose:
+        """Return the true pose of one robot's base."""
+        return self._bases(np.array([robot]), noisy=False)[0]
+
     def constants(self, robot: int, channels: Iterable[str]) -> Observations:
         """Return of the channels what does not change within a scene: camera models, labels and the scanners' angles.
 

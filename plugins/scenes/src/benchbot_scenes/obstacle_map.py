@@ -106,9 +106,9 @@ class _Gathered:
         if not len(cells):
             return np.zeros(0)
         if self._parts:
-            counts = [part.shape[1] for part in self._parts]
+            added = np.cumsum([part.shape[1] for part in self._parts])
             self._edges = np.concatenate([self._edges, *self._parts], 1)
-            self._starts = np.append(self._starts, self._starts[-1] + np.cumsum(counts))
+            self._starts = np.append(self._starts, self._starts[-1] + added)
             self._parts = []
         counts = self._starts[cells + 1] - self._starts[cells]
         begins = np.cumsum(counts) - counts
