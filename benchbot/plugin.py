@@ -75,7 +75,9 @@ if TYPE_CHECKING:
     from benchbot.core.motion import MotionConfig as MotionConfig
     from benchbot.core.motion import Outcome as Outcome
     from benchbot.core.platform import Manipulator as Manipulator
+    from benchbot.core.platform import Many as Many
     from benchbot.core.platform import ManyCameras as ManyCameras
+    from benchbot.core.platform import ManyRobots as ManyRobots
     from benchbot.core.platform import Platform as Platform
     from benchbot.core.platform import PlatformSpec as PlatformSpec
     from benchbot.core.platform import Scene as Scene
@@ -157,7 +159,7 @@ _HOMES = {
     "core.geometry": "Pose Quaternion wrap_angle_rad",
     "core.lidar": "POINT=LIDAR_POINT OFFSETS=LIDAR_OFFSETS cloud directions elevations_deg points_m",
     "core.motion": "REST_MPS REST_RADPS MotionConfig Outcome",
-    "core.platform": "ManyCameras Manipulator Platform PlatformSpec Scene Simulation Witness Witnessed",
+    "core.platform": "Many ManyCameras ManyRobots Manipulator Platform PlatformSpec Scene Simulation Witness Witnessed",
     "core.plugin_manager": "installed=installed_plugins load=load_plugins PluginInfo Plugins",
     "core.progress": "ActionResult Progress State Step",
     "core.recording": "KnowsRun Recording ShowsResults",

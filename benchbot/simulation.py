@@ -3,14 +3,18 @@
 from benchbot.plugins.simulation.camera_noise import Response, SrgbResponse
 from benchbot.plugins.simulation.distortion import NEWTON_STEPS, Distortion
 from benchbot.plugins.simulation.dynamics import DriveLimits, State
-from benchbot.plugins.simulation.kinematic import CHANNELS, PICTURES, KinematicSimulator, World
+from benchbot.plugins.simulation.kinematic import CHANNELS, PICTURES, KinematicSimulator
+from benchbot.plugins.simulation.poses import EXACT, QUICK, Trigonometry, matrices
 from benchbot.plugins.simulation.robot import Footprint, Robot
 from benchbot.plugins.simulation.sensors import Camera, Frame
+from benchbot.plugins.simulation.world import World
 
 __all__ = [
     "CHANNELS",
+    "EXACT",
     "NEWTON_STEPS",
     "PICTURES",
+    "QUICK",
     "Camera",
     "Distortion",
     "DriveLimits",
@@ -21,5 +25,7 @@ __all__ = [
     "Robot",
     "SrgbResponse",
     "State",
+    "Trigonometry",
     "World",
+    "matrices",
 ]

@@ -9,6 +9,10 @@ from benchbot.core.channels import Observations
 from benchbot.core.documents import EnvironmentDeclaration, RobotDeclaration
 from benchbot.core.geometry import Pose
 
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
 Localisation = Literal["ground_truth", "noisy"]
 
 
@@ -218,3 +222,62 @@ class ManyCameras(Protocol):
 
     def observe_many(self, platforms: Sequence[Self], channels: Iterable[str]) -> list[Observations]:
         """Return what each of this one's twins (itself may be one) would observe now, to the byte."""
+
+
+class ManyRobots(Protocol):
+    """N robots of one simulator, numbered from 0, that are moved and observed as arrays; M of them at a time.
+
+    Each does what one robot alone would do, to the byte on processors: `benchbot.core.session` says what that is.
+    """
+
+    outcomes: tuple[str, ...]
+    """The ends of actions (`benchbot.core.motion.Outcome`), by the numbers that `execute` returns."""
+
+    @property
+    def collided(self) -> "NDArray[np.bool_]":
+        """Who has touched something since it was loaded (N,)."""
+
+    @property
+    def clock_s(self) -> "NDArray[np.float64]":
+        """Simulated seconds since each was loaded (N,)."""
+
+    def load(self, robot: int, scene: Scene, seed: int) -> None:
+        """Put a robot into the clean start state of a scene."""
+
+    def execute(
+        self, robots: "NDArray[np.intp]", straight: "NDArray[np.bool_]", arguments: "NDArray[np.float64]"
+    ) -> "NDArray[np.intp]":
+        """Execute move_distance (m) where `straight`, else move_angle (degrees), to its end; return its end (M,)."""
+
+    def hold(
+        self,
+        robots: "NDArray[np.intp]",
+        linear_mps: "NDArray[np.float64]",
+        angular_radps: "NDArray[np.float64]",
+        duration_s: float,
+    ) -> None:
+        """Hold velocities (M,) for a while, in whole control ticks; who touches something stays."""
+
+    def poses_xyyaw(self, robots: "NDArray[np.intp]") -> "NDArray[np.float64]":
+        """Return the true places and headings (M, 3) of the bases in the map frame."""
+
+    def pose(self, robot: int) -> Pose:
+        """Return the true pose of one robot's base."""
+
+    def constants(self, robot: int, channels: Iterable[str]) -> Observations:
+        """Return of the channels what does not change within a scene; the rest of them is left out, or empty."""
+
+    def observe(self, robots: "NDArray[np.intp]", channels: Sequence[str]) -> "dict[str, NDArray[Any]]":
+        """Return what these robots observe now: arrays with a row for each.
+
+        `image_rgb`, `image_depth`, `class_segment_img`, `instance_segment_img`; `laser` and `lidar`, ranges in metres;
+        `imu_…`, its vectors; `pose_FRAME`, positions and quaternions (7,). Values are those of the channels.
+        """
+
+
+@runtime_checkable
+class Many(Protocol):
+    """A simulator whose robots can be moved as arrays."""
+
+    def many(self, count: int) -> ManyRobots | None:
+        """Return so many robots like this one, not yet loaded; None where each has to be moved by itself."""

@@ -1,6 +1,7 @@
 """Commands to the robot in one step, and the default action space that stands for them."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,7 +9,7 @@ import numpy as np
 from gymnasium import spaces
 
 from benchbot.core.channels import ACTIONS, MANIPULATION
-from benchbot.core.errors import BenchbotError, FailureClass
+from benchbot.core.errors import BenchbotError, FailureClass, did_you_mean
 from benchbot.core.selection import Selection
 
 NEXT_SCENE = "next_scene"
@@ -60,13 +61,64 @@ def action_space(names: tuple[str, ...]) -> spaces.Dict:
     return spaces.Dict(space)
 
 
-def decode(action: Any, names: tuple[str, ...], largest: Mapping[str, float]) -> Command:
+def known(move: Move, names: tuple[str, ...]) -> Move:
+    """Return a move that the task has; raises BenchbotError for another."""
+    if move.action not in names:
+        raise BenchbotError(
+            f"This task has no action '{move.action}'.",
+            f"Its actions: {', '.join(names)}.{did_you_mean(move.action, list(names))}",
+            "Choose moves of these, or another task.",
+        )
+    return move
+
+
+@dataclass(frozen=True)
+class Goal:
+    """The point that a robot has to go to in the map frame, metres, and how near is there."""
+
+    x: float
+    y: float
+    success_m: float
+
+    @classmethod
+    def of(cls, selection: Selection) -> "Goal | None":
+        """Return the goal of a selection's episode; None where it has no point to go to."""
+        episode = selection.episode
+        if episode is None or "position" not in episode.data["goal"]:
+            return None
+        x, y, *_ = episode.data["goal"]["position"]
+        return cls(float(x), float(y), float(episode.listed.data["success_distance_m"]))
+
+    def distance_m(self, x: float, y: float) -> float:
+        """Return the straight distance from a place."""
+        away_x, away_y = x - self.x, y - self.y
+        return math.sqrt(away_x * away_x + away_y * away_y)
+
+    def reached(self, distance_m: float) -> bool:
+        """Return whether a robot at rest at this distance has arrived."""
+        return distance_m <= self.success_m
+
+
+def decode(
+    action: Any, names: tuple[str, ...], largest: Mapping[str, float], moves: Sequence[Move] | None = None
+) -> Command:
     """Return the command that an element of the action space stands for; a command stands for itself.
 
-    `largest` is the value of an argument of 1, by action, in its own unit. Raises BenchbotError for anything else.
+    `largest` is the value of an argument of 1, by action, in its own unit; `moves` are those of discrete actions.
+    Raises BenchbotError for anything else.
     """
     if isinstance(action, Move | Velocity):
         return action
+    if moves is not None:
+        number = int(action)
+        if not 0 <= number < len(moves):
+            raise BenchbotError(
+                f"There is no move {number}.",
+                f"The moves: {', '.join(f'{i} {move.action} {move.argument:g}' for i, move in enumerate(moves))}.",
+                "Take an element of env.action_space.",
+                failure=FailureClass.AGENT,
+            )
+        return moves[number]
     try:
         number = int(action["action"])
         share = float(np.asarray(action["argument"]).item()) if "argument" in action else 0.0

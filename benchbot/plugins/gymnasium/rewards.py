@@ -35,6 +35,10 @@ class Transition:
     observations: Observations
     observe: Callable[[Iterable[str]], Observations]
     robot: Mapping[str, Any]
+    distance_to_goal_m: float = math.nan
+    """The straight distance from the base to the point to go to; NaN where the task has none."""
+    arrived: bool = False
+    """Whether the robot rests within the task's distance of its goal."""
 
 
 class Reward(Protocol):
@@ -55,6 +59,25 @@ class Collision:
         return -1.0 if transition.collided else 0.0
 
 
+class PointGoal:
+    """The metres by which a step came nearer to the goal, less 0.01, and 2.5 for arriving.
+
+    As in E. Wijmans et al., "DD-PPO: Learning Near-Perfect PointGoal Navigators from 2.5 Billion Frames" (ICLR 2020),
+    but along the straight line, which needs no floor plan. It is 0 where the task has no point to go to.
+    """
+
+    def __init__(self, success: float = 2.5, slack: float = 0.01) -> None:
+        self.success, self.slack = success, slack
+        self._left_m = math.nan
+
+    def __call__(self, transition: Transition, /) -> float:
+        """Return the metres won, and what arriving is worth."""
+        before_m, self._left_m = self._left_m, transition.distance_to_goal_m
+        if math.isnan(self._left_m):
+            return 0.0
+        return before_m - self._left_m - self.slack + (self.success if transition.arrived else 0.0)
+
+
 class Coverage:
     """The floor that a step's laser scan swept for the first time in this scene, in square metres.
 
@@ -64,7 +87,7 @@ class Coverage:
     def __init__(self, cell_m: float = 0.1, range_m: float = 4.0) -> None:
         self._cell_m = cell_m
         self._range_m = range_m
-        self._seen: set[tuple[int, int]] = set()
+        self._seen: set[int] = set()
         self._scene_number = 0
 
     def __call__(self, transition: Transition, /) -> float:
@@ -76,7 +99,7 @@ class Coverage:
         self._seen |= self._swept(transition)
         return (len(self._seen) - before) * self._cell_m**2
 
-    def _swept(self, transition: Transition) -> set[tuple[int, int]]:
+    def _swept(self, transition: Transition) -> set[int]:
         laser = transition.observations.get("laser") or transition.observe(["laser"])["laser"]
         # Beams that are closer together than cells at the far end add nothing.
         every = max(1, math.floor(self._cell_m / self._range_m * len(laser["scans"]) / (2 * math.pi)))
@@ -88,8 +111,9 @@ class Coverage:
         x, y, _ = scanner.translation_xyz
         headings = angles_rad[:, None] + scanner.yaw_rad
         points = np.stack([x + along_m * np.cos(headings), y + along_m * np.sin(headings)], -1)[free]
-        cells: NDArray[np.int64] = np.unique(np.floor(points / self._cell_m).astype(np.int64), axis=0)
-        return {(column, row) for column, row in cells.tolist()}
+        cells = np.floor(points / self._cell_m).astype(np.int64)
+        found: NDArray[np.int64] = np.unique(cells[:, 0] << 32 | cells[:, 1] & 0xFFFFFFFF)
+        return set(found.tolist())
 
 
 class MapQuality:
@@ -118,7 +142,7 @@ class MapQuality:
         return grown
 
 
-REWARDS: dict[str, Callable[[], Reward]] = {"collision": Collision, "coverage": Coverage}
+REWARDS: dict[str, Callable[[], Reward]] = {"collision": Collision, "coverage": Coverage, "point_goal": PointGoal}
 """Rewards that can be asked for by name."""
 
 RewardChoice = str | Mapping[str, float] | type | Reward | None

@@ -5,7 +5,7 @@ a scene (camera models, beam angles, class numbers) are not part of it: see `con
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from gymnasium import spaces
@@ -159,18 +159,33 @@ def _flattened(channel: str, value: Any) -> Arrays:
     return {channel: value}
 
 
+def fitted(name: str, rows: NDArray[Any] | None, box: spaces.Space[Any]) -> NDArray[Any]:
+    """Return many arrays (N, …) with the type of their box and values within its bounds."""
+    if not isinstance(box, spaces.Box) or rows is None or rows.shape[1:] != box.shape:
+        _misfits(name, None if rows is None else rows.shape[1:], box)
+    return _within(rows, box)  # type: ignore[arg-type]
+
+
 def _fitted(name: str, array: NDArray[Any], box: spaces.Space[Any] | None) -> NDArray[Any]:
     """Return an array with the type of its box and values within the box's bounds."""
     if not isinstance(box, spaces.Box) or array.shape != box.shape:
-        declared = "nothing of that name" if box is None else f"the shape {box.shape}"
-        raise BenchbotError(
-            f"The simulator's '{name}' does not fit the robot's declaration.",
-            f"It has the shape {array.shape}, and the declaration promises {declared}.",
-            "Mend the robot's camera, laser, lidar or poses, or leave image_size out if the simulator cannot resize.",
-        )
+        _misfits(name, array.shape, box)
+    return _within(array, box)  # type: ignore[arg-type]
+
+
+def _misfits(name: str, shape: tuple[int, ...] | None, box: spaces.Space[Any] | None) -> NoReturn:
+    declared = "nothing of that name" if box is None else f"the shape {box.shape}"
+    raise BenchbotError(
+        f"The simulator's '{name}' does not fit the robot's declaration.",
+        f"It has the shape {shape}, and the declaration promises {declared}.",
+        "Mend the robot's camera, laser, lidar or poses, or leave image_size out if the simulator cannot resize.",
+    )
+
+
+def _within(array: NDArray[Any], box: spaces.Box) -> NDArray[Any]:
     if box.dtype.kind == "u":
         return array.astype(box.dtype, copy=False)
     if not np.isfinite(array).all():
         array = np.nan_to_num(array, nan=0.0, posinf=np.inf, neginf=0.0)
-    fitted: NDArray[Any] = np.minimum(np.maximum(array, box.low), box.high).astype(box.dtype)
-    return fitted
+    within: NDArray[Any] = np.minimum(np.maximum(array, box.low), box.high).astype(box.dtype)
+    return within

@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 import gymnasium
 import numpy as np
-from gymnasium.vector import SyncVectorEnv
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.vector.utils import iterate
 from gymnasium.wrappers import TimeLimit
 from numpy.typing import NDArray
@@ -43,9 +43,9 @@ Request = tuple[Platform, tuple[str, ...]]
 class TaskVectorEnv(SyncVectorEnv):
     """`num_envs` environments whose robots share one loaded scene, and whose pictures are rendered together.
 
-    Steps, resets, seeds and infos are those of `gymnasium.vector.SyncVectorEnv`, to the byte; an environment that has
-    ended starts again at the next step. `env_wrappers` go around each environment, as the `wrappers` of `make_vec`,
-    which Gymnasium does not pass on to this mode. `choices` are the arguments of `TaskEnv`.
+    Steps, resets, seeds and infos are those of `gymnasium.vector.SyncVectorEnv`, to the byte. `env_wrappers` go around
+    each environment, as the `wrappers` of `make_vec`, which Gymnasium does not pass on to this mode.
+    `choices` are the arguments of `TaskEnv`.
     """
 
     def __init__(
@@ -54,12 +54,9 @@ class TaskVectorEnv(SyncVectorEnv):
         *,
         env_wrappers: Sequence[Wrap] = (),
         max_episode_steps: int | None = None,
+        autoreset_mode: AutoresetMode = AutoresetMode.NEXT_STEP,
         **choices: Any,
     ) -> None:
-        if num_envs < 1:
-            raise BenchbotError(
-                f"{num_envs} environments are none.", "There must be one at least.", "Pass num_envs=16, for example."
-            )
         siblings: list[_SharingEnv] = []
         self._ended = np.zeros(num_envs, bool)
 
@@ -71,7 +68,7 @@ class TaskVectorEnv(SyncVectorEnv):
                 env = wrap(env)
             return _Precomputed(env)
 
-        super().__init__([make] * num_envs)
+        super().__init__([make] * num_envs, autoreset_mode=autoreset_mode)
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
@@ -95,7 +92,8 @@ class TaskVectorEnv(SyncVectorEnv):
         taken = zip(self._outermost(), self._ended, iterate(self.action_space, actions), strict=True)
         self._run({env: env.env.reset if ended else partial(env.env.step, action) for env, ended, action in taken})
         observations, rewards, terminated, truncated, infos = super().step(actions)
-        self._ended = terminated | truncated
+        if self.autoreset_mode is AutoresetMode.NEXT_STEP:
+            self._ended = terminated | truncated
         return observations, rewards, terminated, truncated, infos
 
     def _outermost(self) -> list["_Precomputed"]:

@@ -41,12 +41,13 @@ def travel(state: State, way: Iterable[State], clearance: Clearance) -> tuple[St
     """Follow a way up to contact: return the last free state, and whether there was contact."""
     for following in way:
         if clearance.at_least_m(following) < 0:
-            return _up_to_contact(state, following, clearance), True
+            return up_to_contact(state, following, clearance), True
         state = following
     return state, False
 
 
-def _up_to_contact(free: State, touching: State, clearance: Clearance) -> State:
+def up_to_contact(free: State, touching: State, clearance: Clearance) -> State:
+    """Return the last free state, at rest, on the straight line between a free state and one in contact."""
     while math.hypot(touching.x - free.x, touching.y - free.y) > CONTACT_TOLERANCE_M:
         middle = State((free.x + touching.x) / 2, (free.y + touching.y) / 2, (free.yaw_rad + touching.yaw_rad) / 2)
         free, touching = (free, middle) if clearance.exactly_m(middle) < 0 else (middle, touching)

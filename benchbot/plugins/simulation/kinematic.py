@@ -6,7 +6,6 @@ from functools import partial
 from typing import Any, ClassVar, Generic, Self, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from benchbot.plugin import (
     BenchbotError,
@@ -25,53 +24,16 @@ from benchbot.plugins.simulation.camera_noise import Response, SrgbResponse
 from benchbot.plugins.simulation.contact import Clearance, travel
 from benchbot.plugins.simulation.dynamics import State
 from benchbot.plugins.simulation.imu import Motion
+from benchbot.plugins.simulation.many_robots import PICTURES, KinematicRobots
 from benchbot.plugins.simulation.odometry import Odometry
+from benchbot.plugins.simulation.poses import EXACT, Trigonometry
 from benchbot.plugins.simulation.robot import Robot
 from benchbot.plugins.simulation.scanners import Laser, Lidar
-from benchbot.plugins.simulation.sensors import Camera, Frame, Instance, Labels, Sightings
+from benchbot.plugins.simulation.sensors import Frame, Labels, Sightings
+from benchbot.plugins.simulation.world import World
 
 CONTROL_PERIOD_S = 0.05
-PICTURES = ("image_rgb", "image_depth", "image_segment")
 CHANNELS = [*PICTURES, *(f"{picture}_info" for picture in PICTURES), "laser", "lidar", "imu", "joint_states", "poses"]
-
-
-class World(ABC):
-    """A loaded scene as sensors and footprints meet it; everything is in the map frame, in metres.
-
-    `instances` are its objects. `revision` counts up when something has moved that a robot can bump into.
-    """
-
-    instances: Sequence[Instance] = ()
-    revision: int = 0
-
-    @abstractmethod
-    def render(self, camera: Camera, poses: Sequence[Pose], *, rgb: bool) -> Sequence[Frame]:
-        """Return a picture from each pose of the camera's optical frame; colours may be zeros without `rgb`."""
-
-    @abstractmethod
-    def raycast(
-        self, origins: npt.NDArray[np.float64], directions: npt.NDArray[np.float64], range_max_m: float
-    ) -> npt.NDArray[np.floating]:
-        """Return distances (N,) along unit rays (N, 3) from origins (N, 3), +inf where nothing is within the range."""
-
-    @abstractmethod
-    def clearance_m(self, x: float, y: float) -> float:
-        """Return the distance from a point to the nearest obstacle of the robot's footprint, +inf without any."""
-
-    def show_object(self, name: str, transform: npt.NDArray[np.floating]) -> None:
-        """Put objects of a name, in pictures and rays, where a rigid transform (4, 4) takes them from where they began.
-
-        For the pictures of what another simulator moves; raises BenchbotError where objects stay.
-        """
-        raise BenchbotError(
-            f"The object '{name}' cannot be moved.",
-            f"In pictures of {type(self).__name__} all objects stay where the scene has them.",
-            "Leave objects fixed, or have another simulator take the pictures.",
-        )
-
-    def covers(self, x: float, y: float) -> bool:
-        """Return whether a point is inside an obstacle, for simulators whose clearance is not negative there."""
-        return False
 
 
 W = TypeVar("W", bound=World)
@@ -91,7 +53,8 @@ class KinematicSimulator(ABC, Generic[W]):
 
     def __init__(self, spec: PlatformSpec) -> None:
         self.spec = spec
-        self.robot = Robot.from_declaration(spec.robot, MotionConfig.from_robot(spec.robot, spec.localisation))
+        self.config = MotionConfig.from_robot(spec.robot, spec.localisation)
+        self.robot = Robot.from_declaration(spec.robot, self.config)
         self.world: W
 
     @abstractmethod
@@ -106,7 +69,7 @@ class KinematicSimulator(ABC, Generic[W]):
     def load(self, scene: Scene, seed: int) -> None:
         """Put the robot at the start pose of the scene; raises BenchbotError when it does not fit there."""
         self.world = self.open(scene)
-        self._sightings = Sightings(Labels.of(self.world.instances, scene.environment.get("object_labels", ())))
+        self.sightings = Sightings(Labels.of(self.world.instances, scene.environment.get("object_labels", ())))
         self._start_pose = scene.start_pose
         x, y, self._base_z_m = self._start_pose.translation_xyz
         self.state = State(x, y, self._start_pose.yaw_rad)
@@ -157,6 +120,19 @@ class KinematicSimulator(ABC, Generic[W]):
                 scanned = {name: scan[number] for name, scan in scans.items()}
                 observed[i] = platforms[i]._seen(wanted, frame, scanned)
         return observed
+
+    def many(self, count: int) -> KinematicRobots | None:
+        """Return so many robots like this one, to be moved as arrays; None where physics of its own moves each."""
+        base, own = KinematicSimulator, type(self)
+        same = all(
+            getattr(own, name) is getattr(base, name) for name in ("drive", "advance", "measured", "pose", "mounts")
+        )
+        return KinematicRobots(self, count, self.trigonometry) if same else None
+
+    @property
+    def trigonometry(self) -> Trigonometry:
+        """Whose sine and cosine move many robots: as exact as those of one, unless overridden."""
+        return EXACT
 
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
         """Apply one control tick; at contact the robot stands still, `collided`, for the rest of it."""
@@ -271,7 +247,7 @@ class KinematicSimulator(ABC, Generic[W]):
                 case "image_depth" if frame:
                     seen["image_depth"] = camera.depth(frame, partial(self._random, "image_depth"))
                 case "image_segment" if frame:
-                    seen["image_segment"] = self._sightings.segment(frame)
+                    seen["image_segment"] = self.sightings.segment(frame)
                 case "image_rgb_info" | "image_depth_info" | "image_segment_info":
                     seen[name] = camera.info()
                 case "laser" | "lidar":

@@ -24,7 +24,7 @@ class Odometry:
         self._pose = (start.x, start.y, start.yaw_rad)
         self._noise = (linear_noise, angular_noise)
         self._bias = bias
-        self._noise_of_ticks = _normals(seed)
+        self._noise_of_ticks = normals(seed)
 
     @property
     def pose(self) -> tuple[float, float, float]:
@@ -46,6 +46,7 @@ class Odometry:
         )
 
 
-def _normals(seed: int) -> Iterator[tuple[float, float]]:
+def normals(seed: int) -> Iterator[tuple[float, float]]:
+    """Yield the normal errors (way, turn) of one tick in motion after the other."""
     for block in count():
         yield from randomness.generator(seed, "odometry", block).standard_normal((_BLOCK, 2)).tolist()

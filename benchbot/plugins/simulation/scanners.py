@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from benchbot.plugin import LaserScan, LidarScan, Pose, directions, elevations_deg
 from benchbot.plugins.simulation.declared import check_keys, limits_m, optional
+from benchbot.plugins.simulation.poses import matrices
 
 Raycast = Callable[[npt.NDArray[np.float64], npt.NDArray[np.float64], float], npt.NDArray[np.floating]]
 """Distances (N,) in metres along unit rays (N, 3) from origins (N, 3) in the map frame; +inf beyond the last."""
@@ -65,13 +66,26 @@ class Laser:
         self, raycast: Raycast, laser_poses: Sequence[Pose], randoms: Iterable[np.random.Generator]
     ) -> list[LaserScan]:
         """Return a scan from each pose in the map frame, with noise from the generator of each (REP-117)."""
+        return [self.channel(ranges_m) for ranges_m in self.ranges(raycast, laser_poses, randoms)]
+
+    @property
+    def rays(self) -> int:
+        """Number of ranges in a scan."""
+        return self.beams
+
+    def ranges(
+        self, raycast: Raycast, laser_poses: Sequence[Pose], randoms: Iterable[np.random.Generator]
+    ) -> npt.NDArray[np.float64]:
+        """Return the ranges (poses, beams) of `scan`."""
         angles_rad = _around(self.beams)
         along = np.stack([np.cos(angles_rad), np.sin(angles_rad), np.zeros(self.beams)], 1)
+        return _measure(raycast, laser_poses, along, self.range_m, self.noise, randoms)
+
+    def channel(self, ranges_m: npt.NDArray[np.float64]) -> LaserScan:
+        """Return the channel `laser` of ranges (beams,)."""
         nearest_m, farthest_m = self.range_m
-        return [
-            {"scans": np.stack([scan, angles_rad], 1), "range_min": nearest_m, "range_max": farthest_m}
-            for scan in _measure(raycast, laser_poses, along, self.range_m, self.noise, randoms)
-        ]
+        scans = np.stack([ranges_m, _around(self.beams)], 1)
+        return {"scans": scans, "range_min": nearest_m, "range_max": farthest_m}
 
 
 @dataclass(frozen=True)
@@ -106,18 +120,30 @@ class Lidar:
         self, raycast: Raycast, lidar_poses: Sequence[Pose], randoms: Iterable[np.random.Generator]
     ) -> list[LidarScan]:
         """Return the channel `lidar` from each pose in the map frame, with noise from the generator of each."""
+        return [self.channel(ranges_m) for ranges_m in self.ranges(raycast, lidar_poses, randoms)]
+
+    @property
+    def rays(self) -> int:
+        """Number of ranges in a scan."""
+        return len(self.elevations_deg) * self.beams
+
+    def ranges(
+        self, raycast: Raycast, lidar_poses: Sequence[Pose], randoms: Iterable[np.random.Generator]
+    ) -> npt.NDArray[np.float32]:
+        """Return the ranges (poses, rings, beams) of `scan`."""
         elevations_rad, azimuths_rad = np.radians(self.elevations_deg), _around(self.beams)
         along = directions(elevations_rad, azimuths_rad).reshape(-1, 3)
-        shape = (len(elevations_rad), self.beams)
-        return [
-            {
-                "frame_id": self.frame,
-                "ranges_m": ranges_m.astype(np.float32).reshape(shape),
-                "elevations_rad": elevations_rad,
-                "azimuths_rad": azimuths_rad,
-            }
-            for ranges_m in _measure(raycast, lidar_poses, along, self.range_m, self.noise, randoms)
-        ]
+        ranges_m = _measure(raycast, lidar_poses, along, self.range_m, self.noise, randoms)
+        return ranges_m.astype(np.float32).reshape(-1, len(elevations_rad), self.beams)
+
+    def channel(self, ranges_m: npt.NDArray[np.floating]) -> LidarScan:
+        """Return the channel `lidar` of ranges (rings, beams), or of as many in a row."""
+        return {
+            "frame_id": self.frame,
+            "ranges_m": ranges_m.astype(np.float32).reshape(len(self.elevations_deg), self.beams),
+            "elevations_rad": np.radians(self.elevations_deg),
+            "azimuths_rad": _around(self.beams),
+        }
 
 
 def _around(beams: int) -> npt.NDArray[np.float64]:
@@ -134,9 +160,9 @@ def _measure(
 ) -> npt.NDArray[np.float64]:
     """Return ranges (poses, rays) along (rays, 3) in each pose's frame: +inf beyond the limits, -inf before them."""
     nearest_m, farthest_m = range_m
-    matrices = [pose.matrix() for pose in poses]
-    origins = np.concatenate([np.broadcast_to(matrix[:3, 3], along.shape) for matrix in matrices])
-    rays = np.concatenate([along @ matrix[:3, :3].T for matrix in matrices])
+    bases = matrices(poses)
+    origins = np.repeat(bases[:, :3, 3], len(along), 0)
+    rays = np.matmul(along, bases[:, :3, :3].transpose(0, 2, 1)).reshape(-1, 3)
     ranges_m = raycast(origins, rays, farthest_m).astype(np.float64).reshape(-1, len(along))
     if noise:
         ranges_m = np.stack([noise.apply(*each) for each in zip(ranges_m, randoms, strict=True)])

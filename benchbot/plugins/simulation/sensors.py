@@ -30,6 +30,10 @@ class Frame:
     depth_m: npt.NDArray[np.float32]
     instance: npt.NDArray[np.int32]
 
+    def row(self, index: int) -> "Frame":
+        """Return one of many exposures, where the arrays have a first axis of them."""
+        return Frame(self.rgb[index], self.depth_m[index], self.instance[index])
+
 
 class Instance(Protocol):
     """One object of a scene; `index` (1 or more) is its id in pictures, `class_name` None where it has no label."""
@@ -171,22 +175,22 @@ class Sightings:
     """
 
     def __init__(self, labels: Labels) -> None:
-        self._labels = labels
-        self._numbers = np.zeros(len(labels.classes), np.uint16)
+        self.labels = labels
+        self.numbers = np.zeros(len(labels.classes), np.uint16)
         self._counts: Counter[int] = Counter()
 
     def segment(self, frame: Frame) -> Segmentation:
         """Return the segmentation of one picture."""
-        classes, numbers = self._labels.classes[frame.instance], self._numbers[frame.instance]
+        classes, numbers = self.labels.classes[frame.instance], self.numbers[frame.instance]
         new = (numbers == 0) & (classes > 0)
         if new.any():
             for index in dict.fromkeys(frame.instance[new].tolist()):
-                label = int(self._labels.classes[index])
+                label = int(self.labels.classes[index])
                 self._counts[label] += 1
-                self._numbers[index] = label * INSTANCES_PER_CLASS + self._counts[label]
-            numbers = self._numbers[frame.instance]
+                self.numbers[index] = label * INSTANCES_PER_CLASS + self._counts[label]
+            numbers = self.numbers[frame.instance]
         return {
             "class_segment_img": classes,
             "instance_segment_img": numbers,
-            "class_ids": dict(self._labels.class_ids),
+            "class_ids": dict(self.labels.class_ids),
         }

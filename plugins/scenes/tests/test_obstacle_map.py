@@ -176,3 +176,15 @@ def test_a_robot_can_pass_a_gap_that_is_a_millimetre_wider_than_itself() -> None
 def test_a_thin_pole_is_not_jumped_over() -> None:
     pole = box((1, 0.299, 0), (1.0001, 0.2991, 1))
     assert drive_in(obstacles(pole), State(0.0, 0.0, 0.0), 1.5, 0.0, 2.0)[1]
+
+
+@given(st.lists(st.tuples(coordinates, coordinates), min_size=1, max_size=40))
+@settings(deadline=None)
+def test_many_points_at_once_are_as_far_as_one_by_one(places: list[tuple[float, float]]) -> None:
+    found = obstacles(box((-1, -0.5, 0), (1, 0.5, 2)), box((2, 1, 0), (2.5, 1.5, 1)))
+    x, y = np.array(places).T
+    assert found.distances_m(x, y).tolist() == [found.distance_m(*place) for place in places]
+
+
+def test_many_points_of_an_empty_scene_are_free() -> None:
+    assert obstacles().distances_m(np.zeros(2), np.array([1.0, 2.0])).tolist() == [math.inf] * 2

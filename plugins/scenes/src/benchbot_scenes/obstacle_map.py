@@ -27,10 +27,24 @@ class ObstacleMap:
         self._polygons = project_slab(corners, z_min_m, z_max_m)
         self._edges = _edges(self._polygons)
         self._cells: dict[tuple[int, int, int], Floats] = {}
+        self._gathered = _Gathered()
 
     def distance_m(self, x: float, y: float) -> float:
         """Return the distance from a point of the map frame to the nearest edge, +inf without any."""
         return float(distances_m(x, y, self._nearest_edges(x, y, len(CELL_SIZES_M))).min(initial=np.inf))
+
+    def distances_m(self, x: Floats, y: Floats) -> Floats:
+        """Return `distance_m` of points (N,), to the last bit, in one pass."""
+        if not self._edges.size:
+            return np.full(len(x), np.inf)
+        size_m = CELL_SIZES_M[-1]
+        columns, rows = np.floor(x / size_m).astype(np.int64), np.floor(y / size_m).astype(np.int64)
+        cells = []
+        for key, point in zip(zip(columns.tolist(), rows.tolist(), strict=True), zip(x, y, strict=True), strict=True):
+            if key not in self._gathered.numbers:
+                self._gathered.add(key, self._nearest_edges(float(point[0]), float(point[1]), len(CELL_SIZES_M)))
+            cells.append(self._gathered.numbers[key])
+        return self._gathered.least_m(x, y, np.array(cells, np.intp))
 
     def nearest_points(self, x: float, y: float) -> tuple[Floats, Floats]:
         """Return the nearest points (N, 2) of edges and their distances (N,), of the edges that may be nearest.
@@ -73,6 +87,37 @@ class ObstacleMap:
         return self._cells[key]
 
 
+class _Gathered:
+    """The edges of cells of the finest grid, one cell's after the other's."""
+
+    def __init__(self) -> None:
+        self.numbers: dict[tuple[int, int], int] = {}
+        self._parts: list[Floats] = []
+        self._edges = np.zeros((5, 0))
+        self._starts = np.zeros(1, np.intp)
+
+    def add(self, key: tuple[int, int], edges: Floats) -> None:
+        """Add the edges (5, E) of a cell, which are some."""
+        self.numbers[key] = len(self.numbers)
+        self._parts.append(edges)
+
+    def least_m(self, x: Floats, y: Floats, cells: npt.NDArray[np.intp]) -> Floats:
+        """Return the distance of each point (N,) to the nearest edge of its cell."""
+        if not len(cells):
+            return np.zeros(0)
+        if self._parts:
+            added = np.cumsum([part.shape[1] for part in self._parts])
+            self._edges = np.concatenate([self._edges, *self._parts], 1)
+            self._starts = np.append(self._starts, self._starts[-1] + added)
+            self._parts = []
+        counts = self._starts[cells + 1] - self._starts[cells]
+        begins = np.cumsum(counts) - counts
+        which = np.repeat(self._starts[cells] - begins, counts) + np.arange(counts.sum())
+        edges = self._edges[:, which]
+        least: Floats = np.minimum.reduceat(distances_m(np.repeat(x, counts), np.repeat(y, counts), edges), begins)
+        return least
+
+
 def _edges(polygons: Floats) -> Floats:
     """Return the distinct edges of polygons (P, N, 2) as rows x, y, x and y along the edge, 1 / length²: (5, E)."""
     ends = np.stack([polygons, np.roll(polygons, -1, 1)], 2).reshape(-1, 2, 2)
@@ -90,8 +135,8 @@ def _edges(polygons: Floats) -> Floats:
     return np.stack([x, y, along_x, along_y, 1.0 / (along_x**2 + along_y**2)])
 
 
-def distances_m(x: float, y: float, edges: Floats) -> Floats:
-    """Return the distance (E,) from a point to edges as `_edges` lays them out."""
+def distances_m(x: float | Floats, y: float | Floats, edges: Floats) -> Floats:
+    """Return the distance (E,) from a point, or from one each (E,), to edges as `_edges` lays them out."""
     start_x, start_y, along_x, along_y, inverse_length2 = edges
     offset_x, offset_y = x - start_x, y - start_y
     fraction = (offset_x * along_x + offset_y * along_y) * inverse_length2

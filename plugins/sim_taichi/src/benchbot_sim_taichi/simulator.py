@@ -9,7 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot.plugin import BenchbotError, Observations, PlatformSpec, Pose, Scene, did_you_mean
-from benchbot.simulation import Camera, Footprint, Frame, KinematicSimulator, World
+from benchbot.simulation import (
+    EXACT,
+    QUICK,
+    Camera,
+    Footprint,
+    Frame,
+    KinematicSimulator,
+    Trigonometry,
+    World,
+    matrices,
+)
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.obstacle_map import ObstacleMap
 from benchbot_scenes.scene import SceneGeometry
@@ -61,6 +71,11 @@ class RayTracedSimulator(KinematicSimulator["_World"]):
         twin = type(self)(self.spec)
         twin._worlds = self._worlds
         return twin
+
+    @property
+    def trigonometry(self) -> Trigonometry:
+        """Exact beside a processor's pictures; those of a graphics processor differ in the last bit anyway."""
+        return EXACT if self.world.device.kind == "cpu" else QUICK
 
     def observe_many(self, platforms: Sequence[Self], channels: Iterable[str]) -> list[Observations]:
         """Return what each of this simulator's twins observes now, with one launch for the pictures of a scene."""
@@ -120,6 +135,11 @@ class _World(World):
 
     def render(self, camera: Camera, poses: Sequence[Pose], *, rgb: bool) -> Sequence[Frame]:
         """Render all pictures in one batch."""
+        frames = self.render_many(camera, poses, rgb=rgb)
+        return [frames.row(i) for i in range(len(poses))]
+
+    def render_many(self, camera: Camera, poses: Sequence[Pose], *, rgb: bool) -> Frame:
+        """Render all pictures in one batch."""
         # The renderer puts the centre of the first pixel at one half.
         intrinsics = Intrinsics(
             camera.width,
@@ -130,8 +150,8 @@ class _World(World):
             camera.cy + 0.5,
             camera.distortion,
         )
-        batch = self.renderer.render_batch(np.stack([pose.matrix() for pose in poses]), intrinsics, rgb=rgb)
-        return [batch[i] for i in range(len(batch))]
+        batch = self.renderer.render_batch(matrices(poses), intrinsics, rgb=rgb)
+        return Frame(batch.rgb, batch.depth_m, batch.instance)
 
     def raycast(
         self, origins: npt.NDArray[np.float64], directions: npt.NDArray[np.float64], range_max_m: float
@@ -142,6 +162,10 @@ class _World(World):
     def clearance_m(self, x: float, y: float) -> float:
         """Return the exact planar distance to what lies between the footprint's heights."""
         return self._obstacles.distance_m(x, y)
+
+    def clearances_m(self, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Return the distances of points (N,) in one pass."""
+        return self._obstacles.distances_m(x, y)
 
     def covers(self, x: float, y: float) -> bool:
         """Return whether a surface of an obstacle lies above or below a point."""
