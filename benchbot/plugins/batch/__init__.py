@@ -10,6 +10,7 @@ __all__ = [
     "journal",
     "machine",
     "plan",
+    "seeds_screen",
     "status",
     "status_lines",
     "worker_pool",
