@@ -34,6 +34,7 @@ SUBMIT += ["--record", "frames=frames", "--results-location", "result.json", "--
 PICTURE = ["picture", "result.json", "--frames", "frames", "--output-location", "picture.png"]
 PROCESSES = {
     "benchbot.supervisor.platform.process": "simulator",
+    "benchbot_sim_taichi.light_process": "light",
     "benchbot.supervisor.recording.process": "recorder",
     "benchbot.supervisor": "supervisor",
     "segmentation_mapper.py": "solution",

@@ -59,7 +59,7 @@ def observations(cache: Path, rounds: int) -> list[Cost]:
 def starts(cache: Path, rounds: int) -> list[Cost]:
     """A fresh process up to its first six observations: nothing cached, kernels alone, everything (median)."""
     cold = _start("first frame, cold cache", cache)
-    for made_of_the_scene in (*cache.glob("tree-*"), *cache.glob("irradiance-*")):
+    for made_of_the_scene in cache.glob("*.npz"):
         made_of_the_scene.unlink()
     kernels = _start("first frame, kernels cached", cache)
     warm = [_start("first frame, warm cache", cache) for _ in range(rounds)]

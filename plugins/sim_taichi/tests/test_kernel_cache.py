@@ -33,6 +33,21 @@ KILLED_AFTER_ITS_FIRST_FRAME = (
 )
 
 
+KILLED_BEFORE_ITS_KERNELS_RUN = DEPTH.replace(
+    "cache, scene",
+    """import os, signal
+from benchbot_sim_taichi.kernels import first_hits
+launch = type(first_hits.meet._primal).launch_kernel
+def killed(kernel, *arguments):
+    if kernel.func.__name__ == "meet":
+        os.kill(os.getpid(), signal.SIGKILL)
+    return launch(kernel, *arguments)
+type(first_hits.meet._primal).launch_kernel = killed
+cache, scene""",
+    1,
+)
+
+
 def kernels(cache: Path) -> dict[str, int]:
     """When each compiled kernel was written, by the hash that it is found by."""
     return {path.name: path.stat().st_mtime_ns for path in (cache / "kernels").glob("T*.tic")}
@@ -61,6 +76,16 @@ def test_processes_that_are_killed_after_their_first_frame_have_not_compiled_in_
     assert warm(tmp_path, KILLED_AFTER_ITS_FIRST_FRAME).wait() == -signal.SIGKILL
     assert kernels(tmp_path) == compiled, "all that were asked for were there"
     assert not (tmp_path / "kernels" / kept.LOCK).exists()
+
+
+def test_a_process_that_is_killed_before_it_takes_a_frame_has_not_compiled_in_vain(
+    tmp_path: Path, kernel_cache: Path
+) -> None:
+    scene = ceiling_lamp(tmp_path / "room.glb")
+    assert warm(tmp_path, KILLED_BEFORE_ITS_KERNELS_RUN, scene).wait() == -signal.SIGKILL
+    compiled = kernels(tmp_path)
+    assert compiled
+    assert compiled.keys() <= kernels(kernel_cache).keys()
 
 
 def test_a_run_after_warming_compiles_nothing(tmp_path: Path, kernel_cache: Path) -> None:

@@ -11,6 +11,7 @@ import functools
 import importlib
 import sys
 import textwrap
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -29,6 +30,27 @@ def hasten(taichi: Any) -> None:
     kernels._inside_class = _is_class_body
     context = importlib.import_module("taichi.lang.ast.ast_transformer_utils").ASTTransformerContext
     context.get_pos_info = _position
+
+
+def compile_before_launch(taichi: Any, compiled: Callable[[], None]) -> None:
+    """Call `compiled` whenever a kernel has been compiled, before it runs: that may take as long again.
+
+    Taichi compiles a kernel as part of its first launch. Versions other than 1.7, and forks, go on doing so.
+    """
+    if taichi.__name__ != "taichi" or taichi.__version__[:2] != KNOWN_VERSION:
+        return
+    kernel: Any = importlib.import_module("taichi.lang.kernel_impl").Kernel
+    materialize = kernel.materialize
+
+    def materialize_and_compile(self: Any, key: Any = None, args: Any = None, arg_features: Any = None) -> None:
+        is_known = key in self.compiled_kernels
+        materialize(self, key, args, arg_features)
+        if key is not None and not is_known:
+            program = self.runtime.prog
+            program.compile_kernel(program.config(), program.get_device_caps(), self.compiled_kernels[key])
+            compiled()
+
+    kernel.materialize = materialize_and_compile
 
 
 def _parse(source: str) -> ast.Module:

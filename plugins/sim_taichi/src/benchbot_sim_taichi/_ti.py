@@ -89,6 +89,9 @@ def save_kernels() -> None:
         kernel_cache.save(ti.lang.impl.get_runtime().prog)
 
 
+_front_end.compile_before_launch(ti, save_kernels)
+
+
 def device_kind() -> str:
     """Return the kind of device that kernels run on; empty before the runtime is started."""
     return _started or ""

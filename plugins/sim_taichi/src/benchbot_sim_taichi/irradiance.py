@@ -56,9 +56,14 @@ def load_or_solve(
     scene: SceneGeometry, lighting: Lighting, device: DeviceScene, cache_dir: Path, seed: int
 ) -> Irradiance:
     """Return the irradiance of a scene, from `cache_dir` if it was computed before."""
-    path = cache_dir / f"irradiance-{cache_key(VERSION, scene, lighting, seed)}.npz"
+    path = path_of(scene, lighting, cache_dir, seed)
     names = {field.name for field in fields(Irradiance)}
     return Irradiance(**disk_cache.load_or_make(path, names, lambda: asdict(solve(scene, device, seed))))
+
+
+def path_of(scene: SceneGeometry, lighting: Lighting, cache_dir: Path, seed: int) -> Path:
+    """Return the file that keeps the irradiance of a scene."""
+    return cache_dir / f"irradiance-{cache_key(VERSION, scene, lighting, seed)}.npz"
 
 
 def cache_key(version: int, scene: SceneGeometry, lighting: Lighting, seed: int) -> str:

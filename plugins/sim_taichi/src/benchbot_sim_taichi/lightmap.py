@@ -51,7 +51,7 @@ def load_or_bake(
     seed: int,
 ) -> Lightmap:
     """Return the light of a scene, from `cache_dir` if it was worked out before."""
-    path = cache_dir / f"lightmap-{cache_key(VERSION, scene, lighting, seed)}.npz"
+    path = path_of(scene, lighting, cache_dir, seed)
     names = ("places", "index", "light")
 
     def made() -> disk_cache.Arrays:
@@ -60,6 +60,17 @@ def load_or_bake(
 
     kept = disk_cache.load_or_make(path, set(names), made)
     return Lightmap(*(_ti.upload(kept[name]) for name in names))
+
+
+def path_of(scene: SceneGeometry, lighting: Lighting, cache_dir: Path, seed: int) -> Path:
+    """Return the file that keeps the light of a scene."""
+    return cache_dir / f"lightmap-{cache_key(VERSION, scene, lighting, seed)}.npz"
+
+
+def none(scene: SceneGeometry) -> Lightmap:
+    """Return a light in which no surface of a scene is lit."""
+    places = np.full((len(scene.triangles), 2, charts.PLACE_STRIDE), -1.0, np.float32)
+    return Lightmap(_ti.upload(places.ravel()), _ti.upload(np.full(1, -1, np.int32)), _ti.upload(np.zeros(2, np.int32)))
 
 
 def bake(scene: SceneGeometry, device: DeviceScene, cells: Cells, near: Any, seed: int) -> Lightmap:

@@ -1,5 +1,6 @@
 """Pictures, depth, instance ids and laser ranges of a scene."""
 
+import copy
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,6 +19,8 @@ from benchbot_sim_taichi import (
     device_scene,
     irradiance,
     lamps,
+    light_grid,
+    light_process,
     lightmap,
     path_trace,
 )
@@ -58,6 +61,7 @@ class Renderer:
         self._scene, self._lighting, self._cache_dir = lamps.switched(scene, lighting.lamps), lighting, cache_dir
         self.device = device_scene.upload(self._scene, lighting, cache_dir)
         self._arranged: arrangement.Arrangement | None = None
+        self._is_lit_up = False
 
     @cached_property
     def irradiance(self) -> irradiance.Irradiance:
@@ -187,6 +191,8 @@ class Renderer:
         """
         poses = np.asarray(camera_poses, np.float64)
         width, height = common_size(poses, intrinsics)
+        if rgb and self._quality == REALTIME and not self._is_lit_up:
+            self._light_up()
         frames = DeviceFrames.allocate(len(poses), width, height, has_rgb=rgb, out=out)
         records = camera_records(poses, intrinsics, self.exposure if rgb else 1.0).reshape(-1, CAMERA_STRIDE)
         take, pixels_at_once = self._take, PIXELS_AT_ONCE
@@ -198,6 +204,20 @@ class Renderer:
         for first in range(0, len(poses), at_once):
             take(records[first : first + at_once], frames, first)
         return frames
+
+    def _light_up(self) -> None:
+        """Compile what takes pictures while another process works out the light, where that saves time."""
+        self._is_lit_up = True
+        kept = (self._scene, self._lighting, self._cache_dir, self._seed)
+        if self._arranged is None and light_process.is_of_use(*kept):
+            with light_process.lighting_up(*kept):
+                dark = copy.copy(self)
+                dark._buffers = {}
+                dark.exposure = np.ones(3)
+                nowhere = np.zeros((0, 3))
+                dark.near_lights = _ti.upload(light_grid.find(self.device, np.ones(8, np.float32), nowhere, nowhere))
+                dark.lightmap = lightmap.none(self._scene)
+                dark.render(np.eye(4), Intrinsics(16, 16, 8.0, 8.0, 8.0, 8.0))
 
     def _glance(self, records: npt.NDArray[np.float32], frames: DeviceFrames, first: int) -> None:
         """Take pictures `first` … of `frames` in one launch of one kernel, their colours from stored light alone."""
