@@ -359,11 +359,46 @@ def verify(
     else:
         rows = sum(found["phases"].values())
         console.data(f"All {rows} rows are signed as they must be, and the leaderboards follow from them.")
+        for name in found["commitments"]:
+            told = "is what was committed to" if name in found["revealed"] else "is not revealed yet"
+            console.data(f"{name} {told}.")
     if key is None:
         console.note(
             f"The key was not named. Anybody could have signed all of this anew: compare {found['key']} with what was "
             "published when the challenge began, or name that with --key."
         )
+
+
+@app.command()
+def compare(
+    export: Annotated[Path, typer.Argument(metavar="EXPORT", help="A folder that publish has written.")],
+    scores: Annotated[Path, typer.Argument(metavar="SCORES", help="What benchbot eval has written of your results.")],
+    phase: Annotated[str, typer.Option("--phase", metavar="PHASE", help="Which one.")] = "development",
+    as_json: Json = False,
+) -> None:
+    """Say where results of your own would stand on a published leaderboard, without handing them in."""
+    require_extra()
+    from dataclasses import asdict
+
+    from benchbot.plugins.challenge import publication
+
+    places = publication.compared(export, phase, scores)
+    if as_json:
+        console.data_json([asdict(place) for place in places])
+        return
+    console.table(
+        ("rank", "team", "score", "interval", "told apart from yours"),
+        [
+            (
+                str(place.rank),
+                place.team,
+                f"{place.score:.4f}",
+                "" if place.interval is None else "{:.4f} - {:.4f}".format(*place.interval),
+                "" if place.is_own else "no" if place.is_tied else "yes",
+            )
+            for place in places
+        ],
+    )
 
 
 def require_extra() -> None:

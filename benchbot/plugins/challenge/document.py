@@ -42,6 +42,8 @@ class Phase:
     per_day: int | None = None
     in_all: int | None = None
     modes: tuple[str, ...] = MODES
+    modes_are_named: bool = False
+    """Whether the declaration promises these modes; else those are admitted that the server can compute."""
     counts: str = "best"
     told_every_s: int = 0
     """Results are told at full multiples of it alone (UTC), so that the length of a run tells nothing; 0: at once."""
@@ -183,6 +185,7 @@ def _phase(name: str, given: Mapping[str, Any], path: Path) -> Phase:
         per_day=quota.get("per_day"),
         in_all=quota.get("in_all"),
         modes=tuple(given.get("modes", MODES)),
+        modes_are_named="modes" in given,
         counts=given.get("counts", "best"),
         told_every_s=given.get("told_every_s", TOLD_EVERY_S if given.get("hidden", False) else 0),
     )

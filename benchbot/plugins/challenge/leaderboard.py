@@ -125,7 +125,7 @@ def of(database: Database, phase: Phase, evaluator: Evaluator, memory: Memory | 
                 interval=None if interval is None else (interval["low"], interval["high"]),
                 entries=row.entries,
                 received_at=row.received_at,
-                by_environment={} if phase.hidden else _by_environment(document, evaluator),
+                by_environment={} if phase.hidden else by_environment(document, evaluator),
             )
         )
     return Board(phase.name, evaluator.headline, lower, tuple(standings), out)
@@ -163,12 +163,18 @@ def _told_apart(a: Document, b: Document, evaluator: Evaluator) -> bool:
             for side in ("a", "b")
         )
         weighted.append((first - second) * len(cluster))
-    if not weighted or not any(weighted) or significance.smallest_p(weighted) >= significance.ALPHA:
+    return is_more_than_luck(weighted)
+
+
+def is_more_than_luck(differences: Sequence[float]) -> bool:
+    """Say whether a permutation test tells two apart by their differences over places; too few places tell nobody."""
+    if not any(differences) or significance.smallest_p(differences) >= significance.ALPHA:
         return False
-    return significance.sign_flip(weighted, draws=DRAWS).p < significance.ALPHA
+    return significance.sign_flip(differences, draws=DRAWS).p < significance.ALPHA
 
 
-def _by_environment(document: Document, evaluator: Evaluator) -> dict[str, float]:
+def by_environment(document: Document, evaluator: Evaluator) -> dict[str, float]:
+    """Return the headline score in each environment of a scores document."""
     found: dict[str, list[dict[str, float]]] = {}
     for row in _rows(document):
         found.setdefault(str(row["environment"]), []).append(row["scores"])

@@ -14,13 +14,13 @@ import io
 import json
 import shutil
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from sqlalchemy import or_, select
 
-from benchbot.core import atomic
+from benchbot.core import atomic, plugin_manager, results
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.challenge import leaderboard, people, signing
 from benchbot.plugins.challenge.document import DISQUALIFIED, PLACES_SECRET, RUNS_SECRET, SCORED
@@ -73,6 +73,54 @@ def verify(folder: Path, key_id: str | None) -> Document:
         return _verified(folder, key_id)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise _false("The export has not the form of one.", f"{type(error).__name__}: {error}") from error
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where scores of one's own would stand on a published leaderboard, beside whom."""
+
+    rank: int
+    team: str
+    score: float
+    interval: tuple[float, float] | None
+    is_own: bool
+    is_tied: bool
+    """Whether the test over places does not tell it from one's own."""
+
+
+def compared(folder: Path, phase: str, path: Path) -> list[Place]:
+    """Return the leaderboard of an export with a scores document of one's own among its rows (`benchbot eval`).
+
+    Raises BenchbotError for scores of another method, of other places, or of a phase whose places are hidden.
+    """
+    described, board, document = _read(folder / CHALLENGE), _read(folder / f"{phase}.json"), results.read_scores(path)
+    rules, method = described["phases"][phase], document["method"]
+    if rules["hidden"]:
+        raise _not_comparable(f"The places of {rules['title']} are hidden.", "Your own results are of other ones.")
+    if method["name"] != rules["method"]:
+        raise _not_comparable(f"{path} was scored by another method.", f"{method['name']}, not {rules['method']}.")
+    own = leaderboard.by_environment(document, plugin_manager.load().record("evaluators", method["name"]))
+    if set(own) != set(rules["environments"]):
+        wanted = ", ".join(rules["environments"])
+        raise _not_comparable(f"{path} is of other places.", f"{', '.join(sorted(own))}, not {wanted}.")
+    interval = (document.get("intervals") or {}).get(board["score_name"])
+    score = float(document["scores"][board["score_name"]])
+    places = [
+        Place(0, row["team"], row["score"], row["interval"], is_own=False, is_tied=_is_tied(own, row["by_environment"]))
+        for row in board["standings"]
+    ]
+    places.append(Place(0, "(yours)", score, interval and (interval["low"], interval["high"]), True, True))
+    sign = 1 if board["lower_is_better"] else -1
+    places.sort(key=lambda place: (sign * place.score, place.is_own))
+    return [replace(place, rank=rank) for rank, place in enumerate(places, 1)]
+
+
+def _is_tied(own: Mapping[str, float], other: Mapping[str, float]) -> bool:
+    return not leaderboard.is_more_than_luck([own[name] - other[name] for name in sorted(own) if name in other])
+
+
+def _not_comparable(title: str, why: str) -> BenchbotError:
+    return BenchbotError(title, why, "Run the task of the phase in its places, and score it by its method.")
 
 
 def _verified(folder: Path, key_id: str | None) -> Document:
@@ -211,6 +259,9 @@ def _reveal(site: Site, target: Path) -> list[Path]:
         for addon in phase.addons if phase.hidden else ():
             shutil.copytree(site.challenge.folder / addon, target / "places" / Path(addon).name, dirs_exist_ok=True)
             written.append(target / "places" / Path(addon).name)
+            origin = (site.challenge.folder / addon).with_suffix(".origin.json")
+            if origin.is_file():  # what they were drawn from, besides the secret
+                written.append(Path(shutil.copy(origin, target / "places" / origin.name)))
     return written
 
 

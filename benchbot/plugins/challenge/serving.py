@@ -6,6 +6,7 @@ import signal
 import socket
 import threading
 from contextlib import ExitStack, suppress
+from dataclasses import replace
 from pathlib import Path
 from subprocess import Popen
 
@@ -36,8 +37,8 @@ def serve(
     from benchbot.plugins.challenge.web.app import create_app
 
     challenge = read(folder)
-    for phase in challenge.phases.values() if worker_count else ():
-        workers.prove(challenge, phase)
+    if worker_count:
+        challenge = _proven(challenge)
     database = Database(url_of(challenge, database_url))
     served = site(challenge, database, public_url)
     uploads.sweep(served)
@@ -74,6 +75,17 @@ def work(folder: Path, database_url: str | None, *, until_empty: bool, parent: i
     name = workers.name_of(os.getpid())
     over = ended.is_set if parent is None else (lambda: ended.is_set() or os.getppid() != parent)
     workers.Worker(challenge, database, key, name, over).run(until_empty=until_empty)
+
+
+def _proven(challenge: Challenge) -> Challenge:
+    """Return a challenge of which each phase admits what can be computed here; raises BenchbotError for too little."""
+    phases = {}
+    for name, phase in challenge.phases.items():
+        lacking = workers.prove(challenge, phase)
+        for mode, why in lacking.items():
+            console.note(f"{phase.title} admits no solution in a {mode}, which this machine cannot run: {why}")
+        phases[name] = replace(phase, modes=tuple(mode for mode in phase.modes if mode not in lacking))
+    return replace(challenge, phases=phases)
 
 
 def site(challenge: Challenge, database: Database, public_url: str | None = None) -> Site:

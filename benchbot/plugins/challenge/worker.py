@@ -171,12 +171,23 @@ class Worker:
                 return
 
 
-def prove(challenge: Challenge, phase: Phase) -> None:
-    """Prove that a phase can be computed here, by a solution that does nothing; raises BenchbotError when it cannot.
+def prove(challenge: Challenge, phase: Phase) -> dict[str, str]:
+    """Prove that a phase can be computed here, by solutions that do nothing; return which modes cannot be, and why.
 
-    What a batch refuses from then on is the fault of the submission that is in it.
+    Raises BenchbotError when none can be, or one that the phase names. What a batch refuses from then on is the fault
+    of the submission that is in it.
     """
-    mode = intake.SANDBOX if intake.SANDBOX in phase.modes else intake.CONTAINER
+    lacking = {mode: why for mode in phase.modes if (why := _refused(challenge, phase, mode)) is not None}
+    if lacking and (phase.modes_are_named or len(lacking) == len(phase.modes)):
+        raise BenchbotError(
+            f"Phase '{phase.name}' of {challenge.title} cannot be computed here.",
+            next(iter(lacking.values())),
+            f"Mend its batch or its modes in {challenge.folder / FILE}, or this machine: benchbot doctor",
+        )
+    return lacking
+
+
+def _refused(challenge: Challenge, phase: Phase, mode: str) -> str | None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "solution").mkdir()
@@ -194,14 +205,10 @@ def prove(challenge: Challenge, phase: Phase) -> None:
             check=False,
         )
     if tried.returncode == ExitCode.OK:
-        return
+        return None
     said = LastWords()
     said.add(tried.stdout)
-    raise BenchbotError(
-        f"Phase '{phase.name}' of {challenge.title} cannot be computed here.",
-        str(said),
-        f"Mend its batch in {challenge.folder / FILE}, or this machine: benchbot doctor",
-    )
+    return str(said).rpartition("Error: ")[2]  # before it comes what else was looked at
 
 
 def name_of(process: int) -> str:

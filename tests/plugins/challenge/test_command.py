@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,7 @@ def declare(cli: CommandLine, change: Callable[[dict[str, Any]], None] = lambda 
     assert made.returncode == 0, made.stderr
     path = cli.folder / "demo" / "challenge.yaml"
     document = yaml.safe_load(path.read_text("utf-8"))
-    document["phases"] = {"development": {"batch": dict(BATCH), "quota": {"per_day": 10}}}
+    document["phases"] = {"development": {"batch": dict(BATCH), "quota": {"per_day": 10}, "modes": ["sandbox"]}}
     change(document)
     path.write_text(yaml.safe_dump(document), "utf-8")
 
@@ -108,6 +109,17 @@ def test_from_an_empty_folder_to_a_leaderboard_that_anybody_can_verify(cli: Comm
     assert cli("challenge", "publish", "demo", "site").returncode == 0
     assert cli("challenge", "verify", "site", "--key", keyid).returncode == 0
     assert cli("challenge", "verify", "site", "--key", "0" * 64).returncode == 2
+
+    # A team that keeps its solution to itself sees where it would stand.
+    selection = ("--task", "sample:passive", "--robot", "sample_robot", "--env", "arena:1")
+    words = (*selection, "--native", f"{sys.executable} good/solution.py")
+    assert cli("submit", *words, "--results-location", "own.json").returncode == 0
+    assert cli("eval", "own.json", "--method", "omq", "--output-location", "own_scores.json").returncode == 0
+    stands = cli("challenge", "compare", "site", "own_scores.json", "--json")
+    assert [(place["team"], place["score"]) for place in json.loads(stands.stdout)] == [
+        ("Ada", row["score"]),
+        ("(yours)", row["score"]),
+    ]
     assert cli("challenge", "backup", "demo", "backup.zip").returncode == 0
     process.terminate()
     assert ended(process) == 0
@@ -127,6 +139,7 @@ def test_a_hidden_phase_runs_with_a_secret_of_which_nothing_is_told(cli: Command
     scored = submit(cli, url, solution(cli, "good", PASSIVE))
     assert scored["state"] == "scored"
     assert cli("challenge", "publish", "demo", "site").returncode == 0
+    assert "cannot be revealed yet" in cli("challenge", "publish", "demo", "early", "--reveal").stderr
     process.terminate()
     assert ended(process) == 0
     folder = cli.folder / "demo"
@@ -140,6 +153,19 @@ def test_a_hidden_phase_runs_with_a_secret_of_which_nothing_is_told(cli: Command
     for word in (secret.encode(), b"arena", str(cli.folder).encode()):
         assert not any(word in content for content in told)
 
+    # It is over: the secrets are published, and anybody sees that they are those of the start.
+    path = folder / "challenge.yaml"
+    document = yaml.safe_load(path.read_text("utf-8"))
+    document["phases"]["development"]["closes"] = "2026-01-01T00:00:00Z"
+    path.write_text(yaml.safe_dump(document), "utf-8")
+    assert cli("challenge", "publish", "demo", "over", "--reveal").returncode == 0
+    told_now = cli("challenge", "verify", "over")
+    assert "runs.secret is what was committed to." in told_now.stdout
+    assert (cli.folder / "over" / "runs.secret").read_text("ascii").strip() == secret
+    (cli.folder / "over" / "runs.secret").write_text("0" * 64)
+    refused = cli("challenge", "verify", "over")
+    assert (refused.returncode, "runs.secret is not what was committed to" in refused.stderr) == (2, True)
+
 
 def test_a_phase_that_cannot_be_computed_is_refused_before_anybody_hands_in(cli: CommandLine) -> None:
     def misspell(document: dict[str, Any]) -> None:
@@ -151,3 +177,20 @@ def test_a_phase_that_cannot_be_computed_is_refused_before_anybody_hands_in(cli:
     assert "Phase 'development'" in refused.stderr
     assert "arean" in refused.stderr
     assert "challenge.yaml" in refused.stderr
+
+
+def test_only_modes_that_this_machine_can_run_are_admitted(cli: CommandLine) -> None:
+    cli.variables["DOCKER_HOST"] = "unix:///nonexistent.sock"
+    declare(cli, lambda document: document["phases"]["development"].pop("modes"))
+    process = cli.start("challenge", "serve", "demo", "--port", "0")
+    assert "The container engine does not answer" in wait_for(process, "admits no solution in a container")
+    url = wait_for(process, "is served at").partition("served at ")[2].partition(". ")[0].strip()
+    assert asked(url, "/api/v1/challenge")["phases"]["development"]["modes"] == ["sandbox"]
+    process.terminate()
+    assert ended(process) == 0
+    path = cli.folder / "demo" / "challenge.yaml"
+    document = yaml.safe_load(path.read_text("utf-8"))
+    document["phases"]["development"]["modes"] = ["container"]
+    path.write_text(yaml.safe_dump(document), "utf-8")
+    refused = cli("challenge", "serve", "demo", "--port", "0")
+    assert (refused.returncode, "The container engine does not answer" in refused.stderr) == (2, True)

@@ -147,6 +147,7 @@ def test_when_a_run_in_a_hidden_place_began_and_ended_is_not_told(
     site.database.clock = lambda: now[0]
     token = people.renew_token(site.database, _joined(site, "Ada"))
     team = people.team_of(site.database, token)
+    assert team is not None
     ada = {"authorization": f"Bearer {token}"}
     made = submissions.accept(site.database, hidden, team, received())
 
