@@ -46,7 +46,7 @@ def test_colliders_are_left_out_and_named() -> None:
     paths = [("Table",), ("UCX_Table",)]
     found = recognise(paths, [Instance(1, "Table", None), Instance(2, "UCX_Table", None)], {}, None)
     assert found.colliders == ("UCX_Table",)
-    assert found.objects == (Found("Table", "table", False, (1,)),)
+    assert found.objects == (Found("Table", "table", False, (1,), ("Table",)),)
 
 
 @pytest.mark.parametrize(("hidden", "left"), [((), 2), (("Table",), 1)])
@@ -58,4 +58,4 @@ def test_a_person_says_what_is_hidden(hidden: tuple[str, ...], left: int) -> Non
 
 def test_classes_of_a_finished_scene_stay() -> None:
     found = recognise([("node 7",)], [Instance(1, "ball_7", "apple", is_group=True)], {}, None)
-    assert found.objects == (Found("ball_7", "apple", True, (1,)),)
+    assert found.objects == (Found("ball_7", "apple", True, (1,), ("node 7", "ball_7")),)

@@ -77,3 +77,17 @@ def test_light_comes_through_glass_and_from_lamps() -> None:
     for other in (Material("glass", transmission=1.0), Material("lamp", emission=(1.0, 1.0, 1.0))):
         lit = {**vars(closed), "materials": (*closed.materials, other), "triangle_material": east.astype(np.int32)}
         assert not light.is_dark(SceneGeometry(**lit), (2.0, 2.0))
+
+
+def test_the_start_is_under_a_ceiling_and_not_in_the_larger_garden() -> None:
+    fence = Box("fence", (5.0, 0, 0), (5.1, 12.0, 2.0))
+    roof = Box("roof", (0, 0, 2.5), (5.0, 12.0, 2.6))
+    room = find_room(_scene(_floor(40.0, 12.0), fence, roof), CARTER, None)
+    assert room.start[0] < 5.0
+    assert room.area_m2 < 60
+
+    # Open to the garden, all of it is to be reached, but the start stays in.
+    gate = Box("fence", (5.0, 0, 0), (5.1, 4.0, 2.0)), Box("fence 2", (5.0, 6.0, 0), (5.1, 12.0, 2.0))
+    room = find_room(_scene(_floor(40.0, 12.0), *gate, roof), CARTER, None)
+    assert room.start[0] < 5.0
+    assert room.area_m2 > 300

@@ -57,8 +57,17 @@ def import_environment(
         typer.Option("--guesses", metavar="FILE", help="A corrected guesses.yaml of an earlier import."),
     ] = None,
     robot: Annotated[
-        str, typer.Option("--robot", metavar="ROBOT", help="The robot that has to fit and to see.")
-    ] = "carter",
+        str | None,
+        typer.Option("--robot", metavar="ROBOT", help="The robot that has to fit and to see. [default: carter]"),
+    ] = None,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            "--start",
+            metavar="X,Y[,DEG]",
+            help="Where the robot starts: metres in the map, and its heading. [default: found]",
+        ),
+    ] = None,
     no_pictures: Annotated[
         bool, typer.Option("--no-pictures", help="Leave ray-traced views out of the report, which saves time.")
     ] = False,
@@ -79,17 +88,26 @@ def import_environment(
             "Name another one: --output-location FOLDER",
         )
     known = _known(guesses, units, up, floor_z_m, file)
-    with working(f"Reading {file.name}, and planning in it"):
-        imported = environment.build(file, name, _observer(robot), known, _labels(labels))
+    known = replace(known, robot=robot or known.robot or "carter", start_pose=_start(start) or known.start_pose)
+    imported = environment.build(file, name, _observer(str(known.robot)), known, _labels(labels), working)
+    with working("Writing the environment and its report"):
         environment.write(imported, folder)
-    with working("Taking pictures for the report, which may compile the ray tracer first"):
-        views = [] if no_pictures else report.views(imported)
-    page = folder / "report.html"
-    page.write_text(report.page(imported, file.name, views), encoding="utf-8")
+        page = folder / "report.html"
+        page.write_text(report.page(imported, file.name, []), encoding="utf-8")
     if as_json:
         console.data_json(_summary(imported, folder))
     else:
         _tell(imported, folder)
+    if not no_pictures:
+        with working("Taking pictures for the report, which may compile the ray tracer first"):
+            views = report.views(imported)
+        page.write_text(report.page(imported, file.name, views), encoding="utf-8")
+    if imported.shows_nothing:
+        raise BenchbotError(
+            f"The robot sees nothing in {name}:1.",
+            f"Its trajectory has {len(imported.declaration['trajectory_poses'])} poses; {page} shows where it starts.",
+            "Let it start elsewhere (--start X,Y), check unit, up axis and floor, or choose a smaller robot (--robot).",
+        )
 
 
 def _known(path: Path | None, units: str, up: str, floor_z_m: float | None, file: Path) -> "Guesses":
@@ -101,6 +119,20 @@ def _known(path: Path | None, units: str, up: str, floor_z_m: float | None, file
     if up != "auto":
         known = replace(known, up=cast(Literal["y", "z"], up))
     return known if floor_z_m is None else replace(known, floor_z_m=floor_z_m)
+
+
+def _start(start: str | None) -> tuple[float, float, float] | None:
+    if start is None:
+        return None
+    try:
+        x, y, heading_deg = map(float, [*start.split(","), "0"][:3])
+    except ValueError as error:
+        raise BenchbotError(
+            f"'{start}' is no start.",
+            "It is x and y in metres in the map, and perhaps a heading in degrees.",
+            "Write it like --start 1.5,2,90",
+        ) from error
+    return x, y, heading_deg
 
 
 def _labels(labels: str | None) -> Path | Literal["none"] | None:
@@ -154,6 +186,7 @@ def _summary(imported: "Imported", folder: Path) -> dict[str, Any]:
         "trajectory_poses": len(imported.declaration["trajectory_poses"]),
         "classes": {class_name: found.count(class_name) for class_name in sorted(set(found))},
         "labels": _labels_summary(imported),
+        "robot": imported.guesses.robot,
         "unseen": list(imported.unseen),
         "hidden": list(imported.guesses.hidden or ()),
         "notes": list(imported.notes),
@@ -198,7 +231,9 @@ def _tell(imported: "Imported", folder: Path) -> None:
         console.note(line)
     for note in told["notes"]:
         console.note(note)
-    console.note(f"Run it: benchbot run --addons {folder} --env {told['environment']} --robot carter --task …")
+    console.note(
+        f"Run it: benchbot run --addons {folder} --env {told['environment']} --robot {imported.guesses.robot} --task …"
+    )
 
 
 def _about(labels: dict[str, Any]) -> str:

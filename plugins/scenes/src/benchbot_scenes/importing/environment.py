@@ -2,6 +2,8 @@
 
 import json
 import math
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -11,8 +13,9 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from benchbot.plugin import BenchbotError, editor_line, write_editor_schema
+from benchbot_scenes.free_space import free_space
 from benchbot_scenes.ground_truth import BACKGROUND, mapped_objects
-from benchbot_scenes.importing import light
+from benchbot_scenes.importing import doors, light
 from benchbot_scenes.importing.glb import to_glb
 from benchbot_scenes.importing.guesses import Guesses, write_guesses
 from benchbot_scenes.importing.labels import Labelled, OrientedBox
@@ -20,7 +23,7 @@ from benchbot_scenes.importing.planning import Room, find_room, plan
 from benchbot_scenes.importing.understanding import Understood, understand
 from benchbot_scenes.importing.vocabulary import CLASSES
 from benchbot_scenes.occupancy_map import write_occupancy_map
-from benchbot_scenes.scene import SceneGeometry
+from benchbot_scenes.scene import SceneGeometry, only
 from benchbot_scenes.visibility import Observer
 
 OPEN_BELOW, ROOFED_ABOVE = 0.05, 0.95
@@ -30,6 +33,12 @@ NO_DAYLIGHT = {
 }
 """For closed scenes: what falls on a house from outside would only confuse the exposure."""
 GUESSES_FILE = "guesses.yaml"
+LEAST_POSES = 5
+
+
+@contextmanager
+def _silent(_what: str) -> Iterator[None]:
+    yield
 
 
 @dataclass(frozen=True)
@@ -46,14 +55,31 @@ class Imported:
     reasons: dict[str, str]
     notes: tuple[str, ...]
 
+    @property
+    def shows_nothing(self) -> bool:
+        """True if the robot hardly moves and sees none of the objects."""
+        found = self.ground_truth["ground_truth"]["objects"]
+        return len(self.declaration["trajectory_poses"]) < LEAST_POSES and len(self.unseen) >= len(found)
+
 
 def build(
-    path: Path, name: str, robot: Observer, known: Guesses, labelled_by: Path | Literal["none"] | None = None
+    path: Path,
+    name: str,
+    robot: Observer,
+    known: Guesses,
+    labelled_by: Path | Literal["none"] | None = None,
+    stage: Callable[[str], AbstractContextManager[None]] = _silent,
 ) -> Imported:
-    """Analyse a file and propose an environment in it; raise BenchbotError if that is impossible."""
-    understood = understand(path, known, labelled_by)
+    """Analyse a file and propose an environment in it; raise BenchbotError if that is impossible.
+
+    `stage` is entered with a sentence for each part of the work.
+    """
+    with stage(f"Reading {path.name}"):
+        understood = understand(path, known, labelled_by)
+    with stage("Looking for room to move"):
+        understood = without_doors(understood, robot, known)
+        room = find_room(understood.geometry, robot, known.start_pose)
     geometry, reasons, notes = understood.geometry, dict(understood.reasons), list(understood.notes)
-    room = find_room(geometry, robot, known.start_pose)
     notes.append(_about_roof(light.roofed_share(geometry, room.space, room.reached)))
     dark = light.is_dark(geometry, room.start[:2])
     if dark:
@@ -63,7 +89,13 @@ def build(
             if lamps
             else "It is closed and nothing in it shines: pictures will be black."
         )
-    coverage = plan(geometry, room.start, robot)
+    with stage("Planning a trajectory past all objects"):
+        coverage = plan(geometry, room.start, robot)
+    if len(coverage.poses) < LEAST_POSES:
+        notes.append(
+            f"The trajectory has only {len(coverage.poses)} poses: the robot can hardly move from where it starts. "
+            "Name another place (--start X,Y), a smaller robot (--robot), or what is in its way (hidden)."
+        )
     x, y, heading = room.start
     half = heading / 2
     declaration: dict[str, Any] = {
@@ -91,6 +123,31 @@ def build(
         guesses=_guessed(understood, room, known),
         reasons=reasons,
         notes=tuple(notes),
+    )
+
+
+def without_doors(understood: Understood, robot: Observer, known: Guesses) -> Understood:
+    """The scene without its closed doors, unless a person has said what is hidden; those of scans are as they are."""
+    objects = understood.recognised.objects
+    if known.hidden is not None or understood.labelled is not None:
+        return understood
+    if not any(doors.is_door(found.path) for found in objects):
+        return understood
+    geometry = understood.geometry
+    space = free_space(geometry, robot.z_min_m, robot.z_max_m)
+    closed = [objects[number - 1] for number in doors.closed(geometry, objects, space)]
+    names = {found.name for found in closed}
+    is_left = np.array([True, *(found.name not in names for found in geometry.instances)])[geometry.triangle_instance]
+    if not names or not is_left.any():
+        return understood
+    colliders = (*understood.recognised.colliders, *(found.path[-1] for found in closed))
+    shown = ", ".join(sorted(names)[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
+    note = f"Doors are left out, so that the robot can pass: {shown}. To keep one, take it from hidden in guesses.yaml."
+    return replace(
+        understood,
+        geometry=only(geometry, is_left),
+        recognised=replace(understood.recognised, colliders=colliders),
+        notes=(*understood.notes, note),
     )
 
 

@@ -26,6 +26,7 @@ class Guesses:
     hidden: tuple[str, ...] | None = None
     classes: dict[str, str | None] = field(default_factory=dict)
     lighting: dict[str, Any] | None = None
+    robot: str | None = None
 
     @property
     def unit_m(self) -> float | None:
@@ -55,6 +56,7 @@ def read_guesses(path: Path) -> Guesses:
         hidden=tuple(document["hidden"]) if "hidden" in document else None,
         classes=document.get("classes", {}),
         lighting=document.get("lighting"),
+        robot=document.get("robot"),
     )
 
 
@@ -81,6 +83,7 @@ def write_guesses(path: Path, guesses: Guesses, reasons: dict[str, str], source:
         "units": guesses.units,
         "up": guesses.up,
         "floor_z_m": guesses.floor_z_m,
+        "robot": guesses.robot,
         "start_pose": None if guesses.start_pose is None else [round(value, 4) for value in guesses.start_pose],
         "hidden": None if guesses.hidden is None else list(guesses.hidden),
         "classes": guesses.classes,

@@ -20,11 +20,15 @@ MOST_LAMPS = 24
 LAMP = Material("ceiling lamp", (0.9, 0.9, 0.9), emission=(1.0, 0.9, 0.78), double_sided=True)
 
 
-def roofed_share(geometry: SceneGeometry, space: FreeSpace, region: npt.NDArray[np.bool_]) -> float:
-    """The share of a floor's cells with something above them that is higher than 1.8 m."""
+def roofed(geometry: SceneGeometry, space: FreeSpace) -> npt.NDArray[np.bool_]:
+    """Say of each cell of a floor whether something is above it that is higher than 1.8 m."""
     high = project_slab(geometry.vertices[geometry.triangles].astype(np.float64), ROOF_M, np.inf)
-    covered = rasterise(high, space.low_m, space.shape, space.cell_m)
-    return float(covered[region].mean()) if region.any() else 0.0
+    return rasterise(high, space.low_m, space.shape, space.cell_m)
+
+
+def roofed_share(geometry: SceneGeometry, space: FreeSpace, region: npt.NDArray[np.bool_]) -> float:
+    """The share of a region's cells that are `roofed`."""
+    return float(roofed(geometry, space)[region].mean()) if region.any() else 0.0
 
 
 def is_dark(geometry: SceneGeometry, start: tuple[float, float]) -> bool:

@@ -6,7 +6,7 @@ from functools import cache
 
 from benchbot_scenes.importing.vocabulary import CLASSES, COLLIDER_WORDS, NO_CLASS, SYNONYMS
 
-_WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
+_WORD = re.compile(r"[A-ZÀ-ÖØ-Þ]+(?![a-zß-öø-ÿ])|[A-ZÀ-ÖØ-Þ]?[a-zß-öø-ÿ]+")
 _IRREGULAR = {"knives": "knife", "shelves": "shelf", "leaves": "leaf", "people": "people", "mice": "mouse"}
 _NOT_PLURAL = frozenset(("glass", "stairs", "clothes", "blinds", "headphones", "tablecloth", "canvas", "wc", "bus"))
 LONGEST = 3

@@ -12,12 +12,15 @@ from benchbot_scenes.scene import Instance, SceneGeometry, only
 
 @dataclass(frozen=True)
 class Found:
-    """An object: its name in the scene, its class if it has one, whether it is several in one, and its instances."""
+    """An object: its name in the scene, its class if it has one, whether it is several in one, its instances, and the
+    names that lead to it.
+    """
 
     name: str
     class_name: str | None
     is_group: bool
     instances: tuple[int, ...]
+    path: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,7 @@ def recognise(
         name = path[-1]
         taken[name] = taken.get(name, 0) + 1
         unique = name if taken[name] == 1 else f"{name} {taken[name]}"
-        objects.append(Found(unique, class_name, is_group, tuple(members)))
+        objects.append(Found(unique, class_name, is_group, tuple(members), path))
     hidden_names = tuple(path[-1] for path, is_hidden in zip(paths, colliders, strict=True) if is_hidden)
     return Recognised(tuple(objects), hidden_names)
 

@@ -5,16 +5,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+from scipy import ndimage
 
 from benchbot.plugin import BenchbotError
 from benchbot_scenes.coverage import MARGIN_M, Coverage, plan_coverage
 from benchbot_scenes.free_space import FreeSpace, free_space
+from benchbot_scenes.importing.light import roofed
 from benchbot_scenes.scene import Instance, SceneGeometry, only
 from benchbot_scenes.visibility import Observer
 
 Bools = npt.NDArray[np.bool_]
 Start = tuple[float, float, float]
 WIDE_M = 1.0
+# Less floor under a ceiling is that below a table or a porch.
+LEAST_INDOORS_M2 = 2.0
 LONGEST_VIEW_M = 8.0
 HEADINGS = 24
 # A scene in one piece is seen when pieces of this size are.
@@ -41,6 +45,8 @@ class Room:
 def find_room(geometry: SceneGeometry, robot: Observer, start_pose: Start | None) -> Room:
     """Return the largest free region and a start in its middle, or that around a start (x, y, heading in degrees).
 
+    Where there is a ceiling, the largest has most floor under it, and the start is there, too: not in the garden.
+
     Raises BenchbotError when the robot fits nowhere, or not at the start that is asked for.
     """
     sides_m = np.ptp(geometry.vertices[:, :2], axis=0)
@@ -62,15 +68,21 @@ def find_room(geometry: SceneGeometry, robot: Observer, start_pose: Start | None
                 "Choose another start_pose in the guesses, or delete it to have one chosen.",
             )
         return Room(space, reached, (x, y, math.radians(heading_deg)))
-    reached = space.largest_region(radius_m)
-    if not reached.any():
+    roof = roofed(geometry, space)
+    labels, count = ndimage.label(space.clearance_m >= radius_m)
+    if count:
+        under_roof = np.bincount(labels[roof], minlength=count + 1)[1:]
+        sizes = np.bincount(labels.ravel())[1:]
+        indoors = under_roof.max() * space.cell_m**2 >= LEAST_INDOORS_M2
+        reached = labels == 1 + int(np.argmax(under_roof if indoors else sizes))
+    else:
         raise BenchbotError(
             "There is no place in the scene that the robot fits in",
             f"It needs {radius_m:.2f} m all around and floor below; the widest place has "
             f"{float(space.clearance_m.max()):.2f} m, taking the floor at z = 0 of the converted scene.",
             "Check unit, up axis and floor: --units, --up, --floor-z; or choose a smaller robot: --robot.",
         )
-    return Room(space, reached, _start(space, reached))
+    return Room(space, reached, _start(space, reached & roof if indoors else reached))
 
 
 def _start(space: FreeSpace, reached: Bools) -> Start:

@@ -10,15 +10,19 @@ import numpy.typing as npt
 
 from benchbot.plugin import BenchbotError
 from benchbot_scenes.gltf import Y_UP_TO_Z_UP
+from benchbot_scenes.ground_truth import object_boxes
 from benchbot_scenes.importing import files, guesses, guessing, label_files, labels, names, objects, reading
 from benchbot_scenes.importing.glb import to_glb
 from benchbot_scenes.importing.guesses import Guesses
 from benchbot_scenes.importing.labels import Labelled, OrientedBox
 from benchbot_scenes.importing.model import UpAxis, turned
 from benchbot_scenes.importing.objects import Recognised
-from benchbot_scenes.scene import SceneGeometry
+from benchbot_scenes.scene import SceneGeometry, only
 
 LARGEST_M, SMALLEST_M = 2000.0, 0.5
+# Objects of one class are one, exported twice, when their boxes differ by no more.
+TWIN_M, TWIN_SHARE = 0.01, 0.02
+Box = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]
 _MOSTLY_Y_UP = (".obj",)
 _WITH_FILES_BESIDE = (".gltf", ".obj", ".usd", ".usda", ".usdc")
 _BESIDE = {
@@ -135,6 +139,7 @@ def understand(path: Path, known: Guesses, labelled_by: Path | Literal["none"] |
     if floor_z_m is None:
         floor_z_m, reasons["floor_z_m"] = guessing.floor_z_m(geometry)
     geometry = _shifted(geometry, (0.0, 0.0, -floor_z_m))
+    geometry, recognised, notes = _without_twins(geometry, recognised, model.notes)
     if labelled is not None:
         turn = np.eye(3) if up == "z" else Y_UP_TO_Z_UP
         boxes = {
@@ -142,7 +147,42 @@ def understand(path: Path, known: Guesses, labelled_by: Path | Literal["none"] |
             for name, box in labelled.boxes.items()
         }
         labelled = replace(labelled, boxes=boxes)
-    return Understood(with_sides(geometry), unit or unit_m, up, floor_z_m, recognised, reasons, model.notes, labelled)
+    return Understood(with_sides(geometry), unit or unit_m, up, floor_z_m, recognised, reasons, notes, labelled)
+
+
+def _without_twins(
+    geometry: SceneGeometry, recognised: Recognised, notes: tuple[str, ...]
+) -> tuple[SceneGeometry, Recognised, tuple[str, ...]]:
+    """Leave out objects that are where another one of their class is: each thing is in the truth once."""
+    boxes = object_boxes(geometry)
+    kept: dict[str, list[str]] = {}
+    twins: dict[str, str] = {}
+    for found in recognised.objects:
+        if found.class_name is None or found.name not in boxes:
+            continue
+        others = kept.setdefault(found.class_name, [])
+        twin = next((other for other in others if _is_twin(boxes[found.name], boxes[other])), None)
+        if twin is None:
+            others.append(found.name)
+        else:
+            twins[found.name] = twin
+    if not twins:
+        return geometry, recognised, notes
+    told = "; ".join(f"{name} is where {other} is" for name, other in list(twins.items())[:5])
+    more = f" and {len(twins) - 5} more" if len(twins) > 5 else ""
+    is_twin = np.array([False, *(found.name in twins for found in geometry.instances)])
+    left = only(geometry, ~is_twin[geometry.triangle_instance])
+    instances = tuple(replace(one, class_name=None) if one.name in twins else one for one in left.instances)
+    return (
+        replace(left, instances=instances),
+        replace(recognised, objects=tuple(found for found in recognised.objects if found.name not in twins)),
+        (*notes, f"Twins are left out: {told}{more}."),
+    )
+
+
+def _is_twin(box: Box, other: Box) -> bool:
+    size = np.maximum(box[1] - box[0], other[1] - other[0])
+    return bool((np.abs(np.array(box) - np.array(other)) <= np.maximum(TWIN_M, TWIN_SHARE * size)).all())
 
 
 def _lies(label: str) -> bool:
