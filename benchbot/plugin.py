@@ -43,6 +43,8 @@ if TYPE_CHECKING:
     from benchbot.core.documents import RobotDeclaration as RobotDeclaration
     from benchbot.core.documents import TrackedScene as TrackedScene
     from benchbot.core.episodes import digest as _episodes_digest
+    from benchbot.core.episodes import is_one_attempt as is_one_attempt
+    from benchbot.core.episodes import named_list as _named_episode_list
     from benchbot.core.errors import BenchbotError as BenchbotError
     from benchbot.core.errors import ExitCode as ExitCode
     from benchbot.core.errors import FailureClass as FailureClass
@@ -126,6 +128,7 @@ if TYPE_CHECKING:
     declaration_problems = _declaration_problems
     read_declaration = _read_declaration
     episodes_digest = _episodes_digest
+    named_episode_list = _named_episode_list
     LIDAR_POINT = _LIDAR_POINT
     LIDAR_OFFSETS = _LIDAR_OFFSETS
     installed_plugins = _installed_plugins
@@ -153,7 +156,7 @@ _HOMES = {
     "core.declarations.formats": "check_format",
     "core.declarations.schema": "check=check_declaration editor_line problems=declaration_problems "
     "read=read_declaration write_editor_schema",
-    "core.episodes": "digest=episodes_digest",
+    "core.episodes": "digest=episodes_digest is_one_attempt named_list=named_episode_list",
     "core.errors": "BenchbotError ExitCode FailureClass did_you_mean",
     "core.findings": "Finding Level Problem",
     "core.geometry": "Pose Quaternion wrap_angle_rad",

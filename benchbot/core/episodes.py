@@ -60,6 +60,27 @@ def digest(episodes: Mapping[str, Any]) -> str:
     return sha256(json.dumps(episodes, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
 
 
+def named_list(catalog: Catalog, chosen: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the episode list that a result's `provenance.selection.episode` names.
+
+    Raises BenchbotError unless just that list is installed.
+    """
+    listed = catalog.get("episodes", chosen["list"]).data
+    found = digest(listed)
+    if found != chosen["sha256"] or chosen["number"] >= len(listed["episodes"]):
+        raise BenchbotError(
+            f"The episodes '{chosen['list']}' are not those of this result.",
+            f"It is of the list with SHA-256 {chosen['sha256'][:12]}…, the installed one has {found[:12]}….",
+            "Install the version of the plug-in that the result's provenance names, or run the episode again.",
+        )
+    return listed
+
+
+def is_one_attempt(provenance: Mapping[str, Any]) -> bool:
+    """Return whether a result's solution had no attempt before the last one, and was alone at it."""
+    return not any(provenance.get(key) for key in ("restarts", "driven_by_hand", "taken_over"))
+
+
 def choose(
     catalog: Catalog, task: Declaration, robot: Declaration, scene: Declaration, number: int | None
 ) -> Episode | None:

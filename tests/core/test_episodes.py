@@ -169,4 +169,5 @@ def test_a_goal_to_fetch_is_two_classes_and_objects_begin_where_the_episode_says
     episode = episodes.Episode(Declaration("episodes", "tidy_up:room:1", Path("x.json"), "acme", document), 0)
     assert episode.goal == {"object": "cup", "place": "tray"}
     scene = Declaration("environments", "room:1", Path("x.yaml"), "acme", {"name": "room", "start_pose": []})
-    assert episode.placed(scene).data == {"name": "room", "start_pose": start["start_pose"], "loose_objects": objects}
+    start_pose = [1, 0, 0, 0, 1, 2, 0]
+    assert episode.placed(scene).data == {"name": "room", "start_pose": start_pose, "loose_objects": objects}

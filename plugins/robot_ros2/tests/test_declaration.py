@@ -1,3 +1,4 @@
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -110,3 +111,14 @@ def test_localisation_is_not_told_that_a_robot_is_where_navigation_only_tried_to
     }
     with pytest.raises(BenchbotError, match=r"wrong at 'driver\.localisation\.initial_pose'"):
         Ros2Robot.from_declaration(small)
+
+
+def test_the_arm_of_the_documentation_is_declared_as_it_is_shown(small: dict[str, Any]) -> None:
+    page = (Path(__file__).parents[3] / "docs" / "ros2.md").read_text("utf-8")
+    shown = yaml.safe_load(page.partition("### Arms")[2].partition("```yaml")[2].partition("```")[0])
+    small["connections"] |= shown["connections"]
+    robot = Ros2Robot.from_declaration(small | {"arm": shown["arm"]})
+    assert robot.arm is not None
+    assert list(robot.arm.joints) == ["shoulder", "elbow"]
+    assert robot.arm_commands.keys() == {"move_joints", "move_gripper"}
+    assert robot.command.ros_topic == "/cmd_vel"

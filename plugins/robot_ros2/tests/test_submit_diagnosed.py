@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 from benchbot.core.declarations import schema
-from plugins.robot_ros2.tests.unicycle import BY_TRUTH, declaration, unicycle, until
+from plugins.record_mcap.tests.bags import by_rosbags
+from plugins.robot_ros2.tests.unicycle import BY_TRUTH, arm_declaration, declaration, unicycle, until
 from tests.plugin_factory import DECLARES, PluginFactory
 
 Document = dict[str, Any]
@@ -77,6 +78,47 @@ def submit(domain: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Subm
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
     monkeypatch.setenv("BENCHBOT_STATE_DIR", str(tmp_path / "state"))
     return Submission(tmp_path)
+
+
+ARM_TASK = """
+name: 'hall:reach'
+actions: [move_distance, move_joints, move_gripper]
+observations: [joint_states, laser, poses]
+localisation: ground_truth
+"""
+REACHING = """
+import json, math, os
+from benchbot.api import BenchBot
+benchbot = BenchBot()
+benchbot.reset()
+benchbot.step("move_gripper", width=0.05)
+observations, _ = benchbot.step("move_joints", positions=[0.5, -0.3])
+joints = observations["joint_states"]
+assert benchbot.last_outcome == "reached", benchbot.last_outcome
+assert joints["names"] == ["shoulder", "elbow", "gripper"]
+assert abs(joints["positions"][0] - 0.5) < 0.02 and math.isnan(joints["velocities"][0])
+with open(os.environ["BENCHBOT_RESULT"], "w") as file:
+    json.dump(benchbot.empty_results(), file)
+"""
+
+
+def test_an_arm_is_moved_by_a_solution_and_recorded(submit: Submission) -> None:
+    robot = arm_declaration(localisation=BY_TRUTH)
+    (submit.folder / "hall" / "robots" / "unicycle.yaml").write_text(json.dumps(robot | {"runs_in": ["real"]}))
+    (submit.folder / "hall" / "tasks" / "walk.yaml").write_text(ARM_TASK.replace("reach", "walk"))
+    recorders = ("--record", "mcap=bag", "--record", "steps=steps")
+    with unicycle(arm=True) as there:
+        done = submit(*recorders, solution=REACHING)
+        assert done.returncode == 0, done.stderr
+        joints = there.state["joints"]
+    assert (joints["shoulder"], joints["elbow"]) == pytest.approx((0.5, -0.3), abs=0.02)
+    document = json.loads(submit.result.read_text())
+    assert [row[1] for scene in document["actions"] for row in scene["rows"][1:]] == ["move_gripper", "move_joints"]
+    told = {one["name"]: one["level"] for one in document["provenance"]["robot"]["findings"]}
+    assert told["move_joints /arm/commands"] == told["move_gripper /gripper/commands"] == "ok"
+    messages = [message for _, message in by_rosbags(submit.folder / "bag")["/joint_states"]]
+    assert list(messages[-1].name) == ["shoulder", "elbow", "gripper"]
+    assert messages[-1].position[0] == pytest.approx(0.5, abs=0.02)
 
 
 BROKEN: list[tuple[str, Document, str, str]] = [

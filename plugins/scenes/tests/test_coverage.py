@@ -1,11 +1,13 @@
 """Trajectories that see everything, and that can be driven."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from benchbot.core.errors import BenchbotError
 from benchbot_scenes.coverage import LEG_M, MARGIN_M, TURN_RAD, Coverage, Pose7, least_room, plan_coverage
 from benchbot_scenes.free_space import free_space
 from benchbot_scenes.routes import short_order
@@ -77,6 +79,12 @@ def test_a_robot_that_does_not_fit_goes_nowhere() -> None:
     found = plan_coverage(SCENE, (4.5, 1.5, 0.0), CARTER)
     assert found.poses == ()
     assert set(found.unseen) == {"table", "cup", "couch", "plant"}
+
+
+def test_a_camera_that_is_too_narrow_is_refused_in_words() -> None:
+    with pytest.raises(BenchbotError, match="No trajectory shows the objects") as refused:
+        plan_coverage(SCENE, START, replace(CARTER, half_width_deg=6.0))
+    assert "12 degrees wide" in refused.value.why
 
 
 def test_named_things_are_looked_for_whether_they_have_a_class_or_not() -> None:

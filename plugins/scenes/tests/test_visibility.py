@@ -80,3 +80,9 @@ def test_carter_is_what_its_declaration_says() -> None:
 
 def test_a_robot_that_says_nothing_is_taken_for_carter() -> None:
     assert observer({}).radius_m == CARTER.radius_m
+
+
+def test_a_camera_without_focal_lengths_is_taken_for_one_of_90_degrees() -> None:
+    seen = observer({"camera": {"frame": "camera", "width": 48, "height": 32}})
+    assert seen.half_width_deg == 45.0
+    assert math.isclose(math.tan(math.radians(seen.half_height_deg)), 32 / 48)

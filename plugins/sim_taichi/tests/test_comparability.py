@@ -77,6 +77,13 @@ def test_no_fault_of_a_sensor_passes(name: str, bench: Bench, sights: Sequence[S
     assert words in broken(findings)[subject], as_text(findings)
 
 
+def test_the_faults_that_are_found_are_listed_in_the_documentation() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "plugins.md").read_text("utf-8")
+    listed = page.partition("They are: ")[2].partition(" ([`sensor_faults.py`]")[0]
+    assert listed.split(", ") == list(FAULTS)
+    assert f"{len(FAULTS)} faults are put, one at a time" in page
+
+
 def test_one_fault_of_all_pictures_is_one_finding(bench: Bench, sights: Sequence[Sight]) -> None:
     fault, _, _ = FAULTS["mirrored pictures"]
     (found,) = [one for one in check_senses(fault(sights), bench.spec.robot) if one.level is Level.BROKEN]

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from benchbot.plugin import BenchbotError
 from benchbot_scenes.free_space import FreeSpace, free_space
 from benchbot_scenes.routes import Point, Roads, least_clearance
 from benchbot_scenes.scene import SceneGeometry
@@ -46,8 +47,17 @@ def plan_coverage(
     """Plan from `start` (x, y, heading in radians) past all objects of a class, or those named; always the same.
 
     Legs are straight, at most 0.7 m, and keep 5 cm from obstacles; turns are on the spot. No poses when the robot does
-    not fit where it starts. `space` is the geometry's free space for the robot, where it is known already.
+    not fit where it starts. `space` is the geometry's free space for the robot, where it is known already. Raises
+    BenchbotError for a camera that is too narrow to look for anything with.
     """
+    if robot.half_width_deg <= EDGE_DEG:
+        raise BenchbotError(
+            "No trajectory shows the objects to this robot.",
+            f"Its picture is {2 * robot.half_width_deg:.3g} degrees wide, and an object has to be {EDGE_DEG:g} degrees "
+            "inside of both edges to count as seen.",
+            "Choose a robot with a wider camera, or correct width and fx of its camera (in pixels); the default, "
+            "carter, sees 90 degrees.",
+        )
     if space is None:
         space = free_space(geometry, robot.z_min_m, robot.z_max_m, floor_z_m)
     things = targets(geometry, names)

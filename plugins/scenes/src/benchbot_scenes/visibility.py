@@ -178,12 +178,12 @@ CARTER = Observer(0.30, 0.03, 1.10, 1.05, 45.0, 29.4)
 
 
 def observer(robot: Mapping[str, object]) -> Observer:
-    """The observer that a simulated robot's declaration describes."""
+    """The observer that a robot's declaration describes; a camera without focal lengths is 90 degrees wide."""
     footprint, camera, frames = (_mapping(robot.get(key)) for key in ("footprint", "camera", "frames"))
     frame = _mapping(frames.get(str(camera.get("frame"))))
     mount = frame.get("xyz", (0.0, 0.0, CARTER.eye_m))
     height, width = (float(str(camera.get(key, value))) for key, value in (("height", 540), ("width", 960)))
-    fx, fy = (float(str(camera.get(key, 480))) for key in ("fx", "fy"))
+    fx, fy = (float(str(camera.get(key, width / 2))) for key in ("fx", "fy"))
     return Observer(
         float(str(footprint.get("radius_m", CARTER.radius_m))),
         float(str(footprint.get("z_min_m", CARTER.z_min_m))),

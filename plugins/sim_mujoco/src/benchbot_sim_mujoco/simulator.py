@@ -29,7 +29,8 @@ from benchbot_scenes.scene_file import scene_file
 from benchbot_sim_mujoco import opengl
 from benchbot_sim_mujoco.arm import Arm, ArmDeclaration
 from benchbot_sim_mujoco.drawing import Drawing
-from benchbot_sim_mujoco.physics import TIMESTEP_S, Physics
+from benchbot_sim_mujoco.model import TIMESTEP_S
+from benchbot_sim_mujoco.physics import Physics
 
 Floats = npt.NDArray[np.float64]
 

@@ -13,8 +13,9 @@ from benchbot.plugin import (
     Result,
     Spent,
     TrackedScene,
-    episodes_digest,
+    is_one_attempt,
     load_plugins,
+    named_episode_list,
 )
 
 Scores = dict[str, float]
@@ -60,7 +61,7 @@ def evaluate(result: Result, ground_truths: Sequence[GroundTruth]) -> Scores:
             "that can move them is simulated.",
             "Score the result that benchbot submit writes for a robot such as carter_arm.",
         )
-    listed = _listed(chosen)
+    listed = named_episode_list(Catalog(load_plugins()), chosen)
     episode = listed["episodes"][chosen["number"]]
     track = tracks[-1]
     rows = {str(each["name"]): each["rows"] for each in track["objects"]}
@@ -75,7 +76,7 @@ def evaluate(result: Result, ground_truths: Sequence[GroundTruth]) -> Scores:
     left_m, is_above = _left(rows[name][-1], place, float(listed["success_distance_m"]))
     placed = left_m <= 0.0 and is_above and not is_held
     spent = Spent.of(result)
-    ended_well = provenance.get("failure") is None and not spent.collisions and not _meddled(provenance)
+    ended_well = provenance.get("failure") is None and not spent.collisions and is_one_attempt(provenance)
     top_m = _top_m(place)
     values = (
         float(placed and ended_well),
@@ -126,21 +127,3 @@ def _moved_m(rows: Sequence[Row]) -> float:
 
 def _time_s(track: TrackedScene) -> float:
     return float(track["rows"][-1][1]) if track["rows"] else 0.0
-
-
-def _meddled(provenance: Mapping[str, Any]) -> bool:
-    """Return whether the solution had another attempt before, or was not alone at it."""
-    return any(provenance.get(key) for key in ("restarts", "driven_by_hand", "taken_over"))
-
-
-def _listed(chosen: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the episode list that a result names; raises BenchbotError unless just that one is installed."""
-    listed = Catalog(load_plugins()).get("episodes", chosen["list"]).data
-    found = episodes_digest(listed)
-    if found != chosen["sha256"] or chosen["number"] >= len(listed["episodes"]):
-        raise BenchbotError(
-            f"The episodes '{chosen['list']}' are not those of this result.",
-            f"It is of the list with SHA-256 {chosen['sha256'][:12]}…, the installed one has {found[:12]}….",
-            "Install the version of the plug-in that the result's provenance names, or run the episode again.",
-        )
-    return listed

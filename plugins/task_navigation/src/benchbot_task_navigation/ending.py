@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from benchbot.plugin import GroundTruth, Result, Spent
-from benchbot_task_navigation.evaluator import episode_of, evaluate, meddled
+from benchbot.plugin import GroundTruth, Result, Spent, is_one_attempt
+from benchbot_task_navigation.evaluator import episode_of, evaluate
 from benchbot_task_navigation.floor_plan import Floats, FloorPlan, Mask, Point, distance_to_box_m
 
 HALF_VIEW_RAD = math.radians(45)
@@ -64,7 +64,7 @@ def _why(
     left, circles = f"{scores['distance_to_goal_m']:.2f} m of way left", f"{revisited:.0%} of its way was in circles"
     if scores["success"]:
         return "reached", "It stopped at the goal."
-    if meddled(provenance):
+    if not is_one_attempt(provenance):
         return "not_alone", f"It had another attempt, or was helped: no success, with {left}."
     if failure.get("class") == "collision" or Spent.of(result).collisions:
         return "collision", f"It hit something, with {left}."

@@ -14,7 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from benchbot.plugin import BenchbotError, Catalog, GroundTruth, Result, Spent, episodes_digest, load_plugins
+from benchbot.plugin import (
+    BenchbotError,
+    Catalog,
+    GroundTruth,
+    Result,
+    Spent,
+    is_one_attempt,
+    load_plugins,
+    named_episode_list,
+)
 from benchbot_task_navigation.floor_plan import FloorPlan, Point, distance_to_box_m
 from benchbot_task_navigation.ways import Ways, length_m
 
@@ -71,7 +80,7 @@ def evaluate(result: Result, ground_truths: Sequence[GroundTruth]) -> Scores:
     left_m, near_enough = _left(ways, (x, y), episode["goal"], listed["success_distance_m"])
     return score(
         Run(
-            ended_well=provenance["failure"] is None and not meddled(provenance) and not spent.collisions,
+            ended_well=provenance["failure"] is None and is_one_attempt(provenance) and not spent.collisions,
             near_enough=near_enough,
             path_length_m=spent.path_length_m,
             distance_to_goal_m=left_m,
@@ -92,7 +101,7 @@ def episode_of(result: Result) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
             f"It has no {'episode' if chosen is None else 'track'}, which the back end notes when a run is submitted.",
             "Score the result that benchbot submit writes, or the one that benchbot run keeps in its folder.",
         )
-    listed = _listed(chosen)
+    listed = named_episode_list(Catalog(load_plugins()), chosen)
     return listed, listed["episodes"][chosen["number"]]
 
 
@@ -124,24 +133,6 @@ def _left(ways: Ways, end: Point, goal: Mapping[str, Any], success_m: float) -> 
     near = np.any([ways.plan.within(*box, success_m) for box in boxes], axis=0)
     way = ways.towards(near)(end)
     return nearest_m - success_m if way is None else length_m(way), False
-
-
-def meddled(provenance: Mapping[str, Any]) -> bool:
-    """Return whether the solution had another attempt before, or was not alone at it."""
-    return any(provenance.get(key) for key in ("restarts", "driven_by_hand", "taken_over"))
-
-
-def _listed(chosen: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the episode list that a result names; raises BenchbotError unless just that one is installed."""
-    listed = Catalog(load_plugins()).get("episodes", chosen["list"]).data
-    found = episodes_digest(listed)
-    if found != chosen["sha256"] or chosen["number"] >= len(listed["episodes"]):
-        raise BenchbotError(
-            f"The episodes '{chosen['list']}' are not those of this result.",
-            f"It is of the list with SHA-256 {chosen['sha256'][:12]}…, the installed one has {found[:12]}….",
-            "Install the version of the plug-in that the result's provenance names, or run the episode again.",
-        )
-    return listed
 
 
 @lru_cache(maxsize=4)
