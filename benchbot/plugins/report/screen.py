@@ -176,7 +176,7 @@ def forest(item: Mapping[str, Any], width: int, lower_is_better: bool | None) ->
     left = max(1, axis // 2 - len(ticks[0]))
     text.append(f"{'':<{column}} {ticks[0]}{'':<{left}}0{'':<{max(1, gap - left)}}{ticks[2]}\n", "dim")
     for label, row in zip(labels, rows, strict=False):
-        text.append(f"{label[:column]:<{column}} ")
+        text.append(f"{_shortened(label, column):<{column}} ")
         text.append_text(_axis(row["difference"], None, most, axis, better))
         text.append(f" {row['difference']:+.4f}\n")
     if len(rows) > MOST_PAIRS:
@@ -185,6 +185,12 @@ def forest(item: Mapping[str, Any], width: int, lower_is_better: bool | None) ->
     text.append_text(_axis(item["difference"], interval, most, axis, better))
     text.append(f" {item['difference']:+.4f}\n", "bold")
     return text
+
+
+def _shortened(label: str, width: int) -> str:
+    """Return a label without its middle: pairs differ at their beginning or, in the seed, at their end."""
+    tail = (width - 1) // 2
+    return label if len(label) <= width else f"{label[: width - 1 - tail]}…{label[-tail:]}"
 
 
 def _axis(value: float, interval: Mapping[str, float] | None, most: float, width: int, better: int | None) -> Text:
