@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from textual.screen import Screen
 
 from benchbot.plugins.tui.app import BenchbotApp
@@ -16,6 +17,7 @@ from benchbot.plugins.tui.batch_screen import BatchScreen
 from benchbot.plugins.tui.jobs import Alive
 from benchbot.plugins.tui.run_screen import RunScreen
 from docs.tools.screens import draw
+from tests.plugins.tui.moments import MOMENTS
 from tests.plugins.tui.watched import StillBatch, StillFeed, batch_view, run_view, surroundings
 
 SIZE = (110, 34)
@@ -31,7 +33,19 @@ def main() -> None:
         if name == "no-color":
             os.environ["NO_COLOR"] = "1"  # an app that begins takes it out again
         taken[name] = asyncio.run(_show(make(), keys, size))
+    os.environ.pop("NO_COLOR", None)
+    taken |= {name: asyncio.run(_moment(name)) for name in ("new-batch", "compare")}
     draw(taken, folder)
+
+
+async def _moment(name: str) -> str:
+    app = BenchbotApp(look=Alive)
+    app.animation_level = "none"
+    with pytest.MonkeyPatch.context() as patch:
+        async with app.run_test(size=SIZE) as pilot:
+            await MOMENTS[name](app, pilot, patch)
+            await pilot.pause(1.0)
+            return app.export_screenshot(simplify=True)
 
 
 async def _show(screen: Screen[None], keys: tuple[str, ...], size: tuple[int, int]) -> str:

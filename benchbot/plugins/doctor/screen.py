@@ -26,6 +26,7 @@ class DoctorScreen(CommandScreen):
     """Looks at the machine at once, and at a real robot when it is chosen; the worst comes first."""
 
     HEADING = "Robots and machine"
+    DEFAULT_CSS = "DoctorScreen #verdict { padding: 0 1; }"
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("f5", "look", "Look again", tooltip="Look once more"),
     ]
@@ -41,7 +42,7 @@ class DoctorScreen(CommandScreen):
         yield Static(id="verdict", markup=False)
         with Horizontal(classes="pane"):
             yield Table({"": 1, "Finding": 26, "Detail": None})
-            with VerticalScroll(classes="details", can_focus=False):
+            with VerticalScroll(classes="details aside", can_focus=False):
                 yield Facts(id="facts")
 
     def on_mount(self) -> None:

@@ -54,7 +54,7 @@ class PluginsScreen(CommandScreen):
         yield TextField("Index", self.app.preference(INDEX), placeholder="the one that pip and uv use")
         with Horizontal(classes="pane"):
             yield Table({"": 1, "Name": 27, "Version": 7, "Kind": 11, "Summary": None})
-            with VerticalScroll(classes="details", can_focus=False):
+            with VerticalScroll(classes="details aside", can_focus=False):
                 yield Facts(id="facts")
 
     def on_mount(self) -> None:

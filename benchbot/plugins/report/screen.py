@@ -33,7 +33,6 @@ class CompareScreen(CommandScreen):
     ]
     DEFAULT_CSS = """
     CompareScreen .form { width: 45%; max-width: 64; }
-    CompareScreen .details { width: 1fr; }
     """
 
     def __init__(self) -> None:
@@ -55,7 +54,7 @@ class CompareScreen(CommandScreen):
                 yield self._score_field
                 yield self._over_field
                 yield self._objects_field
-            with VerticalScroll(classes="details"):
+            with VerticalScroll(classes="details main"):
                 yield Static(id="outcome", markup=False)
 
     def on_mount(self) -> None:
@@ -170,14 +169,14 @@ def forest(item: Mapping[str, Any], width: int, lower_is_better: bool | None) ->
     room = max((len(label) for label in labels), default=4)
     column = max(12, min(room, width - LEAST_AXIS - 11))
     axis = max(LEAST_AXIS, min(61, width - column - 11)) // 2 * 2 + 1
-    text = Text(f"\n{item['a']} − {item['b']}, pair by pair\n", "underline")
+    text = Text.assemble((f"\n{item['a']} − {item['b']}, pair by pair\n", "underline"))
     better = {True: -1, False: 1}.get(lower_is_better)  # type: ignore[arg-type]
     ticks = [f"−{most:.3g}", "0", f"+{most:.3g}"]
     gap = axis - sum(map(len, ticks))
     left = max(1, axis // 2 - len(ticks[0]))
     text.append(f"{'':<{column}} {ticks[0]}{'':<{left}}0{'':<{max(1, gap - left)}}{ticks[2]}\n", "dim")
     for label, row in zip(labels, rows, strict=False):
-        text.append(f"{label[:column]:<{column}} ")
+        text.append(f"{_shortened(label, column):<{column}} ")
         text.append_text(_axis(row["difference"], None, most, axis, better))
         text.append(f" {row['difference']:+.4f}\n")
     if len(rows) > MOST_PAIRS:
@@ -186,6 +185,12 @@ def forest(item: Mapping[str, Any], width: int, lower_is_better: bool | None) ->
     text.append_text(_axis(item["difference"], interval, most, axis, better))
     text.append(f" {item['difference']:+.4f}\n", "bold")
     return text
+
+
+def _shortened(label: str, width: int) -> str:
+    """Return a label without its middle: pairs differ at their beginning or, in the seed, at their end."""
+    tail = (width - 1) // 2
+    return label if len(label) <= width else f"{label[: width - 1 - tail]}…{label[-tail:]}"
 
 
 def _axis(value: float, interval: Mapping[str, float] | None, most: float, width: int, better: int | None) -> Text:
@@ -208,7 +213,7 @@ def _axis(value: float, interval: Mapping[str, float] | None, most: float, width
 
 
 def _objects(item: Mapping[str, Any]) -> Text:
-    text = Text("\nObjects (this shows the truth)\n", "underline")
+    text = Text.assemble(("\nObjects (this shows the truth)\n", "underline"))
     counts = f"both {item['both']}, neither {item['neither']}, in {item['episodes']} episodes of both"
     text.append(one_line(f"{item['a']} and {item['b']}: {counts}") + "\n", "dim")
     for name, sign, color, rows in ((item["a"], "+", "green", item["won"]), (item["b"], "−", "red", item["lost"])):

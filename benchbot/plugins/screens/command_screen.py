@@ -81,6 +81,7 @@ class CommandScreen(Screen[None]):
     CommandScreen > .bar { height: 1; background: $primary; color: $text; padding: 0 1; text-style: bold; }
     CommandScreen > #said { height: auto; max-height: 8; padding: 0 1; }
     CommandScreen > #words { height: auto; max-height: 3; padding: 0 1; background: $boost; color: $text-muted; }
+    CommandScreen > FormField { padding: 0 1; }
     CommandScreen .pane { height: 1fr; }
     CommandScreen .form { height: 1fr; padding: 0 1; scrollbar-size-vertical: 1; }
     CommandScreen .details { width: 42%; height: 1fr; padding: 0 1; border-left: solid $panel; }

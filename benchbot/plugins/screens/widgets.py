@@ -141,7 +141,10 @@ class Table(DataTable[Text]):
         Binding("home", "scroll_top", "First", show=False),
         Binding("end", "scroll_bottom", "Last", show=False),
     ]
-    DEFAULT_CSS = "Table { overflow-x: hidden; height: 1fr; scrollbar-size-vertical: 1; }"
+    DEFAULT_CSS = """
+    Table { overflow-x: hidden; height: 1fr; background: $background; scrollbar-size-vertical: 1; }
+    Table:focus { background-tint: $foreground 0%; }
+    """
 
     def __init__(self, columns: Mapping[str, int | None], *, id: str | None = None) -> None:  # noqa: A002 - as Textual names it
         super().__init__(cursor_type="row", zebra_stripes=True, id=id)

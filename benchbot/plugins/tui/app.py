@@ -198,19 +198,25 @@ class BenchbotApp(BaseApp):
 
     def get_system_commands(self, screen: Screen[Any]) -> Iterable[SystemCommand]:
         """Yield what the command palette offers: what the present screen can do, every screen, and the app's own."""
+        found: dict[str, SystemCommand] = {}
         for binding in screen.active_bindings.values():
             one = binding.binding
             if binding.node is screen and binding.enabled and (one.show or one.tooltip):
                 action = partial(screen.run_action, one.action)
-                yield SystemCommand(one.description.capitalize(), one.tooltip or "Of this screen", action)
+                title = one.description.capitalize()
+                found[title] = SystemCommand(title, one.tooltip or "Of this screen", action)
         for name, registered in self._registered.items():
-            record = registered.record
-            yield SystemCommand(name.capitalize(), record.summary, partial(self.open_screen, name))
-        yield SystemCommand("New run", "Choose a task, a robot and an environment", self.action_new_run)
-        yield SystemCommand("Results", "Look at results, evaluate them, make reports", self.action_results)
-        yield SystemCommand("Theme", "Dark, light, for the colour-blind, or the terminal's own", self.action_theme)
-        yield SystemCommand("Keys", "Every key of every screen", self.action_help)
-        yield SystemCommand("Quit", "What runs goes on", self.action_quit)
+            title = name.capitalize()
+            found[title] = SystemCommand(title, registered.record.summary, partial(self.open_screen, name))
+        for command in (
+            SystemCommand("New run", "Choose a task, a robot and an environment", self.action_new_run),
+            SystemCommand("Results", "Look at results, evaluate them, make reports", self.action_results),
+            SystemCommand("Theme", "Dark, light, for the colour-blind, or the terminal's own", self.action_theme),
+            SystemCommand("Keys", "Every key of every screen", self.action_help),
+            SystemCommand("Quit", "What runs goes on", self.action_quit),
+        ):
+            found.setdefault(command.title, command)
+        yield from found.values()
 
     def action_command_palette(self) -> None:
         """Show the command palette; one that is opened at once waits for the screens of other distributions."""

@@ -155,9 +155,11 @@ class Listing(ScrollView, Generic[Item]):
         words = self.needle.casefold().split()
         column = self.columns[self._sort]
         shown = [item for item in self._items if self._holds(item, words)] if words else list(self._items)
-        known = [item for item in shown if column.key(item) is not None]
-        known.sort(key=column.key, reverse=self._downwards)  # type: ignore[arg-type]
-        self.shown = [*known, *(item for item in shown if column.key(item) is None)]
+        keys = [column.key(item) for item in shown]
+        places = [place for place, key in enumerate(keys) if key is not None]
+        places.sort(key=keys.__getitem__, reverse=self._downwards)  # type: ignore[arg-type]
+        unknown = [item for item, key in zip(shown, keys, strict=True) if key is None]
+        self.shown = [*(shown[place] for place in places), *unknown]
         self._row = min(self._row, max(len(self.shown) - 1, 0))
         self.virtual_size = Size(0, HEAD_LINES + len(self.shown))
         self.refresh()

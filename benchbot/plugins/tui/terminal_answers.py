@@ -1,13 +1,17 @@
 """What the terminal answers about pictures: asked once, before the screens begin, and never for longer than a moment.
 
+Within tmux that allows it, the terminal around tmux is asked, too: what is for that one passes through in an envelope.
+
 Every terminal answers the last question (primary device attributes), so that the time-out is for those that are broken.
 https://sw.kovidgoyal.net/kitty/graphics-protocol/#querying-support-and-available-transmission-mediums
 https://vt100.net/docs/vt510-rm/DA1.html
+https://github.com/tmux/tmux/wiki/FAQ#what-is-the-passthrough-escape-sequence-and-how-do-i-use-it
 """
 
 import os
 import re
 import select
+import subprocess
 import sys
 import termios
 import time
@@ -15,7 +19,10 @@ import tty
 
 TIMEOUT_S = 0.5
 _ID = 31
-_QUESTIONS = f"\x1b_Gi={_ID},s=1,v=1,a=q,t=d,f=24;AAAA\x1b\\\x1b[c".encode()
+_SHOWS_KITTY = f"\x1b_Gi={_ID},s=1,v=1,a=q,t=d,f=24;AAAA\x1b\\"
+_QUESTIONS = f"{_SHOWS_KITTY}\x1b[c".encode()
+ENVELOPE = ("\x1bPtmux;", "\x1b\\")
+"""Between these stands what tmux passes through, with every ESC in it doubled."""
 _CURSOR = re.compile(rb"\x1b\[\d+;(\d+)R")
 _KITTY = re.compile(rb"\x1b_Gi=%d;OK\x1b\\" % _ID)
 _ATTRIBUTES = re.compile(rb"\x1b\[\?([\d;]*)c")
@@ -26,7 +33,25 @@ def kind_of_images(timeout_s: float = TIMEOUT_S) -> str:
     """Return `kitty` or `sixel` where the terminal says that it shows them, else `halfcell`."""
     if not (sys.__stdin__ and sys.__stdout__ and sys.__stdin__.isatty() and sys.__stdout__.isatty()):
         return "halfcell"
-    return named(_asked(sys.__stdin__.fileno(), sys.__stdout__.fileno(), timeout_s))
+    source, target = sys.__stdin__.fileno(), sys.__stdout__.fileno()
+    kind = named(_asked(source, target, timeout_s))
+    if kind == "halfcell" and passes_through():
+        question = _SHOWS_KITTY.replace("\x1b", "\x1b\x1b").join(ENVELOPE).encode()
+        # The last question would be answered by tmux itself, long before the terminal around it.
+        kind = named(_asked(source, target, timeout_s, question, _KITTY))
+    return kind
+
+
+def passes_through() -> bool:
+    """Say whether this is within a tmux that passes on what is for the terminal around it, as tmux itself says."""
+    if "TMUX" not in os.environ:
+        return False
+    words = ["tmux", "show-options", "-A", "-p", "-v", "allow-passthrough"]
+    try:
+        said = subprocess.run(words, capture_output=True, text=True, timeout=5, check=False).stdout.strip()
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+    return said in ("on", "all")
 
 
 def draws_in_one_cell(character: str, timeout_s: float = TIMEOUT_S) -> bool:
@@ -46,14 +71,20 @@ def named(answer: bytes) -> str:
     return "sixel" if attributes is not None and _SIXEL in attributes[1].split(b";")[1:] else "halfcell"
 
 
-def _asked(source: int, target: int, timeout_s: float, questions: bytes = _QUESTIONS) -> bytes:
+def _asked(
+    source: int,
+    target: int,
+    timeout_s: float,
+    questions: bytes = _QUESTIONS,
+    last: "re.Pattern[bytes]" = _ATTRIBUTES,
+) -> bytes:
     answer = b""
     before = termios.tcgetattr(source)
     try:
         tty.setcbreak(source, termios.TCSADRAIN)
         os.write(target, questions)
         end_s = time.monotonic() + timeout_s
-        while not _ATTRIBUTES.search(answer):
+        while not last.search(answer):
             ready, _, _ = select.select([source], [], [], max(0.0, end_s - time.monotonic()))
             if not ready:
                 break

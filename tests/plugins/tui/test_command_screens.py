@@ -109,6 +109,14 @@ def test_a_forest_has_every_pair_at_its_place_on_one_axis() -> None:
     assert drawn["all"].index("├") < zero < drawn["all"].index("◆") < drawn["all"].index("┤")
 
 
+def test_pairs_that_differ_in_their_seed_are_told_apart_where_there_is_little_room() -> None:
+    rows = [{**ROWS[2], "pair": f"house_of_many_rooms:1, seed {seed}"} for seed in (1, 2)]
+    item = {"a": "ours", "b": "base", "rows": rows, "difference": 0.05, "interval": None}
+    labels = {line.split("  ")[0] for line in forest(item, 40, lower_is_better=False).plain.splitlines()[3:5]}
+    assert len(labels) == 2
+    assert all(label.startswith("house") and "…" in label for label in labels)
+
+
 def test_objects_won_and_lost_are_told_as_the_truth() -> None:
     rows = [{"episode": "arena:1, seed 0", "class": "bottle", "truth": 0, "why": "Nothing overlaps it."}]
     changes = {"a": "ours", "b": "base", "won": rows, "lost": [], "episodes": 1, "both": 2, "neither": 0}

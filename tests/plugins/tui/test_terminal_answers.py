@@ -2,10 +2,14 @@
 
 import os
 import pty
+import re
 import select
+import subprocess
 import sys
 import termios
 import threading
+import time
+from pathlib import Path
 
 import pytest
 
@@ -52,3 +56,51 @@ def test_what_is_no_terminal_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> No
         monkeypatch.setattr(sys, "__stdin__", nothing)
         monkeypatch.setattr(sys, "__stdout__", nothing)
         assert terminal_answers.kind_of_images() == "halfcell"
+
+
+PICTURE = """\
+import sys
+from PIL import Image
+from rich.console import Console
+from benchbot.plugins.tui import raster, terminal_answers
+kind = terminal_answers.kind_of_images(timeout_s=20.0)
+print("kind:", kind)
+if kind == "kitty":
+    raster.prepare(kind)
+    from textual_image.renderable.tgp import Image as Shown
+    Console(color_system="truecolor", force_terminal=True).print(Shown(Image.new("RGB", (8, 8), "red"), 2, 1))
+print("it is", "all", flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.mark.parametrize("allowed", [True, False])
+def test_within_tmux_pictures_pass_through_to_the_terminal_around_it_where_it_allows_that(
+    allowed: bool, tmp_path: Path
+) -> None:
+    (tmp_path / "conf").write_text(f"set -g allow-passthrough {'on' if allowed else 'off'}\n")
+    (tmp_path / "picture.py").write_text(PICTURE)
+    tmux = ["tmux", "-u", "-S", str(tmp_path / "s"), "-f", str(tmp_path / "conf")]
+    variables = {**os.environ, "TERM": "xterm-256color"}
+    variables.pop("TMUX", None)
+    outside, inside = pty.openpty()
+    command = [*tmux, "new-session", "-x", "80", "-y", "24", f"{sys.executable} {tmp_path / 'picture.py'}"]
+    with subprocess.Popen(command, stdin=inside, stdout=inside, stderr=inside, env=variables, start_new_session=True):
+        seen, answered = b"", False
+        deadline_s = time.monotonic() + 120
+        while b"it is all" not in seen:
+            assert time.monotonic() < deadline_s, seen
+            if select.select([outside], [], [], 0.5)[0]:
+                seen += os.read(outside, 1 << 16)
+            if b"_Gi=31" in seen and not answered:
+                answered = True
+                os.write(outside, KITTY)
+        subprocess.run([*tmux, "kill-server"], check=False, env=variables)
+    os.close(outside)
+    os.close(inside)
+    assert answered == allowed
+    assert f"kind: {'kitty' if allowed else 'halfcell'}".encode() in seen
+    # The pixels arrive as the terminal around reads them, and the characters that stand for them where tmux draws.
+    transmitted = re.findall(rb"\x1b_G([^;]*);", seen.partition(b"kind:")[2])
+    assert bool(transmitted) == allowed
+    assert ("\U0010eeee".encode() in seen) == allowed

@@ -32,7 +32,6 @@ class EnvironmentsScreen(CommandScreen):
     EnvironmentsScreen ContentSwitcher { height: auto; }
     EnvironmentsScreen ContentSwitcher > Vertical { height: auto; }
     EnvironmentsScreen .form { width: 45%; max-width: 60; }
-    EnvironmentsScreen .details { width: 1fr; }
     EnvironmentsScreen Vertical.details { padding: 0 1; }
     EnvironmentsScreen #made { max-height: 14; overflow-y: auto; }
     Screen.-low #made, Screen.-flat #made { max-height: 7; }
@@ -68,7 +67,7 @@ class EnvironmentsScreen(CommandScreen):
                 yield self._name_field
                 yield self._output_field
                 yield self._robot_field
-            with Vertical(classes="details"):
+            with Vertical(classes="details main"):
                 yield Facts(id="made")
                 yield PictureView(id="picture")
 
