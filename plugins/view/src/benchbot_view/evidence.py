@@ -27,14 +27,13 @@ from benchbot.viewing import (
     RecordingNote,
     Scene,
     class_colors,
-    frame_folders,
     hidden,
     numbered_frames,
     ramp,
     views_of,
 )
 
-VERSION = 2
+VERSION = 3
 WIDTH_PX = 640
 MOST_BYTES = 2 * 2**30
 """Of the cache; what was not looked at for longest goes first."""
@@ -51,8 +50,8 @@ STRETCHES = 16
 NEAREST_M = 0.05
 EDGES = np.array([(corner, corner | bit) for corner in range(8) for bit in (1, 2, 4) if not corner & bit])
 """The corners at the ends of each edge of a box, as `static/pictures.js` numbers them: bits are x, y, z."""
-UNKNOWN = (120, 120, 120)
-INSTANCES = ".instances.png"
+UNKNOWN, BACKGROUND = (120, 120, 120), (58, 60, 66)
+FRAMES, INSTANCES = "frames", ".instances.png"
 GREY = np.array([0.299, 0.587, 0.114])
 """The weights of red, green and blue in brightness."""
 
@@ -98,19 +97,24 @@ class Recorded:
         return sha256(repr((VERSION, str(folder), about)).encode()).hexdigest()[:16]
 
 
-def recorded(result: Path) -> Recorded:
-    """Return what was recorded beside a result."""
+def recordings_of(result: Path, recorder: str) -> list[Path]:
+    """Return where what a recorder wrote of a result may be: beside a run's, or in the folder of a batch's episode."""
+    beside = result.parent / f"{result.stem}-recordings" / recorder
     alone = sum(path.suffix == ".json" for path in result.parent.iterdir()) == 1
-    folders = frame_folders(result)
+    return [beside, result.parent / recorder] if alone else [beside]
+
+
+def recorded(result: Path) -> Recorded:
+    """Return what was recorded of a result."""
     frames: Mapping[int, Path] = {}
-    for folder in folders if alone else folders[:-1]:
+    for folder in (*recordings_of(result, FRAMES), result.with_suffix(f".{FRAMES}")):
         frames = frames or numbered_frames(folder)
     for name, provided in load_plugins().pool("recorders").items():
-        folder = result.parent / f"{result.stem}-recordings" / name
-        note = RecordingNote.read(folder) if folder.is_dir() else None
-        # With some dropped, it is not known which observations these are.
-        if provided.value.read is not None and folder.is_dir() and (note is None or not note.dropped):
-            return Recorded(frames, (folder, provided.value.read))
+        for folder in recordings_of(result, name) if provided.value.read is not None else ():
+            note = RecordingNote.read(folder) if folder.is_dir() else None
+            # With some dropped, it is not known which observations these are.
+            if folder.is_dir() and (note is None or not note.dropped):
+                return Recorded(frames, (folder, provided.value.read))
     return Recorded(frames, None)
 
 
@@ -328,9 +332,10 @@ def _class_picture(numbers: NDArray[Any], classes: Mapping[str, int]) -> Image.I
     numbers = _stepped(numbers)
     colors = class_colors(classes)
     palette = np.full((256, 3), UNKNOWN, np.uint8)
+    palette[0] = BACKGROUND
     for name, number in classes.items():
         if 0 <= number < 256:
-            palette[number] = (58, 60, 66) if name == "background" else colors[name]
+            palette[number] = BACKGROUND if name == "background" else colors[name]
     image = Image.fromarray(np.clip(numbers, 0, 255).astype(np.uint8))
     image.putpalette(palette.tobytes())
     return image
