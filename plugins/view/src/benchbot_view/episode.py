@@ -28,7 +28,8 @@ from benchbot.viewing import (
     scene_of,
     score_files,
 )
-from benchbot_view.evidence import Looked, Recorded, View, folder_of, matrix, recorded, recordings_of
+from benchbot_view.cloud import matrix
+from benchbot_view.evidence import Looked, Recorded, View, folder_of, recorded, recordings_of
 
 Document = dict[str, Any]
 MOST_LOG_BYTES = 256 * 1024
