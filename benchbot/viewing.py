@@ -5,12 +5,12 @@ What it gives holds ground truth: it is for the host of a run.
 
 from benchbot.core.recording import RecordingNote
 from benchbot.core.text import one_line, visible
+from benchbot.evaluation.breakdown import breakdown
 from benchbot.evaluation.evidence import (
     Boxes,
     Camera,
     Frame,
     Scene,
-    breakdown,
     frame_folders,
     hidden,
     numbered_frames,

@@ -188,14 +188,14 @@ def explain(evaluation: Evaluation, catalog: Catalog | None = None, frames: Path
     for result, ground_truths in long_work.counted("Explaining scores", evaluation.scored):
         entry = evaluator.explain(result.document, ground_truths)
         if entry.get("objects"):
-            from benchbot.evaluation import evidence
+            from benchbot.evaluation import breakdown, evidence
 
             if catalog is not None:
                 alone = folders[Path(result.source or "").parent] == 1
                 places = evidence.folders_of(result.source, alone=alone) if frames is None else [frames]
                 entry = evidence.with_evidence(entry, result.document, places, catalog)
             told = entry.get("diagnosis", {})
-            entry["diagnosis"] = {**told, "breakdown": evidence.breakdown(entry["objects"])}
+            entry["diagnosis"] = {**told, "breakdown": breakdown.breakdown(entry["objects"])}
         about = {"source": result.source, "environment": result.environment, **result.condition}
         entries.append({**entry, **about})
     method = {"name": evaluator.name, "version": evaluator.version}

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from benchbot.core.geometry import Pose
-from benchbot.evaluation.evidence import DEPTH, Boxes, Camera, Frame, Scene, View, breakdown, views_of
+from benchbot.evaluation.breakdown import breakdown
+from benchbot.evaluation.evidence import DEPTH, Boxes, Camera, Frame, Scene, View, views_of
 from benchbot.evaluation.occupancy_map import OccupancyMap
 
 # One metre up, looking forward (optical frame: x right, y down, z forward).

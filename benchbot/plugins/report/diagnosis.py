@@ -131,6 +131,6 @@ def _merged(label: str, rows: Sequence[Document]) -> Group:
 
 
 def _rank(label: str) -> int:
-    from benchbot.evaluation.evidence import LABELS
+    from benchbot.evaluation.breakdown import LABELS
 
     return LABELS.index(label) if label in LABELS else len(LABELS)

@@ -1,19 +1,42 @@
 """The true objects that one set of results found and another did not; they show the ground truth."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any, Generic, TypeVar, Unpack
 
 from benchbot.evaluation import score
 from benchbot.evaluation.score import Options
+from benchbot.plugins.drawing.map_model import FALSE_NEGATIVE, MATCH
 from benchbot.plugins.report.pairing import label
 
 Document = dict[str, Any]
 Place = tuple[str, int]
 """A scene, and the number of an object among those of its ground truth."""
-FOUND, MISSED = "match", "false_negative"
+Name = TypeVar("Name", bound=Hashable)
+
+
+@dataclass(frozen=True)
+class Changes(Generic[Name]):
+    """The true objects that one of two results found alone, and how many both or neither found."""
+
+    won: list[Name]
+    lost: list[Name]
+    both: int
+    neither: int
+
+
+def changes(mine: Mapping[Name, str | None], theirs: Mapping[Name, str | None]) -> Changes[Name]:
+    """Hold the verdicts on true objects against each other; what either result is not judged by is left out."""
+    judged = [name for name, verdict in mine.items() if {verdict, theirs.get(name)} <= {MATCH, FALSE_NEGATIVE}]
+    found = {name: (mine[name] == MATCH, theirs[name] == MATCH) for name in judged}
+    named = {kind: [name for name, each in found.items() if each == kind] for kind in {*found.values()}}
+    won, lost, both, neither = (
+        named.get(kind, []) for kind in ((True, False), (False, True), (True, True), (False, False))
+    )
+    return Changes(won, lost, len(both), len(neither))
 
 
 def object_changes(sets: Mapping[str, Path], **options: Unpack[Options]) -> list[Document]:
@@ -33,20 +56,24 @@ def _changes(a: str, b: str, verdicts: Mapping[str, Mapping[str, Mapping[Place, 
     episodes = verdicts[a].keys() & verdicts[b].keys()
     for episode in episodes:
         here, there = verdicts[a][episode], verdicts[b][episode]
-        for place in here.keys() & there.keys():
-            found, was = here[place]["verdict"] == FOUND, there[place]["verdict"] == FOUND
-            if found == was:
-                both, neither = both + found, neither + (not found)
-                continue
-            why = (there if found else here)[place]["why"]
-            row = {"episode": episode, "class": here[place]["truth_label"] or "", "truth": place[1], "why": why}
-            (won if found else lost).append(row)
+        found = changes(*({place: str(item["verdict"]) for place, item in each.items()} for each in (here, there)))
+        both, neither = both + found.both, neither + found.neither
+        for rows, places, missed in ((won, found.won, there), (lost, found.lost, here)):
+            rows += [
+                {
+                    "episode": episode,
+                    "class": here[place]["truth_label"] or "",
+                    "truth": place[1],
+                    "why": missed[place]["why"],
+                }
+                for place in places
+            ]
     counts = {"episodes": len(episodes), "both": both, "neither": neither}
     return {"a": a, "b": b, "won": _ordered(won), "lost": _ordered(lost), **counts}
 
 
 def _verdicts(path: Path, options: Options) -> dict[str, dict[Place, Document]]:
-    """Return what became of each true object, by the words of its episode; what is ignored is left out."""
+    """Return what became of each true object, by the words of its episode."""
     evaluation = score.score_files([path], **options)
     entries = score.explain(evaluation)["results"]
     robots = [str(result.selection.get("robot", "")) for result, _ in evaluation.scored]
@@ -56,8 +83,8 @@ def _verdicts(path: Path, options: Options) -> dict[str, dict[Place, Document]]:
         name = label(entry)
         # As of a fleet: without its robot, one result would stand for all of them.
         key = f"{name}, {robot}" if name in several else name
-        counted = (item for item in entry.get("objects", ()) if item["verdict"] in (FOUND, MISSED))
-        found[key] = {(str(item["scene"]), int(item["truth"])): item for item in counted if item["truth"] is not None}
+        true = (item for item in entry.get("objects", ()) if item["truth"] is not None)
+        found[key] = {(str(item["scene"]), int(item["truth"])): item for item in true}
     return found
 
 

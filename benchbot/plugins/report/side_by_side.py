@@ -6,13 +6,14 @@ from typing import Any
 
 import benchbot
 from benchbot.evaluation.evidence import Frame
-from benchbot.plugins.drawing.map_model import MATCH, MapObject
+from benchbot.plugins.drawing.map_model import MapObject
 from benchbot.plugins.drawing.palette import Color, between, to_hex
 from benchbot.plugins.report import diagnosis, summary
 from benchbot.plugins.report.bars import Axis
 from benchbot.plugins.report.camera_pictures import Budget, Shot, crop, frames_of, thumbnail
 from benchbot.plugins.report.cards import outlines_of, shots_of, verdict_of
 from benchbot.plugins.report.episodes import ReportData, ReportedEpisode, natural
+from benchbot.plugins.report.object_changes import changes
 from benchbot.plugins.report.page import Drawing, draw, scene_map, styled, templates
 
 Document = Mapping[str, Any]
@@ -192,8 +193,7 @@ def _meeting(
     shared = sorted({frame.number for frame in frames[0]} & {frame.number for frame in frames[1]})
     middle = shared[len(shared) // 2] if shared else None
     seen = [next((frame for frame in each if frame.number == middle), None) for each in frames]
-    swings = _swings(episodes)
-    won, lost = ([one for one in swings if (one.gain > 0) == is_won] for is_won in (True, False))
+    won, lost = _swings(episodes)
     return Meeting(
         episodes[0].label,
         (_score(episodes[0], score), _score(episodes[1], score)),
@@ -214,16 +214,22 @@ def _thumbnail(frame: Frame | None, budget: Budget) -> str | None:
     return None if frame is None else thumbnail(frame, budget)
 
 
-def _swings(episodes: tuple[ReportedEpisode, ReportedEpisode]) -> list[Swing]:
+def _swings(episodes: tuple[ReportedEpisode, ReportedEpisode]) -> tuple[list[Swing], list[Swing]]:
     """Return the true objects that only one of two episodes found, the largest difference in quality first."""
     mine, theirs = ({_place(item): item for item in episode.objects if item.true} for episode in episodes)
-    found = []
-    for place in mine.keys() & theirs.keys():
-        a, b = mine[place], theirs[place]
-        gain = (a.quality or 0.0) - (b.quality or 0.0)
-        if (a.verdict == MATCH) != (b.verdict == MATCH):
-            found.append(Swing(a.name, (a, b), gain, (None, None)))
-    return sorted(found, key=lambda one: (-abs(one.gain), one.name, _place(one.objects[0])))
+    found = changes(*({place: item.verdict for place, item in each.items()} for each in (mine, theirs)))
+    won, lost = (
+        sorted(
+            (_swing(mine[place], theirs[place]) for place in places),
+            key=lambda one: (-abs(one.gain), one.name, _place(one.objects[0])),
+        )
+        for places in (found.won, found.lost)
+    )
+    return won, lost
+
+
+def _swing(a: MapObject, b: MapObject) -> Swing:
+    return Swing(a.name, (a, b), (a.quality or 0.0) - (b.quality or 0.0), (None, None))
 
 
 def _place(item: MapObject) -> tuple[object, ...]:

@@ -172,7 +172,7 @@ def test_two_solutions_are_compared_side_by_side_in_step(quiet: Page, address: s
     quiet.keyboard.press("c")
     quiet.locator("#a").select_option("good")
     quiet.locator("#b").select_option("poor")
-    expect(quiet.locator("#pairs-note")).to_contain_text("1 pairs of the same episode: 1 better, 0 worse")
+    expect(quiet.locator("#pairs-note")).to_contain_text("1 pair of the same episode: 1 better, 0 worse")
     quiet.locator("#pairs a").click()
     expect(quiet.locator("#now")).to_contain_text("of 6 and 6", timeout=20_000)
 

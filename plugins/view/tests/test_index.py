@@ -32,7 +32,7 @@ def test_results_are_rows_and_other_files_are_none(results: Path) -> None:
     rows = rows_of(index)
     assert len(index) == 3
     assert rows["good"].environment == "miniroom:1"
-    assert (rows["good"].set, rows["good"].seed, rows["good"].steps, rows["good"].pictured) == ("mine", 0, 5, True)
+    assert (rows["good"].set, rows["good"].seed, rows["good"].steps) == ("mine", 0, 5)
     failed = next(row for row in rows.values() if row.state == "agent")
     assert "\u202e" not in failed.solution + failed.why
     assert "\\u202e" in failed.why

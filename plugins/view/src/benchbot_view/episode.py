@@ -28,7 +28,8 @@ from benchbot.viewing import (
     scene_of,
     score_files,
 )
-from benchbot_view.evidence import Looked, Recorded, View, folder_of, matrix, recorded
+from benchbot_view.cloud import matrix
+from benchbot_view.evidence import Looked, Recorded, View, folder_of, recorded, recordings_of
 
 Document = dict[str, Any]
 MOST_LOG_BYTES = 256 * 1024
@@ -351,14 +352,15 @@ def _times(shown: ReportedEpisode) -> list[float]:
 
 def _steps(path: Path) -> list[Document]:
     """Return the lines of the recorder `steps`."""
-    file = path.parent / f"{path.stem}-recordings" / "steps" / "steps.jsonl"
-    steps = []
-    with suppress(OSError):
-        for line in file.read_text("utf-8").splitlines():
-            with suppress(ValueError):
-                found = json.loads(line)
-                steps += [found] if isinstance(found, dict) else []
-    return steps
+    for folder in recordings_of(path, "steps"):
+        steps = []
+        with suppress(OSError):
+            for line in (folder / "steps.jsonl").read_text("utf-8").splitlines():
+                with suppress(ValueError):
+                    found = json.loads(line)
+                    steps += [found] if isinstance(found, dict) else []
+            return steps
+    return []
 
 
 def _log(path: Path) -> list[Document]:

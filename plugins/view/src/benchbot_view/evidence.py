@@ -3,7 +3,6 @@
 It is worked out once for a recording, and kept in the user's cache.
 """
 
-import base64
 import json
 import shutil
 import time
@@ -26,24 +25,16 @@ from benchbot.viewing import (
     Frame,
     RecordingNote,
     Scene,
-    class_colors,
-    frame_folders,
     hidden,
     numbered_frames,
-    ramp,
     views_of,
 )
+from benchbot_view.cloud import Cloud, base64_of
+from benchbot_view.pictures import class_picture, depth_picture, small
 
-VERSION = 2
-WIDTH_PX = 640
+VERSION = 3
 MOST_BYTES = 2 * 2**30
 """Of the cache; what was not looked at for longest goes first."""
-MOST_POINTS = 60_000
-VOXELS_M = (0.03, 0.05, 0.08, 0.12, 0.2, 0.4)
-FARTHEST_M = 20.0
-CEILING_M = 2.2
-"""Points above are left out of the cloud: who looks from above wants to see the floor."""
-STRIDE = 4
 DEPTH_PX = 320
 """The width of the depth that is kept to tell what is hidden."""
 STRETCHES = 16
@@ -51,8 +42,7 @@ STRETCHES = 16
 NEAREST_M = 0.05
 EDGES = np.array([(corner, corner | bit) for corner in range(8) for bit in (1, 2, 4) if not corner & bit])
 """The corners at the ends of each edge of a box, as `static/pictures.js` numbers them: bits are x, y, z."""
-UNKNOWN = (120, 120, 120)
-INSTANCES = ".instances.png"
+FRAMES, INSTANCES = "frames", ".instances.png"
 GREY = np.array([0.299, 0.587, 0.114])
 """The weights of red, green and blue in brightness."""
 
@@ -98,19 +88,24 @@ class Recorded:
         return sha256(repr((VERSION, str(folder), about)).encode()).hexdigest()[:16]
 
 
-def recorded(result: Path) -> Recorded:
-    """Return what was recorded beside a result."""
+def recordings_of(result: Path, recorder: str) -> list[Path]:
+    """Return where what a recorder wrote of a result may be: beside a run's, or in the folder of a batch's episode."""
+    beside = result.parent / f"{result.stem}-recordings" / recorder
     alone = sum(path.suffix == ".json" for path in result.parent.iterdir()) == 1
-    folders = frame_folders(result)
+    return [beside, result.parent / recorder] if alone else [beside]
+
+
+def recorded(result: Path) -> Recorded:
+    """Return what was recorded of a result."""
     frames: Mapping[int, Path] = {}
-    for folder in folders if alone else folders[:-1]:
+    for folder in (*recordings_of(result, FRAMES), result.with_suffix(f".{FRAMES}")):
         frames = frames or numbered_frames(folder)
     for name, provided in load_plugins().pool("recorders").items():
-        folder = result.parent / f"{result.stem}-recordings" / name
-        note = RecordingNote.read(folder) if folder.is_dir() else None
-        # With some dropped, it is not known which observations these are.
-        if provided.value.read is not None and folder.is_dir() and (note is None or not note.dropped):
-            return Recorded(frames, (folder, provided.value.read))
+        for folder in recordings_of(result, name) if provided.value.read is not None else ():
+            note = RecordingNote.read(folder) if folder.is_dir() else None
+            # With some dropped, it is not known which observations these are.
+            if folder.is_dir() and (note is None or not note.dropped):
+                return Recorded(frames, (folder, provided.value.read))
     return Recorded(frames, None)
 
 
@@ -142,7 +137,7 @@ def prepare(found: Recorded, view: View, objects: Sequence[Looked]) -> Document:
     folder.mkdir(parents=True)
     document: Document = {"frames": [], "measured": False, "seen": [], "cloud": False, "classes": {}}
     seen: Seen = [[] for _ in objects]
-    cloud = _Cloud()
+    cloud = Cloud()
     for number, path, observed in _observations(found):
         made = _pictures(folder, number, observed, document["classes"], found)
         document["frames"].append({"number": number, **made})
@@ -152,9 +147,7 @@ def prepare(found: Recorded, view: View, objects: Sequence[Looked]) -> Document:
         depth = observed.get("image_depth")
         if depth is not None:
             document["measured"] = True
-            points, pixels = _points(np.asarray(depth), view.camera, base)
-            rgb = observed.get("image_rgb")
-            cloud.add(points, _scaled(pixels, np.asarray(depth), rgb), rgb, number, scene)
+            cloud.add(np.asarray(depth), view.camera, base, observed.get("image_rgb"), number, scene)
         frame = _Measured(path or folder / f"{number:05d}.jpg", scene, base, number, known_depth_m=_coarse(depth))
         _look(frame, view, objects, seen, observed.get("image_rgb"))
     document["cloud"] = cloud.write(folder / "cloud.json")
@@ -268,12 +261,7 @@ def _hidden_edges(box: Box | None, frame: Frame, camera: Camera, scene: Scene) -
     bits = np.zeros(len(points), bool)
     if before.any():
         bits[before] = hidden(points[before], Boxes.of([(box.centroid, box.extent)]), frame, camera, scene)
-    return _base64(np.packbits(bits))
-
-
-def _scaled(pixels: NDArray[np.intp], depth: NDArray[Any], rgb: Any) -> NDArray[np.intp]:
-    """Return where pixels of depth are in a picture that may be larger."""
-    return pixels if rgb is None else pixels * max(np.asarray(rgb).shape[1] // depth.shape[1], 1)
+    return base64_of(np.packbits(bits))
 
 
 def _pictures(
@@ -283,129 +271,19 @@ def _pictures(
     made: Document = {}
     rgb = observed.get("image_rgb")
     if rgb is not None and number not in found.frames:
-        _small(Image.fromarray(np.asarray(rgb)[..., :3])).save(folder / f"{number:05d}.jpg", quality=85)
+        small(Image.fromarray(np.asarray(rgb)[..., :3])).save(folder / f"{number:05d}.jpg", quality=85)
     depth = observed.get("image_depth")
     if depth is not None:
-        shown, far_m = _depth_picture(np.asarray(depth, np.float32))
+        shown, far_m = depth_picture(np.asarray(depth, np.float32))
         shown.save(folder / f"{number:05d}-depth.png")
         made["depth_m"] = far_m
     segments = observed.get("image_segment") or {}
     numbers = segments.get("class_segment_img")
     if numbers is not None:
         classes.update({str(name): int(value) for name, value in (segments.get("class_ids") or {}).items()})
-        _class_picture(np.asarray(numbers), classes).save(folder / f"{number:05d}-classes.png")
+        class_picture(np.asarray(numbers), classes).save(folder / f"{number:05d}-classes.png")
         made["classes"] = True
     return made
-
-
-def _small(image: Image.Image) -> Image.Image:
-    if image.width <= WIDTH_PX:
-        return image
-    return image.resize((WIDTH_PX, max(round(image.height * WIDTH_PX / image.width), 1)), Image.Resampling.LANCZOS)
-
-
-def _stepped(array: NDArray[Any]) -> NDArray[Any]:
-    step = -(-array.shape[1] // WIDTH_PX)
-    return array[::step, ::step]
-
-
-def _depth_picture(depth: NDArray[np.float32]) -> tuple[Image.Image, float]:
-    """Return a picture of depth in the colours of `ramp`, near is bright, and the depth in metres that is darkest."""
-    depth = _stepped(depth)
-    valid = np.isfinite(depth) & (depth > 0)
-    far_m = float(np.ceil(np.percentile(depth[valid], 99))) if valid.any() else 1.0
-    far_m = max(far_m, 1.0)
-    levels = np.zeros(depth.shape, np.uint8)
-    levels[valid] = 1 + np.clip(depth[valid] / far_m * 254, 0, 254).astype(np.uint8)
-    colors = ramp().copy()
-    colors[0] = (30, 30, 34)
-    image = Image.fromarray(levels)
-    image.putpalette(colors.tobytes())
-    return image, far_m
-
-
-def _class_picture(numbers: NDArray[Any], classes: Mapping[str, int]) -> Image.Image:
-    numbers = _stepped(numbers)
-    colors = class_colors(classes)
-    palette = np.full((256, 3), UNKNOWN, np.uint8)
-    for name, number in classes.items():
-        if 0 <= number < 256:
-            palette[number] = (58, 60, 66) if name == "background" else colors[name]
-    image = Image.fromarray(np.clip(numbers, 0, 255).astype(np.uint8))
-    image.putpalette(palette.tobytes())
-    return image
-
-
-def _points(depth: NDArray[Any], camera: Camera, base: Pose) -> tuple[Points, NDArray[np.intp]]:
-    """Return points in the map frame, (N, 3), and their pixels, (N, 2), row and column: of every few pixels one."""
-    stride = max(round(STRIDE * depth.shape[1] / camera.width), 1)
-    rows, columns = np.mgrid[stride // 2 : depth.shape[0] : stride, stride // 2 : depth.shape[1] : stride]
-    distances = depth[rows, columns].astype(float)
-    valid = np.isfinite(distances) & (distances > 0.05) & (distances < FARTHEST_M)
-    rows, columns, distances = rows[valid], columns[valid], distances[valid]
-    # A picture may be smaller than the declaration says.
-    scale = depth.shape[1] / camera.width
-    x = (columns + 0.5 - camera.cx * scale) / (camera.fx * scale) * distances
-    y = (rows + 0.5 - camera.cy * scale) / (camera.fy * scale) * distances
-    rotation, translation = matrix(base @ camera.mount)
-    return np.stack([x, y, distances], 1) @ rotation.T + translation, np.stack([rows, columns], 1)
-
-
-def matrix(pose: Pose) -> tuple[Points, Points]:
-    """Return the rotation and the translation of a pose."""
-    origin = np.array(pose.translation_xyz)
-    axes = [np.array((pose @ Pose(axis)).translation_xyz) - origin for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
-    return np.stack(axes, 1), origin
-
-
-class _Cloud:
-    """Points of all frames, one for each voxel, with the frame that saw it first."""
-
-    def __init__(self) -> None:
-        self._parts: list[tuple[Points, NDArray[np.uint8], int, int]] = []
-
-    def add(self, points: Points, pixels: NDArray[np.intp], rgb: Any, number: int, scene: int) -> None:
-        kept = points[:, 2] < CEILING_M
-        points, pixels = points[kept], pixels[kept]
-        _, first = np.unique(np.floor(points / VOXELS_M[0]).astype(np.int32), axis=0, return_index=True)
-        colors = np.full((len(points), 3), 150, np.uint8) if rgb is None else _colors(np.asarray(rgb), pixels)
-        self._parts.append((points[first], colors[first], number, scene))
-
-    def write(self, path: Path) -> bool:
-        """Write the cloud, thinned out; return whether there is one."""
-        if not self._parts:
-            return False
-        points = np.concatenate([part[0] for part in self._parts])
-        colors = np.concatenate([part[1] for part in self._parts])
-        numbers = np.concatenate([np.full(len(part[0]), part[2], np.uint16) for part in self._parts])
-        scenes = np.concatenate([np.full(len(part[0]), part[3], np.uint8) for part in self._parts])
-        for side_m in VOXELS_M:
-            cells = np.column_stack([scenes, np.floor(points / side_m).astype(np.int32)])
-            _, first = np.unique(cells, axis=0, return_index=True)
-            if len(first) <= MOST_POINTS:
-                break
-        first = np.sort(first)[:MOST_POINTS]
-        low = points[first].min(0)
-        scale_m = max(float(np.ptp(points[first], axis=0).max()) / 65535, 1e-6)
-        quantized = np.round((points[first] - low) / scale_m).astype("<u2")
-        document = {
-            "low": low.round(6).tolist(),
-            "scale_m": scale_m,
-            "points": _base64(quantized),
-            "colors": _base64(colors[first]),
-            "frames": _base64(numbers[first].astype("<u2")),
-            "scenes": _base64(scenes[first]),
-        }
-        path.write_text(json.dumps(document), "utf-8")
-        return True
-
-
-def _colors(rgb: NDArray[np.uint8], pixels: NDArray[np.intp]) -> NDArray[np.uint8]:
-    return rgb[pixels[:, 0].clip(max=rgb.shape[0] - 1), pixels[:, 1].clip(max=rgb.shape[1] - 1), :3]
-
-
-def _base64(array: NDArray[Any]) -> str:
-    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode()
 
 
 def _forget_old(kept: Path) -> None:

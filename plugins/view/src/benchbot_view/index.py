@@ -18,7 +18,7 @@ from benchbot.plugin import BenchbotError
 from benchbot.viewing import RunState, live, one_line, registered_batches
 from benchbot_view.batches import REST, BatchRows
 from benchbot_view.memory import Memory
-from benchbot_view.rows import LARGEST_BYTES, PLAN, Row, id_of, is_pictured, json_files, read_result
+from benchbot_view.rows import LARGEST_BYTES, PLAN, Row, id_of, json_files, read_result
 
 LEAST_PERIOD_S = 1.0
 FORGOTTEN_AFTER_S = 20.0
@@ -202,7 +202,7 @@ class Index:
             row = read_result(path, about)
             self._memory.put(path, about, row)
         if row is not None:
-            row.id, row.pictured, row.changed_s = id_, is_pictured(path), about.st_mtime
+            row.id, row.changed_s = id_, about.st_mtime
         return row  # type: ignore[no-any-return]
 
     def note_scores(self, path: Path) -> None:

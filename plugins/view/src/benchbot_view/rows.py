@@ -66,7 +66,6 @@ class Row(msgspec.Struct, array_like=True):
     score_name: str = ""
     score: float | None = None
     steps: int | None = None
-    pictured: bool = False
     changed_s: float = 0.0
     revision: int = 0
 
@@ -146,9 +145,3 @@ def shown(text: str) -> str:
     """Return a foreign text as a cell shows it: on one line, and not too long."""
     line = one_line(text)
     return line if len(line) <= LONGEST else f"{line[: LONGEST - 1]}…"
-
-
-def is_pictured(path: str) -> bool:
-    """Return whether a result has recordings beside it."""
-    stem = path[: -len(".json")]
-    return os.path.isdir(f"{stem}-recordings") or os.path.isdir(f"{stem}.frames")  # noqa: PTH112

@@ -18,6 +18,7 @@ let chosen = state.o === undefined ? null : Number(state.o);
 let lit = null;
 let allBoxes = state.boxes === "all";
 let evidence = { frames: [], seen: [] };
+let isLooked = false;
 let space = null;
 let spaceOf = -1;
 let timer = null;
@@ -286,12 +287,19 @@ function showScene() {
   soon();
 }
 
-async function openSpace() {
+// One after the other: what is known of the place may change while it is still being drawn.
+let opening = Promise.resolve();
+function openSpace() {
   get("map").hidden = true;
   get("space").hidden = false;
   get("show-map").setAttribute("aria-pressed", "false");
   get("show-space").setAttribute("aria-pressed", "true");
   keep();
+  opening = opening.then(drawSpace);
+  return true;
+}
+
+async function drawSpace() {
   if (space && spaceOf === shownScene) { space.at(at); return; }
   const note = get("space-note");
   note.textContent = "Loading …";
@@ -300,11 +308,12 @@ async function openSpace() {
     const old = get("space-canvas");
     const canvas = space ? old.cloneNode() : old;
     if (space) old.replaceWith(canvas);
-    spaceOf = shownScene;
     const place = shownScene;
     space = await showSpace(canvas, episode, place, cloud);
+    spaceOf = place;
     canvas.addEventListener("click", (event) => { const number = space.pick(event); if (number !== null) choose(number); });
-    note.textContent = cloud ? "Drag to turn, wheel to zoom, Shift to move." : "No depth was recorded: there are boxes and the way alone. Record it with --record mcap.";
+    if (cloud) note.textContent = "Drag to turn, wheel to zoom, Shift to move.";
+    else note.textContent = isLooked ? "No depth was recorded: there are boxes and the way alone. Record it with --record frames or mcap." : "What was seen is being worked out …";
     space.at(at);
     space.light(chosen);
   } catch {
@@ -346,6 +355,7 @@ function nextView() {
 
 function take(found) {
   evidence = found;
+  isLooked = true;
   stretches = new Map();
   firstSeen = found.seen.filter((views) => views.length).map((views) => Math.min(...views.map(([number]) => number)));
   drawBreakdown(found.breakdown ?? []);
@@ -366,7 +376,7 @@ function take(found) {
   });
   drawTicks();
   if (chosen !== null) choose(chosen, { moves: state.t === undefined });
-  if (found.cloud && !get("space").hidden) { spaceOf = -1; openSpace(); }
+  if (!get("space").hidden) { opening = opening.then(() => { spaceOf = -1; }); openSpace(); }
   soon();
 }
 

@@ -142,7 +142,7 @@ function drawPairs() {
   const lost = pairs.filter((pair) => pair[2] < 0).length;
   const mean = pairs.reduce((sum, pair) => sum + pair[2], 0) / (pairs.length || 1);
   get("pairs-note").textContent = pairs.length
-    ? `${pairs.length} pairs of the same episode: ${won} better, ${lost} worse, mean difference ${mean < 0 ? "−" : "+"}${Math.abs(mean).toFixed(3)}. The worst come first${pairs.length > 500 ? "; 500 are shown" : ""}. Whether that is more than chance says benchbot compare.`
+    ? `${pairs.length} pair${pairs.length === 1 ? "" : "s"} of the same episode: ${won} better, ${lost} worse, mean difference ${mean < 0 ? "−" : "+"}${Math.abs(mean).toFixed(3)}. The worst come first${pairs.length > 500 ? "; 500 are shown" : ""}. Whether that is more than chance says benchbot compare.`
     : "No episode has been done, and scored, by both of them.";
 }
 

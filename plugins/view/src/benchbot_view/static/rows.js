@@ -2,7 +2,7 @@
 import { block, isStatic, root } from "./help.js";
 
 export const NAMES = ["id", "set", "solution", "task", "environment", "robot", "seed", "repeat", "episode", "state", "why",
-  "scoreName", "score", "steps", "pictured", "changed", "revision"];
+  "scoreName", "score", "steps", "changed", "revision"];
 const PERIOD_MS = 2000;
 const NUMBERS = ["seed", "repeat", "episode", "score", "steps"];
 const WELL = ["done", "pending", "running", "ended"];
