@@ -212,4 +212,4 @@ def test_nobody_complains_and_masks_are_there() -> None:
 
 def test_the_registered_ids_say_how_long_episodes_are() -> None:
     specs = {name: gymnasium.spec(f"benchbot/{name}-v0") for name in ("PointGoal", "Exploration")}
-    assert {name: spec.max_episode_steps for name, spec in specs.items()} == {"PointGoal": 500, "Exploration": 200}
+    assert {name: spec.max_episode_steps for name, spec in specs.items()} == {"PointGoal": 500, "Exploration": 100}
