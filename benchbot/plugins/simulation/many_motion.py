@@ -186,11 +186,11 @@ class ManyMotion:
             done = np.zeros(len(robots), bool)
             waiting = lanes[resting[lanes]]
             if len(waiting):
-                there = robots[waiting]
-                still = (abs(states.linear_mps[there]) < motion.REST_MPS) & (
-                    abs(states.angular_radps[there]) < motion.REST_RADPS
+                still_at = robots[waiting]
+                still = (abs(states.linear_mps[still_at]) < motion.REST_MPS) & (
+                    abs(states.angular_radps[still_at]) < motion.REST_RADPS
                 )
-                still |= ~(states.clock_s[there] - rest_began_s[waiting] < motion.REST_TIMEOUT_S)
+                still |= ~(states.clock_s[still_at] - rest_began_s[waiting] < motion.REST_TIMEOUT_S)
                 done[waiting[still]] = True
             driven = lanes[~done[lanes]]
             self._drive(robots[driven], linear_mps[driven], angular_radps[driven], self._period_s)
