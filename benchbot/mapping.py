@@ -22,6 +22,7 @@ from benchbot.plugins.mapping.projection import (
     rotation_matrix,
     unproject,
 )
+from benchbot.plugins.mapping.roaming import Roamer
 from benchbot.plugins.mapping.viewpoints import Sight, Viewpoint, best_viewpoint, look
 from benchbot.plugins.mapping.voxels import VoxelMap, Voxels, clusters
 
@@ -34,6 +35,7 @@ __all__ = [
     "OccupancyGrid",
     "Point",
     "PointCloud",
+    "Roamer",
     "Sight",
     "Viewpoint",
     "Views",

@@ -3,7 +3,8 @@
 from benchbot.plugins.simulation.camera_noise import Response, SrgbResponse
 from benchbot.plugins.simulation.distortion import NEWTON_STEPS, Distortion
 from benchbot.plugins.simulation.dynamics import DriveLimits, State
-from benchbot.plugins.simulation.kinematic import CHANNELS, PICTURES, KinematicSimulator
+from benchbot.plugins.simulation.kinematic import CHANNELS, KinematicSimulator
+from benchbot.plugins.simulation.many_robots import PICTURES
 from benchbot.plugins.simulation.poses import EXACT, QUICK, Trigonometry, matrices
 from benchbot.plugins.simulation.robot import Footprint, Robot
 from benchbot.plugins.simulation.sensors import Camera, Frame

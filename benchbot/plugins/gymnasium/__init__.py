@@ -39,7 +39,7 @@ _CHOICES: dict[str, dict[str, Any]] = {
         "moves": MOVES,
     },
 }
-_HORIZONS = {"benchbot/Exploration-v0": 200, "benchbot/PointGoal-v0": 500}
+_HORIZONS = {"benchbot/Exploration-v0": 100, "benchbot/PointGoal-v0": 500}
 for _name, _choices in _CHOICES.items():
     gymnasium.register(
         _name,

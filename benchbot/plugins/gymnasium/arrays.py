@@ -131,11 +131,6 @@ class ArrayVectorEnv(gymnasium.vector.VectorEnv[Arrays, Any, Any]):
         """As of `TaskEnv`."""
         return self._one.moves
 
-    @property
-    def np_random(self) -> Any:
-        """The generator of each environment, None of those that were not reset."""
-        return tuple(self._randoms)
-
     def action_masks(self) -> NDArray[np.bool_]:
         """Return which actions are available now (N, actions), as MaskablePPO of sb3-contrib asks for."""
         free = ~self._robots.collided

@@ -163,14 +163,14 @@ def fitted(name: str, rows: NDArray[Any] | None, box: spaces.Space[Any]) -> NDAr
     """Return many arrays (N, …) with the type of their box and values within its bounds."""
     if not isinstance(box, spaces.Box) or rows is None or rows.shape[1:] != box.shape:
         _misfits(name, None if rows is None else rows.shape[1:], box)
-    return _within(rows, box)  # type: ignore[arg-type]
+    return _within(rows, box)
 
 
 def _fitted(name: str, array: NDArray[Any], box: spaces.Space[Any] | None) -> NDArray[Any]:
     """Return an array with the type of its box and values within the box's bounds."""
     if not isinstance(box, spaces.Box) or array.shape != box.shape:
         _misfits(name, array.shape, box)
-    return _within(array, box)  # type: ignore[arg-type]
+    return _within(array, box)
 
 
 def _misfits(name: str, shape: tuple[int, ...] | None, box: spaces.Space[Any] | None) -> NoReturn:

@@ -10,6 +10,7 @@ __all__ = [
     "paths",
     "planes",
     "projection",
+    "roaming",
     "viewpoints",
     "voxels",
 ]

@@ -127,11 +127,11 @@ class KinematicSimulator(ABC, Generic[W]):
         same = all(
             getattr(own, name) is getattr(base, name) for name in ("drive", "advance", "measured", "pose", "mounts")
         )
-        return KinematicRobots(self, count, self.trigonometry) if same else None
+        return KinematicRobots(self, count) if same else None
 
     @property
     def trigonometry(self) -> Trigonometry:
-        """Whose sine and cosine move many robots: as exact as those of one, unless overridden."""
+        """Whose sine and cosine move many robots in the loaded scene: as exact as those of one, unless overridden."""
         return EXACT
 
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:

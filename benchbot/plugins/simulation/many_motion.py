@@ -105,12 +105,11 @@ class ManyMotion:
         distances: Distances,
         period_s: float,
         odometry: ManyOdometry | None = None,
-        by: Trigonometry = EXACT,
     ) -> None:
         self.states = States.of(count)
         self.odometry = odometry
         self._config, self._limits, self._radius_m = config, limits, radius_m
-        self._distances, self._period_s, self._by = distances, period_s, by
+        self._distances, self._period_s, self.by = distances, period_s, EXACT
 
     def begin(self, robot: int, state: State) -> None:
         """Put a robot, at rest, at the start of a scene."""
@@ -129,14 +128,14 @@ class ManyMotion:
         `straight` (M,) is True for move_distance with its argument in metres, False for move_angle in degrees.
         """
         outcomes = np.full(len(robots), _REACHED)
-        begun = _believed(self._place(robots), self._by)
+        begun = _believed(self._place(robots), self.by)
         angles_rad = np.array([math.radians(angle) for angle in np.where(straight, 0.0, arguments).tolist()])
         steering = _Steering(self, straight.copy(), begun, arguments, angles_rad)
         self._run(robots, steering, outcomes, np.arange(len(robots)))
         # A drive ends with the heading that it began with.
         again = np.flatnonzero(straight & (outcomes == _REACHED))
         if len(again):
-            now = _believed(self._place(robots), self._by)
+            now = _believed(self._place(robots), self.by)
             back_rad = _wrapped(begun.yaw_rad - now.yaw_rad)
             steering = _Steering(self, np.zeros(len(robots), bool), now, arguments, back_rad)
             self._run(robots, steering, outcomes, again)
@@ -187,11 +186,11 @@ class ManyMotion:
             done = np.zeros(len(robots), bool)
             waiting = lanes[resting[lanes]]
             if len(waiting):
-                there = robots[waiting]
-                still = (abs(states.linear_mps[there]) < motion.REST_MPS) & (
-                    abs(states.angular_radps[there]) < motion.REST_RADPS
+                still_at = robots[waiting]
+                still = (abs(states.linear_mps[still_at]) < motion.REST_MPS) & (
+                    abs(states.angular_radps[still_at]) < motion.REST_RADPS
                 )
-                still |= ~(states.clock_s[there] - rest_began_s[waiting] < motion.REST_TIMEOUT_S)
+                still |= ~(states.clock_s[still_at] - rest_began_s[waiting] < motion.REST_TIMEOUT_S)
                 done[waiting[still]] = True
             driven = lanes[~done[lanes]]
             self._drive(robots[driven], linear_mps[driven], angular_radps[driven], self._period_s)
@@ -224,7 +223,7 @@ class ManyMotion:
         states.clock_s[robots] += duration_s
         states.instant[robots] += 1
         if self.odometry is not None:
-            self.odometry.follow(robots, before, states, self._by)
+            self.odometry.follow(robots, before, states, self.by)
         states.linear_mps2[robots] = (linear - linear_before) / duration_s
         states.angular_radps2[robots] = (angular - angular_before) / duration_s
 
@@ -252,7 +251,7 @@ class ManyMotion:
         Return the last free states (x, y, yaw, velocities), and who had contact. Without `stops` the states of those
         who had are of no meaning.
         """
-        limits, by = self._limits, self._by
+        limits, by = self._limits, self.by
         x, y, yaw_rad, linear, angular = (each.copy() for each in start)
         hit = np.zeros(len(robots), bool)
         for given in commands:
@@ -366,7 +365,7 @@ class _Steering:
     def __call__(self, robots: Indices, lanes: Indices) -> tuple[Floats, Floats, Floats]:
         """Return errors in units of tolerances and the commands, all (L,)."""
         many = self._robots
-        config, by = many._config, many._by
+        config, by = many._config, many.by
         now = _believed(many._place(robots[lanes]), by)
         straight = self._straight[lanes]
         error, linear_mps, angular_radps = np.zeros((3, len(lanes)))
@@ -388,7 +387,7 @@ class _Steering:
 
     def _drive(self, lanes: Indices, now: _Believed) -> tuple[Floats, Floats, Floats]:
         many, begun = self._robots, self._begun
-        config, by = many._config, many._by
+        config, by = many._config, many.by
         back_sin, back_cos = -begun.sin[lanes], begun.cos[lanes]
         start_x, start_y = _rotated(back_sin, back_cos, begun.x[lanes], begun.y[lanes])
         x, y = _rotated(back_sin, back_cos, now.x, now.y)

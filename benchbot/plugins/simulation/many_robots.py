@@ -41,6 +41,8 @@ class _Simulator(Protocol):
 
     @property
     def control_period_s(self) -> float: ...
+    @property
+    def trigonometry(self) -> Trigonometry: ...
     def load(self, scene: Scene, seed: int) -> None: ...
 
 
@@ -60,8 +62,8 @@ class KinematicRobots:
 
     outcomes = OUTCOMES
 
-    def __init__(self, simulator: _Simulator, count: int, by: Trigonometry = EXACT) -> None:
-        self._simulator, self._robot, self._by = simulator, simulator.robot, by
+    def __init__(self, simulator: _Simulator, count: int) -> None:
+        self._simulator, self._robot, self._by = simulator, simulator.robot, EXACT
         self._noisy = simulator.spec.localisation == "noisy"
         self._motion = ManyMotion(
             count,
@@ -71,7 +73,6 @@ class KinematicRobots:
             self._distances_m,
             simulator.control_period_s,
             ManyOdometry.of(count, self._robot.noise) if self._noisy else None,
-            by,
         )
         self._starts: dict[int, _Start] = {}
         scanners = {"laser": self._robot.laser, "lidar": self._robot.lidar}
@@ -92,6 +93,7 @@ class KinematicRobots:
         """Put a robot at the start of a scene; raises BenchbotError when it does not fit there."""
         simulator = self._simulator
         simulator.load(scene, seed)
+        self._by = self._motion.by = simulator.trigonometry
         start, state = scene.start_pose, simulator.state
         self._motion.begin(robot, state)
         if self._motion.odometry is not None:

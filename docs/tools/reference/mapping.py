@@ -23,7 +23,7 @@ says what to do.
 _MODULES = (
     "formats.object_map",
     *(f"mapping.{name}" for name in ("projection", "objects", "boxes", "voxels", "planes", "drawing")),
-    *(f"mapping.{name}" for name in ("occupancy", "viewpoints", "paths", "changes")),
+    *(f"mapping.{name}" for name in ("occupancy", "viewpoints", "paths", "roaming", "changes")),
 )
 
 

@@ -1,28 +1,11 @@
-"""Wandering without memory: ahead while there is room, then in the direction in which the laser sees most of it."""
+"""Wandering: straight drives to where the laser sees room and the robot has been least, and away from obstacles."""
 
 import argparse
 import json
 from pathlib import Path
 
-import numpy as np
-
-from benchbot.api import ActionResult, BenchBot, Observations
-
-ROOM_AHEAD_M = 1.0
-DRIVE_M = 0.3
-
-
-def pick(observations: Observations) -> tuple[str, dict[str, float]]:
-    """Return the next action and its argument."""
-    ranges_m, angles_rad = observations["laser"]["scans"].T
-    ahead_m = np.min(ranges_m[np.abs(angles_rad) < np.pi / 6], initial=np.inf)
-    if ahead_m > ROOM_AHEAD_M:
-        return "move_distance", {"distance": DRIVE_M}
-    aside = np.abs(angles_rad) > np.pi / 4
-    if not aside.any():
-        return "move_angle", {"angle": 90.0}
-    best_rad = angles_rad[aside][np.argmax(ranges_m[aside])]
-    return "move_angle", {"angle": round(float(np.degrees(best_rad)), 1)}
+from benchbot.api import ActionResult, BenchBot
+from benchbot.mapping import Roamer
 
 
 def main() -> None:
@@ -31,11 +14,13 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=100, help="take so many actions at most")
     steps = parser.parse_args().steps
     benchbot = BenchBot()
+    robot = benchbot.config["robot"]
+    roamer = Roamer(robot["footprint"]["radius_m"], robot["robot_frame"])
     observations, result = benchbot.reset()
     for _ in range(steps):
         if result is not ActionResult.SUCCESS:
             break
-        action, arguments = pick(observations)
+        action, arguments = roamer.next_move(observations, benchbot.last_outcome)
         observations, result = benchbot.step(action, arguments)
     Path(benchbot.result_filename).write_text(json.dumps(benchbot.empty_results()), encoding="utf-8")
 

@@ -1,32 +1,15 @@
 """Dead reckoning: the trajectory is the odometry, without correction. A SLAM solution should score better.
 
-Follows the trajectory of a passive task. In an active one it drives ahead while the laser sees room, else it turns.
+Follows the trajectory of a passive task. In an active one it drives to where the laser sees room and it has been least.
 """
 
 import argparse
 import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from benchbot.api import ActionResult, BenchBot, Observations
-
-ROOM_AHEAD_M = 1.0
-DRIVE_M = 0.3
-TURN_DEG = 45.0
-
-
-def pick(observations: Observations, actions: Sequence[str]) -> tuple[str, dict[str, float]]:
-    """Return the next action and its argument."""
-    if "move_next" in actions:
-        return "move_next", {}
-    ranges_m, angles_rad = observations["laser"]["scans"].T
-    ahead_m = np.min(ranges_m[np.abs(angles_rad) < np.pi / 4], initial=np.inf)
-    if ahead_m > ROOM_AHEAD_M:
-        return "move_distance", {"distance": DRIVE_M}
-    return "move_angle", {"angle": TURN_DEG}
+from benchbot.mapping import Roamer
 
 
 def estimate(number: int, observations: Observations, robot_frame: str) -> dict[str, Any]:
@@ -45,11 +28,14 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=40, help="take so many actions at most")
     steps = parser.parse_args().steps
     benchbot = BenchBot()
-    robot_frame = benchbot.config["robot"]["robot_frame"]
+    robot = benchbot.config["robot"]
+    robot_frame = robot["robot_frame"]
+    roamer = Roamer(robot["footprint"]["radius_m"], robot_frame)
     observations, result = benchbot.reset()
     poses = [estimate(0, observations, robot_frame)]
     while result is ActionResult.SUCCESS and len(poses) <= steps:
-        action, arguments = pick(observations, benchbot.actions)
+        passive = "move_next" in benchbot.actions
+        action, arguments = ("move_next", {}) if passive else roamer.next_move(observations, benchbot.last_outcome)
         observations, result = benchbot.step(action, arguments)
         poses.append(estimate(len(poses), observations, robot_frame))
     document = benchbot.empty_results()
