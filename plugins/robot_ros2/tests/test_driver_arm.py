@@ -54,7 +54,8 @@ def test_an_arm_is_moved_joint_by_joint_and_seen_in_the_order_of_the_declaration
 
 def test_what_holds_an_arm_or_lies_between_its_fingers_blocks_it(tmp_path: Path) -> None:
     robot = arm_declaration()
-    with unicycle(arm=True) as there, driver(robot, tmp_path) as platform:
+    # Its joints are told of five times a second, as seldom as may be.
+    with unicycle(arm=True, states_every=10) as there, driver(robot, tmp_path) as platform:
         platform.load(scene(), 0)
         there.set(stuck={"elbow": 0.3})
         assert act(platform, robot, "move_joints", positions=[0.2, 1.5]) is Outcome.BLOCKED

@@ -78,6 +78,7 @@ DEFAULTS: dict[str, Any] = {
     "mounts": {},  # what /tf_static says: [parent, x, y, z, yaw_deg] by frame
     "arm": False,  # publishes /joint_states, and listens to /arm/commands and /gripper/commands
     "joints": ["wheel", "finger_2", "elbow", "shoulder", "finger_1"],  # that /joint_states tells of
+    "states_every": 2,  # how many ticks of 0.02 s lie between two of these
     "stuck": {},  # where a joint cannot go beyond, by name
     "place_off_m": 0.0,  # how far localisation is wrong
     "amcl_off_m": 0.0,  # how far AMCL is wrong until it is told the pose on /initialpose; None where it is silent
@@ -111,7 +112,7 @@ TOPICS = {
 SERVICES = {"claim": Trigger, "release": Trigger, "power": SetBool}
 FRAMES = {"/odom": "odom", "/truth": "map", "/scan": "lidar", "/image": "camera", "/camera_info": "camera"}
 FRAMES |= {"/depth": "camera", "/depth_info": "camera", "/points": "lidar", "/joint_states": ""}
-SERVO_S, STATES_EVERY = 0.03, 2
+SERVO_S = 0.03
 DEPTH_WIDTH, DEPTH_FOCAL, CAMERA_X_M = 64, 64.0, 0.1
 
 
@@ -283,7 +284,7 @@ class Robot:
         self.send("/battery", BatteryState(percentage=self.options["charge"]))
         hazards = [HazardDetection(type=kind) for kind in self.options["hazards"]]
         self.send("/hazards", HazardDetectionVector(detections=hazards))
-        if tick % STATES_EVERY == 0:
+        if tick % self.options["states_every"] == 0:
             self.send("/joint_states", self.joint_states())
         if tick % 5 == 0:
             truth = self.odometry("/truth")

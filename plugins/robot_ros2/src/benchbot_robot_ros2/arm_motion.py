@@ -19,7 +19,8 @@ from benchbot_robot_ros2.messages import message_type, set_stamp
 
 REACHED_RAD, REACHED_M = 0.01, 0.003
 REST_S, REST_RAD, REST_M = 0.3, 0.003, 0.0005
-"""At rest is what has moved by less than this for so long."""
+LEAST_SEEN = 3
+"""At rest is what has moved by less than this for so long, and in so many messages."""
 REST_TIMEOUT_S = 3.0
 LAG_RAD, LAG_S = 0.25, 0.3
 """A joint is held by something where it is so far from all that it was told within so long."""
@@ -75,10 +76,12 @@ class ArmMotion:
         return told if np.abs(told - here).max() < (REACHED_M if action == MOVE_GRIPPER else REACHED_RAD) else here
 
     def _seen(self, action: str) -> list[tuple[float, Floats]]:
-        """Return when what an action moves was where, oldest first, by the newest messages."""
+        """Return when what an action moves was where, oldest first, by the messages of `REST_S`, three at least."""
         channel = self._robot.channels["joint_states"]
         (stream,) = channel.streams.values()
-        recent = [sample for sample in stream.samples if sample.arrived_s >= stream.samples[-1].arrived_s - REST_S]
+        samples = stream.samples
+        count = sum(sample.arrived_s >= samples[-1].arrived_s - REST_S for sample in samples)
+        recent = samples[-max(count, LEAST_SEEN) :]
         return [(sample.arrived_s, moved(action, channel.decode({"": sample.message}))) for sample in recent]
 
     def _lags(self, told: Floats) -> bool:
@@ -88,7 +91,7 @@ class ArmMotion:
     def _ended(self, action: str, goal: Floats, since_s: float) -> Outcome | None:
         """Return how an action ends whose last setpoint was sent at a time, None while something still moves."""
         seen = self._seen(action)
-        if seen[-1][0] - since_s < REST_S or len(seen) < 3:
+        if len(seen) < LEAST_SEEN or seen[0][0] < since_s:
             return None
         still, near = (REST_M, REACHED_M) if action == MOVE_GRIPPER else (REST_RAD, REACHED_RAD)
         if np.ptp([positions for _, positions in seen], axis=0).max() > still:
