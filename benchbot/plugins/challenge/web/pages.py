@@ -201,7 +201,7 @@ def templates() -> Environment:
         lstrip_blocks=True,
     )
     environment.filters |= {
-        "moment": lambda seconds: written(datetime.fromtimestamp(seconds, UTC)),
+        "moment": lambda seconds: Markup("<time>{}</time>").format(written(datetime.fromtimestamp(seconds, UTC))),
         "written": written,
         "score": lambda value: f"{value:.4f}",
     }
