@@ -14,7 +14,7 @@ from PIL import Image
 from plugins.scenes.tests.importing.places import trimesh
 
 Floats = npt.NDArray[np.float64]
-GRID_M = 0.12
+GRID_M = 0.25
 
 
 @dataclass(frozen=True)

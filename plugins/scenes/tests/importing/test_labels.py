@@ -1,25 +1,34 @@
 """Scans with the labels that their data sets ship: what becomes of them, and what is refused."""
 
 import json
+import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from benchbot.api import Agent, Observations
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
+from benchbot.core.geometry import Pose
+from benchbot.plugins.examples.hello_passive import PassiveAgent
 from benchbot.plugins.formats import object_map, object_map_ground_truth
 from benchbot_eval_omq import omq
 from benchbot_scenes.gltf import load_scene
-from benchbot_scenes.importing.environment import build, ground_truth
+from benchbot_scenes.importing.environment import build, ground_truth, write
 from benchbot_scenes.importing.guesses import Guesses
 from benchbot_scenes.importing.labels import class_of
 from benchbot_scenes.importing.understanding import Understood, convert, digest, understand
 from benchbot_scenes.importing.vocabulary import CLASSES
+from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.visibility import CARTER
+from benchbot_task_semslam.examples.segmentation_mapper import SegmentationMapper
 from plugins.scenes.tests.importing import scanned
+from plugins.scenes.tests.importing.places import trimesh
 from plugins.scenes.tests.importing.scanned import FORMATS, ROOM, TRUTH
+from tests.plugins.mapping import casting
 
 HAVE_BOXES = {"ScanNet++", "3RScan", "Replica", "Matterport3D", "labels.json"}
 
@@ -68,6 +77,56 @@ def test_every_format_gives_objects_classes_boxes_and_the_object_of_each_triangl
         # Where two boxes touch, either may have the triangles; one in a list leaves to the floor what lies on it.
         least = {"labels.json": 0.75, "labels.csv": 0.75}.get(title, 0.99)
         assert own.sum() >= least * 2 * len(scanned.quads_of(box)[1])
+
+
+def _observed(scene: SceneGeometry, pose: Sequence[float]) -> Observations:
+    """What a camera of the robot at a pose of its base sees, by rays of Embree."""
+    heading = 2 * math.atan2(pose[3], pose[0])
+    camera = Pose.planar(pose[4], pose[5], heading, z=CARTER.eye_m) @ casting.OPTICAL
+    v, u = np.mgrid[0 : casting.HEIGHT, 0 : casting.WIDTH]
+    rays = np.stack([u - casting.WIDTH / 2, v - casting.HEIGHT / 2, np.full(u.shape, casting.FOCAL)], -1)
+    rays = rays.reshape(-1, 3) / casting.FOCAL @ camera.matrix()[:3, :3].T
+    origin = camera.matrix()[:3, 3]
+    mesh = trimesh.Trimesh(scene.vertices, scene.triangles, process=False)
+    hit = mesh.ray.intersects_first(np.tile(origin, (len(rays), 1)), rays)
+    corners = scene.vertices[scene.triangles[hit]].astype(np.float64)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    depth = ((corners[:, 0] - origin) * normal).sum(1) / (rays * normal).sum(1)
+    number_of = {name: number for number, name in enumerate(CLASSES, start=1)}
+    classes = np.array([0, *(number_of.get(found.class_name or "", 0) for found in scene.instances)])
+    seen = np.where(hit >= 0, scene.triangle_instance[hit], 0)
+    shape = casting.HEIGHT, casting.WIDTH
+    instances = np.where(classes[seen] > 0, 1000 * classes[seen] + seen, 0)
+    observed = casting.observe([], camera)
+    observed["image_depth"] = np.where(hit >= 0, depth, np.inf).reshape(shape).astype(np.float32)
+    observed["image_segment"] = {
+        "class_segment_img": classes[seen].reshape(shape).astype(np.uint8),
+        "instance_segment_img": instances.reshape(shape).astype(np.uint16),
+        "class_ids": number_of,
+    }
+    return observed
+
+
+@pytest.mark.parametrize("title", FORMATS)
+def test_mapping_what_was_imported_scores(title: str, tmp_path: Path) -> None:
+    """The examples drive through each environment as it was written, and OMQ scores them by its ground truth."""
+    write(build(FORMATS[title](tmp_path), "room", CARTER, Guesses()), tmp_path / "made")
+    scene = load_scene(tmp_path / "made" / "scenes" / "room_1.glb")
+    truth = json.loads((tmp_path / "made" / "ground_truths" / "room_1.json").read_text())
+    agents: dict[str, Agent] = {"mapper": SegmentationMapper(), "nothing": PassiveAgent()}
+    for pose in truth["environment"]["trajectory_poses"]:
+        observations = _observed(scene, pose)
+        for agent in agents.values():
+            assert agent.pick_action(observations, ["move_next"])[0] == "move_next"
+    scores = {}
+    for name, agent in agents.items():
+        empty = {"task_details": {"results_format": "object_map"}, "results": object_map.create()}
+        agent.save_result(str(tmp_path / f"{name}.json"), empty, {})
+        result = json.loads((tmp_path / f"{name}.json").read_text())
+        object_map.validate(result["results"])
+        scores[name] = omq.evaluate(result, [truth])["OMQ"]
+    assert scores["nothing"] == 0.0
+    assert scores["mapper"] > 0.95
 
 
 def test_masks_and_truth_are_kept_in_the_environment(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ Integers = npt.NDArray[np.int64]
 REACH_M = 0.05
 """A scan's surface has the label of the labelled surface that is nearest, as far as this; data sets are in metres."""
 SPACING_M = 0.02
+SAME_M = 1e-3
 LEAST_SHARE = 0.5
 # What lies in a labelled box: a little more than the box, but not the floor or table top that it stands on. In halves
 # of the box, since the unit of the scan is not known yet.
@@ -223,23 +224,14 @@ def _in_boxes(points: Floats, boxes: list[OrientedBox | None], up: UpAxis) -> In
 
 def _nearest(points: Floats, surface: LabelledSurface, origin: tuple[float, float, float], path: Path) -> Integers:
     """The number of the object whose surface is nearest to each point (N, 3), 0 for none within reach."""
-    from scipy.spatial import cKDTree
-
     corners = surface.vertices[surface.triangles] - np.array(origin)
-    sides_m = np.linalg.norm(corners - np.roll(corners, -1, 1), axis=2).max(1)
-    large = np.flatnonzero(sides_m > SPACING_M)
-    more, triangle = surface_points(corners[large], SPACING_M)
-    samples = np.concatenate([corners.mean(1), more])
-    owner = np.concatenate([surface.triangle_object, surface.triangle_object[large][triangle]])
     turns = [np.eye(3), Y_UP_TO_Z_UP, Y_UP_TO_Z_UP.T] if surface.any_up else [np.eye(3)]
     best, share = np.zeros(len(points), np.int64), -1.0
     for turn in turns:
-        # A scan that fits as it is needs no other look.
-        distance, place = cKDTree(samples @ turn.T).query(points, distance_upper_bound=REACH_M)
-        near = np.isfinite(distance)
+        found, near = _labels_near(points, corners @ turn.T, surface.triangle_object)
         if near.mean() > share:
-            best, share = np.where(near, owner[np.minimum(place, len(owner) - 1)], 0), float(near.mean())
-        if share > 1 - LEAST_SHARE / 2:
+            best, share = found, float(near.mean())
+        if share > 1 - LEAST_SHARE / 2:  # it fits as it is
             break
     if share < LEAST_SHARE:
         raise BenchbotError(
@@ -248,3 +240,23 @@ def _nearest(points: Floats, surface: LabelledSurface, origin: tuple[float, floa
             "Keep only files of one scan in a folder, or import without labels: --labels none.",
         )
     return best
+
+
+def _labels_near(points: Floats, corners: Floats, owner: Integers) -> tuple[Integers, npt.NDArray[np.bool_]]:
+    """The owner of the triangle (corners (T, 3, 3)) that is nearest to each point, 0 for none, and which have one."""
+    from scipy.spatial import cKDTree
+
+    middles = corners.mean(1)
+    distance, place = cKDTree(middles).query(points, distance_upper_bound=SAME_M)
+    near = np.isfinite(distance)
+    found = np.where(near, owner[np.minimum(place, len(owner) - 1)], 0)
+    left = np.flatnonzero(~near)
+    if len(left):  # the scan is another mesh, or was sorted
+        sides_m = np.linalg.norm(corners - np.roll(corners, -1, 1), axis=2).max(1)
+        large = np.flatnonzero(sides_m > SPACING_M)
+        more, triangle = surface_points(corners[large], SPACING_M)
+        owners = np.concatenate([owner, owner[large][triangle]])
+        distance, place = cKDTree(np.concatenate([middles, more])).query(points[left], distance_upper_bound=REACH_M)
+        near[left] = np.isfinite(distance)
+        found[left] = np.where(near[left], owners[np.minimum(place, len(owners) - 1)], 0)
+    return found, near
