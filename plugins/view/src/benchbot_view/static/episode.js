@@ -83,7 +83,7 @@ function drawPictures() {
     paint(canvas, image);
     found.fetchAround(number);
     const { camera, scene } = episode.frames[number] ?? {};
-    if (camera && episode.camera) for (const [box, color, label, hidden] of boxesOf(scene, number)) paintBox(canvas, camera, episode.camera, box, color, label, hidden);
+    if (camera && episode.camera) for (const box of boxesOf(scene, number)) paintBox(canvas, camera, episode.camera, ...box);
   }
 }
 
@@ -93,7 +93,9 @@ function boxesOf(scene, number) {
   for (const item of episode.objects) {
     if (item.scene !== scene || !(item.number === wanted || allBoxes)) continue;
     const isWanted = item.number === wanted;
-    if (item.true) boxes.push([item.true, TRUTH, isWanted ? item.truth_label : "", hiddenOf(item.number, number, 2)]);
+    // One name for both, where both have the same.
+    const isNamed = isWanted && !(item.estimated && item.label === item.truth_label);
+    if (item.true) boxes.push([item.true, TRUTH, isNamed ? item.truth_label : "", hiddenOf(item.number, number, 2), Boolean(item.estimated)]);
     if (item.estimated) boxes.push([item.estimated, ESTIMATE, isWanted ? estimateOf(item) : "", hiddenOf(item.number, number, 3)]);
   }
   return boxes;

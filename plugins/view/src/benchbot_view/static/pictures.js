@@ -80,9 +80,10 @@ export function stretchesOf(text) { return text ? Uint8Array.from(atob(text), (l
 
 /**
  * Draw the edges of a box (centre and size in the map frame) as a camera sees it; `camera` is its rotation and place.
- * `hidden` has a bit for each stretch of an edge, true for all, null for none: these are dashed.
+ * `hidden` has a bit for each stretch of an edge, true for all, null for none: these are dashed. The label is above the
+ * box, or below it.
  */
-export function paintBox(canvas, camera, intrinsics, box, color, label, hidden = null) {
+export function paintBox(canvas, camera, intrinsics, box, color, label, hidden = null, isBelow = false) {
   const scale = canvas.width / intrinsics.width;
   const corners = [];
   for (let i = 0; i < 8; i += 1) {
@@ -124,7 +125,8 @@ export function paintBox(canvas, camera, intrinsics, box, color, label, hidden =
   context.font = `600 ${Math.round(12 * size)}px system-ui, sans-serif`;
   const width = context.measureText(label).width;
   const x = Math.min(Math.max(Math.min(...points.map((point) => point[0])), 2), canvas.width - width - 10 * size);
-  const y = Math.min(Math.max(Math.min(...points.map((point) => point[1])) - 6 * size, 16 * size), canvas.height - 6);
+  const heights = points.map((point) => point[1]);
+  const y = Math.min(Math.max(isBelow ? Math.max(...heights) + 15 * size : Math.min(...heights) - 6 * size, 16 * size), canvas.height - 6);
   context.fillStyle = "rgb(0 0 0 / 65%)";
   context.fillRect(x - 4 * size, y - 12 * size, width + 8 * size, 16 * size);
   context.fillStyle = color;
