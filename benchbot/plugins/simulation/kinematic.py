@@ -125,7 +125,8 @@ class KinematicSimulator(ABC, Generic[W]):
         """Return so many robots like this one, to be moved as arrays; None where physics of its own moves each."""
         base, own = KinematicSimulator, type(self)
         same = all(
-            getattr(own, name) is getattr(base, name) for name in ("drive", "advance", "measured", "pose", "mounts")
+            getattr(own, name) is getattr(base, name)
+            for name in ("drive", "advance", "measured", "contact_ahead", "pose", "odometry", "mounts")
         )
         return KinematicRobots(self, count) if same else None
 

@@ -34,8 +34,8 @@ class Robot:
 
     def observe(self) -> Observations:
         lidar = self.pose @ Pose((0, 0, HEIGHT_M))
-        seen: Any = {"laser": scan([box for box in self.boxes if box[2][2] > HEIGHT_M], lidar)}
-        return {**seen, "poses": {"base_link": self.pose.record("map"), "lidar": lidar.record("map")}}
+        seen: Any = {"base_link": self.pose.record("map"), "lidar": lidar.record("map")}
+        return {"laser": scan([box for box in self.boxes if box[2][2] > HEIGHT_M], lidar), "poses": seen}
 
     def move(self, action: str, arguments: dict[str, float]) -> str:
         if action == "move_angle":
