@@ -1,6 +1,7 @@
-"""Pictures of moments that the screens which watch seldom meet: `python -m docs.tools.watched_screens docs/images/tui`.
+"""Pictures of screens as their tests have them: `python -m docs.tools.watched_screens docs/images/tui`.
 
-What they show is made from the data of their tests; `screens` takes those of a real run.
+Some are moments that are seldom met, made from the data of the tests; others are drawn from the kept snapshots.
+`screens` takes those of a real run.
 """
 
 import asyncio
@@ -17,10 +18,13 @@ from benchbot.plugins.tui.batch_screen import BatchScreen
 from benchbot.plugins.tui.jobs import Alive
 from benchbot.plugins.tui.run_screen import RunScreen
 from docs.tools.screens import draw
+from tests.plugins.tui import golden
 from tests.plugins.tui.moments import MOMENTS
 from tests.plugins.tui.watched import StillBatch, StillFeed, batch_view, run_view, surroundings
 
 SIZE = (110, 34)
+KEPT = ("home", "run", "results")
+"""Snapshots that are drawn as they are kept, at 120 × 40 cells on a dark terminal."""
 ASKS = "Put the robot at its start pose, facing the door, and step back."
 
 
@@ -35,6 +39,8 @@ def main() -> None:
         taken[name] = asyncio.run(_show(make(), keys, size))
     os.environ.pop("NO_COLOR", None)
     taken |= {name: asyncio.run(_moment(name)) for name in ("new-batch", "compare")}
+    for name in KEPT:
+        taken[name] = golden.svg(golden.read(golden.SNAPSHOTS / f"{name}.json.xz")["120x40 dark"])
     draw(taken, folder)
 
 

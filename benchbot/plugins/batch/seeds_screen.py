@@ -108,7 +108,8 @@ class AddSeedsScreen(CommandScreen):
         try:
             added = [seed for seed in numbers("--seeds", self._seeds_field.value or " ") if seed not in before]
             total = len(plan.episodes) + len(added) * each
-            size = f"{len(plan.episodes)} episodes + {len(added)} seeds × {each} = {total} episodes"
+            noun = "seed" if len(added) == 1 else "seeds"
+            size = f"{len(plan.episodes)} episodes + {len(added)} {noun} × {each} = {total} episodes"
         except BenchbotError as error:
             size = f"{error.title} {error.why}"
         self._facts.tell(

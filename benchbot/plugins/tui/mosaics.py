@@ -54,4 +54,5 @@ def cells(pixels: Pixels, grid: tuple[int, int]) -> tuple[NDArray[np.int64], Pix
 
 def _means(parts: Pixels, chosen: NDArray[np.bool_]) -> Pixels:
     count = np.maximum(chosen.sum(-1, keepdims=True), 1)
-    return ((parts * chosen[..., None]).sum(2) / count).astype(np.uint8)
+    means: Pixels = ((parts * chosen[..., None]).sum(2) / count).astype(np.uint8)
+    return means

@@ -10,7 +10,7 @@ from textual.pilot import Pilot
 from benchbot.plugins.tui.app import BenchbotApp
 from tests.plugins.tui import golden
 
-PATIENCE_S = 20.0
+PATIENCE_S = 90.0
 SIZES = ((80, 24), (120, 40), (200, 60))
 
 Scenario = Callable[[BenchbotApp, Pilot[None]], Awaitable[None]]

@@ -174,6 +174,15 @@ def test_a_day_without_leaving_the_screens(day: tuple[Environment, Index], termi
     terminal.sees("ALL 12 COMPLETE")
     until((batch / "comparison.json").is_file, lambda: terminal.screen)
 
+    # One more seed is added; what is finished stays, and the comparison says that the size was not fixed before.
+    terminal.press("A")
+    terminal.sees("12 episodes + 3 seeds × 4 = 24 episodes")
+    _step(terminal, "C-u", "3")
+    terminal.sees("12 episodes + 1 seed × 4 = 16 episodes", "batch extend", "--seeds=3")
+    terminal.press("C-s")
+    terminal.sees("ALL 16 COMPLETE")
+    until(lambda: "added to" in (batch / "comparison.json").read_text(), lambda: terminal.screen)
+
     # The solutions are compared, and the report is made.
     terminal.press("C")
     terminal.sees("[ ] base", "[ ] ours")
@@ -184,9 +193,9 @@ def test_a_day_without_leaving_the_screens(day: tuple[Environment, Index], termi
     terminal.sees("The report is written.")
     assert list(batch.rglob("report.html"))
     terminal.press("Escape")
-    terminal.sees("ALL 12 COMPLETE")
+    terminal.sees("ALL 16 COMPLETE")
     _go_home(terminal)
-    terminal.sees("✓ batch-", "12 of 12")
+    terminal.sees("✓ batch-", "16 of 16")
     terminal.press("q")
     terminal.sees("ended with 0")
 

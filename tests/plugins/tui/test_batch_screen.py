@@ -49,8 +49,8 @@ def test_a_batch_looks_well_in_every_size_and_its_episodes_are_found_by_keys(hom
         await sees(pilot, f"collision on {chosen.worker}")
         await matches(app, pilot, "batch-letters", (80, 24))
 
-        # So it does by the mouse: below the head, right of the names.
-        await pilot.click("Matrix", offset=(len("room:8 ") + 3, 1 + 1))
+        # So it does by the mouse: below the head and the two lines of the first room, right of the names.
+        await pilot.click("Matrix", offset=(len("room:8 ") + 3, 1 + 2))
         await sees(pilot, "room:2 · carter · seed 3")
         await pilot.press("f", "f", "F")
 
