@@ -28,7 +28,7 @@ def first_hits_of(renderer: Any, pose: Any, camera: Any) -> Any:
     """What each pixel's middle shows, as `first_hits` orders it: in working memory, until the next call."""
     hits = _working_memory(first_hits.hits_size(1, camera.width, camera.height))
     record = camera_records(np.asarray(pose)[None], camera)
-    first_hits.meet(*renderer.device.tree, -1, record, hits, 1, camera.width, camera.height)
+    first_hits.meet_squares(*renderer.device.tree, -1, record, hits, 1, camera.width, camera.height)
     return hits
 
 
@@ -70,7 +70,7 @@ def frame(renderer: Any, pose: Any, camera: Any, lamp: Any) -> Any:
     record = camera_records(np.asarray(pose)[None], camera)
     device = renderer.device
     hits = _working_memory(first_hits.hits_size(1, camera.width, camera.height))
-    first_hits.meet(*device.tree, device.sheer_root, record, hits, 1, camera.width, camera.height)
+    first_hits.meet_squares(*device.tree, device.sheer_root, record, hits, 1, camera.width, camera.height)
     _frame(
         *device.tree,
         *device.surfaces,

@@ -82,3 +82,22 @@ def test_lamps_leave_white_walls_a_little_warm() -> None:
 
 def test_what_is_declared_is_the_gain() -> None:
     assert LUMINANCE @ camera_response.exposure(0.01, np.ones(3), 3.0) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(("width", "height"), [(1, 1), (7, 5), (16, 9), (61, 11)])
+def test_sixteen_pixels_are_developed_as_each_by_itself(width: int, height: int) -> None:
+    from benchbot_sim_taichi.kernels import develop
+
+    random = np.random.default_rng(width)
+    count, cells = 2, -(-width // 8) * -(-height // 8)
+    radiance = random.uniform(0, 2, count * width * height * 3).astype(np.float32)
+    bloom = random.uniform(0, 2, count * cells * 3).astype(np.float32)
+    words = count * -(-width * height // 4) * 3
+    together, alone = np.full(words + 1, -1, np.int32), np.full(words + 1, -1, np.int32)
+    for expose, out in ((develop.expose_lanes, together), (develop.expose, alone)):
+        expose(radiance, bloom, *camera_response.curves(), out, 0, count, width, height, 8, 0.02)
+    assert together[-1] == alone[-1] == -1
+    shown = (pixels[:words].view(np.uint8).reshape(count, -1)[:, : width * height * 3] for pixels in (together, alone))
+    one, other = (values.astype(int) for values in shown)
+    assert np.abs(one - other).max() <= 1
+    assert (one != other).mean() < 0.01

@@ -46,7 +46,7 @@ def see(renderer: Renderer, poses: np.ndarray, camera: Intrinsics, *, has_sheer:
     places = (frames.depth_at(0), frames.instance_at(0))
     scene = (*device.tree, device.sheer_root, *device.surfaces)
     hits = np.empty(first_hits.hits_size(*size), np.float32)
-    first_hits.meet(*device.tree, device.sheer_root, records.ravel(), hits, *size)
+    first_hits.meet_squares(*device.tree, device.sheer_root, records.ravel(), hits, *size)
     glance.see(*scene, records, hits, frames.words, *places, *size, has_sheer, False)
     batch = frames.to_host()
     return [batch[index] for index in range(len(batch))]

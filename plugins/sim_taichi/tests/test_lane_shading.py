@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from benchbot_scenes.gltf import load_scene
+from benchbot_sim_taichi import renderer
 from benchbot_sim_taichi.frames import DeviceFrames
 from benchbot_sim_taichi.intrinsics import camera_records
 from benchbot_sim_taichi.lighting import Lighting
@@ -22,10 +23,15 @@ POSES = np.stack(
 CAMERA = Intrinsics.from_horizontal_fov(61, 43, 80.0)  # squares of 4 x 4 do not fill it
 
 
-def test_sixteen_pixels_look_as_each_by_itself(tmp_path: Path, kernel_cache: Path) -> None:
+@pytest.fixture(scope="module")
+def room(tmp_path_factory: pytest.TempPathFactory, kernel_cache: Path) -> Renderer:
+    scene = load_scene(rooms.furnished_room(tmp_path_factory.mktemp("room") / "room.glb"))
+    return Renderer(scene, Lighting(), cache_dir=kernel_cache)
+
+
+def test_sixteen_pixels_look_as_each_by_itself(room: Renderer) -> None:
     from benchbot_sim_taichi.kernels import paint
 
-    room = Renderer(load_scene(rooms.furnished_room(tmp_path / "room.glb")), Lighting(), cache_dir=kernel_cache)
     together = room.render_batch(POSES, CAMERA)
     size = (len(POSES), CAMERA.width, CAMERA.height)
     pixels = math.prod(size)
@@ -56,3 +62,41 @@ def test_sixteen_pixels_look_as_each_by_itself(tmp_path: Path, kernel_cache: Pat
         differs = np.abs(lanes - alone[name]) > 1e-3 + 1e-2 * np.abs(alone[name])
         assert differs.mean() < 2e-3, name
     assert (room._buffers["kinds"][1][:pixels] != kinds).mean() < 2e-3
+
+
+@pytest.mark.parametrize("edges_at_once", [renderer.EDGES_AT_ONCE, 64], ids=["all edges together", "64 at a time"])
+def test_edges_of_sixteen_points_look_as_each_pixel_by_itself(
+    room: Renderer, monkeypatch: pytest.MonkeyPatch, edges_at_once: int
+) -> None:
+    from benchbot_sim_taichi.kernels import paint, resolve
+
+    monkeypatch.setattr(renderer, "EDGES_AT_ONCE", edges_at_once)
+    room.render_batch(POSES, CAMERA)
+    size = (len(POSES), CAMERA.width, CAMERA.height)
+    pixels = math.prod(size)
+    strides = {"guide": paint.GUIDE_STRIDE, "shades": paint.SHADE_STRIDE, "mirrors": paint.MIRROR_STRIDE}
+    seen = [room._buffers[name][1] for name in (*strides, "kinds", "centers")]
+    alone = np.zeros(pixels * 3, np.float32)
+    resolve.resolve_pixels(
+        *room.device.tree,
+        room.device.sheer_root,
+        *room.device.surfaces,
+        room.device.lights[0],
+        *room.lightmap.arrays,
+        camera_records(POSES, CAMERA, room.exposure).ravel(),
+        *seen,
+        alone,
+        *size,
+    )
+    marks = room._buffers["marks"][1]
+    edges = marks[marks >= 0]
+    assert 0.05 * pixels < len(np.unique(edges)) == len(edges) < 0.5 * pixels
+    together = room._buffers["radiance"][1][: pixels * 3]
+    differs = (np.abs(together - alone) > 1e-3 + 1e-2 * np.abs(alone)).reshape(-1, 3).any(1)
+    assert not np.delete(differs, edges).any()
+    # One by one, samples look through one pane only.
+    is_pane = (seen[1][3 : pixels * 4 : 4] < 0.0).reshape(size[0], CAMERA.height, CAMERA.width)
+    around = [np.roll(is_pane, (down, across), (1, 2)) for down in (-1, 0, 1) for across in (-1, 0, 1)]
+    clear = edges[~np.any(around, axis=0).ravel()[edges]]
+    assert len(clear) > 0.3 * len(edges)
+    assert differs[clear].mean() < 2e-2

@@ -78,7 +78,8 @@ def develop(
     kernels.scatter_down(small, lens, scattered, count, columns, rows, reach)
     kernels.scatter_across(scattered, lens, bloom, count, columns, rows, reach)
     size = (count, width, height)
-    kernels.expose(radiance, bloom, *curves(), words, rgb_at, *size, BLOOM_CELL_PIXELS, BLOOM_SHARE)
+    expose = kernels.expose if _ti.is_on_gpu() else kernels.expose_lanes
+    expose(radiance, bloom, *curves(), words, rgb_at, *size, BLOOM_CELL_PIXELS, BLOOM_SHARE)
 
 
 def develop_on_host(radiance: FloatArray) -> npt.NDArray[np.uint8]:

@@ -30,6 +30,7 @@ from benchbot_sim_taichi.tables import CAMERA_STRIDE, DeviceScene
 __all__ = ["DeviceFrames", "Frame", "FrameBatch", "Intrinsics", "Renderer"]
 
 PIXELS_AT_ONCE = 2**20  # 240 bytes of working memory each
+EDGES_AT_ONCE = 2**15  # 480 bytes of working memory each
 GLANCED_PIXELS_AT_ONCE = 2**24  # 4 bytes each
 
 
@@ -236,7 +237,7 @@ class Renderer:
         if _ti.is_on_gpu():  # packets suit vector instructions, not its threads
             return self._buffer("hits", 1)
         hits = self._buffer("hits", first_hits.hits_size(*size))
-        first_hits.meet(*self.device.tree, self.device.sheer_root, cameras, hits, *size)
+        first_hits.meet_squares(*self.device.tree, self.device.sheer_root, cameras, hits, *size)
         return hits
 
     def _take(self, records: npt.NDArray[np.float32], frames: DeviceFrames, first: int) -> None:
@@ -254,9 +255,10 @@ class Renderer:
 
     def _paint(self, records: npt.NDArray[np.float32], frames: DeviceFrames, first: int) -> None:
         """Take pictures `first` … of `frames` in one launch of each kernel, their light looked up on surfaces."""
-        from benchbot_sim_taichi.kernels import paint, paint_tiles, reflections, resolve
+        from benchbot_sim_taichi.kernels import first_hits, paint, paint_tiles, reflections, resolve
 
-        size = (len(records), frames.width, frames.height)
+        width, height = frames.width, frames.height
+        size = (len(records), width, height)
         pixels = math.prod(size)
         cameras = _ti.upload(records.ravel())
         device, on_gpu = self.device, _ti.is_on_gpu()
@@ -273,7 +275,10 @@ class Renderer:
         if on_gpu:
             paint.paint(*lit, cameras, *seen, centers, *places, *size)
         else:
-            paint_tiles.paint_tiles(*lit, cameras, hits, *seen, centers, *places, *size)
+            tiles = first_hits.squares(*size)
+            paint_tiles.paint_tiles(
+                *lit, cameras, first_hits.SQUARES, hits, *seen, centers, *places, tiles, width, height
+            )
         lights = (*device.lights, device.light_of, self.near_lights)
         reflections.reflect(*scene, *lights, *self.lightmap.arrays, cameras, *mirrored, *size, self._seed)
         spread = reflections.spread if on_gpu else reflections.spread_lanes
@@ -282,9 +287,40 @@ class Renderer:
         spread(cameras, guide, kinds, beside, radiance, *size, 0, 4, 3, 0)
         spread(cameras, guide, kinds, radiance, beside, *size, 1, 4, 3, 0)
         reflections.combine(cameras, shades, *mirrored, beside, centers, *size)
-        add_edges = resolve.resolve_pixels if on_gpu else resolve.resolve_tiles
-        add_edges(*lit, cameras, *seen, centers, radiance, *size)
+        if on_gpu:
+            resolve.resolve_pixels(*lit, cameras, *seen, centers, radiance, *size)
+        else:
+            self._resolve(lit, cameras, seen, centers, radiance, size)
         camera_response.develop(radiance, frames.words, frames.rgb_at(first), *size, self._buffer)
+
+    def _resolve(
+        self,
+        lit: tuple[Any, ...],
+        cameras: Any,
+        seen: tuple[Any, ...],
+        centers: Any,
+        radiance: Any,
+        size: tuple[int, int, int],
+    ) -> None:
+        """Fill `radiance` from `centers`, looking more closely at pixels that hold several surfaces: on a processor."""
+        from benchbot_sim_taichi.kernels import first_hits, packet, paint, paint_tiles, resolve
+
+        guide, *mirrored = seen
+        tiles = first_hits.squares(*size)
+        marks = self._buffer("marks", tiles * packet.RAYS, np.int32)
+        resolve.find_edges(centers, guide, *mirrored[::2], marks, radiance, tiles, *size[1:])
+        edges = resolve.edges_of(marks[: tiles * packet.RAYS], size[0])
+        for first in range(0, len(edges), EDGES_AT_ONCE):
+            pixels = edges[first : first + EDGES_AT_ONCE]
+            samples, tiles = len(pixels) * first_hits.SAMPLES, len(pixels) // first_hits.PIXELS_AT_ONCE
+            hits = self._buffer("edge_hits", tiles * first_hits.HITS_STRIDE)
+            strides = {"shades": paint.SHADE_STRIDE, "mirrors": paint.MIRROR_STRIDE}
+            sampled = [self._buffer(f"edge_{name}", samples * stride) for name, stride in strides.items()]
+            sampled.append(self._buffer("edge_kinds", samples, np.int32))
+            first_hits.meet(*lit[:3], cameras, pixels, hits, tiles, *size[1:])
+            unused = (centers, marks, 0, 0)
+            paint_tiles.paint_tiles(*lit, cameras, pixels, hits, guide, *sampled, *unused, tiles, *size[1:])
+            resolve.blend_samples(cameras, pixels, *sampled, *mirrored, centers, radiance, *size[1:])
 
     def cast(
         self, origins: npt.NDArray[np.floating], directions: npt.NDArray[np.floating], range_max_m: float

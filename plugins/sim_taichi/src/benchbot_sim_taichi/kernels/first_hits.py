@@ -3,25 +3,48 @@
 
 A square has `HITS_STRIDE` values, sixteen of each kind: of the nearest opaque triangles distance (the camera's unit is
 planar depth; FAR none), u, v and the bits of the triangle, then the same of the nearest sheer ones before them.
+
+Or for `SAMPLES` points each of four listed pixels at once, where edges are looked at more closely.
 """
+
+from typing import Any
+
+import numpy as np
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.camera import camera_origin
 from benchbot_sim_taichi.kernels.lanes import Lanes3, from_bits, ints16, vec16
 from benchbot_sim_taichi.kernels.lens import undistort
 from benchbot_sim_taichi.kernels.packet import RAYS, Packet, trace_packet
-from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats
+from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints
 from benchbot_sim_taichi.tables import CAMERA_STRIDE
 
 TILE = 4
 HITS_STRIDE = 8 * RAYS
 ACROSS = [float(i % TILE) for i in range(RAYS)]
 DOWN = [float(i // TILE) for i in range(RAYS)]
+SAMPLES = 4
+PIXELS_AT_ONCE = RAYS // SAMPLES
+SQUARES = np.full(1, -1, np.int32)
+"""In the place of a list of pixels: squares of all pixels."""
+
+
+def squares(count: int, width: int, height: int) -> int:
+    """Return the number of squares that some pictures have."""
+    return count * -(-width // TILE) * -(-height // TILE)
 
 
 def hits_size(count: int, width: int, height: int) -> int:
     """Return the number of values that the hits of some pictures have."""
-    return count * -(-width // TILE) * -(-height // TILE) * HITS_STRIDE
+    return squares(count, width, height) * HITS_STRIDE
+
+
+def meet_squares(
+    nodes: Any, leaves: Any, sheer_root: int, cameras: Any, hits: Any, count: int, width: int, height: int
+) -> None:
+    """Store the first hits of the middles of all pixels."""
+    tiles = squares(count, width, height)
+    meet(nodes, leaves, sheer_root, cameras, SQUARES, hits, tiles, width, height)
 
 
 @ti.func
@@ -58,11 +81,55 @@ def camera_rays(cameras: ti.template(), eye, x, y):
     )
 
 
+@ti.dataclass
+class Points:
+    """Sixteen points of one picture: `x` and `y` in pixels.
+
+    `number` is another one for each point of a picture; `place` is where its values are kept, -1 for none.
+    """
+
+    picture: ti.i32
+    x: vec16
+    y: vec16
+    number: ints16
+    place: ints16
+
+
 @ti.func
-def tile_rays(cameras: ti.template(), eye, left, top):
-    """The rays through the middles of a square's pixels."""
-    x = vec16(ACROSS) + (ti.cast(left, ti.f32) + 0.5)
-    return camera_rays(cameras, eye, x, vec16(DOWN) + (ti.cast(top, ti.f32) + 0.5))
+def point_in_pixel(x, y, sample):
+    """Return a point of a pixel for each sample, on a rotated grid: four rows, four columns, one sample in each."""
+    across = ti.cast(x, ti.f32) + (ti.cast((sample * 2 + sample // 2) % SAMPLES, ti.f32) + 0.5) * (1.0 / SAMPLES)
+    down = ti.cast(y, ti.f32) + (ti.cast(sample, ti.f32) + 0.5) * (1.0 / SAMPLES)
+    return across, down
+
+
+@ti.func
+def points_of(tile, pixels: ti.template(), width, height):
+    """The middles of a square's pixels; or, if there is a list of `pixels`, the samples of four of them.
+
+    A list has multiples of four pixels, all four of the same picture; -1 takes the place of pixels that are missing,
+    but never of the first of the four.
+    """
+    picture, left, top = locate_tile(tile, width, height)
+    points = Points(picture=picture, x=vec16(ACROSS), y=vec16(DOWN), number=ints16(0), place=ints16(-1))
+    if pixels.shape[0] > 1:
+        points.picture = pixels[tile * PIXELS_AT_ONCE] // (width * height)
+        for k in range(PIXELS_AT_ONCE):
+            listed = pixels[tile * PIXELS_AT_ONCE + k]
+            inside = ti.select(listed < 0, pixels[tile * PIXELS_AT_ONCE], listed) - points.picture * (width * height)
+            y = inside // width
+            for s in range(SAMPLES):
+                lane = k * SAMPLES + s
+                points.x[lane], points.y[lane] = point_in_pixel(inside - y * width, y, s)
+                points.number[lane] = inside * SAMPLES + s
+                points.place[lane] = ti.select(listed < 0, -1, tile * RAYS + lane)
+    else:
+        x, y = ints16([i % TILE for i in range(RAYS)]) + left, ints16([i // TILE for i in range(RAYS)]) + top
+        points.x += ti.cast(left, ti.f32) + 0.5
+        points.y += ti.cast(top, ti.f32) + 0.5
+        points.number = y * width + x
+        points.place = ti.select((x < width) & (y < height), points.number + picture * (width * height), ints16(-1))
+    return points
 
 
 @ti.kernel
@@ -71,20 +138,20 @@ def meet(
     leaves: floats,
     sheer_root: ti.i32,
     cameras: floats,
+    pixels: ints,
     hits: floats,
-    count: ti.i32,
+    tiles: ti.i32,
     width: ti.i32,
     height: ti.i32,
 ):
-    """Store the first hits of the middle of each pixel."""
-    _, in_all = tile_counts(width, height)
-    for ray in range(count * in_all * RAYS):  # one thread takes 512 at least, which would be many as packets
+    """Store the first hits of `tiles` times sixteen points: `points_of`."""
+    for ray in range(tiles * RAYS):  # one thread takes 512 at least, which would be many as packets
         if ray % RAYS == 0:
             tile = ray // RAYS
-            picture, left, top = locate_tile(tile, width, height)
-            eye = picture * CAMERA_STRIDE
+            points = points_of(tile, pixels, width, height)
+            eye = points.picture * CAMERA_STRIDE
             origin = camera_origin(cameras, eye)
-            way = tile_rays(cameras, eye, left, top)
+            way = camera_rays(cameras, eye, points.x, points.y)
             rays = Packet(along_x=way.x, along_y=way.y, along_z=way.z, reach=vec16(FAR))
             rays.x, rays.y, rays.z = vec16(origin.x), vec16(origin.y), vec16(origin.z)
             root = 0

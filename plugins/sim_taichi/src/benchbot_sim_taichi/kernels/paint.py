@@ -94,6 +94,7 @@ def paint(
         kind = ROUGH
         color = outlook(env, direction, 1.0 / cameras[eye + 12])
         flat = vec3(0.0)
+        even = vec3(0.0)
         sun_edge = 0
         root = 0
         start = 0.0
@@ -158,6 +159,7 @@ def paint(
                         reflection = stored.irradiance * INV_PI
                         if surface.roughness < REFLECT_ROUGHNESS:
                             kind = ti.select(surface.roughness <= MIRROR_ROUGHNESS, MIRROR, GLOSSY)
+                            even = mirrored * reflection
                             reflection = vec3(0.0)
                             for i in ti.static(range(3)):
                                 mirrors[out + i] = surface.normal[i]
@@ -168,9 +170,9 @@ def paint(
                             mirrors[out + 10] = hit.t
                         color = shade(env, direction, surface, stored.irradiance, stored.sun, mirrored, reflection)
         if pane_t < FAR:
-            # What is behind a pane mirrors nothing that could be told apart.
+            # What is behind a pane mirrors nothing that could be told apart from light that comes from all around.
             mirrored = pane_reflectance(pane_specular, -pane_normal.dot(direction))
-            color *= passed
+            color = (color + even) * passed
             number = -2.0 - number
             kind = MIRROR
             for i in ti.static(range(3)):

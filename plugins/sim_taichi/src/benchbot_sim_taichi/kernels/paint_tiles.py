@@ -1,10 +1,14 @@
 # mypy: ignore-errors
-"""What `paint` does, on a processor: the pixels of a square of 4 x 4 in the lanes of vectors (`lane_shading`)."""
+"""What `paint` does, on a processor: the pixels of a square of 4 x 4 in the lanes of vectors (`lane_shading`).
+
+The samples of edges, too: they have a shade, a kind and a mirror each, but no guide, depth or instance. Until their
+radiance is known, mirrors have what the light of their surface would be if it came from all around.
+"""
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.frames import INFINITY_BITS
 from benchbot_sim_taichi.kernels.camera import camera_origin
-from benchbot_sim_taichi.kernels.first_hits import HITS_STRIDE, TILE, locate_tile, tile_counts, tile_rays
+from benchbot_sim_taichi.kernels.first_hits import HITS_STRIDE, camera_rays, points_of
 from benchbot_sim_taichi.kernels.lane_shading import (
     compressed,
     mirrored_shares,
@@ -62,6 +66,7 @@ def paint_tiles(
     index: ints,
     light: ints,
     cameras: floats,
+    pixels: ints,
     hits: floats,
     guide: floats,
     shades: floats,
@@ -71,19 +76,18 @@ def paint_tiles(
     words: ints,
     depth_at: ti.i32,
     instance_at: ti.i32,
-    count: ti.i32,
+    tiles: ti.i32,
     width: ti.i32,
     height: ti.i32,
 ):
-    """See `paint.paint`; first hits are those that `first_hits.meet` left in `hits`."""
-    _, in_all = tile_counts(width, height)
-    for member in range(count * in_all * RAYS):  # one thread takes 512 at least, which would be many as tiles
+    """See `paint.paint`; first hits are those that `first_hits.meet` left in `hits` for the same points."""
+    for member in range(tiles * RAYS):  # one thread takes 512 at least, which would be many as tiles
         if member % RAYS == 0:
             tile = member // RAYS
-            picture, left, top = locate_tile(tile, width, height)
-            eye = picture * CAMERA_STRIDE
+            points = points_of(tile, pixels, width, height)
+            eye = points.picture * CAMERA_STRIDE
             origin = camera_origin(cameras, eye)
-            ray = tile_rays(cameras, eye, left, top)
+            ray = camera_rays(cameras, eye, points.x, points.y)
             direction = scaled3(ray, 1.0 / ti.sqrt(dot3(ray, ray)))
             pixel_angle = 1.0 / cameras[eye + 12]
             at = tile * HITS_STRIDE
@@ -170,12 +174,14 @@ def paint_tiles(
                             env,
                             lane3(surface.face, lane),
                             origin + lane3(ray, lane) * t[lane],
-                            (top + lane // TILE) * width + left + lane % TILE,
+                            points.number[lane],
                         )
             mirrored = mirrored_shares(env, direction, surface)
             gloss = ti.select(surface.roughness <= MIRROR_ROUGHNESS, ints16(MIRROR), ints16(GLOSSY))
             gloss = ti.select((surface.roughness < REFLECT_ROUGHNESS) & (triangle >= 0), gloss, ints16(ROUGH))
-            matt = ti.select(gloss == ROUGH, vec16(INV_PI), vec16(0.0))
+            # What is behind a pane mirrors nothing that could be told apart from light that comes from all around.
+            matt = ti.select((gloss == ROUGH) | (pane != 0), vec16(INV_PI), vec16(0.0))
+            even = scaled3(stored.irradiance, vec16(INV_PI))
             reflection = scaled3(stored.irradiance, matt)
             color = shade_lanes(env, direction, surface, stored.irradiance, stored.sun, mirrored, reflection)
             if union(ti.select(triangle < 0, ints16(1), ints16(0))) != 0:
@@ -186,39 +192,41 @@ def paint_tiles(
             color = product3(color, passed)
             number = ti.select(triangle >= 0, surface.instance * MATERIALS + surface.material, vec16(-1.0))
             number = ti.select(pane != 0, -2.0 - number, number)
-            # What is behind a pane mirrors nothing that could be told apart.
             kind = ti.select(pane != 0, ints16(MIRROR), gloss)
             normal = select3(pane, pane_normal, surface.normal)
             face = select3(pane, pane_normal, surface.face)
             mirrored = select3(pane, Lanes3(x=pane_share, y=pane_share, z=pane_share), mirrored)
             roughness = ti.select(pane != 0, vec16(0.0), surface.roughness)
+            even = scaled3(even, ti.select(pane != 0, vec16(0.0), vec16(1.0)))
             mirror_t = ti.select(pane != 0, pane_t, t)
             bits = kind | stored.is_sun_edge * SUN_EDGE
             depth = ti.select(nearest >= 0, bits_of(nearest_t), ints16(INFINITY_BITS))
             exposure = lanes3(load3(cameras, eye + 16))
             shown = compressed(product3(color, exposure))
             for lane in range(RAYS):
-                x, y = left + lane % TILE, top + lane // TILE
-                if x < width and y < height:
-                    pixel = (picture * height + y) * width + x
+                place = points.place[lane]
+                if place >= 0:
                     for i in ti.static(range(3)):
-                        guide[pixel * GUIDE_STRIDE + i] = lane3(surface.smooth, lane)[i]
-                        shades[pixel * SHADE_STRIDE + i] = lane3(color, lane)[i]
-                        centers[pixel * 3 + i] = lane3(shown, lane)[i]
-                    guide[pixel * GUIDE_STRIDE + 3] = t[lane]
-                    shades[pixel * SHADE_STRIDE + 3] = number[lane]
-                    kinds[pixel] = bits[lane]
-                    words[depth_at + pixel] = depth[lane]
-                    near = nearest[lane]
-                    words[instance_at + pixel] = 0
-                    if near >= 0:
-                        words[instance_at + pixel] = instance_of(triangles, near)
+                        shades[place * SHADE_STRIDE + i] = lane3(color, lane)[i]
+                    shades[place * SHADE_STRIDE + 3] = number[lane]
+                    kinds[place] = bits[lane]
                     if kind[lane] != ROUGH:
-                        out = pixel * MIRROR_STRIDE
+                        out = place * MIRROR_STRIDE
                         for i in ti.static(range(3)):
                             mirrors[out + i] = lane3(normal, lane)[i]
                             mirrors[out + 3 + i] = lane3(face, lane)[i]
                             mirrors[out + 6 + i] = lane3(mirrored, lane)[i]
+                            mirrors[out + 11 + i] = lane3(even, lane)[i]
                             mirrors[out + 14 + i] = lane3(surface.specular, lane)[i]
                         mirrors[out + 9] = roughness[lane]
                         mirrors[out + 10] = mirror_t[lane]
+                    if pixels.shape[0] == 1:
+                        for i in ti.static(range(3)):
+                            guide[place * GUIDE_STRIDE + i] = lane3(surface.smooth, lane)[i]
+                            centers[place * 3 + i] = lane3(shown, lane)[i]
+                        guide[place * GUIDE_STRIDE + 3] = t[lane]
+                        words[depth_at + place] = depth[lane]
+                        near = nearest[lane]
+                        words[instance_at + place] = 0
+                        if near >= 0:
+                            words[instance_at + place] = instance_of(triangles, near)

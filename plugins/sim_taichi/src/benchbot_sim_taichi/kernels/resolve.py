@@ -1,16 +1,30 @@
 # mypy: ignore-errors
 """Edges at their full worth: more camera rays through pixels that hold several surfaces.
 
-On a processor the rays of four such pixels of a square of 4 x 4 go together, each in a lane of a packet.
+On a processor such pixels are listed, the rays of four of them are traced and shaded at once, each in a lane
+(`first_hits.meet`, `paint_tiles`), and then blended; on a GPU each pixel goes by itself.
 """
+
+import numpy as np
+import numpy.typing as npt
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray, locate
-from benchbot_sim_taichi.kernels.first_hits import TILE
-from benchbot_sim_taichi.kernels.lanes import ints16, vec16
+from benchbot_sim_taichi.kernels.first_hits import PIXELS_AT_ONCE, SAMPLES, TILE, locate_tile, point_in_pixel
+from benchbot_sim_taichi.kernels.lanes import (
+    Lanes3,
+    absolute,
+    gather,
+    gather_ints,
+    ints16,
+    larger,
+    load16,
+    smaller,
+    vec16,
+)
 from benchbot_sim_taichi.kernels.light import outlook
 from benchbot_sim_taichi.kernels.lightmap import light_at
-from benchbot_sim_taichi.kernels.packet import RAYS, Packet, trace_packet
+from benchbot_sim_taichi.kernels.packet import RAYS
 from benchbot_sim_taichi.kernels.paint import (
     GUIDE_STRIDE,
     MIRROR_STRIDE,
@@ -25,9 +39,7 @@ from benchbot_sim_taichi.kernels.reflectance import INV_PI, pane_reflectance
 from benchbot_sim_taichi.kernels.shading import compress, expand, mirrored_share, shade
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
-from benchbot_sim_taichi.tables import CAMERA_STRIDE
 
-SUBSAMPLES = 4
 VISIBLE_STEP = 0.02
 
 
@@ -44,14 +56,32 @@ def steps_visibly(lowest, highest, dark):
 @ti.func
 def may_have_contrast(centers: ti.template(), first, left, top, width, height):
     """Return whether any pixel of a square may have contrast: false only where no pixel has."""
-    lowest = vec3(FAR)
-    highest = vec3(0.0)
-    for y in range(ti.max(top - 1, 0), ti.min(top + TILE + 1, height)):
-        for x in range(ti.max(left - 1, 0), ti.min(left + TILE + 1, width)):
-            value = load3(centers, (first + y * width + x) * 3)
-            lowest = ti.min(lowest, value)
-            highest = ti.max(highest, value)
-    return steps_visibly(lowest, highest, lowest)
+    across = TILE + 2  # the square and a pixel around it, three values each: two registers for a row
+    found = True
+    if width >= across:
+        begin = ti.math.clamp(left - 1, 0, width - across)
+        darkest, brightest = vec16(FAR), vec16(0.0)
+        darkest_end, brightest_end = vec16(FAR), vec16(0.0)
+        for y in range(ti.max(top - 1, 0), ti.min(top + TILE + 1, height)):
+            at = (first + y * width + begin) * 3
+            row, row_end = load16(centers, at), load16(centers, at + across * 3 - RAYS)
+            darkest, brightest = smaller(darkest, row), larger(brightest, row)
+            darkest_end, brightest_end = smaller(darkest_end, row_end), larger(brightest_end, row_end)
+        lowest, highest = vec3(FAR), vec3(0.0)
+        for i in ti.static(range(RAYS)):
+            lowest[i % 3] = ti.min(lowest[i % 3], darkest[i])
+            highest[i % 3] = ti.max(highest[i % 3], brightest[i])
+        for i in ti.static(range(2 * RAYS - (TILE + 2) * 3, RAYS)):
+            lowest[(i + 2) % 3] = ti.min(lowest[(i + 2) % 3], darkest_end[i])
+            highest[(i + 2) % 3] = ti.max(highest[(i + 2) % 3], brightest_end[i])
+        found = steps_visibly(lowest, highest, lowest)
+    return found
+
+
+@ti.func
+def beside_of(x, y, k, width, height):
+    """Return one of the nine pixels around and at another, the nearest where the picture ends."""
+    return ti.math.clamp(y + k // 3 - 1, 0, height - 1) * width + ti.math.clamp(x + k % 3 - 1, 0, width - 1)
 
 
 @ti.func
@@ -70,31 +100,72 @@ def at_edge(
     here = first + y * width + x
     lowest = load3(centers, here * 3)
     highest = lowest
-    t = guide[here * GUIDE_STRIDE + 3]
-    found = (kinds[here] & SUN_EDGE) != 0
     for k in range(9):
-        sx = ti.math.clamp(x + k % 3 - 1, 0, width - 1)
-        sy = ti.math.clamp(y + k // 3 - 1, 0, height - 1)
-        other = first + sy * width + sx
-        beside = load3(centers, other * 3)
+        beside = load3(centers, (first + beside_of(x, y, k, width, height)) * 3)
         lowest = ti.min(lowest, beside)
         highest = ti.max(highest, beside)
-        if shades[other * SHADE_STRIDE + 3] != shades[here * SHADE_STRIDE + 3]:
-            found = True
-        elif t < FAR:
-            if load3(guide, here * GUIDE_STRIDE).dot(load3(guide, other * GUIDE_STRIDE)) < 0.85:
+    found = False
+    if steps_visibly(lowest, highest, highest):
+        t = guide[here * GUIDE_STRIDE + 3]
+        found = (kinds[here] & SUN_EDGE) != 0
+        k = 0
+        while k < 9 and not found:
+            other = first + beside_of(x, y, k, width, height)
+            if shades[other * SHADE_STRIDE + 3] != shades[here * SHADE_STRIDE + 3]:
                 found = True
-            if ti.abs(guide[other * GUIDE_STRIDE + 3] - t) > 0.05 * t:
-                found = True
-    return found and steps_visibly(lowest, highest, highest)
+            elif t < FAR:
+                found = ti.abs(guide[other * GUIDE_STRIDE + 3] - t) > 0.05 * t
+                if load3(guide, here * GUIDE_STRIDE).dot(load3(guide, other * GUIDE_STRIDE)) < 0.85:
+                    found = True
+            k += 1
+    return found
 
 
 @ti.func
-def point_in_pixel(x, y, sample):
-    """Return a point of a pixel for each sample, on a rotated grid: four rows, four columns, one sample in each."""
-    across = ti.cast(x, ti.f32) + (ti.cast((sample * 2 + sample // 2) % 4, ti.f32) + 0.5) * 0.25
-    down = ti.cast(y, ti.f32) + (ti.cast(sample, ti.f32) + 0.5) * 0.25
-    return across, down
+def edges_of_square(
+    centers: ti.template(),
+    guide: ti.template(),
+    shades: ti.template(),
+    kinds: ti.template(),
+    first,
+    left,
+    top,
+    width,
+    height,
+):
+    """Return 1 in the lanes of pixels that are `at_edge`; pixels beyond the picture are taken for its last ones."""
+    x, y = ints16([i % TILE for i in range(RAYS)]) + left, ints16([i // TILE for i in range(RAYS)]) + top
+    x, y = smaller(x, ints16(width - 1)), smaller(y, ints16(height - 1))
+    here = y * width + x + first
+    number = gather(shades, here * SHADE_STRIDE + 3)
+    at = here * GUIDE_STRIDE
+    normal = Lanes3(x=gather(guide, at), y=gather(guide, at + 1), z=gather(guide, at + 2))
+    t = gather(guide, at + 3)
+    found = gather_ints(kinds, here) & SUN_EDGE
+    lowest = Lanes3(x=vec16(FAR), y=vec16(FAR), z=vec16(FAR))
+    highest = Lanes3(x=vec16(0.0), y=vec16(0.0), z=vec16(0.0))
+    for k in range(9):
+        beside_x = smaller(larger(x + (k % 3 - 1), ints16(0)), ints16(width - 1))
+        beside_y = smaller(larger(y + (k // 3 - 1), ints16(0)), ints16(height - 1))
+        beside = beside_y * width + beside_x + first
+        red, green, blue = (
+            gather(centers, beside * 3),
+            gather(centers, beside * 3 + 1),
+            gather(centers, beside * 3 + 2),
+        )
+        lowest = Lanes3(x=smaller(lowest.x, red), y=smaller(lowest.y, green), z=smaller(lowest.z, blue))
+        highest = Lanes3(x=larger(highest.x, red), y=larger(highest.y, green), z=larger(highest.z, blue))
+        at = beside * GUIDE_STRIDE
+        alignment = normal.x * gather(guide, at) + normal.y * gather(guide, at + 1) + normal.z * gather(guide, at + 2)
+        jump = absolute(gather(guide, at + 3) - t)
+        other = gather(shades, beside * SHADE_STRIDE + 3)
+        found = ti.select((t < FAR) & ((alignment < 0.85) | (jump > 0.05 * t)), ints16(1), found)
+        found = ti.select(other != number, ints16(1), found)
+    step_x, step_y, step_z = highest.x - lowest.x, highest.y - lowest.y, highest.z - lowest.z
+    least = 4.0 * VISIBLE_STEP * VISIBLE_STEP
+    over = larger(step_x * step_x - (highest.x + 0.002) * least, step_y * step_y - (highest.y + 0.002) * least)
+    over = larger(over, step_z * step_z - (highest.z + 0.002) * least)
+    return ti.select((found != 0) & (over > 0.0), ints16(1), ints16(0))
 
 
 @ti.func
@@ -194,126 +265,90 @@ def seen_through(
 
 
 @ti.kernel
-def resolve_tiles(
-    nodes: floats,
-    leaves: floats,
-    sheer_root: ti.i32,
-    triangles: floats,
-    materials: floats,
-    texels: ints,
-    images: ints,
-    env: floats,
-    places: floats,
-    index: ints,
-    light: ints,
-    cameras: floats,
+def find_edges(
+    centers: floats,
     guide: floats,
+    shades: floats,
+    kinds: ints,
+    marks: ints,
+    radiance: floats,
+    tiles: ti.i32,
+    width: ti.i32,
+    height: ti.i32,
+):
+    """Mark pixels that hold several surfaces, square by square: their number, or -1.
+
+    `radiance` is what the others' `centers` say: exposed and linear.
+    """
+    for member in range(tiles * RAYS):  # one thread takes 512 at least, which would be many as tiles
+        if member % RAYS == 0:
+            tile = member // RAYS
+            picture, left, top = locate_tile(tile, width, height)
+            first = picture * width * height
+            is_edge = ints16(0)
+            if may_have_contrast(centers, first, left, top, width, height):
+                is_edge = edges_of_square(centers, guide, shades, kinds, first, left, top, width, height)
+            for i in range(RAYS):
+                x = left + i % TILE
+                y = top + i // TILE
+                marks[member + i] = -1
+                if x < width and y < height:
+                    pixel = first + y * width + x
+                    if is_edge[i] != 0:
+                        marks[member + i] = pixel
+                    else:
+                        color = expand(load3(centers, pixel * 3))
+                        for c in ti.static(range(3)):
+                            radiance[pixel * 3 + c] = color[c]
+
+
+def edges_of(marks: npt.NDArray[np.int32], count: int) -> npt.NDArray[np.int32]:
+    """Return the marked pixels of `count` pictures as `first_hits.points_of` takes them.
+
+    Each picture begins another four pixels: what is traced together is the same whatever a picture is taken with.
+    """
+    listed: list[npt.NDArray[np.int32]] = []
+    for of_picture in marks.reshape(count, -1):
+        edges = of_picture[of_picture >= 0]
+        listed += [edges, np.full(-len(edges) % PIXELS_AT_ONCE, -1, np.int32)]
+    return np.concatenate(listed)
+
+
+@ti.kernel
+def blend_samples(
+    cameras: floats,
+    pixels: ints,
+    sample_shades: floats,
+    sample_mirrors: floats,
+    sample_kinds: ints,
     shades: floats,
     mirrors: floats,
     kinds: ints,
     centers: floats,
     radiance: floats,
-    count: ti.i32,
     width: ti.i32,
     height: ti.i32,
 ):
-    """Exposed linear radiance (3 per pixel), from its `centers` alone where the neighbours look the same."""
-    columns = (width + TILE - 1) // TILE
-    rows = (height + TILE - 1) // TILE
-    for member in range(count * columns * rows * RAYS):  # one thread takes 512 at least, which would be many as tiles
-        if member % RAYS == 0:
-            tile = member // RAYS
-            picture = tile // (columns * rows)
-            inside = tile - picture * (columns * rows)
-            left = inside % columns * TILE
-            top = inside // columns * TILE
-            first = picture * width * height
-            eye = picture * CAMERA_STRIDE
-            origin = camera_origin(cameras, eye)
-            edge = ti.Vector([0] * RAYS, dt=ti.i32)
-            edges = 0
-            may = may_have_contrast(centers, first, left, top, width, height)
-            for i in range(RAYS):
-                x = left + i % TILE
-                y = top + i // TILE
-                if x < width and y < height:
-                    if may and at_edge(centers, guide, shades, kinds, first, x, y, width, height):
-                        edge[edges] = i
-                        edges += 1
-                    else:
-                        color = expand(load3(centers, (first + y * width + x) * 3))
-                        for c in ti.static(range(3)):
-                            radiance[(first + y * width + x) * 3 + c] = color[c]
-            for group in range((edges + 3) // 4):
-                along_x, along_y, along_z = vec16(0.0), vec16(0.0), vec16(0.0)
-                for i in range(RAYS):
-                    place = edge[ti.min(group * 4 + i // SUBSAMPLES, edges - 1)]
-                    px, py = point_in_pixel(left + place % TILE, top + place // TILE, i % SUBSAMPLES)
-                    way = camera_ray(cameras, eye, px, py)
-                    along_x[i], along_y[i], along_z[i] = way.x, way.y, way.z
-                rays = Packet(along_x=along_x, along_y=along_y, along_z=along_z, reach=vec16(FAR))
-                rays.x, rays.y, rays.z = vec16(origin.x), vec16(origin.y), vec16(origin.z)
-                # What is indexed at run time lies in memory: not the packet itself.
-                triangle = ti.Vector([-1] * 32, dt=ti.i32)
-                reach = ti.Vector([FAR] * 32, dt=ti.f32)
-                us = ti.Vector([0.0] * 32, dt=ti.f32)
-                vs = ti.Vector([0.0] * 32, dt=ti.f32)
-                root = 0
-                slot = 0
-                while root >= 0:
-                    rays.triangle = ints16(-1)
-                    trace_packet(nodes, leaves, root, rays, False)
-                    for i in range(RAYS):
-                        triangle[slot + i] = rays.triangle[i]
-                        reach[slot + i] = rays.reach[i]
-                        us[slot + i] = rays.u[i]
-                        vs[slot + i] = rays.v[i]
-                    root = ti.select(root == 0, sheer_root, -1)
-                    slot += RAYS
-                for number in range(ti.min(4, edges - group * 4)):
-                    place = edge[group * 4 + number]
-                    x = left + place % TILE
-                    y = top + place // TILE
-                    pixel = first + y * width + x
-                    total = load3(centers, pixel * 3)
-                    for s in range(SUBSAMPLES):
-                        lane = number * SUBSAMPLES + s
-                        hits = ti.Vector([0.0] * 8)
-                        for part in ti.static(range(2)):
-                            hits[part * 4] = reach[part * RAYS + lane]
-                            hits[part * 4 + 1] = ti.bit_cast(triangle[part * RAYS + lane], ti.f32)
-                            hits[part * 4 + 2] = us[part * RAYS + lane]
-                            hits[part * 4 + 3] = vs[part * RAYS + lane]
-                        value = seen_through(
-                            nodes,
-                            leaves,
-                            sheer_root,
-                            triangles,
-                            materials,
-                            texels,
-                            images,
-                            env,
-                            places,
-                            index,
-                            light,
-                            shades,
-                            mirrors,
-                            kinds,
-                            origin,
-                            vec3(along_x[lane], along_y[lane], along_z[lane]),
-                            1.0 / cameras[eye + 12],
-                            hits,
-                            (y * width + x) * SUBSAMPLES + s,
-                            first,
-                            x,
-                            y,
-                            width,
-                            height,
-                        )
-                        total += compress(value * load3(cameras, eye + 16))
-                    color = expand(total / ti.cast(SUBSAMPLES + 1, ti.f32))
-                    for c in ti.static(range(3)):
-                        radiance[pixel * 3 + c] = color[c]
+    """Exposed linear radiance of the listed pixels, from their centers and samples."""
+    for number in range(pixels.shape[0]):
+        pixel = pixels[number]
+        if pixel >= 0:
+            x, y, first, eye = locate(pixel, width, height)
+            total = load3(centers, pixel * 3)
+            for s in range(SAMPLES):
+                sample = number * SAMPLES + s
+                color = load3(sample_shades, sample * SHADE_STRIDE)
+                if gloss(sample_kinds[sample]) != ROUGH:
+                    of = sample_shades[sample * SHADE_STRIDE + 3]
+                    is_glass = ti.cast(of < 0.0, ti.i32)
+                    reflection = borrowed(shades, mirrors, kinds, of, is_glass, first, x, y, width, height)
+                    if reflection.x < 0.0:
+                        reflection = load3(sample_mirrors, sample * MIRROR_STRIDE + 11)
+                    color += load3(sample_mirrors, sample * MIRROR_STRIDE + 6) * reflection
+                total += compress(color * load3(cameras, eye + 16))
+            color = expand(total / ti.cast(SAMPLES + 1, ti.f32))
+            for c in ti.static(range(3)):
+                radiance[pixel * 3 + c] = color[c]
 
 
 @ti.kernel
@@ -340,13 +375,13 @@ def resolve_pixels(
     width: ti.i32,
     height: ti.i32,
 ):
-    """The same on a GPU, each pixel for itself."""
+    """Exposed linear radiance (3 per pixel) on a GPU, from its `centers` alone where the neighbours look the same."""
     for pixel in range(count * width * height):
         x, y, first, eye = locate(pixel, width, height)
         total = load3(centers, pixel * 3)
         if at_edge(centers, guide, shades, kinds, first, x, y, width, height):
             origin = camera_origin(cameras, eye)
-            for s in range(SUBSAMPLES):
+            for s in range(SAMPLES):
                 px, py = point_in_pixel(x, y, s)
                 ray = camera_ray(cameras, eye, px, py)
                 hits = ti.Vector([0.0] * 8)
@@ -381,7 +416,7 @@ def resolve_pixels(
                     ray,
                     1.0 / cameras[eye + 12],
                     hits,
-                    (y * width + x) * SUBSAMPLES + s,
+                    (y * width + x) * SAMPLES + s,
                     first,
                     x,
                     y,
@@ -389,7 +424,7 @@ def resolve_pixels(
                     height,
                 )
                 total += compress(value * load3(cameras, eye + 16))
-            total /= ti.cast(SUBSAMPLES + 1, ti.f32)
+            total /= ti.cast(SAMPLES + 1, ti.f32)
         color = expand(total)
         for c in ti.static(range(3)):
             radiance[pixel * 3 + c] = color[c]

@@ -43,7 +43,7 @@ def sobol_2d(index, scramble):
     y = hash_u32(seed ^ ti.u32(0x9E3779B9))
     first = ti.u32(0x80000000)
     second = ti.u32(0x80000000)
-    for _ in range(24):
+    while i != 0:
         if i & 1:
             x ^= first
             y ^= second
