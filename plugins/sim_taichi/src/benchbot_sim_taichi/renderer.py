@@ -323,13 +323,13 @@ class Renderer:
         size: tuple[int, int, int],
     ) -> None:
         """Fill `radiance` from `centers`, looking more closely at pixels that hold several surfaces: on a processor."""
-        from benchbot_sim_taichi.kernels import first_hits, paint, paint_tiles, resolve
+        from benchbot_sim_taichi.kernels import first_hits, packet, paint, paint_tiles, resolve
 
         guide, *mirrored = seen
         tiles = first_hits.squares(*size)
-        marks = self._buffer("marks", tiles * first_hits.RAYS, np.int32)
+        marks = self._buffer("marks", tiles * packet.RAYS, np.int32)
         resolve.find_edges(centers, guide, *mirrored[::2], marks, radiance, tiles, *size[1:])
-        edges = resolve.edges_of(marks[: tiles * first_hits.RAYS], size[0])
+        edges = resolve.edges_of(marks[: tiles * packet.RAYS], size[0])
         for first in range(0, len(edges), EDGES_AT_ONCE):
             pixels = edges[first : first + EDGES_AT_ONCE]
             samples, tiles = len(pixels) * first_hits.SAMPLES, len(pixels) // first_hits.PIXELS_AT_ONCE
