@@ -61,7 +61,7 @@ def picture(script: str, folder: Path, kernel_cache: Path) -> tuple[npt.NDArray[
     cache = folder / "cache"
     shutil.copytree(kernel_cache / "kernels", cache / "kernels")
     scene = ceiling_lamp(folder / "room.glb")
-    command = [sys.executable, "-c", script, cache, scene, folder / "picture.npy"]
+    command = [sys.executable, "-c", script, *map(str, (cache, scene, folder / "picture.npy"))]
     done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
     return np.load(folder / "picture.npy"), done.stdout
 
