@@ -81,7 +81,7 @@ class Terminal:
     def used_s(self) -> float:
         """The processor seconds that it has taken so far."""
         times = psutil.Process(self.pid).cpu_times()
-        return times.user + times.system
+        return float(times.user + times.system)
 
     def answers(self, key: str) -> tuple[float, float]:
         """Type a key; return the milliseconds until something new is on the screen, and those of the processor."""

@@ -77,7 +77,7 @@ class AddSeedsScreen(CommandScreen):
 
     def action_start(self) -> None:
         """Add the seeds and go on with the batch."""
-        self._run(["--detach"], lambda _: self.dismiss(None), "Adding the seeds")
+        self._run(["--detach"], self._started, "Adding the seeds")
 
     def _run(self, more: list[str], done: Callable[[Outcome], None], doing: str, *, only_looks: bool = False) -> None:
         try:
@@ -91,6 +91,9 @@ class AddSeedsScreen(CommandScreen):
         episodes = outcome.document["episodes"]
         done = sum(episode["done"] for episode in episodes)
         self.say(f"✓ Nothing is in the way: {len(episodes)} episodes, {done} of them done.", "green")
+
+    def _started(self, _: Outcome) -> None:
+        self.dismiss(None)
 
     def _take(self, plan: Plan) -> None:
         if self.is_attached:

@@ -113,7 +113,7 @@ class BatchFeed:
         self._view = BatchView(self.folder, alive=False, problem="Nothing is known yet.", status=None)
         self._period_s = period_s
         self._monitor: Monitor | None = None
-        self._plan_stamp: tuple[int, ...] = ()
+        self._plan_stamp = ""
         self._score = _BatchScore(self._folder)
         self._counted: tuple[float, int] = (float("-inf"), -1)
         self._finished: dict[str, tuple[Finished, float | None, EpisodeCell]] = {}
@@ -175,9 +175,8 @@ class BatchFeed:
             self._wake.wait(self._period_s)
 
     def _read(self) -> BatchView:
-        about = self._folder.plan.stat()
-        stamp = about.st_ino, about.st_size, about.st_mtime_ns
-        if stamp != self._plan_stamp:
+        stamp = _plan_stamp(self.folder)
+        if stamp and stamp != self._plan_stamp:
             # Seeds can be added to a batch at any time.
             self._plan_stamp, self._monitor, self._score = stamp, None, _BatchScore(self._folder)
         monitor = self._monitor
@@ -335,12 +334,16 @@ class _Counted(msgspec.Struct):
 
 def _stamp(folder: Path) -> list[str]:
     """Return what changes whenever a plan is written anew, or an event comes."""
-    try:
+    plan = _plan_stamp(folder)
+    return [plan, *(f"{name} {size}" for name, size in journal.sizes(folder / "events"))] if plan else []
+
+
+def _plan_stamp(folder: Path) -> str:
+    """Return what changes whenever a plan is written anew; empty where there is none."""
+    with suppress(OSError):
         about = (folder / "plan.json").stat()
-    except OSError:
-        return []
-    plan = f"{about.st_ino} {about.st_size} {about.st_mtime_ns}"
-    return [plan, *(f"{name} {size}" for name, size in journal.sizes(folder / "events"))]
+        return f"{about.st_ino} {about.st_size} {about.st_mtime_ns}"
+    return ""
 
 
 def _counts_path() -> Path:

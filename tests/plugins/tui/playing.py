@@ -81,8 +81,8 @@ async def settled(pilot: Pilot[None]) -> None:
     """Wait until the screen has stayed the same for a while."""
     last: golden.Cells = []
     same = 0
-    while same < 3:
-        await pilot.pause(0.03)
+    while same < 4:
+        await pilot.pause(0.05)
         now = golden.cells(pilot.app)
         same = same + 1 if now == last else 0
         last = now

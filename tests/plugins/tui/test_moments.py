@@ -8,13 +8,22 @@ from textual.pilot import Pilot
 from benchbot.plugins.tui.app import BenchbotApp
 from benchbot.plugins.tui.jobs import Alive
 from tests.plugins.tui.moments import MOMENTS
-from tests.plugins.tui.playing import everywhere, play
+from tests.plugins.tui.playing import SIZES, everywhere, matches, play
 
 
-@pytest.mark.parametrize("name", MOMENTS)
+@pytest.mark.parametrize("name", [name for name in MOMENTS if name != "palette"])
 def test_a_screen_looks_as_it_is_kept(name: str, home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
         await MOMENTS[name](app, pilot, monkeypatch)
         await everywhere(app, pilot, name)
+
+    play(BenchbotApp(look=Alive), scenario)
+
+
+def test_the_palette_looks_as_it_is_kept(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
+        await MOMENTS["palette"](app, pilot, monkeypatch)
+        # One that is open while the theme changes keeps some colours of the theme before: it is kept dark only.
+        await matches(app, pilot, "palette", *SIZES)
 
     play(BenchbotApp(look=Alive), scenario)
