@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 NAMES = ("chromium", "chromium-browser", "chromium-headless-shell", "google-chrome", "google-chrome-stable", "chrome")
-PATIENCE_MS = 30_000
+PATIENCE_MS = 60_000
 FLAGS = (
     "--no-first-run",
     "--disable-background-networking",
@@ -49,6 +49,7 @@ def browser() -> Iterator["Browser"]:
 def tab(browser: "Browser") -> Iterator["Page"]:
     """Yield an empty page of a new profile, 1280 pixels wide."""
     with browser.new_context(viewport={"width": 1280, "height": 900}) as context:
+        context.set_default_timeout(PATIENCE_MS)
         yield context.new_page()
 
 

@@ -10,7 +10,7 @@ from benchbot.plugin import BenchbotError
 from benchbot_view.index import Index, Source
 from benchbot_view.memory import Memory
 from benchbot_view.rows import Row, id_of
-from benchbot_view.scoring import together
+from benchbot_view.scoring import Scorer, together
 from plugins.view.tests.conftest import HOSTILE, result, save
 
 
@@ -156,6 +156,18 @@ def test_two_results_of_one_episode_are_scored_apart(results: Path) -> None:
 
     assert len(waiting) == 2
     assert len(together(waiting, 100)) == 1
+
+
+def test_a_scorer_that_is_closed_starts_no_process(results: Path) -> None:
+    index = Index([Source.of(str(results))])
+    index.look()
+    scorer = Scorer(index)
+    scorer.close()
+
+    scorer.work()  # for an answer that was on its way
+
+    assert index.unscored()
+    assert scorer._pool is None
 
 
 def test_a_folder_that_is_not_there_is_said_to_be_missing() -> None:

@@ -33,12 +33,15 @@ class Scorer:
         self._under_way: tuple[list[tuple[str, Path]], Future[Scored]] | None = None
         self._count = FIRST
         self._kind = ""
+        self._is_closed = False
         self.left = 0
         """The number of results without a score."""
 
     def work(self) -> None:
         """Take what was scored, and begin with the next results."""
         with self._lock:
+            if self._is_closed:
+                return
             self._take()
             if self._under_way is not None:
                 return
@@ -60,8 +63,9 @@ class Scorer:
         self._unknown(self._index.unscored())
 
     def close(self) -> None:
-        """End the process."""
+        """End the process; no other one is started, also not for an answer that is on its way."""
         with self._lock:
+            self._is_closed = True
             self._end()
 
     def _end(self) -> None:
