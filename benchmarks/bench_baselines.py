@@ -46,7 +46,7 @@ class Baseline:
 
 
 WANDER = Baseline("wander", "exploration:active:ground_truth:laser", 100, 30.0, 0.25)
-DEAD_RECKONING = Baseline("dead_reckoning", "trajectory:active:dead_reckoning:laser", 40, 12.0, 0.1)
+DEAD_RECKONING = Baseline("dead_reckoning", "trajectory:active:dead_reckoning:laser", 40, 12.0, 0.05)
 
 
 @dataclass(frozen=True)
