@@ -131,7 +131,8 @@ def _require_room(database: Database, connection: Connection, phase: Phase, team
     )
     midnight = now - now % 86_400
     today = counted.where(submissions.c.received_at >= midnight)
-    for most, chosen, when in ((phase.per_day, today, "today (UTC)"), (phase.in_all, counted, "in this phase")):
+    in_all = 1 if team.baseline else phase.in_all
+    for most, chosen, when in ((phase.per_day, today, "today (UTC)"), (in_all, counted, "in this phase")):
         if most is not None and (connection.scalar(chosen) or 0) >= most:
             raise BenchbotError(
                 f"{team.name} has used up its submissions to {phase.title}.",

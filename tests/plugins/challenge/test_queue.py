@@ -218,3 +218,18 @@ TestAnyOrder = AnyOrder.TestCase
 TestAnyOrder.settings = settings(
     max_examples=8, stateful_step_count=20, deadline=None, suppress_health_check=list(HealthCheck)
 )
+
+
+def test_two_servers_that_start_at_once_enter_a_baseline_once(database: Database, phase: Phase) -> None:
+    def enter(_: int) -> bool:
+        team = people.add_baseline(database, "Floor")
+        try:
+            submissions.accept(database, phase, team, received())
+        except BenchbotError:
+            return False
+        return True
+
+    with ThreadPoolExecutor(8) as threads:
+        assert sum(threads.map(enter, range(16))) == 1
+    (team,) = people.all_teams(database)
+    assert len(submissions.of_team(database, team.id)) == 1

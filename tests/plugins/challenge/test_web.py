@@ -11,7 +11,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from benchbot.plugins.bundles import archive
-from benchbot.plugins.challenge import intake, organiser, people, signing
+from benchbot.plugins.challenge import intake, organiser, people, queue, signing
 from benchbot.plugins.challenge.document import Phase
 from benchbot.plugins.challenge.web.app import create_app
 from benchbot.plugins.challenge.web.site import MOST_ATTEMPTS, Site
@@ -211,3 +211,19 @@ def test_no_token_is_in_the_database_or_on_a_page(site: Site, client: TestClient
     assert token.encode() not in kept
     assert people.digest(token).encode() in kept
     assert token not in client.get("/queue", headers=bearer(site.organiser_token)).text
+
+
+def test_a_submission_to_a_phase_that_is_gone_is_still_listed(site: Site, client: TestClient, packed: bytes) -> None:
+    token = joined(site, client, "Ada")["authorization"].removeprefix("Bearer ")
+    client.post("/enter", data={"token": token, "form": form_token(client.get("/enter").text)})
+    fields = {"phase": "development", "title": "first", "form": form_token(client.get("/mine").text)}
+    client.post("/mine", data=fields, files={"archive": ("a.zip", packed)})
+    claim = queue.claim(site.database, "w")
+    assert claim is not None
+    site.challenge = replace(site.challenge, phases={})
+
+    page = client.get("/mine")
+
+    assert page.status_code == 200
+    assert "first" in page.text
+    assert "/log" not in page.text
