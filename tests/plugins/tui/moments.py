@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from PIL import Image
 from textual.pilot import Pilot
+from textual.widgets import Input
 
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.batch import estimate, machine
@@ -154,6 +155,7 @@ async def palette(app: BenchbotApp, pilot: Pilot[None], patch: pytest.MonkeyPatc
     await until(pilot, lambda: "arenas" in app._registered)  # those of other distributions are read a little later
     await pilot.press("ctrl+p")
     await sees(pilot, "Arenas", "Compare", "New batch")
+    app.screen.query_one(Input).cursor_blink = False
 
 
 PAIRS = {"house:1, seed": (0.112, 0.081, 0.143), "house:2, seed": (0.064, -0.021, 0.087)}
