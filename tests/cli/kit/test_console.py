@@ -24,6 +24,7 @@ OTHERS = {
     "plugins/robot_ros2/src/benchbot_robot_ros2/guard/link.py": "the log of a run",
     "plugins/scenes/src/benchbot_scenes/packs/command.py": "a bar, without a word of others",
     "plugins/sim_taichi/src/benchbot_sim_taichi/gpu_query.py": "what a child process answers, as JSON",
+    "plugins/sim_taichi/src/benchbot_sim_taichi/light_process.py": "what a child process tells of its progress",
 }
 """What else prints, and why that may be."""
 PRINTS = {"print", "input", "Console", *(f"typer.{name}" for name in ("echo", "secho", "confirm", "prompt", "style"))}

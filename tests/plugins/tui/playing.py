@@ -8,6 +8,8 @@ from textual.filter import Monochrome
 from textual.pilot import Pilot
 
 from benchbot.plugins.tui.app import BenchbotApp
+from benchbot.plugins.tui.camera import CameraPanel
+from benchbot.plugins.tui.map_panel import MapPanel
 from tests.plugins.tui import golden
 
 PATIENCE_S = 90.0
@@ -65,6 +67,8 @@ def set_look(app: BenchbotApp, look: str) -> None:
         for widget in screen.walk_children(with_self=True):
             widget.notify_style_update()
             widget.refresh()
+            if isinstance(widget, CameraPanel | MapPanel):
+                widget.tell_legend()
 
 
 async def matches(app: BenchbotApp, pilot: Pilot[None], name: str, *sizes: tuple[int, int]) -> None:

@@ -232,7 +232,7 @@ def test_seeds_are_added_and_whoever_watches_sees_the_new_episodes(home: Path, c
         await sees(pilot, "0 of 2")
         await pilot.press("A")
         await sees(
-            pilot, "2 episodes + 2 seeds × 1 = 4 episodes", f"$ benchbot batch extend {folder.path}", "--seeds=2..3"
+            pilot, "2 episodes + 2 seeds × 1 = 4 episodes", "$ benchbot batch extend", "--seeds=2..3"
         )
         await pilot.press(*["backspace"] * 4, "0")
         await sees(pilot, "2 episodes + 0 seeds")
