@@ -231,9 +231,7 @@ def test_seeds_are_added_and_whoever_watches_sees_the_new_episodes(home: Path, c
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
         await sees(pilot, "0 of 2")
         await pilot.press("A")
-        await sees(
-            pilot, "2 episodes + 2 seeds × 1 = 4 episodes", "$ benchbot batch extend", "--seeds=2..3"
-        )
+        await sees(pilot, "2 episodes + 2 seeds × 1 = 4 episodes", "$ benchbot batch extend", "--seeds=2..3")
         await pilot.press(*["backspace"] * 4, "0")
         await sees(pilot, "2 episodes + 0 seeds")
         await pilot.press("ctrl+t")
