@@ -1,7 +1,7 @@
 """The screen of a new batch: its matrix, size and time, what is impossible and why, its preflight and its start."""
 
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar
@@ -154,19 +154,11 @@ class NewBatchScreen(CommandScreen):
 
     def action_check(self) -> None:
         """Make the preflight: every check of the command, and the exact number of episodes."""
-        self._run(["--dry-run", "--json"], self._checked, "Checking", only_looks=True)
+        self.run_words(["--dry-run", "--json"], self._checked, doing="Checking", only_looks=True)
 
     def action_start(self) -> None:
         """Start the batch and watch it."""
-        self._run(["--detach", "--json"], self._started, "Starting the batch")
-
-    def _run(self, more: list[str], done: Callable[[Outcome], None], doing: str, *, only_looks: bool = False) -> None:
-        try:
-            words = self.words()
-        except BenchbotError as error:
-            self.show_error(error)
-            return
-        self.run_command([*words, *more], done, doing=doing, only_looks=only_looks)
+        self.run_words(["--detach", "--json"], self._started, doing="Starting the batch")
 
     def _checked(self, outcome: Outcome) -> None:
         document = outcome.document

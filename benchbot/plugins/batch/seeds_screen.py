@@ -1,6 +1,5 @@
 """The screen that adds seeds to a batch: how many episodes that makes, a check of it, and the start."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import ClassVar
 
@@ -73,19 +72,11 @@ class AddSeedsScreen(CommandScreen):
 
     def action_check(self) -> None:
         """See what would be computed."""
-        self._run(["--dry-run"], self._checked, "Checking", only_looks=True)
+        self.run_words(["--dry-run", "--json"], self._checked, doing="Checking", only_looks=True)
 
     def action_start(self) -> None:
         """Add the seeds and go on with the batch."""
-        self._run(["--detach"], self._started, "Adding the seeds")
-
-    def _run(self, more: list[str], done: Callable[[Outcome], None], doing: str, *, only_looks: bool = False) -> None:
-        try:
-            words = self.words()
-        except BenchbotError as error:
-            self.show_error(error)
-            return
-        self.run_command([*words, *more, "--json"], done, doing=doing, only_looks=only_looks)
+        self.run_words(["--detach", "--json"], self._started, doing="Adding the seeds")
 
     def _checked(self, outcome: Outcome) -> None:
         episodes = outcome.document["episodes"]

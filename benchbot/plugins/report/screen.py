@@ -90,12 +90,7 @@ class CompareScreen(CommandScreen):
 
     def action_compare(self) -> None:
         """Score and compare what is chosen."""
-        try:
-            words = self.words()
-        except BenchbotError as error:
-            self.show_error(error)
-            return
-        self.run_command([*words, "--json"], self._compared, doing="Comparing", only_looks=True)
+        self.run_words(["--json"], self._compared, doing="Comparing", only_looks=True)
 
     def action_report(self) -> None:
         """Make the report of each set that is chosen: one report is of one solution."""

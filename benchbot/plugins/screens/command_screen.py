@@ -161,6 +161,17 @@ class CommandScreen(Screen[None]):
         said.display = True
         said.update(Text("\n").join(line for line in lines if line.plain.strip("→ ")))
 
+    def run_words(
+        self, more: Sequence[str], done: Callable[[Outcome], None], *, doing: str, only_looks: bool = False
+    ) -> None:
+        """Run what the screen says now, with more words, as `run_command`; show why there is no command, if so."""
+        try:
+            words = self.words()
+        except BenchbotError as error:
+            self.show_error(error)
+            return
+        self.run_command([*words, *more], done, doing=doing, only_looks=only_looks)
+
     def run_command(
         self,
         words: Sequence[str],

@@ -11,21 +11,13 @@ import pytest
 from benchbot.api import ActionResult, Observations
 from benchbot.core.geometry import Pose
 from benchbot_task_semslam.examples.frontier import STEP_BUDGET, FrontierMapper
-from tests.plugins.mapping.casting import OPTICAL, Box, observe, scan
+from tests.plugins.mapping.casting import OPTICAL, TWO_ROOMS, Box, observe, scan
 
 RADIUS_M = 0.25
-WALLS: list[Box] = [
-    (0, (-1.6, -1.6, 0), (-1.5, 1.6, 2)),
-    (0, (4.5, -1.6, 0), (4.6, 1.6, 2)),
-    (0, (-1.5, -1.6, 0), (4.5, -1.5, 2)),
-    (0, (-1.5, 1.5, 0), (4.5, 1.6, 2)),
-    (0, (1.5, -1.5, 0), (1.6, 0.3, 2)),
-    (0, (1.5, 1.3, 0), (1.6, 1.5, 2)),
-]
 # Objects of the classes 1 and 2: a chair behind the wall, and a table too low for the laser.
 CHAIR: Box = (1001, (3.6, -1.3, 0.0), (4.0, -0.9, 0.9))
 TABLE: Box = (2001, (-1.2, -1.3, 0.0), (-0.6, -0.7, 0.4))
-WORLD = [*WALLS, CHAIR, TABLE]
+WORLD = [*TWO_ROOMS, CHAIR, TABLE]
 
 
 class Robot:

@@ -20,6 +20,15 @@ BOXES: list[Box] = [
 ]
 # The optical frame of a camera that looks along the robot's x axis (REP-103): x right, y down, z forward.
 OPTICAL = Pose(rotation_xyzw=(-0.5, 0.5, -0.5, 0.5))
+TWO_ROOMS: list[Box] = [
+    (0, (-1.6, -1.6, 0), (-1.5, 1.6, 2)),
+    (0, (4.5, -1.6, 0), (4.6, 1.6, 2)),
+    (0, (-1.5, -1.6, 0), (4.5, -1.5, 2)),
+    (0, (-1.5, 1.5, 0), (4.5, 1.6, 2)),
+    (0, (1.5, -1.5, 0), (1.6, 0.3, 2)),
+    (0, (1.5, 1.3, 0), (1.6, 1.5, 2)),
+]
+"""The walls of two rooms with a door between them."""
 
 
 def cast(boxes: Sequence[Box], camera: Pose) -> tuple[NDArray[np.float32], NDArray[np.uint16]]:

@@ -9,17 +9,9 @@ import pytest
 from benchbot.api import Observations
 from benchbot.core.geometry import Pose
 from benchbot.mapping import Roamer
-from tests.plugins.mapping.casting import Box, scan
+from tests.plugins.mapping.casting import TWO_ROOMS, Box, scan
 
 RADIUS_M, HEIGHT_M = 0.25, 0.6
-ROOMS: list[Box] = [
-    (0, (-1.6, -1.6, 0), (-1.5, 1.6, 2)),
-    (0, (4.5, -1.6, 0), (4.6, 1.6, 2)),
-    (0, (-1.5, -1.6, 0), (4.5, -1.5, 2)),
-    (0, (-1.5, 1.5, 0), (4.5, 1.6, 2)),
-    (0, (1.5, -1.5, 0), (1.6, 0.3, 2)),
-    (0, (1.5, 1.3, 0), (1.6, 1.5, 2)),
-]
 LOW: Box = (1001, (0.6, -0.6, 0.0), (0.9, 0.6, 0.3))
 """The laser looks over it."""
 
@@ -62,7 +54,7 @@ def roam(robot: Robot, steps: int) -> list[tuple[str, float, float]]:
     return told
 
 
-@pytest.mark.parametrize("boxes", [ROOMS, [*ROOMS, LOW]])
+@pytest.mark.parametrize("boxes", [TWO_ROOMS, [*TWO_ROOMS, LOW]])
 def test_it_comes_around(boxes: list[Box]) -> None:
     robot = Robot(boxes)
     told = roam(robot, 60)
@@ -73,7 +65,7 @@ def test_it_comes_around(boxes: list[Box]) -> None:
 
 
 def test_what_blocks_it_is_left_alone() -> None:
-    outcomes = [outcome for outcome, *_ in roam(Robot([*ROOMS, LOW]), 60)]
+    outcomes = [outcome for outcome, *_ in roam(Robot([*TWO_ROOMS, LOW]), 60)]
     assert 0 < outcomes.count("blocked") < 12
     assert not any(np.convolve([outcome == "blocked" for outcome in outcomes], [1, 1, 1]) == 3)
 
@@ -89,7 +81,7 @@ def test_where_there_is_no_room_it_turns() -> None:
 
 
 def test_what_is_not_measured_is_no_wall() -> None:
-    seen: Any = Robot(ROOMS).observe()
+    seen: Any = Robot(TWO_ROOMS).observe()
     seen["laser"]["scans"][:, 0] = np.inf
     roamer = Roamer(RADIUS_M, "base_link")
     roamer.next_move(seen, None)
