@@ -1,18 +1,18 @@
-"""`benchbot challenge`: the organiser's commands, and the participant's."""
+"""`benchbot challenge`: the organiser's commands; the participant's are in `taking_part`."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from benchbot.cli.kit import console
-from benchbot.cli.kit.options import QUICK, Json
-from benchbot.core.errors import BenchbotError
+from benchbot.cli.kit.options import QUICK
+from benchbot.plugins.challenge import taking_part
+from benchbot.plugins.challenge.taking_part import Identifier, require_extra
 
 if TYPE_CHECKING:
     from benchbot.plugins.challenge.database import Database
     from benchbot.plugins.challenge.document import Challenge
-    from benchbot.plugins.challenge.signing import Key
 
 app = typer.Typer(
     help="Run a challenge, or take part in one: submissions, queue, hidden places, leaderboard.",
@@ -22,11 +22,8 @@ app = typer.Typer(
     context_settings=QUICK,
 )
 
-ORGANISER_TOKEN = "organiser.token"  # noqa: S105 - a file's name
 DATABASE_VARIABLE = "BENCHBOT_CHALLENGE_DATABASE"
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder of the challenge.")]
-Url = Annotated[str, typer.Argument(metavar="URL", help="The address of the challenge.")]
-Identifier = Annotated[str, typer.Argument(metavar="ID", help="The submission.")]
 Why = Annotated[str, typer.Option("--why", metavar="TEXT", help="The reason, which stays visible.")]
 DatabaseUrl = Annotated[
     str | None,
@@ -37,20 +34,6 @@ DatabaseUrl = Annotated[
         show_envvar=False,
         help="Its database, e.g. postgresql://USER@HOST/NAME. [default: challenge.db in the folder]",
     ),
-]
-TokenFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--token-file",
-        metavar="FILE",
-        help="A file with your team's token. [default: $BENCHBOT_CHALLENGE_TOKEN, or as you joined]",
-    ),
-]
-KeyFile = Annotated[
-    Path | None, typer.Option("--key", metavar="FILE", help="Sign with this key (benchbot key make FILE).")
-]
-Command = Annotated[
-    str | None, typer.Option("--command", metavar="WORDS", help="Runs the solution in its folder, in a sandbox.")
 ]
 
 
@@ -251,176 +234,16 @@ def restore(
     backups.restore(source, folder, database)
 
 
-@app.command()
-def join(
-    url: Url,
-    invitation: Annotated[str, typer.Argument(metavar="INVITATION", help="As the organiser has sent it.")],
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Your team's name.")],
-    key: KeyFile = None,
-) -> None:
-    """Join a challenge as a new team; its token is kept for the other commands."""
-    from benchbot.plugins.challenge import client
-
-    path = client.join(url, invitation, name, _signer(key))
-    console.note(f"Joined. Your team's token is in {path}, readable for you alone.")
-
-
-@app.command()
-def pack(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER|FILE", help="The solution.")],
-    target: Annotated[Path, typer.Argument(metavar="ARCHIVE.zip", help="The file to write.")],
-    command: Command = None,
-) -> None:
-    """Write a solution as an archive, to be handed in by a browser."""
-    from benchbot.plugins.challenge import intake
-
-    console.check_output(target)
-    intake.pack(folder, command, target)
-    console.data(str(target))
-
-
-@app.command()
-def submit(
-    url: Url,
-    what: Annotated[
-        str | None,
-        typer.Argument(metavar="[FOLDER|FILE|BUNDLE]", help="The solution: with --command, a Dockerfile, or a bundle."),
-    ] = None,
-    command: Command = None,
-    example: Annotated[str | None, typer.Option(metavar="NAME", help="An example solution in its place.")] = None,
-    phase: Annotated[str | None, typer.Option(metavar="PHASE", help="Which one. [default: the first]")] = None,
-    title: Annotated[str, typer.Option(metavar="TEXT", help="What it is, as the leaderboard shows it.")] = "",
-    key: KeyFile = None,
-    token_file: TokenFile = None,
-    wait: Annotated[bool, typer.Option("--wait", help="End only when it has been scored.")] = False,
-    as_json: Json = False,
-) -> None:
-    """Hand in a solution; the submission's identifier goes to stdout."""
-    from benchbot.plugins.challenge import client, handing_in
-
-    signer = _signer(key)
-    server = client.Server(url, client.known_token(url, token_file))
-    chosen = phase or next(iter(server.ask("GET", "/api/v1/challenge")["phases"]))
-    with handing_in.archive(what, command, example) as archive:
-        made = client.submit(server, archive, chosen, title or example or "", signer)
-    console.note(f"Handed in to {chosen}; SHA-256 {made['sha256']}.")
-    if wait:
-        made = handing_in.wait(server, made)
-    _show(made, as_json=as_json)
-
-
-@app.command()
-def status(
-    url: Url,
-    identifier: Annotated[str | None, typer.Argument(metavar="[ID]", help="One submission.")] = None,
-    token_file: TokenFile = None,
-    as_json: Json = False,
-) -> None:
-    """Say what became of your submissions."""
-    from benchbot.plugins.challenge import client
-
-    server = client.Server(url, client.known_token(url, token_file))
-    if identifier is not None:
-        _show(server.ask("GET", f"/api/v1/submissions/{identifier}"), as_json=as_json)
-        return
-    rows = server.ask("GET", "/api/v1/submissions")
-    if as_json:
-        console.data_json(rows)
-    else:
-        console.table(
-            ("submission", "phase", "title", "state", "score", "reason"),
-            [(row["id"], row["phase"], row["title"], row["state"], _score(row), row["reason"]) for row in rows],
-        )
-
-
-@app.command()
-def withdraw(url: Url, identifier: Identifier, token_file: TokenFile = None) -> None:
-    """Take a submission back that has not begun; it counts for no quota."""
-    from benchbot.plugins.challenge import client
-
-    client.Server(url, client.known_token(url, token_file)).ask("DELETE", f"/api/v1/submissions/{identifier}")
-
-
-@app.command()
-def verify(
-    export: Annotated[Path, typer.Argument(metavar="EXPORT", help="A folder that publish has written.")],
-    key: Annotated[
-        str | None, typer.Option("--key", metavar="ID", help="The organiser's key, as it was published at the start.")
-    ] = None,
-    as_json: Json = False,
-) -> None:
-    """Check a published leaderboard: who handed in which bytes, what scored them, what the organiser was bound to."""
-    require_extra()
-    from benchbot.plugins.challenge import publication
-
-    found = publication.verify(export, key)
-    if as_json:
-        console.data_json(found)
-    else:
-        rows = sum(found["phases"].values())
-        console.data(f"All {rows} rows are signed as they must be, and the leaderboards follow from them.")
-        for name in found["commitments"]:
-            told = "is what was committed to" if name in found["revealed"] else "is not revealed yet"
-            console.data(f"{name} {told}.")
-    if key is None:
-        console.note(
-            f"The key was not named. Anybody could have signed all of this anew: compare {found['key']} with what was "
-            "published when the challenge began, or name that with --key."
-        )
-
-
-@app.command()
-def compare(
-    export: Annotated[Path, typer.Argument(metavar="EXPORT", help="A folder that publish has written.")],
-    scores: Annotated[Path, typer.Argument(metavar="SCORES", help="What benchbot eval has written of your results.")],
-    phase: Annotated[str, typer.Option("--phase", metavar="PHASE", help="Which one.")] = "development",
-    as_json: Json = False,
-) -> None:
-    """Say where results of your own would stand on a published leaderboard, without handing them in."""
-    require_extra()
-    from dataclasses import asdict
-
-    from benchbot.plugins.challenge import publication
-
-    places = publication.compared(export, phase, scores)
-    if as_json:
-        console.data_json([asdict(place) for place in places])
-        return
-    console.table(
-        ("rank", "team", "score", "interval", "told apart from yours"),
-        [
-            (
-                str(place.rank),
-                place.team,
-                f"{place.score:.4f}",
-                "" if place.interval is None else "{:.4f} - {:.4f}".format(*place.interval),
-                "" if place.is_own else "no" if place.is_tied else "yes",
-            )
-            for place in places
-        ],
-    )
-
-
-def require_extra() -> None:
-    """Raise BenchbotError where what an organiser, or whoever signs, needs besides is not installed."""
-    from importlib.util import find_spec
-
-    lacking = [name for name in ("alembic", "multipart", "securesystemslib", "sqlalchemy") if find_spec(name) is None]
-    if lacking:
-        raise BenchbotError(
-            "Challenges and keys need more than is installed.",
-            f"There is no {', '.join(lacking)}.",
-            "Install it: pip install 'benchbot[challenge]'",
-        )
-
-
-def _signer(key: Path | None) -> "Key | None":
-    if key is None:
-        return None
-    require_extra()
-    from benchbot.plugins.challenge import signing
-
-    return signing.load(key)
+for _command in (
+    taking_part.join,
+    taking_part.pack,
+    taking_part.submit,
+    taking_part.status,
+    taking_part.withdraw,
+    taking_part.verify,
+    taking_part.compare,
+):
+    app.command()(_command)
 
 
 def _opened(folder: Path, database: str | None) -> "tuple[Challenge, Database]":
@@ -429,16 +252,3 @@ def _opened(folder: Path, database: str | None) -> "tuple[Challenge, Database]":
 
     challenge = read(folder)
     return challenge, Database(url_of(challenge, database))
-
-
-def _show(submission: dict[str, Any], *, as_json: bool) -> None:
-    if as_json:
-        console.data_json(submission)
-        return
-    console.data(submission["id"])
-    said = f"{submission['state']}{': ' + submission['reason'] if submission['reason'] else ''}"
-    console.note(f"It is {said}{'' if submission['score'] is None else f', with {_score(submission)}'}.")
-
-
-def _score(row: dict[str, Any]) -> str:
-    return "" if row["score"] is None else f"{row['score']:.4f}"

@@ -7,7 +7,7 @@ import typer
 
 from benchbot.cli.kit import console
 from benchbot.cli.kit.options import QUICK
-from benchbot.plugins.challenge.command import require_extra
+from benchbot.plugins.challenge.taking_part import require_extra
 
 app = typer.Typer(
     help="Keys (Ed25519) that submissions are signed with.",

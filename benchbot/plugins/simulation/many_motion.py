@@ -16,11 +16,10 @@ from benchbot.core import motion
 from benchbot.plugin import MotionConfig, Outcome
 from benchbot.plugins.simulation import contact, dynamics, odometry
 from benchbot.plugins.simulation.dynamics import DriveLimits, State
-from benchbot.plugins.simulation.poses import EXACT, Floats, Trigonometry
+from benchbot.plugins.simulation.many_steering import Believed, Steering, believed, wrapped
+from benchbot.plugins.simulation.poses import EXACT, Floats, Indices, Mask, Trigonometry
 from benchbot.plugins.simulation.robot import Noise
 
-Indices = npt.NDArray[np.intp]
-Mask = npt.NDArray[np.bool_]
 Distances = Callable[[Indices, Floats, Floats], Floats]
 """Distances (M,) to the nearest obstacle of robots (M,) of these numbers, if they were at x and y (M,)."""
 
@@ -128,16 +127,17 @@ class ManyMotion:
         `straight` (M,) is True for move_distance with its argument in metres, False for move_angle in degrees.
         """
         outcomes = np.full(len(robots), _REACHED)
-        begun = _believed(self._place(robots), self.by)
+        begun = self._believed(robots)
         angles_rad = np.array([math.radians(angle) for angle in np.where(straight, 0.0, arguments).tolist()])
-        steering = _Steering(self, straight.copy(), begun, arguments, angles_rad)
+        kind = self._config, self._period_s, self.by
+        steering = Steering(*kind, straight.copy(), begun, arguments, angles_rad)
         self._run(robots, steering, outcomes, np.arange(len(robots)))
         # A drive ends with the heading that it began with.
         again = np.flatnonzero(straight & (outcomes == _REACHED))
         if len(again):
-            now = _believed(self._place(robots), self.by)
-            back_rad = _wrapped(begun.yaw_rad - now.yaw_rad)
-            steering = _Steering(self, np.zeros(len(robots), bool), now, arguments, back_rad)
+            now = self._believed(robots)
+            back_rad = wrapped(begun.yaw_rad - now.yaw_rad)
+            steering = Steering(*kind, np.zeros(len(robots), bool), now, arguments, back_rad)
             self._run(robots, steering, outcomes, again)
         return outcomes
 
@@ -148,12 +148,12 @@ class ManyMotion:
             free = ~self.states.collided[robots]
             self._drive(robots[free], linear_mps[free], angular_radps[free], duration_s / ticks)
 
-    def _place(self, robots: Indices) -> tuple[Floats, Floats, Floats]:
+    def _believed(self, robots: Indices) -> Believed:
         """Return where the robots believe they are."""
-        believed = self.states if self.odometry is None else self.odometry
-        return believed.x[robots], believed.y[robots], believed.yaw_rad[robots]
+        told = self.states if self.odometry is None else self.odometry
+        return believed((told.x[robots], told.y[robots], told.yaw_rad[robots]), self.by)
 
-    def _run(self, robots: Indices, steering: "_Steering", outcomes: npt.NDArray[np.intp], lanes: Indices) -> None:
+    def _run(self, robots: Indices, steering: Steering, outcomes: npt.NDArray[np.intp], lanes: Indices) -> None:
         """As `motion._run` for `lanes`, which are numbers in `robots`; each goes at its own pace."""
         states, config = self.states, self._config
         resting = np.zeros(len(robots), bool)
@@ -167,7 +167,7 @@ class ManyMotion:
                 hit = states.collided[robots[pursuing]]
                 ended[hit] = _COLLIDED
                 steered = pursuing[~hit]
-                error, linear, angular = steering(robots, steered)
+                error, linear, angular = steering(self._believed(robots[steered]), steered)
                 linear_mps[steered], angular_radps[steered] = linear, angular
                 there = (error <= motion.FINE_SHARE) | ((last_error[steered] <= error) & (error <= 1.0))
                 last_error[steered] = np.where(there, last_error[steered], error)
@@ -199,7 +199,7 @@ class ManyMotion:
                 hit = states.collided[robots[rested]]
                 outcomes[rested[hit]] = _COLLIDED
                 checked = rested[~hit & (outcomes[rested] == _REACHED)]
-                error, _, _ = steering(robots, checked)
+                error, _, _ = steering(self._believed(robots[checked]), checked)
                 # Where the robot brakes worse than planned, it may have left the goal again.
                 again = checked[error > 1.0]
                 resting[again], last_error[again] = False, math.inf
@@ -333,97 +333,6 @@ class _Command:
     linear_mps: Floats
     angular_radps: Floats
     duration_s: Floats
-
-
-@dataclass(frozen=True)
-class _Believed:
-    """Poses as `Pose.planar` has them: places, and quaternions about the z axis."""
-
-    x: Floats
-    y: Floats
-    sin: Floats
-    cos: Floats
-    yaw_rad: Floats
-
-
-def _believed(place: tuple[Floats, Floats, Floats], by: Trigonometry) -> _Believed:
-    x, y, heading_rad = place
-    sin, cos = by.sin(heading_rad / 2), by.cos(heading_rad / 2)
-    return _Believed(x, y, sin, cos, by.atan2(2 * (cos * sin), 1 - 2 * (sin * sin)))
-
-
-class _Steering:
-    """As `motion._straight` where `straight`, else as `motion._turn` by `angles_rad`, from the poses `begun`."""
-
-    def __init__(
-        self, robots: ManyMotion, straight: Mask, begun: _Believed, distances_m: Floats, angles_rad: Floats
-    ) -> None:
-        self._robots, self._straight, self._begun = robots, straight, begun
-        self._distances_m, self._angles_rad = distances_m, angles_rad
-        self._turned_rad, self._last_yaw_rad = np.zeros(len(straight)), begun.yaw_rad.copy()
-
-    def __call__(self, robots: Indices, lanes: Indices) -> tuple[Floats, Floats, Floats]:
-        """Return errors in units of tolerances and the commands, all (L,)."""
-        many = self._robots
-        config, by = many._config, many.by
-        now = _believed(many._place(robots[lanes]), by)
-        straight = self._straight[lanes]
-        error, linear_mps, angular_radps = np.zeros((3, len(lanes)))
-        on_line, on_spot = np.flatnonzero(straight), np.flatnonzero(~straight)
-        if len(on_line):
-            error[on_line], linear_mps[on_line], angular_radps[on_line] = self._drive(
-                lanes[on_line], _Believed(*(getattr(now, each.name)[on_line] for each in fields(now)))
-            )
-        if len(on_spot):
-            turning = lanes[on_spot]
-            self._turned_rad[turning] += _wrapped(now.yaw_rad[on_spot] - self._last_yaw_rad[turning])
-            self._last_yaw_rad[turning] = now.yaw_rad[on_spot]
-            remaining_rad = self._angles_rad[turning] - self._turned_rad[turning]
-            error[on_spot] = abs(remaining_rad) / config.angle_tolerance_rad
-            fastest_radps = _braking_speed(abs(remaining_rad), config.angular_acceleration_radps2, many._period_s)
-            limit_radps = config.angular_limit_radps * config.speed_factor
-            angular_radps[on_spot] = np.copysign(np.minimum(fastest_radps, limit_radps), remaining_rad)
-        return error, linear_mps, angular_radps
-
-    def _drive(self, lanes: Indices, now: _Believed) -> tuple[Floats, Floats, Floats]:
-        many, begun = self._robots, self._begun
-        config, by = many._config, many.by
-        back_sin, back_cos = -begun.sin[lanes], begun.cos[lanes]
-        start_x, start_y = _rotated(back_sin, back_cos, begun.x[lanes], begun.y[lanes])
-        x, y = _rotated(back_sin, back_cos, now.x, now.y)
-        along_m, lateral_m = -start_x + x, -start_y + y
-        sin, cos = back_cos * now.sin + back_sin * now.cos, back_cos * now.cos - back_sin * now.sin
-        yaw_rad = by.atan2(2 * (cos * sin), 1 - 2 * (sin * sin))
-        remaining_m = self._distances_m[lanes] - along_m
-        backwards_mps, forwards_mps = (limit * config.speed_factor for limit in config.linear_limits_mps)
-        speed_mps = _braking_speed(abs(remaining_m), config.linear_acceleration_mps2, many._period_s)
-        linear_mps = np.where(
-            remaining_m >= 0, np.minimum(speed_mps, forwards_mps), np.maximum(-speed_mps, backwards_mps)
-        )
-        angular_radps = -motion.K_HEADING * abs(linear_mps) * yaw_rad - motion.K_LATERAL * linear_mps * lateral_m
-        limit_radps = config.angular_limit_radps * config.speed_factor
-        return (
-            abs(remaining_m) / config.position_tolerance_m,
-            linear_mps,
-            np.maximum(-limit_radps, np.minimum(limit_radps, angular_radps)),
-        )
-
-
-def _rotated(sin: Floats, cos: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return x and y turned about the z axis, in the order of operations of `Pose`; sine and cosine of half angles."""
-    cross_x, cross_y = -(sin * y) + cos * x, sin * x + cos * y
-    return x + 2 * -(sin * cross_y), y + 2 * (sin * cross_x)
-
-
-def _wrapped(angle_rad: Floats) -> Floats:
-    wrapped: Floats = (angle_rad + math.pi) % (2 * math.pi) - math.pi
-    return wrapped
-
-
-def _braking_speed(remaining: Floats, acceleration: float, period_s: float) -> Floats:
-    planned = motion.PLANNED_SHARE * acceleration
-    speed: Floats = planned * (np.sqrt(period_s**2 + 2 * remaining / planned) - period_s)
-    return speed
 
 
 def _ramp(start: Floats, target: Floats, acceleration: float, elapsed_s: Floats) -> tuple[Floats, Floats]:

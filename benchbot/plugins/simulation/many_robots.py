@@ -12,14 +12,8 @@ from benchbot.plugin import MotionConfig, Observations, PlatformSpec, Pose, Scen
 from benchbot.plugins.simulation.camera_noise import Response
 from benchbot.plugins.simulation.dynamics import State
 from benchbot.plugins.simulation.imu import Imu, Motion
-from benchbot.plugins.simulation.many_motion import (
-    OUTCOMES,
-    Indices,
-    ManyMotion,
-    ManyOdometry,
-    Mask,
-)
-from benchbot.plugins.simulation.poses import EXACT, Floats, Poses, Trigonometry
+from benchbot.plugins.simulation.many_motion import OUTCOMES, ManyMotion, ManyOdometry
+from benchbot.plugins.simulation.poses import EXACT, Floats, Indices, Mask, Poses, Trigonometry
 from benchbot.plugins.simulation.robot import INITIAL_POSE, Robot
 from benchbot.plugins.simulation.sensors import Frame, Sightings
 from benchbot.plugins.simulation.world import World

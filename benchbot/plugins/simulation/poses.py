@@ -11,6 +11,8 @@ import numpy.typing as npt
 from benchbot.plugin import Pose
 
 Floats = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.intp]
+Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
