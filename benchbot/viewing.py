@@ -6,17 +6,8 @@ What it gives holds ground truth: it is for the host of a run.
 from benchbot.core.recording import RecordingNote
 from benchbot.core.text import one_line, visible
 from benchbot.evaluation.breakdown import breakdown
-from benchbot.evaluation.evidence import (
-    Boxes,
-    Camera,
-    Frame,
-    Scene,
-    frame_folders,
-    hidden,
-    numbered_frames,
-    scene_of,
-    views_of,
-)
+from benchbot.evaluation.evidence import Boxes, Camera, Scene, hidden, scene_of, views_of
+from benchbot.evaluation.frames import Frame, frame_folders, numbered_frames
 from benchbot.evaluation.score import Evaluation, method_for_task, score_files
 from benchbot.plugins.batch.driver_lock import registered, registered_batches
 from benchbot.plugins.batch.journal import Tail, sizes

@@ -189,10 +189,11 @@ def explain(evaluation: Evaluation, catalog: Catalog | None = None, frames: Path
         entry = evaluator.explain(result.document, ground_truths)
         if entry.get("objects"):
             from benchbot.evaluation import breakdown, evidence
+            from benchbot.evaluation.frames import folders_of
 
             if catalog is not None:
                 alone = folders[Path(result.source or "").parent] == 1
-                places = evidence.folders_of(result.source, alone=alone) if frames is None else [frames]
+                places = folders_of(result.source, alone=alone) if frames is None else [frames]
                 entry = evidence.with_evidence(entry, result.document, places, catalog)
             told = entry.get("diagnosis", {})
             entry["diagnosis"] = {**told, "breakdown": breakdown.breakdown(entry["objects"])}

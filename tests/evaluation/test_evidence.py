@@ -10,7 +10,8 @@ from PIL import Image
 
 from benchbot.core.geometry import Pose
 from benchbot.evaluation.breakdown import breakdown
-from benchbot.evaluation.evidence import DEPTH, Boxes, Camera, Frame, Scene, View, views_of
+from benchbot.evaluation.evidence import Boxes, Camera, Scene, View, views_of
+from benchbot.evaluation.frames import DEPTH, Frame
 from benchbot.evaluation.occupancy_map import OccupancyMap
 
 # One metre up, looking forward (optical frame: x right, y down, z forward).

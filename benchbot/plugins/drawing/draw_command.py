@@ -80,7 +80,7 @@ def draw(
 
 
 def _sheet(results: list[Path], location: Path | None, count: int, columns: int, width_mm: float) -> "Figure":
-    from benchbot.evaluation.evidence import frame_folders, numbered_frames
+    from benchbot.evaluation.frames import frame_folders, numbered_frames
     from benchbot.plugins.drawing.figures import draw_frames
     from benchbot.plugins.drawing.scene_maps import chosen
 

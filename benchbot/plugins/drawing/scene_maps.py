@@ -13,7 +13,7 @@ from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog, Declaration
 from benchbot.core.errors import BenchbotError
 from benchbot.core.platform import Scene
-from benchbot.evaluation.evidence import numbered_frames
+from benchbot.evaluation.frames import numbered_frames
 from benchbot.evaluation.ground_truths import GroundTruths, environment_of
 from benchbot.plugins.drawing.map_model import (
     MapObject,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.evaluation import batch_folder, intervals, result_files
-from benchbot.evaluation.evidence import frame_folders, numbered_frames
+from benchbot.evaluation.frames import frame_folders, numbered_frames
 from benchbot.evaluation.intervals import Over
 from benchbot.evaluation.result_document import ResultDocument, listed
 from benchbot.evaluation.result_files import Unreadable

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from benchbot.evaluation.evidence import NEAREST_M, Boxes, Camera, Floats, Frame, Scene, folders_of, frames_at, hidden
+from benchbot.evaluation.evidence import NEAREST_M, Boxes, Camera, Floats, Scene, hidden
+from benchbot.evaluation.frames import Frame, folders_of, frames_at
 from benchbot.plugins.drawing.map_model import Box
 from benchbot.plugins.drawing.palette import Color
 from benchbot.plugins.report.episodes import ReportData, ReportedEpisode

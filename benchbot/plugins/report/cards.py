@@ -3,7 +3,8 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from benchbot.evaluation.evidence import Frame, camera_of, scene_of
+from benchbot.evaluation.evidence import camera_of, scene_of
+from benchbot.evaluation.frames import Frame
 from benchbot.plugins.drawing.map_model import FALSE_NEGATIVE, FALSE_POSITIVE, MapObject
 from benchbot.plugins.drawing.palette import ESTIMATE_OUTLINE, TRUTH_OUTLINE
 from benchbot.plugins.report.camera_pictures import Budget, Outline, Shot, crop

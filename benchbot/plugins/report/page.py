@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 import benchbot
 from benchbot.core.geometry import Pose
-from benchbot.evaluation.evidence import Frame
+from benchbot.evaluation.frames import Frame
 from benchbot.plugins.drawing.map_layout import MARGIN_M, MapLayout, MapTransform, Marker, Rectangle, lay_out
 from benchbot.plugins.drawing.map_model import (
     MapObject,

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import benchbot
-from benchbot.evaluation.evidence import Frame
+from benchbot.evaluation.frames import Frame
 from benchbot.plugins.drawing.map_model import MapObject
 from benchbot.plugins.drawing.palette import Color, between, to_hex
 from benchbot.plugins.report import diagnosis, summary

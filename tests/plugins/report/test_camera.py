@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from benchbot.core.geometry import Pose
-from benchbot.evaluation.evidence import Boxes, Camera, Frame, Scene
+from benchbot.evaluation.evidence import Boxes, Camera, Scene
+from benchbot.evaluation.frames import Frame
 from benchbot.plugins.drawing.map_model import Box
 from benchbot.plugins.report.camera_pictures import Shot
 

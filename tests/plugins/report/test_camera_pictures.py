@@ -6,7 +6,8 @@ import numpy as np
 from PIL import Image
 
 from benchbot.core.geometry import Pose
-from benchbot.evaluation.evidence import Boxes, Frame, Scene
+from benchbot.evaluation.evidence import Boxes, Scene
+from benchbot.evaluation.frames import Frame
 from benchbot.plugins.drawing.map_model import Box
 from benchbot.plugins.report.camera_pictures import Budget, Outline, Shot, crop, thumbnail, tile
 from tests.plugins.report.test_camera import camera

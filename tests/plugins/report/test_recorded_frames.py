@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from benchbot.core.recording import RecordingNote, RecordingState
-from benchbot.evaluation.evidence import frame_folders, numbered_frames
+from benchbot.evaluation.frames import frame_folders, numbered_frames
 from benchbot.plugins.report.camera_pictures import frames_of
 from benchbot.plugins.report.episodes import ReportData, ReportedEpisode
 
