@@ -4,7 +4,8 @@ from benchbot.plugins.simulation.camera_noise import Response, SrgbResponse
 from benchbot.plugins.simulation.distortion import NEWTON_STEPS, Distortion
 from benchbot.plugins.simulation.dynamics import DriveLimits, State
 from benchbot.plugins.simulation.kinematic import CHANNELS, KinematicSimulator
-from benchbot.plugins.simulation.many_robots import PICTURES
+from benchbot.plugins.simulation.many_motion import ActionNumbers
+from benchbot.plugins.simulation.many_robots import PICTURES, KinematicRobots
 from benchbot.plugins.simulation.poses import EXACT, QUICK, Trigonometry, matrices
 from benchbot.plugins.simulation.robot import Footprint, Robot
 from benchbot.plugins.simulation.sensors import Camera, Frame
@@ -16,11 +17,13 @@ __all__ = [
     "NEWTON_STEPS",
     "PICTURES",
     "QUICK",
+    "ActionNumbers",
     "Camera",
     "Distortion",
     "DriveLimits",
     "Footprint",
     "Frame",
+    "KinematicRobots",
     "KinematicSimulator",
     "Response",
     "Robot",

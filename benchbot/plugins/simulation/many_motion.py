@@ -23,6 +23,8 @@ from benchbot.plugins.simulation.robot import Noise
 Distances = Callable[[Indices, Floats, Floats], Floats]
 """Distances (M,) to the nearest obstacle of robots (M,) of these numbers, if they were at x and y (M,)."""
 
+BENT_RAD = 1e-6
+"""A turn by less than twice this is as good as straight."""
 OUTCOMES = tuple(Outcome)
 _REACHED, _BLOCKED, _COLLIDED, _TIMEOUT = (
     OUTCOMES.index(each) for each in (Outcome.REACHED, Outcome.BLOCKED, Outcome.COLLIDED, Outcome.TIMEOUT)
@@ -53,6 +55,62 @@ class States:
         """Return the states of so many robots at rest at the origin."""
         kinds: dict[str, npt.DTypeLike] = {"instant": np.int64, "collided": np.bool_}
         return cls(*(np.zeros(count, kinds.get(each.name, np.float64)) for each in fields(cls)))
+
+
+@dataclass(frozen=True)
+class ActionNumbers:
+    """All numbers that the course of an action depends on besides the robot's state: SI units, and shares."""
+
+    period_s: float
+    period_s2: float
+    backwards_mps: float
+    forwards_mps: float
+    turning_radps: float
+    planned_mps2: float
+    planned_radps2: float
+    position_tolerance_m: float
+    angle_tolerance_rad: float
+    phase_timeout_s: float
+    drive_backwards_mps: float
+    drive_forwards_mps: float
+    drive_radps: float
+    drive_mps2: float
+    drive_radps2: float
+    radius_m: float
+    longest_substep_m: float = dynamics.LONGEST_SUBSTEP_M
+    widest_substep_rad: float = dynamics.WIDEST_SUBSTEP_RAD
+    fine_share: float = motion.FINE_SHARE
+    rest_mps: float = motion.REST_MPS
+    rest_radps: float = motion.REST_RADPS
+    rest_timeout_s: float = motion.REST_TIMEOUT_S
+    contact_tolerance_m: float = contact.CONTACT_TOLERANCE_M
+    bent_rad: float = BENT_RAD
+    pi: float = math.pi
+    two_pi: float = 2 * math.pi
+    k_heading: float = motion.K_HEADING
+    k_lateral: float = motion.K_LATERAL
+
+    @classmethod
+    def of(cls, config: MotionConfig, limits: DriveLimits, radius_m: float, period_s: float) -> "ActionNumbers":
+        """Return those of a robot's declaration."""
+        backwards_mps, forwards_mps = (limit * config.speed_factor for limit in config.linear_limits_mps)
+        return cls(
+            period_s,
+            period_s**2,
+            backwards_mps,
+            forwards_mps,
+            config.angular_limit_radps * config.speed_factor,
+            motion.PLANNED_SHARE * config.linear_acceleration_mps2,
+            motion.PLANNED_SHARE * config.angular_acceleration_radps2,
+            config.position_tolerance_m,
+            config.angle_tolerance_rad,
+            config.phase_timeout_s,
+            *limits.linear_mps,
+            limits.angular_radps,
+            limits.linear_acceleration_mps2,
+            limits.angular_acceleration_radps2,
+            radius_m,
+        )
 
 
 @dataclass
@@ -354,7 +412,7 @@ def _along_arc(
 ) -> tuple[Floats, Floats, Floats]:
     x, y, yaw_rad = pose
     half_rad = turn_rad / 2
-    bent = abs(half_rad) > 1e-6
+    bent = abs(half_rad) > BENT_RAD
     chord_m = way_m * np.where(bent, by.sin(half_rad) / np.where(bent, half_rad, 1.0), 1.0)
     heading_rad = yaw_rad + half_rad
     return x + chord_m * by.cos(heading_rad), y + chord_m * by.sin(heading_rad), yaw_rad + turn_rad

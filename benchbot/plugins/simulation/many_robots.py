@@ -45,7 +45,6 @@ class _Start:
     """What a robot was loaded with."""
 
     world: World
-    revision: int
     pose: Pose
     seed: int
     sightings: Sightings
@@ -69,6 +68,8 @@ class KinematicRobots:
             ManyOdometry.of(count, self._robot.noise) if self._noisy else None,
         )
         self._starts: dict[int, _Start] = {}
+        self._worlds: list[World] = []
+        self._world_of, self._revision_of = np.zeros((2, count), np.intp)
         scanners = {"laser": self._robot.laser, "lidar": self._robot.lidar}
         self._scanners = {name: scanner for name, scanner in scanners.items() if scanner}
         self._base_z_m, self._start_rows = np.zeros(count), np.zeros((count, 7))
@@ -92,7 +93,11 @@ class KinematicRobots:
         self._motion.begin(robot, state)
         if self._motion.odometry is not None:
             self._motion.odometry.begin(robot, state, seed)
-        self._starts[robot] = _Start(simulator.world, simulator.world.revision, start, seed, simulator.sightings)
+        world = simulator.world
+        if world not in self._worlds:
+            self._worlds.append(world)
+        self._world_of[robot], self._revision_of[robot] = self._worlds.index(world), world.revision
+        self._starts[robot] = _Start(world, start, seed, simulator.sightings)
         self._base_z_m[robot] = start.translation_xyz[2]
         self._start_rows[robot] = (*start.translation_xyz, *start.rotation_xyzw)
 
@@ -232,11 +237,10 @@ class KinematicRobots:
 
     def _by_world(self, robots: Indices) -> list[tuple[World, Indices]]:
         """Return each world with the places in `robots` of those that are in it."""
-        worlds = {id(world): world for world in (self._starts[robot].world for robot in robots.tolist())}
-        if len(worlds) == 1:
-            return [(*worlds.values(), np.arange(len(robots)))]  # type: ignore[list-item]
-        where = np.array([id(self._starts[robot].world) for robot in robots.tolist()])
-        return [(world, np.flatnonzero(where == key)) for key, world in worlds.items()]
+        numbers = self._world_of[robots]
+        if (numbers == numbers[:1]).all():
+            return [(self._worlds[number], np.arange(len(robots))) for number in numbers[:1].tolist()]
+        return [(self._worlds[number], np.flatnonzero(numbers == number)) for number in np.unique(numbers).tolist()]
 
     def _distances_m(self, robots: Indices, x: Floats, y: Floats) -> Floats:
         groups = self._by_world(robots)
@@ -248,11 +252,11 @@ class KinematicRobots:
         return distances_m
 
     def _notice_changes(self, robots: Indices) -> None:
-        for robot in robots.tolist():
-            start = self._starts[robot]
-            if start.revision != start.world.revision:
-                start.revision = start.world.revision
-                self._motion.forget(np.array([robot]))
+        revisions = np.array([world.revision for world in self._worlds])[self._world_of[robots]]
+        stale = robots[self._revision_of[robots] != revisions]
+        if len(stale):
+            self._motion.forget(stale)
+            self._revision_of[robots] = revisions
 
     def _random(self, robot: int, sensor: str) -> np.random.Generator:
         return randomness.generator(self._starts[robot].seed, sensor, int(self._motion.states.instant[robot]))

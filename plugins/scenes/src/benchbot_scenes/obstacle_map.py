@@ -1,6 +1,7 @@
 """Obstacles of a footprint: the scene's triangles between two heights, seen from above."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -10,8 +11,29 @@ from benchbot_scenes.slab import project_slab
 
 Floats = npt.NDArray[np.float64]
 
-# Cells of three grids, each pruning what the one before it has left.
-CELL_SIZES_M = (0.8, 0.2, 0.05)
+# Cells of four grids, each pruning what the one before it has left.
+CELL_SIZES_M = (0.8, 0.4, 0.2, 0.05)
+
+
+GRID_LEVEL = 3
+GRID_MARGIN_M = 0.5
+
+
+@dataclass(frozen=True)
+class EdgeGrid:
+    """The edges that can be the nearest to a point, by cells of `size_m` whose numbers are `floor(x / size_m)`.
+
+    Cells are counted along x first, from the `first` column and row on; `shape` has the numbers of columns and rows.
+    Cell `c` has the `numbers` from `starts[c]` to `starts[c + 1]`; the last cell has all, for points elsewhere. They are
+    rows of `edges` (E, 5): x, y, x and y along the edge, 1 / length².
+    """
+
+    size_m: float
+    first: tuple[int, int]
+    shape: tuple[int, int]
+    starts: npt.NDArray[np.int64]
+    numbers: npt.NDArray[np.int32]
+    edges: Floats
 
 
 class ObstacleMap:
@@ -25,7 +47,8 @@ class ObstacleMap:
     def __init__(self, scene: SceneGeometry, z_min_m: float, z_max_m: float) -> None:
         corners = scene.vertices[scene.triangles].astype(np.float64)
         self._polygons = project_slab(corners, z_min_m, z_max_m)
-        self._edges = _edges(self._polygons)
+        edges = _edges(self._polygons)
+        self._edges = np.concatenate([edges, np.arange(edges.shape[1])[None]])
         self._cells: dict[tuple[int, int, int], Floats] = {}
         self._gathered = _Gathered()
 
@@ -45,6 +68,26 @@ class ObstacleMap:
                 self._gathered.add(key, self._nearest_edges(float(point[0]), float(point[1]), len(CELL_SIZES_M)))
             cells.append(self._gathered.numbers[key])
         return self._gathered.least_m(x, y, np.array(cells, np.intp))
+
+    def grid(self) -> EdgeGrid:
+        """Return all that `distance_m` looks up, for a few metres around too."""
+        size_m = CELL_SIZES_M[GRID_LEVEL - 1]
+        if not self._edges.size:
+            return EdgeGrid(size_m, (0, 0), (0, 0), np.zeros(2, np.int64), np.zeros(0, np.int32), np.zeros((0, 5)))
+        ends = np.concatenate(self.edges())
+        (column, row), (last_column, last_row) = (
+            np.floor((corner + margin_m) / size_m).astype(np.int64).tolist()
+            for corner, margin_m in ((ends.min(0), -GRID_MARGIN_M), (ends.max(0), GRID_MARGIN_M))
+        )
+        parts = [
+            self._nearest_edges((i + 0.5) * size_m, (j + 0.5) * size_m, GRID_LEVEL)[5].astype(np.int32)
+            for j in range(row, last_row + 1)
+            for i in range(column, last_column + 1)
+        ]
+        parts.append(np.arange(self._edges.shape[1], dtype=np.int32))
+        starts = np.cumsum([0, *map(len, parts)])
+        shape = (last_column - column + 1, last_row - row + 1)
+        return EdgeGrid(size_m, (column, row), shape, starts, np.concatenate(parts), self._edges[:5].T.copy())
 
     def nearest_points(self, x: float, y: float) -> tuple[Floats, Floats]:
         """Return the nearest points (N, 2) of edges and their distances (N,), of the edges that may be nearest.
@@ -71,7 +114,10 @@ class ObstacleMap:
         return bool(inside.any())
 
     def _nearest_edges(self, x: float, y: float, level: int) -> Floats:
-        """Return the edges that can be the nearest of all to a point in the cell of (x, y); level 0 has one cell."""
+        """Return the edges (6, E) that can be nearest to a point in the cell of (x, y); level 0 has one cell.
+
+        Their rows are those of `_edges`, and their numbers.
+        """
         if level == 0:
             return self._edges
         size_m = CELL_SIZES_M[level - 1]
@@ -93,11 +139,11 @@ class _Gathered:
     def __init__(self) -> None:
         self.numbers: dict[tuple[int, int], int] = {}
         self._parts: list[Floats] = []
-        self._edges = np.zeros((5, 0))
+        self._edges = np.zeros((6, 0))
         self._starts = np.zeros(1, np.intp)
 
     def add(self, key: tuple[int, int], edges: Floats) -> None:
-        """Add the edges (5, E) of a cell, which are some."""
+        """Add the edges (6, E) of a cell, which are some."""
         self.numbers[key] = len(self.numbers)
         self._parts.append(edges)
 
@@ -137,7 +183,7 @@ def _edges(polygons: Floats) -> Floats:
 
 def distances_m(x: float | Floats, y: float | Floats, edges: Floats) -> Floats:
     """Return the distance (E,) from a point, or from one each (E,), to edges as `_edges` lays them out."""
-    start_x, start_y, along_x, along_y, inverse_length2 = edges
+    start_x, start_y, along_x, along_y, inverse_length2 = edges[:5]
     offset_x, offset_y = x - start_x, y - start_y
     fraction = (offset_x * along_x + offset_y * along_y) * inverse_length2
     np.clip(fraction, 0.0, 1.0, out=fraction)

@@ -6,6 +6,7 @@ import io
 import os
 import platform
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,7 @@ PIECES = 512
 """A loop is cut into this many, so that a thread whose part of the picture is easy does not wait for the others. It is
 part of kernels, and so the same for any number of threads: all workers of a batch then find them in the cache."""
 THREADS = "TI_CPU_MAX_NUM_THREADS"
-_SHORT_NAMES = {"float32": "f32", "int32": "i32", "uint8": "u8", "uint32": "u32"}
+_SHORT_NAMES = {"float32": "f32", "float64": "f64", "int32": "i32", "uint8": "u8", "uint32": "u32"}
 _NAMES = {getattr(ti, short): name for name, short in _SHORT_NAMES.items()}
 _started: str | None = None
 
@@ -90,6 +91,17 @@ def save_kernels() -> None:
 
 
 _front_end.compile_before_launch(ti, save_kernels)
+
+
+@contextlib.contextmanager
+def exact_arithmetic() -> Iterator[None]:
+    """Compile kernels that are launched here for the first time as written: no sum or product is fused or reordered."""
+    config = ti.lang.impl.current_cfg()
+    config.fast_math = False
+    try:
+        yield
+    finally:
+        config.fast_math = True
 
 
 def device_kind() -> str:

@@ -15,13 +15,14 @@ from benchbot.simulation import (
     Camera,
     Footprint,
     Frame,
+    KinematicRobots,
     KinematicSimulator,
     Trigonometry,
     World,
     matrices,
 )
 from benchbot_scenes.gltf import load_scene
-from benchbot_scenes.obstacle_map import ObstacleMap
+from benchbot_scenes.obstacle_map import EdgeGrid, ObstacleMap
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.scene_file import scene_file
 from benchbot_sim_taichi import _ti, camera_response, devices, lamps, progress, quality
@@ -76,6 +77,12 @@ class RayTracedSimulator(KinematicSimulator["_World"]):
     def trigonometry(self) -> Trigonometry:
         """Exact beside a processor's pictures; those of a graphics processor differ in the last bit anyway."""
         return EXACT if self.world.device.kind == "cpu" else QUICK
+
+    def many(self, count: int) -> KinematicRobots | None:
+        """Return so many robots whose actions are executed in one launch."""
+        from benchbot_sim_taichi.robots_on_device import TracedRobots
+
+        return TracedRobots(self, count) if super().many(count) else None
 
     def observe_many(self, platforms: Sequence[Self], channels: Iterable[str]) -> list[Observations]:
         """Return what each of this simulator's twins observes now, with one launch for the pictures of a scene."""
@@ -166,6 +173,10 @@ class _World(World):
     def clearances_m(self, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Return the distances of points (N,) in one pass."""
         return self._obstacles.distances_m(x, y)
+
+    def edge_grid(self) -> EdgeGrid:
+        """Return what `clearance_m` looks up."""
+        return self._obstacles.grid()
 
     def covers(self, x: float, y: float) -> bool:
         """Return whether a surface of an obstacle lies above or below a point."""
