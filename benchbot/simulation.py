@@ -6,8 +6,9 @@ from benchbot.plugins.simulation.dynamics import DriveLimits, State
 from benchbot.plugins.simulation.kinematic import CHANNELS, KinematicSimulator
 from benchbot.plugins.simulation.many_motion import ActionNumbers
 from benchbot.plugins.simulation.many_robots import PICTURES, KinematicRobots
-from benchbot.plugins.simulation.poses import EXACT, QUICK, Trigonometry, matrices
+from benchbot.plugins.simulation.poses import EXACT, QUICK, Poses, Trigonometry, matrices
 from benchbot.plugins.simulation.robot import Footprint, Robot
+from benchbot.plugins.simulation.scanners import Laser
 from benchbot.plugins.simulation.sensors import Camera, Frame
 from benchbot.plugins.simulation.world import World
 
@@ -25,6 +26,8 @@ __all__ = [
     "Frame",
     "KinematicRobots",
     "KinematicSimulator",
+    "Laser",
+    "Poses",
     "Response",
     "Robot",
     "SrgbResponse",

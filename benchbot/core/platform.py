@@ -276,6 +276,20 @@ class ManyRobots(Protocol):
 
 
 @runtime_checkable
+class ManyTensors(Protocol):
+    """`ManyRobots` whose pictures and scans can stay where they were made, as tensors of torch."""
+
+    def tensor_device(self) -> str:
+        """The name of that place, as torch has it."""
+
+    def tensors(self, robots: "NDArray[np.intp]", channels: Sequence[str]) -> dict[str, Any]:
+        """Return those of `channels` of which that is true, as `ManyRobots.observe` has them but finite.
+
+        0 is nothing measured, or too near; what is as far as a sensor's range, or farther, has that range.
+        """
+
+
+@runtime_checkable
 class Many(Protocol):
     """A simulator whose robots can be moved as arrays."""
 

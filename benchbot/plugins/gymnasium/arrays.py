@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from benchbot.core import randomness
 from benchbot.core.channels import GIVEN_BY_EPISODES
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.core.platform import Many, ManyRobots, Platform, Scene
+from benchbot.core.platform import Many, ManyRobots, ManyTensors, Platform, Scene
 from benchbot.core.selection import Selection
 from benchbot.plugins.gymnasium import commands, many_rewards
 from benchbot.plugins.gymnasium.commands import Move
@@ -38,14 +38,21 @@ def make(
     env_wrappers: Sequence[Wrap] = (),
     max_episode_steps: int | None = None,
     autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+    tensors: str | None = None,
     **choices: Any,
 ) -> gymnasium.vector.VectorEnv[Any, Any, Any]:
     """Return `num_envs` environments of the same choices, the arguments of `TaskEnv`.
 
     `env_wrappers` go around each environment, as the `wrappers` of `make_vec`, which Gymnasium does not pass on to this
     mode. They are stepped as arrays where that gives the same (see docs/gymnasium.md), else each by itself, with their
-    pictures taken together.
+    pictures taken together. With `tensors="torch"`, observations, rewards and ends are tensors where pictures are made.
     """
+    if tensors not in (None, "torch"):
+        raise BenchbotError(
+            f"There are no tensors of {tensors!r}.",
+            "Observations are arrays of numpy, or tensors of torch; others take those through DLPack without a copy.",
+            'Pass tensors="torch", or leave it out.',
+        )
     if num_envs < 1:
         raise BenchbotError(
             f"{num_envs} environments are none.", "There must be one at least.", "Pass num_envs=16, for example."
@@ -60,8 +67,14 @@ def make(
         if robots is not None:
             if discrete:
                 one = TaskEnv(**{**choices, "moves": discrete(one).moves})
-            return ArrayVectorEnv(one, platform, robots, reward, num_envs, max_episode_steps, mode)
+            return ArrayVectorEnv(one, platform, robots, reward, num_envs, max_episode_steps, mode, tensors is not None)
         platform.close()
+    if tensors is not None:
+        raise BenchbotError(
+            "These environments cannot be stepped as tensors.",
+            "Something is asked of each of them by itself: a reward, a wrapper, an action, or physics of its own.",
+            "See in docs/gymnasium.md what is stepped as arrays, or leave tensors out.",
+        )
     from benchbot.plugins.gymnasium.vector import TaskVectorEnv
 
     return TaskVectorEnv(
@@ -98,6 +111,7 @@ class ArrayVectorEnv(gymnasium.vector.VectorEnv[Arrays, Any, Any]):
         num_envs: int,
         max_episode_steps: int | None = None,
         autoreset_mode: AutoresetMode = AutoresetMode.NEXT_STEP,
+        as_tensors: bool = False,
     ) -> None:
         self.num_envs = num_envs
         self.metadata = {**one.metadata, "autoreset_mode": autoreset_mode}
@@ -115,6 +129,13 @@ class ArrayVectorEnv(gymnasium.vector.VectorEnv[Arrays, Any, Any]):
         self._goals: list[commands.Goal | None] = [None] * num_envs
         self._goal_rows, self._goal_places = np.zeros((num_envs, 2)), np.full((num_envs, 3), np.nan)
         self._observations: Arrays = {}
+        self._as_tensors = as_tensors
+        if as_tensors and not isinstance(robots, ManyTensors):
+            raise BenchbotError(
+                "This simulator makes no tensors.",
+                f"Observations of the robot '{one.robot.get('name')}' are arrays of numpy.",
+                "Leave tensors out, or choose a robot of sim_taichi.",
+            )
 
     @property
     def quality(self) -> str | None:
@@ -156,9 +177,21 @@ class ArrayVectorEnv(gymnasium.vector.VectorEnv[Arrays, Any, Any]):
         self._told(infos, chosen)
         return dict(self._observations), infos
 
+    def _ends(self, rewards: NDArray[np.float64], terminated: Mask, truncated: Mask) -> tuple[Any, Any, Any]:
+        """Return these as what the caller is told in."""
+        if not self._as_tensors:
+            return rewards, terminated, truncated
+        return self._tensor(rewards.astype(np.float32)), self._tensor(terminated), self._tensor(truncated)
+
+    def _tensor(self, rows: NDArray[Any]) -> Any:
+        import torch
+
+        return torch.from_numpy(rows).to(cast(ManyTensors, self._robots).tensor_device())
+
     def step(self, actions: Any) -> Returned:
         """Execute every environment's action to its end, then observe all of them."""
         mode = self.autoreset_mode
+        actions = _on_host(actions)
         if not self._observations:
             raise BenchbotError(
                 "No episode is under way.",
@@ -193,7 +226,7 @@ class ArrayVectorEnv(gymnasium.vector.VectorEnv[Arrays, Any, Any]):
             observations = self._observations
             for number in finished.tolist():
                 one = {
-                    "final_obs": {name: rows[number].copy() for name, rows in observations.items()},
+                    "final_obs": {name: _copy(rows[number]) for name, rows in observations.items()},
                     "final_info": {name: _row(rows, number) for name, rows in last.items() if not name.startswith("_")},
                 }
                 infos = self._add_info(infos, one, number)
@@ -206,7 +239,7 @@ class ArrayVectorEnv(gymnasium.vector.VectorEnv[Arrays, Any, Any]):
         else:
             _put(infos, self.num_envs, "outcome", stepped, outcomes)
         self._told(infos, np.arange(self.num_envs))
-        return dict(self._observations), rewards, terminated, truncated, infos
+        return dict(self._observations), *self._ends(rewards, terminated, truncated), infos
 
     def close_extras(self, **kwargs: Any) -> None:
         """Release the simulator."""
@@ -219,7 +252,7 @@ class ArrayVectorEnv(gymnasium.vector.VectorEnv[Arrays, Any, Any]):
         pictures = self._observations.get("image_rgb")
         if pictures is None:
             pictures = self._robots.observe(np.arange(self.num_envs), ["image_rgb"])["image_rgb"]
-        return tuple(picture.copy() for picture in pictures)
+        return tuple(np.array(_on_host(picture)) for picture in pictures)
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         if seed is None or isinstance(seed, int):
@@ -291,15 +324,27 @@ class ArrayVectorEnv(gymnasium.vector.VectorEnv[Arrays, Any, Any]):
             return
         selection = cast(Selection, self._selections[int(robots[0])])
         wanted = [name for name in selection.observations if name not in GIVEN_BY_EPISODES]
+        there: dict[str, Any] = {}
+        if self._as_tensors:
+            there = cast(ManyTensors, self._robots).tensors(robots, wanted)
+            wanted = [
+                name
+                for name in wanted
+                if name not in there and not (name == "image_segment" and "class_segment_img" in there)
+            ]
         seen = self._robots.observe(robots, wanted)
         if "goal" in selection.observations:
             seen["goal"] = self._goal_rows[robots]
+        index = self._tensor(robots) if self._as_tensors and len(robots) < self.num_envs else robots
         for name, space in cast(gymnasium.spaces.Dict, self.single_observation_space).spaces.items():
-            rows = fitted(name, seen.get(name), space)
+            rows = there.get(name)
+            if rows is None:
+                rows = fitted(name, seen.get(name), space)
+                rows = self._tensor(rows) if self._as_tensors else rows
             if len(robots) == self.num_envs:
                 self._observations[name] = rows
             else:
-                self._observations[name][robots] = rows
+                _of_signed(self._observations[name])[index] = _of_signed(rows)
         self._raw = seen.get("laser"), robots
 
     def _distances_m(self, robots: Indices) -> NDArray[np.float64]:
@@ -389,6 +434,26 @@ def _put(infos: Info, count: int, name: str, robots: Indices, rows: NDArray[Any]
         infos[f"_{name}"] = np.zeros(count, bool)
     infos[name][robots] = rows[robots] if len(rows) == count else rows
     infos[f"_{name}"][robots] = True
+
+
+def _on_host(actions: Any) -> Any:
+    """Return tensors as arrays."""
+    if isinstance(actions, dict):
+        return {name: _on_host(rows) for name, rows in actions.items()}
+    return actions.detach().cpu().numpy() if hasattr(actions, "detach") else actions
+
+
+def _of_signed(rows: Any) -> Any:
+    """Return the same memory as signed integers, where torch puts nothing into unsigned ones."""
+    if str(rows.dtype) != "torch.uint16":
+        return rows
+    import torch
+
+    return rows.view(torch.int16)
+
+
+def _copy(row: Any) -> Any:
+    return row.clone() if hasattr(row, "clone") else row.copy()
 
 
 def _words(words: NDArray[np.str_]) -> NDArray[np.object_]:

@@ -73,13 +73,16 @@ class Laser:
         """Number of ranges in a scan."""
         return self.beams
 
+    def along(self) -> npt.NDArray[np.float64]:
+        """Return the unit directions (beams, 3) of the rays in the scanner's frame."""
+        angles_rad = _around(self.beams)
+        return np.stack([np.cos(angles_rad), np.sin(angles_rad), np.zeros(self.beams)], 1)
+
     def ranges(
         self, raycast: Raycast, laser_poses: Sequence[Pose], randoms: Iterable[np.random.Generator]
     ) -> npt.NDArray[np.float64]:
         """Return the ranges (poses, beams) of `scan`."""
-        angles_rad = _around(self.beams)
-        along = np.stack([np.cos(angles_rad), np.sin(angles_rad), np.zeros(self.beams)], 1)
-        return _measure(raycast, laser_poses, along, self.range_m, self.noise, randoms)
+        return _measure(raycast, laser_poses, self.along(), self.range_m, self.noise, randoms)
 
     def channel(self, ranges_m: npt.NDArray[np.float64]) -> LaserScan:
         """Return the channel `laser` of ranges (beams,)."""

@@ -1,7 +1,7 @@
 """The camera of a simulated robot, from its declaration, and the channels of its pictures."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol, Self
@@ -179,15 +179,19 @@ class Sightings:
         self.numbers = np.zeros(len(labels.classes), np.uint16)
         self._counts: Counter[int] = Counter()
 
+    def number(self, indices: Iterable[int]) -> None:
+        """Number objects with a class, by `Instance.index` in the order in which they are seen for the first time."""
+        for index in indices:
+            label = int(self.labels.classes[index])
+            self._counts[label] += 1
+            self.numbers[index] = label * INSTANCES_PER_CLASS + self._counts[label]
+
     def segment(self, frame: Frame) -> Segmentation:
         """Return the segmentation of one picture."""
         classes, numbers = self.labels.classes[frame.instance], self.numbers[frame.instance]
         new = (numbers == 0) & (classes > 0)
         if new.any():
-            for index in dict.fromkeys(frame.instance[new].tolist()):
-                label = int(self.labels.classes[index])
-                self._counts[label] += 1
-                self.numbers[index] = label * INSTANCES_PER_CLASS + self._counts[label]
+            self.number(dict.fromkeys(frame.instance[new].tolist()))
             numbers = self.numbers[frame.instance]
         return {
             "class_segment_img": classes,

@@ -24,8 +24,8 @@ class EdgeGrid:
     """The edges that can be the nearest to a point, by cells of `size_m` whose numbers are `floor(x / size_m)`.
 
     Cells are counted along x first, from the `first` column and row on; `shape` has the numbers of columns and rows.
-    Cell `c` has the `numbers` from `starts[c]` to `starts[c + 1]`; the last cell has all, for points elsewhere. They are
-    rows of `edges` (E, 5): x, y, x and y along the edge, 1 / length².
+    Cell `c` has the `numbers` from `starts[c]` to `starts[c + 1]`; the last cell has all, for points elsewhere. They
+    are rows of `edges` (E, 5): x, y, x and y along the edge, 1 / length².
     """
 
     size_m: float
@@ -47,6 +47,7 @@ class ObstacleMap:
     def __init__(self, scene: SceneGeometry, z_min_m: float, z_max_m: float) -> None:
         corners = scene.vertices[scene.triangles].astype(np.float64)
         self._polygons = project_slab(corners, z_min_m, z_max_m)
+        self._boxes = np.concatenate([self._polygons.min(1), self._polygons.max(1)], 1).T.copy()
         edges = _edges(self._polygons)
         self._edges = np.concatenate([edges, np.arange(edges.shape[1])[None]])
         self._cells: dict[tuple[int, int, int], Floats] = {}
@@ -106,8 +107,10 @@ class ObstacleMap:
 
     def covers(self, x: float, y: float) -> bool:
         """Return whether a surface of an obstacle lies above or below a point of the map frame."""
-        edge = np.roll(self._polygons, -1, 1) - self._polygons
-        offset = np.array([x, y]) - self._polygons
+        low_x, low_y, high_x, high_y = self._boxes
+        polygons = self._polygons[(low_x <= x) & (x <= high_x) & (low_y <= y) & (y <= high_y)]
+        edge = np.roll(polygons, -1, 1) - polygons
+        offset = np.array([x, y]) - polygons
         side = edge[..., 0] * offset[..., 1] - edge[..., 1] * offset[..., 0]
         # The sides sum to twice the area: a polygon seen edge-on has none, and nothing is inside it.
         inside = ((side >= 0).all(1) | (side <= 0).all(1)) & (np.abs(side.sum(1)) > 1e-12)

@@ -137,6 +137,33 @@ def write(target: Any, array: npt.NDArray[Any]) -> None:
         _cuda.write(_address(target), array)
 
 
+class Scratch:
+    """Memory by names in which kernels find what changes between their launches; it grows and is used again."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, Any] = {}
+
+    def put(self, name: str, array: npt.NDArray[Any]) -> Any:
+        """Return an array that begins with these values: on a CPU a view of them, or a copy if they have gaps."""
+        values = np.ascontiguousarray(array).reshape(-1)
+        if _started == "cpu":
+            return values
+        if name not in self._kept or self._kept[name].shape[0] < max(len(values), 1):
+            self._kept[name] = upload(values if len(values) else np.zeros(1, values.dtype))
+        else:
+            write(self._kept[name], values)
+        return self._kept[name]
+
+
+def read(array: Any, into: npt.NDArray[Any]) -> None:
+    """Fill a contiguous host array from the start of one that kernels have written."""
+    if isinstance(array, np.ndarray):
+        if not np.shares_memory(array, into):
+            into.reshape(-1)[:] = array[: into.size]
+    else:
+        _cuda.read(address(array), into)
+
+
 def empty_words(size: int) -> Any:
     """32-bit integers without a value yet, in the memory that kernels work in."""
     return np.empty(size, np.int32) if _started == "cpu" else ti.ndarray(dtype=ti.i32, shape=size)

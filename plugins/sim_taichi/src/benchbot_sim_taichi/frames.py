@@ -92,7 +92,7 @@ class DeviceFrames:
                     "Give frames that `render_on_device` returned for as many such pictures, or leave `out` away.",
                 )
             return out
-        size = count * (2 * width * height + (_rgb_words(width, height) if has_rgb else 0))
+        size = cls.words_of(count, width, height, has_rgb=has_rgb)
         if size > MOST_WORDS:
             raise BenchbotError(
                 f"{count} pictures of {width} x {height} pixels are too many at once",
@@ -100,6 +100,11 @@ class DeviceFrames:
                 f"Take at most {MOST_WORDS * count // size} pictures at a time.",
             )
         return cls(_ti.empty_words(max(size, 1)), count, width, height, has_rgb)
+
+    @staticmethod
+    def words_of(count: int, width: int, height: int, *, has_rgb: bool) -> int:
+        """Return how many words that many pictures take."""
+        return count * (2 * width * height + (_rgb_words(width, height) if has_rgb else 0))
 
     def depth_at(self, index: int) -> int:
         """First word of a picture's depths."""

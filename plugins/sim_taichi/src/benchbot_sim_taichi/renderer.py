@@ -57,6 +57,7 @@ class Renderer:
         cache_dir = cache_dir or _ti.default_cache_dir()
         _ti.start(device, cache_dir)
         self._buffers: dict[str, tuple[int, Any]] = {}
+        self._scratch = _ti.Scratch()
         self._seed = seed & 0x7FFFFFFF
         self._quality = quality
         self._scene, self._lighting, self._cache_dir = lamps.switched(scene, lighting.lamps), lighting, cache_dir
@@ -367,6 +368,26 @@ class Renderer:
             )
         distances[distances >= range_max_m] = np.inf
         return distances
+
+    def cast_fans(
+        self, poses: npt.NDArray[np.float64], along: npt.NDArray[np.float64], range_max_m: float, distances: Any
+    ) -> None:
+        """Fill `distances` (N * rays) along rays (rays, 3) in the frames of N scanners (N, 4, 4).
+
+        Where nothing is within the range, it is a larger number.
+        """
+        from benchbot_sim_taichi.kernels import primary
+
+        count, rays = len(poses), len(along)
+        if not count:
+            return
+        at, ways = self._scratch.put("poses", poses), self._scratch.put("along", along)
+        origins, directions = (self._buffer(name, count * rays * 3) for name in ("origins", "directions"))
+        with _ti.exact_arithmetic():
+            primary.spread_fans(at, ways, origins, directions, count, rays)
+        cast = primary.cast_rays if _ti.is_on_gpu() else primary.cast_packets
+        reach = (float(range_max_m), distances, count * rays)
+        cast(*self.device.tree, self.device.sheer_root, origins, directions, *reach)
 
     def _buffer(self, name: str, size: int, dtype: npt.DTypeLike = np.float32) -> Any:
         """Working memory that stays between frames; it holds nothing that a frame reads before it writes."""

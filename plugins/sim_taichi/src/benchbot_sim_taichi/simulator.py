@@ -107,6 +107,12 @@ class RayTracedSimulator(KinematicSimulator["_World"]):
         self._worlds = {}
 
 
+def intrinsics_of(camera: Camera) -> Intrinsics:
+    """Return a camera as the renderer has it, which puts the centre of the first pixel at one half."""
+    centre = (camera.cx + 0.5, camera.cy + 0.5)
+    return Intrinsics(camera.width, camera.height, camera.fx, camera.fy, *centre, camera.distortion)
+
+
 def _what_is_there(scene: Scene) -> tuple[Path, str, float]:
     """Return what tells worlds apart: all of a scene but where robots start and go, and the height of its floor."""
     ways = ("start_pose", "trajectory_poses")
@@ -147,17 +153,7 @@ class _World(World):
 
     def render_many(self, camera: Camera, poses: Sequence[Pose], *, rgb: bool) -> Frame:
         """Render all pictures in one batch."""
-        # The renderer puts the centre of the first pixel at one half.
-        intrinsics = Intrinsics(
-            camera.width,
-            camera.height,
-            camera.fx,
-            camera.fy,
-            camera.cx + 0.5,
-            camera.cy + 0.5,
-            camera.distortion,
-        )
-        batch = self.renderer.render_batch(matrices(poses), intrinsics, rgb=rgb)
+        batch = self.renderer.render_batch(matrices(poses), intrinsics_of(camera), rgb=rgb)
         return Frame(batch.rgb, batch.depth_m, batch.instance)
 
     def raycast(

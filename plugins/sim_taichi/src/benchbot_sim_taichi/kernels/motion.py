@@ -1,10 +1,10 @@
 # mypy: ignore-errors
 """Whole actions of many robots in one launch, a robot each thread: steering, drive, contact, and coming to rest.
 
-`benchbot.plugins.simulation.many_motion` does the same with arrays of numpy, and says where it is written for one robot.
-Operations are in its order and in 64 bits, so that results on a processor are its own to the last bit (compiled without
-fused or reordered arithmetic: `_ti.exact_arithmetic`). Literals are 32 bits wide here: those with digits that do not fit
-are among `numbers`.
+`benchbot.plugins.simulation.many_motion` does the same with arrays of numpy, and says where it is written for one
+robot. Operations are in its order and in 64 bits, so that results on a processor are its own to the last bit (compiled
+without fused or reordered arithmetic: `_ti.exact_arithmetic`). Literals are 32 bits wide here: those with digits that
+do not fit are among `numbers`.
 """
 
 from benchbot_sim_taichi._ti import ti
@@ -76,7 +76,7 @@ NUMBERS = (
     K_LATERAL,
 ) = range(len(NUMBERS))
 MAP_STRIDE = 6
-"""Of each world: first column, first row, columns, rows, number of its first cell, and of the one that has all edges."""
+"""Of each world: first column and row, columns, rows, the number of its first cell, and of that with all edges."""
 OUTCOMES = ("reached", "blocked", "collided", "timeout")
 REACHED, BLOCKED, COLLIDED_END, TIMEOUT = range(len(OUTCOMES))
 
@@ -113,6 +113,7 @@ def distance_m(
 
 @ti.func
 def believed_yaw(sin, cos):
+    """Heading of a quaternion about the z axis: sine and cosine of half of it."""
     return ti.atan2(2.0 * (cos * sin), 1.0 - 2.0 * (sin * sin))
 
 
@@ -132,12 +133,14 @@ def wrapped(angle, numbers: ti.template()):
 
 @ti.func
 def rotated(sin, cos, x, y):
+    """A point turned about the z axis; sine and cosine of half the angle."""
     cross_x, cross_y = -(sin * y) + cos * x, sin * x + cos * y
     return x + 2.0 * -(sin * cross_y), y + 2.0 * (sin * cross_x)
 
 
 @ti.func
 def braking_speed(remaining, planned, numbers: ti.template()):
+    """The speed from which the planned deceleration ends where nothing remains."""
     return planned * (ti.sqrt(numbers[PERIOD_S2] + 2.0 * remaining / planned) - numbers[PERIOD_S])
 
 

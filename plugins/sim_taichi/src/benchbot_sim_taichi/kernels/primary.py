@@ -5,6 +5,7 @@ from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray, locate
 from benchbot_sim_taichi.kernels.first_hits import place_of_hits
 from benchbot_sim_taichi.kernels.glance import look
+from benchbot_sim_taichi.kernels.motion import doubles
 from benchbot_sim_taichi.kernels.packet import RAYS, packet_from, trace_packet
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
@@ -73,6 +74,23 @@ def find_features(
         for i in ti.static(range(3)):
             features[pixel * FEATURE_STRIDE + i] = reflectance[i]
             features[pixel * FEATURE_STRIDE + 3 + i] = normal[i]
+
+
+@ti.kernel
+def spread_fans(poses: doubles, along: doubles, origins: floats, directions: floats, count: ti.i32, rays: ti.i32):
+    """Origins and unit directions of `rays` rays of each scanner: `along` in its frame, by its pose (4 x 4)."""
+    for i in range(count * rays):
+        at, ray = i // rays * 16, (i - i // rays * rays) * 3
+        x, y, z = along[ray], along[ray + 1], along[ray + 2]
+        way_x = poses[at] * x + poses[at + 1] * y + poses[at + 2] * z
+        way_y = poses[at + 4] * x + poses[at + 5] * y + poses[at + 6] * z
+        way_z = poses[at + 8] * x + poses[at + 9] * y + poses[at + 10] * z
+        length = ti.sqrt(way_x * way_x + way_y * way_y + way_z * way_z)
+        directions[i * 3] = ti.cast(way_x / length, ti.f32)
+        directions[i * 3 + 1] = ti.cast(way_y / length, ti.f32)
+        directions[i * 3 + 2] = ti.cast(way_z / length, ti.f32)
+        for k in ti.static(range(3)):
+            origins[i * 3 + k] = ti.cast(poses[at + 4 * k + 3], ti.f32)
 
 
 @ti.kernel
