@@ -61,7 +61,7 @@ def stable_baselines(count: int, steps: int, device: str, choices: dict[str, Any
     print(f"stable_baselines3 PPO: {model.num_timesteps} steps, {rate:.0f}/s, {len(episodes)} episodes ended")
 
 
-class Agent(nn.Module):
+class Agent(nn.Module):  # type: ignore[misc]  # it is not installed where types are checked
     """Depth and goal in, the logits of three moves and a value out."""
 
     def __init__(self) -> None:

@@ -20,7 +20,7 @@ except ModuleNotFoundError as missing:
     ) from missing
 
 
-class StableBaselinesEnv(VecEnv):  # type: ignore[misc, unused-ignore]  # it may not be installed
+class StableBaselinesEnv(VecEnv):  # type: ignore[misc]  # it is not installed where types are checked
     """`envs` of `gymnasium.make_vec`, stepped as arrays, with `AutoresetMode.SAME_STEP`.
 
     As Stable-Baselines3 has it, the observation of an environment that has ended is already that of its next episode;
@@ -60,9 +60,10 @@ class StableBaselinesEnv(VecEnv):  # type: ignore[misc, unused-ignore]  # it may
         self._returns += rewards
         self._lengths += 1
         told: list[dict[str, Any]] = [{"TimeLimit.truncated": False} for _ in range(self.num_envs)]
+        last = {name: rows for name, rows in infos.get("final_info", {}).items() if not name.startswith("_")}
         for number in np.flatnonzero(ended).tolist():
             told[number] = {
-                **infos["final_info"][number],
+                **{name: rows[number] for name, rows in last.items()},
                 "TimeLimit.truncated": bool(truncated[number] and not terminated[number]),
                 "terminal_observation": infos["final_obs"][number],
                 "episode": {"r": float(self._returns[number]), "l": int(self._lengths[number])},

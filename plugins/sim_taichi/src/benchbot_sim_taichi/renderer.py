@@ -223,7 +223,7 @@ class Renderer:
 
     def _glance(self, records: npt.NDArray[np.float32], frames: DeviceFrames, first: int) -> None:
         """Take pictures `first` … of `frames` in one launch of one kernel, their colours from stored light alone."""
-        from benchbot_sim_taichi.kernels import glance
+        from benchbot_sim_taichi.kernels import first_hits, glance, glance_tiles
 
         size = (len(records), frames.width, frames.height)
         cameras = self._buffer("cameras", records.size)
@@ -238,7 +238,11 @@ class Renderer:
         light = (self.device.lights[0], *self._cells, *camera_response.curves())
         places = (frames.depth_at(first), frames.instance_at(first))
         variant = (device.sheer_root >= 0, _ti.is_on_gpu())
-        glance.glance(*scene, *light, cameras, hits, frames.words, colors, *places, *size, *variant)
+        if _ti.is_on_gpu():
+            glance.glance(*scene, *light, cameras, hits, frames.words, colors, *places, *size, *variant)
+        else:
+            written = (frames.words, colors, *places, first_hits.squares(*size), *size[1:])
+            glance_tiles.glance_tiles(*scene, *light, cameras, first_hits.SQUARES, hits, *written)
         glance.pack(colors, frames.words, frames.rgb_at(first), len(records), frames.width * frames.height)
 
     def _see(self, cameras: Any, hits: Any, frames: DeviceFrames, first: int, count: int) -> None:
