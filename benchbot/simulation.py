@@ -4,8 +4,8 @@ from benchbot.plugins.simulation.camera_noise import Response, SrgbResponse
 from benchbot.plugins.simulation.distortion import NEWTON_STEPS, Distortion
 from benchbot.plugins.simulation.dynamics import DriveLimits, State
 from benchbot.plugins.simulation.kinematic import CHANNELS, KinematicSimulator
-from benchbot.plugins.simulation.many_motion import ActionNumbers
 from benchbot.plugins.simulation.many_robots import PICTURES, KinematicRobots
+from benchbot.plugins.simulation.many_steering import ActionNumbers
 from benchbot.plugins.simulation.poses import EXACT, QUICK, Poses, Trigonometry, matrices
 from benchbot.plugins.simulation.robot import Footprint, Robot
 from benchbot.plugins.simulation.scanners import Laser

@@ -1,6 +1,6 @@
 """Learners as they are on environments stepped as arrays: Stable-Baselines3, and a loop as CleanRL has it.
 
-python -m benchmarks learners [--device cuda] [--envs 16] [--steps 2048]
+python -m benchmarks learners [--device cuda] [--envs 16] [--steps 2048] [--json FILE]
 
 Needs torch and stable-baselines3, which are no part of what tests install: pip install torch stable-baselines3.
 Both train PPO on depth and goal of benchbot/PointGoal-v0 for a few updates, and print their steps per second, learning
@@ -8,8 +8,10 @@ included. It fails where a value is not finite, or where Gymnasium's or Stable-B
 """
 
 import argparse
+import json
 import time
 import warnings
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -32,6 +34,7 @@ def main() -> None:
     parser.add_argument("--device", choices=["cpu", "cuda"], default="cpu")
     parser.add_argument("--envs", type=int, default=16)
     parser.add_argument("--steps", type=int, default=2048, help="of all environments together")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="also write the rates to this file")
     options = parser.parse_args()
     choices: dict[str, Any] = {"image_size": (64, 64), "platform_options": {"device": options.device}}
     with warnings.catch_warnings():
@@ -40,18 +43,22 @@ def main() -> None:
         print("gymnasium's check_env: clean")
     check_for_stable_baselines(gymnasium.make(NAME, **choices), warn=True)
     print("stable_baselines3's check_env: clean")
-    stable_baselines(options.envs, options.steps, options.device, choices)
-    clean_loop(options.envs, options.steps, options.device, choices)
+    rates = {
+        name: learn(options.envs, options.steps, options.device, choices)
+        for name, learn in (("stable_baselines3", stable_baselines), ("clean_loop", clean_loop))
+    }
+    if options.json:
+        options.json.write_text(json.dumps(rates, indent=1) + "\n", encoding="utf-8")
 
 
-def stable_baselines(count: int, steps: int, device: str, choices: dict[str, Any]) -> None:
-    """Train by Stable-Baselines3's own PPO."""
+def stable_baselines(count: int, steps: int, device: str, choices: dict[str, Any]) -> float:
+    """Train by Stable-Baselines3's own PPO; return steps per second."""
     made = gymnasium.make_vec(NAME, count, autoreset_mode=AutoresetMode.SAME_STEP, max_episode_steps=40, **choices)
     envs = StableBaselinesEnv(made)
     model = PPO("MultiInputPolicy", envs, n_steps=32, batch_size=128, n_epochs=2, seed=0, device=device)
     started_s = time.perf_counter()
     model.learn(steps)
-    rate = model.num_timesteps / (time.perf_counter() - started_s)
+    rate = float(model.num_timesteps / (time.perf_counter() - started_s))
     episodes = list(model.ep_info_buffer)
     assert episodes
     assert all(np.isfinite(each["r"]) and 0 < each["l"] <= 40 for each in episodes)
@@ -59,6 +66,7 @@ def stable_baselines(count: int, steps: int, device: str, choices: dict[str, Any
     assert masks.shape == (count, 3)
     envs.close()
     print(f"stable_baselines3 PPO: {model.num_timesteps} steps, {rate:.0f}/s, {len(episodes)} episodes ended")
+    return rate
 
 
 class Agent(nn.Module):  # type: ignore[misc]  # it is not installed where types are checked
@@ -75,8 +83,8 @@ class Agent(nn.Module):  # type: ignore[misc]  # it is not installed where types
         return self.actor(known), self.critic(known)[:, 0]
 
 
-def clean_loop(count: int, steps: int, device: str, choices: dict[str, Any]) -> None:
-    """Train by a single loop over tensors, with generalised advantages and a clipped objective."""
+def clean_loop(count: int, steps: int, device: str, choices: dict[str, Any]) -> float:
+    """Train by a loop over tensors, with generalised advantages and a clipped objective; return steps per second."""
     envs = gymnasium.make_vec(NAME, count, tensors="torch", max_episode_steps=40, **choices)
     agent = Agent().to(device)
     optimizer = torch.optim.Adam(agent.parameters(), lr=2.5e-4)
@@ -97,7 +105,8 @@ def clean_loop(count: int, steps: int, device: str, choices: dict[str, Any]) -> 
             ended += int(done.sum())
         with torch.no_grad():
             _, following_value = agent(observation)
-        advantage, following_done, advantages = torch.zeros(count, device=device), done, []
+        advantage, following_done = torch.zeros(count, device=device), done
+        advantages: list[torch.Tensor] = []
         for _, _, _, value, reward, was_done in reversed(kept):
             surprise = reward + gamma * following_value * (1 - following_done) - value
             advantage = surprise + gamma * decay * (1 - following_done) * advantage
@@ -114,8 +123,10 @@ def clean_loop(count: int, steps: int, device: str, choices: dict[str, Any]) -> 
             loss.backward()
             optimizer.step()
     taken = max(steps // (rollout * count), 1) * rollout * count
-    print(f"CleanRL-like PPO: {taken} steps, {taken / (time.perf_counter() - started_s):.0f}/s, {ended} episodes ended")
+    rate = taken / (time.perf_counter() - started_s)
     envs.close()
+    print(f"CleanRL-like PPO: {taken} steps, {rate:.0f}/s, {ended} episodes ended")
+    return rate
 
 
 if __name__ == "__main__":

@@ -130,8 +130,9 @@ def made(name: str, mode: str, count: int, size: int, device: str, tensors: str 
     choices: dict[str, Any] = {**ARGUMENTS, "image_size": (size, size), "platform_options": {"device": device}}
     if tensors is not None:
         choices["tensors"] = tensors
-    more = {"vector_kwargs": {"context": "spawn"}} if mode == "async" else {}
-    envs: VectorEnv = gymnasium.make_vec(name, count, mode, **more, **choices)
+    if mode == "async":
+        choices["vector_kwargs"] = {"context": "spawn"}
+    envs: VectorEnv = gymnasium.make_vec(name, count, mode, **choices)
     envs.reset(seed=0)
     envs.action_space.seed(0)
     for _ in range(2):
@@ -162,8 +163,8 @@ def memory_mb(device: str) -> float:
         import torch
 
         free, total = torch.cuda.mem_get_info()
-        return (total - free) / 2**20
-    return psutil.Process().memory_info().rss / 2**20
+        return float((total - free) / 2**20)
+    return float(psutil.Process().memory_info().rss / 2**20)
 
 
 def measure(
@@ -182,8 +183,10 @@ def measure(
         if apart is not None:
             apart.step()
         quick.step()
-    rates = [statistics.median(each.rates) if each else math.nan for each in (one_by_one, apart, quick)]
+    slow_rate, quick_rate = statistics.median(one_by_one.rates), statistics.median(quick.rates)
+    apart_rate = math.nan if apart is None else statistics.median(apart.rates)
     slow_ms, quick_ms = statistics.median(one_by_one.cpu_ms), statistics.median(quick.cpu_ms)
+    rates = (slow_rate, apart_rate, quick_rate)
     return Row(size, together.num_envs, *rates, slow_ms, quick_ms, slow_ms / quick_ms, grown_mb())
 
 

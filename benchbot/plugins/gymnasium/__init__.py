@@ -44,7 +44,7 @@ for _name, _choices in _CHOICES.items():
     gymnasium.register(
         _name,
         "benchbot.plugins.gymnasium.environment:TaskEnv",
-        vector_entry_point="benchbot.plugins.gymnasium.arrays:make",
+        vector_entry_point="benchbot.plugins.gymnasium.make_vec:make",
         max_episode_steps=_HORIZONS.get(_name),
         kwargs=_choices,
     )

@@ -3,8 +3,7 @@
 What each environment does is what `TaskEnv` does, to the byte on processors.
 """
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from typing import Any, cast
 
 import gymnasium
@@ -17,82 +16,18 @@ from numpy.typing import NDArray
 from benchbot.core import randomness
 from benchbot.core.channels import GIVEN_BY_EPISODES
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.core.platform import Many, ManyRobots, ManyTensors, Platform, Scene
+from benchbot.core.platform import ManyRobots, ManyTensors, Platform, Scene
 from benchbot.core.selection import Selection
-from benchbot.plugins.gymnasium import commands, many_rewards
+from benchbot.plugins.gymnasium import commands
 from benchbot.plugins.gymnasium.commands import Move
 from benchbot.plugins.gymnasium.environment import Info, TaskEnv
 from benchbot.plugins.gymnasium.many_rewards import ManyReward, Transitions
 from benchbot.plugins.gymnasium.spaces import Arrays, constants, fitted
-from benchbot.plugins.gymnasium.wrappers import DiscreteMoves
+from benchbot.plugins.gymnasium.tensors import copied, on_host, put, torch_there
 
-Wrap = Callable[[gymnasium.Env[Any, Any]], gymnasium.Env[Any, Any]]
 Indices = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 Returned = tuple[Arrays, NDArray[np.float64], Mask, Mask, Info]
-
-
-def make(
-    num_envs: int = 1,
-    *,
-    env_wrappers: Sequence[Wrap] = (),
-    max_episode_steps: int | None = None,
-    autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-    tensors: str | None = None,
-    **choices: Any,
-) -> gymnasium.vector.VectorEnv[Any, Any, Any]:
-    """Return `num_envs` environments of the same choices, the arguments of `TaskEnv`.
-
-    `env_wrappers` go around each environment, as the `wrappers` of `make_vec`, which Gymnasium does not pass on to this
-    mode. They are stepped as arrays where that gives the same (see docs/gymnasium.md), else each by itself, with their
-    pictures taken together. With `tensors="torch"`, observations, rewards and ends are tensors where pictures are made.
-    """
-    if tensors not in (None, "torch"):
-        raise BenchbotError(
-            f"There are no tensors of {tensors!r}.",
-            "Observations are arrays of numpy, or tensors of torch; others take those through DLPack without a copy.",
-            'Pass tensors="torch", or leave it out.',
-        )
-    if num_envs < 1:
-        raise BenchbotError(
-            f"{num_envs} environments are none.", "There must be one at least.", "Pass num_envs=16, for example."
-        )
-    mode = AutoresetMode(autoreset_mode)
-    discrete = _discrete(env_wrappers)
-    one = TaskEnv(**choices)
-    reward = many_rewards.make(one.reward_choice, num_envs)
-    if reward is not None and _moves_only(one) and (not env_wrappers or (discrete and one.moves is None)):
-        platform = one.start()
-        robots = platform.many(num_envs) if isinstance(platform, Many) else None
-        if robots is not None:
-            if discrete:
-                one = TaskEnv(**{**choices, "moves": discrete(one).moves})
-            return ArrayVectorEnv(one, platform, robots, reward, num_envs, max_episode_steps, mode, tensors is not None)
-        platform.close()
-    if tensors is not None:
-        raise BenchbotError(
-            "These environments cannot be stepped as tensors.",
-            "Something is asked of each of them by itself: a reward, a wrapper, an action, or physics of its own.",
-            "See in docs/gymnasium.md what is stepped as arrays, or leave tensors out.",
-        )
-    from benchbot.plugins.gymnasium.vector import TaskVectorEnv
-
-    return TaskVectorEnv(
-        num_envs, env_wrappers=env_wrappers, max_episode_steps=max_episode_steps, autoreset_mode=mode, **choices
-    )
-
-
-def _discrete(wrappers: Sequence[Wrap]) -> Callable[[TaskEnv], DiscreteMoves] | None:
-    """Return the only wrapper, if it chooses discrete actions."""
-    if len(wrappers) != 1:
-        return None
-    (wrap,) = wrappers
-    kind = wrap.func if isinstance(wrap, partial) else wrap
-    return cast(Callable[[TaskEnv], DiscreteMoves], wrap) if kind is DiscreteMoves else None
-
-
-def _moves_only(env: TaskEnv) -> bool:
-    return set(env.action_names) <= {"move_distance", "move_angle"}
 
 
 class ArrayVectorEnv(gymnasium.vector.VectorEnv[Arrays, Any, Any]):
@@ -184,14 +119,12 @@ class ArrayVectorEnv(gymnasium.vector.VectorEnv[Arrays, Any, Any]):
         return self._tensor(rewards.astype(np.float32)), self._tensor(terminated), self._tensor(truncated)
 
     def _tensor(self, rows: NDArray[Any]) -> Any:
-        import torch
-
-        return torch.from_numpy(rows).to(cast(ManyTensors, self._robots).tensor_device())
+        return torch_there(rows, cast(ManyTensors, self._robots).tensor_device())
 
     def step(self, actions: Any) -> Returned:
         """Execute every environment's action to its end, then observe all of them."""
         mode = self.autoreset_mode
-        actions = _on_host(actions)
+        actions = on_host(actions)
         if not self._observations:
             raise BenchbotError(
                 "No episode is under way.",
@@ -226,7 +159,7 @@ class ArrayVectorEnv(gymnasium.vector.VectorEnv[Arrays, Any, Any]):
             observations = self._observations
             for number in finished.tolist():
                 one = {
-                    "final_obs": {name: _copy(rows[number]) for name, rows in observations.items()},
+                    "final_obs": {name: copied(rows[number]) for name, rows in observations.items()},
                     "final_info": {name: _row(rows, number) for name, rows in last.items() if not name.startswith("_")},
                 }
                 infos = self._add_info(infos, one, number)
@@ -252,7 +185,7 @@ class ArrayVectorEnv(gymnasium.vector.VectorEnv[Arrays, Any, Any]):
         pictures = self._observations.get("image_rgb")
         if pictures is None:
             pictures = self._robots.observe(np.arange(self.num_envs), ["image_rgb"])["image_rgb"]
-        return tuple(np.array(_on_host(picture)) for picture in pictures)
+        return tuple(np.array(on_host(picture)) for picture in pictures)
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         if seed is None or isinstance(seed, int):
@@ -335,7 +268,6 @@ class ArrayVectorEnv(gymnasium.vector.VectorEnv[Arrays, Any, Any]):
         seen = self._robots.observe(robots, wanted)
         if "goal" in selection.observations:
             seen["goal"] = self._goal_rows[robots]
-        index = self._tensor(robots) if self._as_tensors and len(robots) < self.num_envs else robots
         for name, space in cast(gymnasium.spaces.Dict, self.single_observation_space).spaces.items():
             rows = there.get(name)
             if rows is None:
@@ -344,7 +276,7 @@ class ArrayVectorEnv(gymnasium.vector.VectorEnv[Arrays, Any, Any]):
             if len(robots) == self.num_envs:
                 self._observations[name] = rows
             else:
-                _of_signed(self._observations[name])[index] = _of_signed(rows)
+                put(self._observations[name], robots, rows)
         self._raw = seen.get("laser"), robots
 
     def _distances_m(self, robots: Indices) -> NDArray[np.float64]:
@@ -376,13 +308,14 @@ class ArrayVectorEnv(gymnasium.vector.VectorEnv[Arrays, Any, Any]):
             return np.zeros(0)
         ranges_m, observed = self._raw
 
-        def scan(row: int) -> NDArray[np.float64]:
-            there = np.flatnonzero(observed == robots[row])
-            if ranges_m is None or not len(there):
-                own = self._robots.observe(robots[row : row + 1], ["laser"])["laser"][0]
-            else:
-                own = ranges_m[there[0]]
-            return np.stack([own, np.linspace(-np.pi, np.pi, len(own), endpoint=False)], 1)
+        def scans() -> NDArray[np.float64]:
+            places = np.full(self.num_envs, -1)
+            places[observed] = np.arange(len(observed))
+            if ranges_m is None or (places[robots] < 0).any():
+                ranges: NDArray[np.float64] = self._robots.observe(robots, ["laser"])["laser"]
+                return ranges
+            chosen: NDArray[np.float64] = ranges_m[places[robots]]
+            return chosen
 
         return self._reward(
             Transitions(
@@ -390,7 +323,7 @@ class ArrayVectorEnv(gymnasium.vector.VectorEnv[Arrays, Any, Any]):
                 self._robots.collided[robots],
                 self._distances_m(robots),
                 self._arrived(robots),
-                scan,
+                scans,
                 lambda row: self._robots.pose(int(robots[row])),
                 self._one.robot,
             ),
@@ -434,26 +367,6 @@ def _put(infos: Info, count: int, name: str, robots: Indices, rows: NDArray[Any]
         infos[f"_{name}"] = np.zeros(count, bool)
     infos[name][robots] = rows[robots] if len(rows) == count else rows
     infos[f"_{name}"][robots] = True
-
-
-def _on_host(actions: Any) -> Any:
-    """Return tensors as arrays."""
-    if isinstance(actions, dict):
-        return {name: _on_host(rows) for name, rows in actions.items()}
-    return actions.detach().cpu().numpy() if hasattr(actions, "detach") else actions
-
-
-def _of_signed(rows: Any) -> Any:
-    """Return the same memory as signed integers, where torch puts nothing into unsigned ones."""
-    if str(rows.dtype) != "torch.uint16":
-        return rows
-    import torch
-
-    return rows.view(torch.int16)
-
-
-def _copy(row: Any) -> Any:
-    return row.clone() if hasattr(row, "clone") else row.copy()
 
 
 def _words(words: NDArray[np.str_]) -> NDArray[np.object_]:

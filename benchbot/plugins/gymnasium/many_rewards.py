@@ -3,31 +3,31 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, cast
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchbot.core.channels import Observations
 from benchbot.core.geometry import Pose
-from benchbot.plugins.gymnasium.rewards import REWARDS, Coverage, PointGoal, RewardChoice, Transition
+from benchbot.plugins.gymnasium.rewards import REWARDS, Coverage, PointGoal, RewardChoice, laser_in_base
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
+SWEPT_AT_ONCE = 64  # about 2 MB of working memory each
 
 
 @dataclass(frozen=True)
 class Transitions:
     """`rewards.Transition` of M environments, the numbers of which are `robots`.
 
-    `scan` returns the laser's ranges and angles (beams, 2) of the m-th of them, `base` its true pose.
+    `scans` returns the laser's ranges (M, beams) of all of them, `base` the true pose of the m-th.
     """
 
     robots: Indices
     collided: NDArray[np.bool_]
     distance_to_goal_m: Floats
     arrived: NDArray[np.bool_]
-    scan: Callable[[int], NDArray[np.float64]]
+    scans: Callable[[], Floats]
     base: Callable[[int], Pose]
     declaration: Mapping[str, Any]
 
@@ -66,21 +66,51 @@ class ManyPointGoal:
 
 
 class ManyCoverage:
-    """`rewards.Coverage`, one environment after the other."""
+    """`rewards.Coverage`: a map of what each environment has seen, of one size for all, which grows."""
 
     def __init__(self, count: int) -> None:
-        self._ones = [Coverage() for _ in range(count)]
+        self._one = Coverage()
+        self._seen = np.zeros((count, 0, 0), bool)
+        self._first = np.zeros(2, np.int64)
 
     def __call__(self, transitions: Transitions, /, *, reset: bool) -> Floats:
         """Return the areas newly seen, m²."""
-        rewards = []
-        for row, robot in enumerate(transitions.robots.tolist()):
-            seen = cast(Observations, {"laser": {"scans": transitions.scan(row)}})
-            here = transitions.base(row)
-            step = 0 if reset else 1
-            one = Transition(step, 0, None, None, False, here, seen, lambda _: seen, transitions.declaration)  # noqa: B023 - not kept
-            rewards.append(self._ones[robot](one))
-        return np.array(rewards, np.float64)
+        robots = transitions.robots
+        if not len(robots):
+            return np.zeros(0)
+        ranges_m = transitions.scans()
+        angles_rad = np.linspace(-np.pi, np.pi, ranges_m.shape[1], endpoint=False)
+        scanners = [transitions.base(row) @ laser_in_base(transitions.declaration) for row in range(len(robots))]
+        places = np.array([(*each.translation_xyz[:2], each.yaw_rad) for each in scanners])
+        if reset:
+            self._seen[robots] = False
+        before = np.count_nonzero(self._seen[robots], axis=(1, 2))
+        for first in range(0, len(robots), SWEPT_AT_ONCE):
+            some = slice(first, first + SWEPT_AT_ONCE)
+            cells, free = self._one.swept_cells(ranges_m[some], angles_rad, places[some])
+            row, *_ = np.nonzero(free)
+            found = cells[free]
+            self._grow(found)
+            column, line = (found - self._first).T
+            self._seen[robots[some][row], column, line] = True
+        after = np.count_nonzero(self._seen[robots], axis=(1, 2))
+        areas_m2: Floats = (after - before) * self._one.cell_m**2
+        return areas_m2
+
+    def _grow(self, cells: NDArray[np.int64]) -> None:
+        """Make room for cells (K, 2)."""
+        if not len(cells):
+            return
+        low, high, size = cells.min(0), cells.max(0) + 1, np.array(self._seen.shape[1:])
+        if size.all():
+            low, high = np.minimum(low, self._first), np.maximum(high, self._first + size)
+        if (low == self._first).all() and (high - low == size).all():
+            return
+        larger = np.zeros((len(self._seen), *(high - low)), bool)
+        if size.all():
+            x, y = self._first - low
+            larger[:, x : x + size[0], y : y + size[1]] = self._seen
+        self._seen, self._first = larger, low
 
 
 _MANY: dict[str, Callable[[int], ManyReward]] = {

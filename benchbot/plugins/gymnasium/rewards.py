@@ -85,7 +85,7 @@ class Coverage:
     """
 
     def __init__(self, cell_m: float = 0.1, range_m: float = 4.0) -> None:
-        self._cell_m = cell_m
+        self.cell_m = cell_m
         self._range_m = range_m
         self._seen: set[int] = set()
         self._scene_number = 0
@@ -97,23 +97,34 @@ class Coverage:
             self._scene_number = transition.scene_number
         before = len(self._seen)
         self._seen |= self._swept(transition)
-        return (len(self._seen) - before) * self._cell_m**2
+        return (len(self._seen) - before) * self.cell_m**2
 
     def _swept(self, transition: Transition) -> set[int]:
         laser = transition.observations.get("laser") or transition.observe(["laser"])["laser"]
-        # Beams that are closer together than cells at the far end add nothing.
-        every = max(1, math.floor(self._cell_m / self._range_m * len(laser["scans"]) / (2 * math.pi)))
-        ranges_m, angles_rad = laser["scans"][::every].T
-        along_m = np.arange(0.0, self._range_m, self._cell_m / 2)
-        with np.errstate(invalid="ignore"):
-            free = along_m < ranges_m[:, None]  # neither NaN nor -inf is farther than anything
-        scanner = transition.base @ _laser_in_base(transition.robot)
+        ranges_m, angles_rad = laser["scans"].T
+        scanner = transition.base @ laser_in_base(transition.robot)
         x, y, _ = scanner.translation_xyz
-        headings = angles_rad[:, None] + scanner.yaw_rad
-        points = np.stack([x + along_m * np.cos(headings), y + along_m * np.sin(headings)], -1)[free]
-        cells = np.floor(points / self._cell_m).astype(np.int64)
+        swept, free = self.swept_cells(ranges_m[None], angles_rad, np.array([[x, y, scanner.yaw_rad]]))
+        cells = swept[free]
         found: NDArray[np.int64] = np.unique(cells[:, 0] << 32 | cells[:, 1] & 0xFFFFFFFF)
         return set(found.tolist())
+
+    def swept_cells(
+        self, ranges_m: NDArray[np.float64], angles_rad: NDArray[np.float64], scanners: NDArray[np.float64]
+    ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+        """Return cells (M, rays, points, 2) along the rays of scanners (M, 3) at x, y and yaw, and which were swept.
+
+        `ranges_m` (M, beams) are measured at `angles_rad` (beams,).
+        """
+        # Beams that are closer together than cells at the far end add nothing.
+        every = max(1, math.floor(self.cell_m / self._range_m * len(angles_rad) / (2 * math.pi)))
+        along_m = np.arange(0.0, self._range_m, self.cell_m / 2)
+        with np.errstate(invalid="ignore"):
+            free = along_m < ranges_m[:, ::every, None]  # neither NaN nor -inf is farther than anything
+        x, y, yaw_rad = (values[:, None, None] for values in scanners.T)
+        headings = angles_rad[::every, None] + yaw_rad
+        points = np.stack([x + along_m * np.cos(headings), y + along_m * np.sin(headings)], -1)
+        return np.floor(points / self.cell_m).astype(np.int64), free
 
 
 class MapQuality:
@@ -177,7 +188,7 @@ def _named(name: str) -> Reward:
     return REWARDS[name]()
 
 
-def _laser_in_base(robot: Mapping[str, Any]) -> Pose:
+def laser_in_base(robot: Mapping[str, Any]) -> Pose:
     """Return the pose of the laser in the robot's base frame; the base itself where none is declared."""
     place = robot.get("frames", {}).get(robot.get("laser", {}).get("frame"))
     return Pose() if place is None else Pose.from_xyz_rpy_deg(place["xyz"], place.get("rpy_deg", (0.0, 0.0, 0.0)))

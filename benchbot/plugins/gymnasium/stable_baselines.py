@@ -43,7 +43,7 @@ class StableBaselinesEnv(VecEnv):  # type: ignore[misc]  # it is not installed w
     def reset(self) -> dict[str, NDArray[Any]]:
         """Start an episode in every environment, from the seeds that `seed` was told."""
         seeds = None if all(seed is None for seed in self._seeds) else self._seeds
-        observations, _ = self.envs.reset(seed=seeds)
+        observations: dict[str, NDArray[Any]] = self.envs.reset(seed=seeds)[0]
         self._reset_seeds()
         self._reset_options()
         self._returns[:], self._lengths[:] = 0.0, 0
@@ -77,7 +77,7 @@ class StableBaselinesEnv(VecEnv):  # type: ignore[misc]  # it is not installed w
 
     def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
         """Return the pictures of all robots' cameras when the `render_mode` is "rgb_array"."""
-        pictures = self.envs.render()
+        pictures: Any = self.envs.render()
         return [None] * self.num_envs if pictures is None else list(pictures)
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:

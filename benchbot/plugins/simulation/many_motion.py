@@ -16,15 +16,13 @@ from benchbot.core import motion
 from benchbot.plugin import MotionConfig, Outcome
 from benchbot.plugins.simulation import contact, dynamics, odometry
 from benchbot.plugins.simulation.dynamics import DriveLimits, State
-from benchbot.plugins.simulation.many_steering import Believed, Steering, believed, wrapped
+from benchbot.plugins.simulation.many_steering import BENT_RAD, Believed, Steering, believed, wrapped
 from benchbot.plugins.simulation.poses import EXACT, Floats, Indices, Mask, Trigonometry
 from benchbot.plugins.simulation.robot import Noise
 
 Distances = Callable[[Indices, Floats, Floats], Floats]
 """Distances (M,) to the nearest obstacle of robots (M,) of these numbers, if they were at x and y (M,)."""
 
-BENT_RAD = 1e-6
-"""A turn by less than twice this is as good as straight."""
 OUTCOMES = tuple(Outcome)
 _REACHED, _BLOCKED, _COLLIDED, _TIMEOUT = (
     OUTCOMES.index(each) for each in (Outcome.REACHED, Outcome.BLOCKED, Outcome.COLLIDED, Outcome.TIMEOUT)
@@ -55,62 +53,6 @@ class States:
         """Return the states of so many robots at rest at the origin."""
         kinds: dict[str, npt.DTypeLike] = {"instant": np.int64, "collided": np.bool_}
         return cls(*(np.zeros(count, kinds.get(each.name, np.float64)) for each in fields(cls)))
-
-
-@dataclass(frozen=True)
-class ActionNumbers:
-    """All numbers that the course of an action depends on besides the robot's state: SI units, and shares."""
-
-    period_s: float
-    period_s2: float
-    backwards_mps: float
-    forwards_mps: float
-    turning_radps: float
-    planned_mps2: float
-    planned_radps2: float
-    position_tolerance_m: float
-    angle_tolerance_rad: float
-    phase_timeout_s: float
-    drive_backwards_mps: float
-    drive_forwards_mps: float
-    drive_radps: float
-    drive_mps2: float
-    drive_radps2: float
-    radius_m: float
-    longest_substep_m: float = dynamics.LONGEST_SUBSTEP_M
-    widest_substep_rad: float = dynamics.WIDEST_SUBSTEP_RAD
-    fine_share: float = motion.FINE_SHARE
-    rest_mps: float = motion.REST_MPS
-    rest_radps: float = motion.REST_RADPS
-    rest_timeout_s: float = motion.REST_TIMEOUT_S
-    contact_tolerance_m: float = contact.CONTACT_TOLERANCE_M
-    bent_rad: float = BENT_RAD
-    pi: float = math.pi
-    two_pi: float = 2 * math.pi
-    k_heading: float = motion.K_HEADING
-    k_lateral: float = motion.K_LATERAL
-
-    @classmethod
-    def of(cls, config: MotionConfig, limits: DriveLimits, radius_m: float, period_s: float) -> "ActionNumbers":
-        """Return those of a robot's declaration."""
-        backwards_mps, forwards_mps = (limit * config.speed_factor for limit in config.linear_limits_mps)
-        return cls(
-            period_s,
-            period_s**2,
-            backwards_mps,
-            forwards_mps,
-            config.angular_limit_radps * config.speed_factor,
-            motion.PLANNED_SHARE * config.linear_acceleration_mps2,
-            motion.PLANNED_SHARE * config.angular_acceleration_radps2,
-            config.position_tolerance_m,
-            config.angle_tolerance_rad,
-            config.phase_timeout_s,
-            *limits.linear_mps,
-            limits.angular_radps,
-            limits.linear_acceleration_mps2,
-            limits.angular_acceleration_radps2,
-            radius_m,
-        )
 
 
 @dataclass

@@ -1,5 +1,6 @@
 """Actions of many robots in one launch end as those of each robot alone, to the last bit on a processor."""
 
+import sys
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,10 @@ import pytest
 
 from benchbot.core import motion
 from benchbot.core.declarations import schema
-from benchbot.core.platform import PlatformSpec, Scene
+from benchbot.core.errors import BenchbotError
+from benchbot.core.geometry import Pose
+from benchbot.core.platform import ManyTensors, PlatformSpec, Scene
+from benchbot.simulation import matrices
 from benchbot_sim_taichi.robots_on_device import STATES, TracedRobots
 from benchbot_sim_taichi.simulator import RayTracedSimulator
 
@@ -66,7 +70,7 @@ def test_robots_apart_from_all_obstacles_and_moved_objects(kernel_cache: Path) -
     ended = robots.execute(np.arange(2), ahead, np.full(2, 1.0))
     assert [robots.outcomes[end] for end in ended] == ["blocked", "reached"]
     before = robots.poses_xyyaw(np.arange(2))
-    names = [instance.name for instance in simulator.world.instances]
+    names = [instance.name for instance in simulator.world.renderer.scene.instances]
     away = np.eye(4)
     away[2, 3] = 10.0
     for name in set(names):
@@ -76,3 +80,26 @@ def test_robots_apart_from_all_obstacles_and_moved_objects(kernel_cache: Path) -
     assert [robots.outcomes[end] for end in ended] == ["reached", "reached"]
     moved_m = np.hypot(*(robots.poses_xyyaw(np.arange(2)) - before)[:, :2].T)
     assert moved_m == pytest.approx(1.0, abs=0.01)
+
+
+def test_fans_of_rays_are_cast_as_rays_are(kernel_cache: Path) -> None:
+    simulator = RayTracedSimulator(spec(kernel_cache))
+    simulator.load(SCENE, 0)
+    laser, renderer = simulator.robot.laser, simulator.world.renderer
+    assert laser is not None
+    poses = [Pose.planar(x, 0.1, yaw, 0.6) for x, yaw in ((0.2, 0.3), (0.9, -2.0))]
+    distances = np.empty(2 * laser.rays, np.float32)
+    renderer.cast_fans(matrices(poses), laser.along(), 20.0, distances)
+    ranges_m = laser.ranges(simulator.world.raycast, poses, iter(()))
+    distances[distances >= 20.0] = np.inf
+    assert distances.tobytes() == ranges_m.astype(np.float32).tobytes()
+
+
+def test_tensors_need_torch(kernel_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    robots = RayTracedSimulator(spec(kernel_cache)).many(1)
+    assert isinstance(robots, ManyTensors)
+    robots.load(0, SCENE, 0)
+    monkeypatch.setitem(sys.modules, "torch", None)
+    assert robots.tensors(np.arange(1), ["poses"]) == {}
+    with pytest.raises(BenchbotError, match="torch is not installed"):
+        robots.tensors(np.arange(1), ["laser"])

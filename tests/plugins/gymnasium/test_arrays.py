@@ -1,5 +1,7 @@
 """Environments that are stepped as arrays are those of Gymnasium's own loop, to the byte."""
 
+import importlib
+import sys
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -182,6 +184,26 @@ def test_what_is_asked_of_each_by_itself_is_stepped_by_itself(choices: dict[str,
     envs.reset(seed=0)
     envs.step(envs.action_space.sample())
     envs.close()
+
+
+@pytest.mark.parametrize(
+    ("choices", "why"),
+    [
+        ({"tensors": "jax"}, "no tensors of 'jax'"),
+        ({"tensors": "torch"}, "makes no tensors"),
+        ({"tensors": "torch", "reward": lambda transition: 1.0}, "cannot be stepped as tensors"),
+    ],
+)
+def test_tensors_that_cannot_be_are_refused(choices: dict[str, Any], why: str) -> None:
+    with pytest.raises(BenchbotError, match=why):
+        together("benchbot/Task-v0", 2, **GOAL, **choices)
+
+
+def test_what_stable_baselines_needs_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "stable_baselines3", None)
+    monkeypatch.delitem(sys.modules, "benchbot.plugins.gymnasium.stable_baselines", raising=False)
+    with pytest.raises(BenchbotError, match="Stable-Baselines3 is not installed"):
+        importlib.import_module("benchbot.plugins.gymnasium.stable_baselines")
 
 
 @pytest.mark.parametrize("wrong", [{"seed": [1]}, {"options": {"reset_mask": np.ones(3, bool)}}])
