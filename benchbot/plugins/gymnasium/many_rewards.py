@@ -84,24 +84,26 @@ class ManyCoverage:
         places = np.array([(*each.translation_xyz[:2], each.yaw_rad) for each in scanners])
         if reset:
             self._seen[robots] = False
-        before = np.count_nonzero(self._seen[robots], axis=(1, 2))
+        counts = np.zeros(len(robots), np.int64)
         for first in range(0, len(robots), SWEPT_AT_ONCE):
             some = slice(first, first + SWEPT_AT_ONCE)
-            cells, free = self._one.swept_cells(ranges_m[some], angles_rad, places[some])
-            row, *_ = np.nonzero(free)
-            found = cells[free]
-            self._grow(found)
-            column, line = (found - self._first).T
-            self._seen[robots[some][row], column, line] = True
-        after = np.count_nonzero(self._seen[robots], axis=(1, 2))
-        areas_m2: Floats = (after - before) * self._one.cell_m**2
+            row, cells = self._one.swept_cells(ranges_m[some], angles_rad, places[some])
+            self._grow(cells)
+            _, columns, lines = self._seen.shape
+            column, line = cells - self._first[:, None]
+            seen, place = self._seen.reshape(-1), (robots[some][row] * columns + column) * lines + line
+            is_new = ~seen[place]
+            _, once = np.unique(place[is_new], return_index=True)
+            seen[place[is_new]] = True
+            counts[some] = np.bincount(row[is_new][once], minlength=len(counts[some]))
+        areas_m2: Floats = counts * self._one.cell_m**2
         return areas_m2
 
     def _grow(self, cells: NDArray[np.int64]) -> None:
-        """Make room for cells (K, 2)."""
-        if not len(cells):
+        """Make room for cells (2, K)."""
+        if not cells.size:
             return
-        low, high, size = cells.min(0), cells.max(0) + 1, np.array(self._seen.shape[1:])
+        low, high, size = cells.min(1), cells.max(1) + 1, np.array(self._seen.shape[1:])
         if size.all():
             low, high = np.minimum(low, self._first), np.maximum(high, self._first + size)
         if (low == self._first).all() and (high - low == size).all():

@@ -104,27 +104,27 @@ class Coverage:
         ranges_m, angles_rad = laser["scans"].T
         scanner = transition.base @ laser_in_base(transition.robot)
         x, y, _ = scanner.translation_xyz
-        swept, free = self.swept_cells(ranges_m[None], angles_rad, np.array([[x, y, scanner.yaw_rad]]))
-        cells = swept[free]
-        found: NDArray[np.int64] = np.unique(cells[:, 0] << 32 | cells[:, 1] & 0xFFFFFFFF)
+        _, cells = self.swept_cells(ranges_m[None], angles_rad, np.array([[x, y, scanner.yaw_rad]]))
+        found: NDArray[np.int64] = np.unique(cells[0] << 32 | cells[1] & 0xFFFFFFFF)
         return set(found.tolist())
 
     def swept_cells(
         self, ranges_m: NDArray[np.float64], angles_rad: NDArray[np.float64], scanners: NDArray[np.float64]
-    ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-        """Return cells (M, rays, points, 2) along the rays of scanners (M, 3) at x, y and yaw, and which were swept.
+    ) -> tuple[NDArray[np.intp], NDArray[np.int64]]:
+        """Return cells (2, K) that scanners (M, 3) at x, y and yaw have swept, and the number (K,) of each's scanner.
 
-        `ranges_m` (M, beams) are measured at `angles_rad` (beams,).
+        They come more than once. `ranges_m` (M, beams) are measured at `angles_rad` (beams,).
         """
         # Beams that are closer together than cells at the far end add nothing.
         every = max(1, math.floor(self.cell_m / self._range_m * len(angles_rad) / (2 * math.pi)))
         along_m = np.arange(0.0, self._range_m, self.cell_m / 2)
         with np.errstate(invalid="ignore"):
             free = along_m < ranges_m[:, ::every, None]  # neither NaN nor -inf is farther than anything
-        x, y, yaw_rad = (values[:, None, None] for values in scanners.T)
-        headings = angles_rad[::every, None] + yaw_rad
-        points = np.stack([x + along_m * np.cos(headings), y + along_m * np.sin(headings)], -1)
-        return np.floor(points / self.cell_m).astype(np.int64), free
+        row, ray, point = np.nonzero(free)
+        headings = angles_rad[::every] + scanners[:, 2:]
+        cosines, sines, along_m = np.cos(headings)[row, ray], np.sin(headings)[row, ray], along_m[point]
+        x, y = scanners[row, 0] + along_m * cosines, scanners[row, 1] + along_m * sines
+        return row, np.stack([np.floor(x / self.cell_m), np.floor(y / self.cell_m)]).astype(np.int64)
 
 
 class MapQuality:
