@@ -96,7 +96,7 @@ class ManyCoverage:
             _, once = np.unique(place[is_new], return_index=True)
             seen[place[is_new]] = True
             counts[some] = np.bincount(row[is_new][once], minlength=len(counts[some]))
-        areas_m2: Floats = counts * self._one.cell_m**2
+        areas_m2: Floats = counts.astype(np.float64) * self._one.cell_m**2
         return areas_m2
 
     def _grow(self, cells: NDArray[np.int64]) -> None:
