@@ -16,6 +16,7 @@ take longer are left out, the largest first.
 """
 
 import argparse
+import importlib.util
 import json
 import math
 import statistics
@@ -158,8 +159,10 @@ def compare(name: str, size: int, device: str, tensors: str) -> None:
 
 
 def memory_mb(device: str) -> float:
-    """Return how much of the device's memory is in use, or of the host's by this process."""
+    """Return how much of the device's memory is in use, as torch says, or of the host's by this process."""
     if device == "cuda":
+        if importlib.util.find_spec("torch") is None:
+            return math.nan
         import torch
 
         free, total = torch.cuda.mem_get_info()
