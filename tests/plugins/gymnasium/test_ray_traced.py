@@ -12,6 +12,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from benchbot.gymnasium import DiscreteMoves
+from tests.docs.blocks import blocks
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("renderer")]
 PAGE = Path(__file__).parents[3] / "docs" / "gymnasium.md"
@@ -45,7 +46,9 @@ def test_pictures_of_the_asked_size_are_seen_and_a_seed_repeats_them() -> None:
 
 
 def test_the_examples_of_the_page_run_as_they_stand(cache: Path) -> None:
-    script = "\n".join(re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL))
+    script = "\n".join(
+        block.text for block in blocks(PAGE.read_text("utf-8")) if block.language == "python" and block.run_by
+    )
     environment = {**os.environ, "BENCHBOT_CACHE_DIR": str(cache)}
     done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
