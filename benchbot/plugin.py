@@ -76,6 +76,7 @@ if TYPE_CHECKING:
     from benchbot.core.motion import REST_RADPS as REST_RADPS
     from benchbot.core.motion import MotionConfig as MotionConfig
     from benchbot.core.motion import Outcome as Outcome
+    from benchbot.core.platform import Holonomic as Holonomic
     from benchbot.core.platform import Manipulator as Manipulator
     from benchbot.core.platform import Many as Many
     from benchbot.core.platform import ManyCameras as ManyCameras
@@ -162,7 +163,8 @@ _HOMES = {
     "core.geometry": "Pose Quaternion wrap_angle_rad",
     "core.lidar": "POINT=LIDAR_POINT OFFSETS=LIDAR_OFFSETS cloud directions elevations_deg points_m",
     "core.motion": "REST_MPS REST_RADPS MotionConfig Outcome",
-    "core.platform": "Many ManyCameras ManyRobots Manipulator Platform PlatformSpec Scene Simulation Witness Witnessed",
+    "core.platform": "Holonomic Many ManyCameras ManyRobots Manipulator Platform PlatformSpec Scene Simulation "
+    "Witness Witnessed",
     "core.plugin_manager": "installed=installed_plugins load=load_plugins PluginInfo Plugins",
     "core.progress": "ActionResult Progress State Step",
     "core.recording": "KnowsRun Recording ShowsResults",

@@ -201,6 +201,9 @@ ACTIONS: dict[str, Action] = {
         Action("move_distance", "distance", "m", "drive straight ahead; negative drives backwards"),
         Action("move_angle", "angle", "deg", "turn on the spot; positive is counter-clockwise"),
         Action(
+            "move_sideways", "distance", "m", "drive straight to the left, on a holonomic base; negative to the right"
+        ),
+        Action(
             "move_joints",
             "positions",
             "rad",

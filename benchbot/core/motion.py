@@ -11,9 +11,9 @@ from enum import StrEnum
 from typing import Any, NamedTuple, Protocol, Self, cast
 
 from benchbot.core.channels import MANIPULATION
-from benchbot.core.errors import BenchbotError
+from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.core.geometry import Pose, wrap_angle_rad
-from benchbot.core.platform import Localisation, Manipulator, Platform
+from benchbot.core.platform import Holonomic, Localisation, Manipulator, Platform
 
 # The pose controller of Siegwart, Nourbakhsh, Scaramuzza, "Introduction to Autonomous Mobile Robots" (2nd ed., §3.6.2),
 # also Corke, "Robotics, Vision and Control" (§4.1.4), with the gains of BenchBot v2. Stable, by its condition, where
@@ -62,14 +62,15 @@ class MotionConfig:
     position_tolerance_m: float = 0.01
     angle_tolerance_rad: float = math.radians(1.0)
     phase_timeout_s: float = 30.0
+    lateral_limit_mps: float = 0.0
 
     @classmethod
     def from_robot(cls, robot: Mapping[str, Any], localisation: Localisation) -> Self:
         """Return the configuration that a robot declaration asks for.
 
         Reads `stops_before_contact`, `speed_factor`, `limits` {linear_mps: [backwards, forwards], angular_radps,
-        linear_acceleration_mps2, angular_acceleration_radps2} and `tolerances` {position_m, angle_deg}; raises
-        BenchbotError when one of them makes no sense.
+        linear_acceleration_mps2, angular_acceleration_radps2, lateral_mps of a holonomic base} and `tolerances`
+        {position_m, angle_deg}; raises BenchbotError when one of them makes no sense.
         """
         limits, tolerances = robot.get("limits", {}), robot.get("tolerances", {})
         backwards, forwards = _range(limits.get("linear_mps", cls.linear_limits_mps))
@@ -87,6 +88,7 @@ class MotionConfig:
             angle_tolerance_rad=math.radians(
                 _positive(tolerances, "angle_deg", math.degrees(cls.angle_tolerance_rad), "tolerances")
             ),
+            lateral_limit_mps=_positive(limits, "lateral_mps", 0.5) if "lateral_mps" in limits else 0.0,
         )
 
 
@@ -102,12 +104,12 @@ def execute(
 ) -> Outcome:
     """Execute one action of `benchbot.core.channels.ACTIONS` to its end; the robot is at rest afterwards.
 
-    `arguments` are `distance` (m, negative is backwards) for move_distance and `angle` (degrees, CCW, any number of
-    turns) for move_angle; `goal` is the pose in the map frame for move_next. The robot's place is `platform.pose()`, or
-    `platform.odometry()` when localisation is noisy. REACHED means within `position_tolerance_m` and
-    `angle_tolerance_rad` of the goal by that pose. Where the platform is a `Navigator`, it is steered for what its
-    navigation leaves of the way. Actions of an arm are those of the platform, a `Manipulator`: UNREACHABLE means that
-    nothing has moved, since no positions of the joints within their limits lead there.
+    `arguments` are `distance` (m, negative is backwards, or to the right) for move_distance and move_sideways, and
+    `angle` (degrees, CCW, any number of turns) for move_angle; `goal` is the pose in the map frame for move_next. The
+    robot's place is `platform.pose()`, or `platform.odometry()` when localisation is noisy. REACHED means within
+    `position_tolerance_m` and `angle_tolerance_rad` of the goal by that pose. Where the platform is a `Navigator`, it
+    is steered for what its navigation leaves of the way. Actions of an arm are those of the platform, a `Manipulator`:
+    UNREACHABLE means that nothing has moved, since no positions of the joints within their limits lead there.
     """
     if action in MANIPULATION:
         *_, ended = cast(Manipulator, platform).manipulate(action, arguments)
@@ -124,11 +126,28 @@ def execute(
 
 
 class Steering(NamedTuple):
-    """A phase's current error in units of its tolerance, and the command that makes it smaller."""
+    """A phase's current error in units of its tolerance, and the command that makes it smaller.
+
+    The velocity is along +x of the base, or along +y where the phase is `sideways`.
+    """
 
     error: float
-    linear_mps: float
+    speed_mps: float
     angular_radps: float
+    sideways: bool = False
+
+    def drive(self, platform: Platform, duration_s: float) -> None:
+        """Apply the command for one control tick."""
+        if self.sideways:
+            cast(Holonomic, platform).drive_sideways(self.speed_mps, self.angular_radps, duration_s)
+        else:
+            platform.drive(self.speed_mps, self.angular_radps, duration_s)
+
+    def meets_contact(self, platform: Platform, horizon_s: float) -> bool:
+        """Return whether the command, held and braked from, would touch something."""
+        if self.sideways:
+            return cast(Holonomic, platform).contact_beside(self.speed_mps, self.angular_radps, horizon_s)
+        return platform.contact_ahead(self.speed_mps, self.angular_radps, horizon_s)
 
 
 Phase = Callable[[Pose], Steering]
@@ -141,6 +160,10 @@ def _phases(
     start = _believed_pose(platform, config)
     if action == "move_distance":
         yield _straight(start, float(arguments.get("distance", 0.0)), config, period_s)
+        yield _turn_to(start, _believed_pose(platform, config), config, period_s)
+    elif action == "move_sideways":
+        _require_holonomic(platform, config)
+        yield _sideways(start, float(arguments.get("distance", 0.0)), config, period_s)
         yield _turn_to(start, _believed_pose(platform, config), config, period_s)
     elif action == "move_angle":
         yield _turn(start, math.radians(float(arguments.get("angle", 0.0))), config, period_s)
@@ -169,15 +192,15 @@ def _pursue(platform: Platform, phase: Phase, config: MotionConfig, deadline_s: 
     period_s = platform.control_period_s
     last_error = math.inf
     while not platform.collided:
-        error, linear_mps, angular_radps = phase(_believed_pose(platform, config))
-        if error <= FINE_SHARE or last_error <= error <= 1.0:
+        steering = phase(_believed_pose(platform, config))
+        if steering.error <= FINE_SHARE or last_error <= steering.error <= 1.0:
             return Outcome.REACHED
-        last_error = error
+        last_error = steering.error
         if platform.clock() >= deadline_s:
             return Outcome.TIMEOUT
-        if config.stops_before_contact and platform.contact_ahead(linear_mps, angular_radps, period_s):
+        if config.stops_before_contact and steering.meets_contact(platform, period_s):
             return Outcome.BLOCKED
-        platform.drive(linear_mps, angular_radps, period_s)
+        steering.drive(platform, period_s)
     return Outcome.COLLIDED
 
 
@@ -185,7 +208,8 @@ def _come_to_rest(platform: Platform) -> None:
     started_s = platform.clock()
     while platform.clock() - started_s < REST_TIMEOUT_S:
         linear_mps, angular_radps = platform.velocity
-        if abs(linear_mps) < REST_MPS and abs(angular_radps) < REST_RADPS:
+        lateral_mps: float = getattr(platform, "lateral_mps", 0.0)
+        if max(abs(linear_mps), abs(lateral_mps)) < REST_MPS and abs(angular_radps) < REST_RADPS:
             return
         platform.drive(0.0, 0.0, platform.control_period_s)
 
@@ -208,6 +232,39 @@ def _straight(start: Pose, distance_m: float, config: MotionConfig, period_s: fl
         )
 
     return steer
+
+
+def _sideways(start: Pose, distance_m: float, config: MotionConfig, period_s: float) -> Phase:
+    """Drive along the y axis of `start`, and keep its heading."""
+    to_start = start.inverse()
+    limit_mps = config.lateral_limit_mps * config.speed_factor
+
+    def steer(pose: Pose) -> Steering:
+        from_start = to_start @ pose
+        remaining_m = distance_m - from_start.translation_xyz[1]
+        speed_mps = _braking_speed(abs(remaining_m), config.linear_acceleration_mps2, period_s)
+        return Steering(
+            abs(remaining_m) / config.position_tolerance_m,
+            math.copysign(min(speed_mps, limit_mps), remaining_m),
+            _angular(-from_start.yaw_rad, config, period_s),
+            sideways=True,
+        )
+
+    return steer
+
+
+def _require_holonomic(platform: Platform, config: MotionConfig) -> None:
+    if config.lateral_limit_mps and hasattr(platform, "contact_beside"):
+        return
+    raise BenchbotError(
+        "The robot cannot drive sideways.",
+        "Its simulator or driver moves a base that drives ahead and turns only."
+        if config.lateral_limit_mps
+        else "Its declaration connects move_sideways, and its limits have no lateral_mps.",
+        "Remove move_sideways from the robot's connections, or declare a holonomic base that is simulated by one of "
+        "our kinematic simulators, with limits: {lateral_mps: 0.5}.",
+        failure=FailureClass.PLATFORM,
+    )
 
 
 def _turn(start: Pose, angle_rad: float, config: MotionConfig, period_s: float) -> Phase:

@@ -178,6 +178,20 @@ class Attended(Protocol):
         """The longest silence of the supervisor, in wall time; after that the robot is halted."""
 
 
+class Holonomic(Protocol):
+    """A platform whose base can drive sideways too, for `move_sideways`: `drive` brakes that velocity to zero."""
+
+    @property
+    def lateral_mps(self) -> float:
+        """The base's current velocity in m/s along +y, to its left."""
+
+    def drive_sideways(self, lateral_mps: float, angular_radps: float, duration_s: float) -> None:
+        """Apply one control tick, as `drive` does, with a velocity along +y in place of that along +x."""
+
+    def contact_beside(self, lateral_mps: float, angular_radps: float, horizon_s: float) -> bool:
+        """Return whether holding this command for `horizon_s` and then braking would touch something."""
+
+
 @runtime_checkable
 class Manipulator(Protocol):
     """A platform with an arm, whose base stands while the arm moves."""

@@ -3,13 +3,13 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from benchbot.core.documents import TrackedScene
 from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.core.geometry import Pose, wrap_angle_rad
 from benchbot.core.motion import Outcome
-from benchbot.core.platform import Platform, Witnessed
+from benchbot.core.platform import Holonomic, Platform, Witnessed
 
 ROW_DISTANCE_M, ROW_ANGLE_RAD = 0.05, math.radians(5)
 """Distance and angle from the last row of a track at which another row is added."""
@@ -57,6 +57,11 @@ class TrackedPlatform:
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
         """Apply one control tick, and add the pose after it to the path."""
         self._platform.drive(linear_mps, angular_radps, duration_s)
+        self._follow()
+
+    def drive_sideways(self, lateral_mps: float, angular_radps: float, duration_s: float) -> None:
+        """Apply one control tick of a holonomic base, and add the pose after it to the path."""
+        cast(Holonomic, self._platform).drive_sideways(lateral_mps, angular_radps, duration_s)
         self._follow()
 
     def navigate(self, goal: Pose) -> Iterator[Outcome | None]:

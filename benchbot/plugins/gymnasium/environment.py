@@ -73,7 +73,11 @@ class TaskEnv(gymnasium.Env[Arrays, Any]):
         self.render_mode = render_mode
         self._image_size = image_size
         self._platform_options = dict(platform_options or {})
-        self._largest = {"move_distance": largest_distance_m, "move_angle": largest_angle_deg}
+        self._largest = {
+            "move_distance": largest_distance_m,
+            "move_sideways": largest_distance_m,
+            "move_angle": largest_angle_deg,
+        }
         self.reward_choice = reward
         self._reward = rewards.make(reward)
         self._catalog = Catalog(plugin_manager.load())

@@ -14,14 +14,19 @@ GRAVITY_MPS2 = 9.80665
 
 @dataclass(frozen=True)
 class Motion:
-    """The motion of the base: velocities now, along its +x and about its +z, and accelerations over the last tick."""
+    """The motion of the base: velocities now, and their changes in its own frame over the last tick.
+
+    They are along its +x (`linear`), about its +z (`angular`) and along its +y (`lateral`).
+    """
 
     linear_mps: float = 0.0
     angular_radps: float = 0.0
     linear_mps2: float = 0.0
     angular_radps2: float = 0.0
+    lateral_mps: float = 0.0
+    lateral_mps2: float = 0.0
 
-    def after(self, linear_mps: float, angular_radps: float, duration_s: float) -> "Motion":
+    def after(self, linear_mps: float, angular_radps: float, duration_s: float, lateral_mps: float = 0.0) -> "Motion":
         """Return the motion at the end of a tick with these velocities."""
         if not duration_s > 0:
             return self
@@ -30,6 +35,8 @@ class Motion:
             angular_radps,
             (linear_mps - self.linear_mps) / duration_s,
             (angular_radps - self.angular_radps) / duration_s,
+            lateral_mps,
+            (lateral_mps - self.lateral_mps) / duration_s,
         )
 
 
@@ -70,8 +77,15 @@ class Imu:
         turn = np.array([0.0, 0.0, motion.angular_radps])
         turning = np.array([0.0, 0.0, motion.angular_radps2])
         lever = np.array(mount.translation_xyz)
-        # The base's velocity is along its +x, and turns with it: hence the centripetal part along +y.
-        force = np.array([motion.linear_mps2, motion.linear_mps * motion.angular_radps, GRAVITY_MPS2])
+        # The base's velocity turns with it: hence the centripetal parts across it.
+        turn_radps = motion.angular_radps
+        force = np.array(
+            [
+                motion.linear_mps2 - motion.lateral_mps * turn_radps,
+                motion.lateral_mps2 + motion.linear_mps * turn_radps,
+                GRAVITY_MPS2,
+            ]
+        )
         force += np.cross(turning, lever) + np.cross(turn, np.cross(turn, lever))
         errors = random.standard_normal((2, 3))
         return {

@@ -1,4 +1,4 @@
-"""A simulator of a differential-drive robot, all but its world: what is seen, hit by rays and bumped into."""
+"""A simulator of a robot on wheels, all but its world: what is seen, hit by rays and bumped into."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
@@ -55,6 +55,7 @@ class KinematicSimulator(ABC, Generic[W]):
         self.spec = spec
         self.config = MotionConfig.from_robot(spec.robot, spec.localisation)
         self.robot = Robot.from_declaration(spec.robot, self.config)
+        self._check_sideways()
         self.world: W
 
     @abstractmethod
@@ -75,7 +76,8 @@ class KinematicSimulator(ABC, Generic[W]):
         self.state = State(x, y, self._start_pose.yaw_rad)
         noise = self.robot.noise
         bias = (noise.linear_bias, noise.angular_bias)
-        self._odometry = Odometry(self.state, noise.linear, noise.angular, seed, bias)
+        holonomic = self.robot.limits.lateral_mps > 0
+        self._odometry = Odometry(self.state, noise.linear, noise.angular, seed, bias, holonomic=holonomic)
         self._motion = Motion()
         self._seed, self._instant = seed, 0
         self._clock_s = 0.0
@@ -122,13 +124,16 @@ class KinematicSimulator(ABC, Generic[W]):
         return observed
 
     def many(self, count: int) -> KinematicRobots | None:
-        """Return so many robots like this one, to be moved as arrays; None where physics of its own moves each."""
+        """Return so many robots like this one, to be moved as arrays; None where each moves by itself.
+
+        So do those that have physics of their own, and those that drive sideways.
+        """
         base, own = KinematicSimulator, type(self)
         same = all(
             getattr(own, name) is getattr(base, name)
             for name in ("drive", "advance", "measured", "contact_ahead", "pose", "odometry", "mounts")
         )
-        return KinematicRobots(self, count) if same else None
+        return KinematicRobots(self, count) if same and not self.robot.limits.lateral_mps else None
 
     @property
     def trigonometry(self) -> Trigonometry:
@@ -137,17 +142,30 @@ class KinematicSimulator(ABC, Generic[W]):
 
     def drive(self, linear_mps: float, angular_radps: float, duration_s: float) -> None:
         """Apply one control tick; at contact the robot stands still, `collided`, for the rest of it."""
+        self._conclude_tick(self.advance(linear_mps, angular_radps, duration_s), duration_s)
+
+    def drive_sideways(self, lateral_mps: float, angular_radps: float, duration_s: float) -> None:
+        """Apply one control tick of a holonomic base with a velocity to its left, as `drive` does."""
+        self._conclude_tick(self.advance_sideways(lateral_mps, angular_radps, duration_s), duration_s)
+
+    def _conclude_tick(self, advanced: tuple[State, bool], duration_s: float) -> None:
         before = self.state
-        self.state, contact = self.advance(linear_mps, angular_radps, duration_s)
+        self.state, contact = advanced
         self._collided |= contact
         self._clock_s += duration_s
         self._instant += 1
         self._odometry.follow(*self.measured(before))
-        self._motion = self._motion.after(self.state.linear_mps, self.state.angular_radps, duration_s)
+        now = self.state
+        self._motion = self._motion.after(now.linear_mps, now.angular_radps, duration_s, now.lateral_mps)
 
     def advance(self, linear_mps: float, angular_radps: float, duration_s: float) -> tuple[State, bool]:
         """Return the state after a control tick, and whether there was contact in it."""
         way = dynamics.drive(self.state, linear_mps, angular_radps, duration_s, self.robot.limits)
+        return travel(self.state, way, self.clearance)
+
+    def advance_sideways(self, lateral_mps: float, angular_radps: float, duration_s: float) -> tuple[State, bool]:
+        """Return the state after a control tick sideways, and whether there was contact in it."""
+        way = dynamics.drive(self.state, 0.0, angular_radps, duration_s, self.robot.limits, lateral_mps)
         return travel(self.state, way, self.clearance)
 
     def measured(self, before: State) -> tuple[State, State]:
@@ -159,6 +177,14 @@ class KinematicSimulator(ABC, Generic[W]):
         if self.clearance.exceeds(self.state, self.robot.limits.reach_m(self.state, linear_mps, horizon_s)):
             return False
         way = dynamics.drive_and_brake(self.state, linear_mps, angular_radps, horizon_s, self.robot.limits)
+        return travel(self.state, way, self.clearance)[1]
+
+    def contact_beside(self, lateral_mps: float, angular_radps: float, horizon_s: float) -> bool:
+        """Return whether holding this command sideways and then braking would touch something."""
+        limits = self.robot.limits
+        if self.clearance.exceeds(self.state, limits.reach_m(self.state, 0.0, horizon_s, lateral_mps)):
+            return False
+        way = dynamics.drive_and_brake(self.state, 0.0, angular_radps, horizon_s, limits, lateral_mps)
         return travel(self.state, way, self.clearance)[1]
 
     def pose(self) -> Pose:
@@ -173,6 +199,11 @@ class KinematicSimulator(ABC, Generic[W]):
     def velocity(self) -> tuple[float, float]:
         """Linear m/s along +x and angular rad/s about +z."""
         return (self.state.linear_mps, self.state.angular_radps)
+
+    @property
+    def lateral_mps(self) -> float:
+        """M/s along +y; 0 for a differential base."""
+        return self.state.lateral_mps
 
     @property
     def collided(self) -> bool:
@@ -213,6 +244,24 @@ class KinematicSimulator(ABC, Generic[W]):
 
     def _new_clearance(self) -> Clearance:
         return Clearance(self.world.clearance_m, self.robot.footprint.radius_m)
+
+    def _check_sideways(self) -> None:
+        """Raise BenchbotError for a robot that drives sideways where its declaration or this simulator does not."""
+        if self.robot.limits.lateral_mps == 0 and "move_sideways" not in self.spec.robot["connections"]:
+            return
+        base, own = KinematicSimulator, type(self)
+        if own.advance is not base.advance and own.advance_sideways is base.advance_sideways:
+            raise BenchbotError(
+                f"{self.title} cannot drive the robot '{self.robot.name}' sideways.",
+                "Its physics is that of a base which drives ahead and turns.",
+                "Remove limits.lateral_mps and move_sideways from the robot, or choose a simulator such as sim_taichi.",
+            )
+        if self.robot.limits.lateral_mps == 0:
+            raise BenchbotError(
+                f"The robot '{self.robot.name}' cannot drive sideways.",
+                "It connects move_sideways, and its limits have no lateral_mps.",
+                "Add the fastest speed to both sides, in m/s: limits: {lateral_mps: 0.5}",
+            )
 
     def _expose(
         self, world: W, bases: Sequence[Pose], mounts: Sequence[Mapping[str, Pose]], wanted: tuple[str, ...]

@@ -122,3 +122,13 @@ def test_the_arm_of_the_documentation_is_declared_as_it_is_shown(small: dict[str
     assert list(robot.arm.joints) == ["shoulder", "elbow"]
     assert robot.arm_commands.keys() == {"move_joints", "move_gripper"}
     assert robot.command.ros_topic == "/cmd_vel"
+
+
+def test_a_base_that_would_be_driven_sideways_is_refused(small: dict[str, Any]) -> None:
+    sideways = {"move_sideways": {"connection": "api_to_ros"} | small["connections"]["move_angle"]}
+    for changed in (
+        small | {"connections": small["connections"] | sideways},
+        small | {"limits": {"lateral_mps": 0.5}},
+    ):
+        with pytest.raises(BenchbotError, match="'cart' cannot be driven sideways over ROS 2"):
+            Ros2Robot.from_declaration(changed)

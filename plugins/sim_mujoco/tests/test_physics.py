@@ -178,3 +178,9 @@ def test_pictures_of_a_simulator_that_there_is_not_are_explained(room: Scene) ->
     with pytest.raises(BenchbotError, match="No pictures come from 'sim_taichy'") as caught:
         simulator({"pictures": "sim_taichy"}).load(room, 0)
     assert "sim_taichi" in caught.value.why
+
+
+def test_a_base_on_two_wheels_is_not_driven_sideways() -> None:
+    limits: dict[str, Any] = {**simulator().spec.robot["limits"], "lateral_mps": 0.5}
+    with pytest.raises(BenchbotError, match=r"cannot drive the robot .* sideways"):
+        simulator(limits=limits)

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
+from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import ManyCameras, PlatformSpec, Scene
 from benchbot.plugin import Simulator
 from benchbot.simulation import Camera, Frame, KinematicSimulator, SrgbResponse, State, World
@@ -167,3 +168,102 @@ def test_the_response_of_a_plain_camera_is_that_of_srgb() -> None:
     np.testing.assert_array_equal(response.developed(response.exposed(steps)), steps)
     assert response.exposed(np.full((1, 1, 3), 118, np.uint8))[0, 0, 0] == pytest.approx(0.18, abs=0.002)
     assert (response.developed(np.full((1, 1, 3), math.pi, np.float32)) == 255).all()
+
+
+HOLONOMIC: dict[str, Any] = {
+    "connections": ROBOT["connections"] | {"move_sideways": {"connection": "api_to_ros"}},
+    "limits": ROBOT["limits"] | {"lateral_mps": 0.5},
+}
+
+
+@pytest.mark.parametrize("distance_m", [0.8, -0.8, 0.0])
+def test_a_holonomic_base_drives_sideways_and_keeps_its_heading(distance_m: float) -> None:
+    robot = simulator(**HOLONOMIC)
+    robot.place(Pose.planar(0.0, 0.0, np.pi / 2))
+    assert execute(robot, "move_sideways", {"distance": distance_m}, None, robot.config) is Outcome.REACHED
+    x, y, _ = robot.pose().translation_xyz
+    assert (x, y, robot.pose().yaw_rad) == pytest.approx((-distance_m, 0.0, np.pi / 2), abs=0.01)
+    assert robot.lateral_mps == 0.0
+
+
+@given(st.floats(-2.0, 2.0), st.floats(-1.0, 1.0))
+@settings(deadline=None, max_examples=30)
+def test_sideways_no_limit_is_exceeded_and_no_wall_crossed(lateral_mps: float, angular_radps: float) -> None:
+    robot = simulator(**HOLONOMIC)
+    last_mps = 0.0
+    for _ in range(100):
+        foreseen = robot.contact_beside(lateral_mps, angular_radps, robot.control_period_s)
+        robot.drive_sideways(lateral_mps, angular_radps, robot.control_period_s)
+        assert not robot.collided or foreseen
+        if robot.collided:
+            break
+        assert abs(robot.lateral_mps) <= 0.5
+        assert abs(robot.lateral_mps - last_mps) <= 2.0 * robot.control_period_s + 1e-9
+        last_mps = robot.lateral_mps
+    x, y, _ = robot.pose().translation_xyz
+    assert robot.world.clearance_m(x, y) >= 0.3
+
+
+def test_a_way_sideways_is_blocked_before_contact_where_the_robot_stops_there() -> None:
+    robot = simulator(**HOLONOMIC)
+    careful = MotionConfig.from_robot(ROBOT | HOLONOMIC | {"stops_before_contact": True}, "ground_truth")
+    assert execute(robot, "move_sideways", {"distance": 5.0}, None, careful) is Outcome.BLOCKED
+    assert not robot.collided
+    assert robot.world.clearance_m(*robot.pose().translation_xyz[:2]) < 0.35
+
+
+@pytest.mark.parametrize("bias", [0.0, 0.2])
+def test_odometry_measures_the_way_sideways_with_its_errors(bias: float) -> None:
+    robot = simulator(**HOLONOMIC, noise={"linear": 0.0, "angular": 0.0, "linear_bias": bias})
+    execute(robot, "move_sideways", {"distance": -0.6}, None, robot.config)
+    truth, believed = robot.pose().translation_xyz, robot.odometry().translation_xyz
+    assert believed[1] == pytest.approx((1 + bias) * truth[1])
+    assert believed[0] == pytest.approx(truth[0])
+
+
+def test_an_accelerometer_feels_the_way_sideways() -> None:
+    robot = simulator(**HOLONOMIC, imu={"frame": "base_link"})
+    robot.robot.mounts.setdefault("base_link", Pose())
+    robot.drive_sideways(0.5, 0.0, 0.05)
+    felt = robot.observe(["imu"])["imu"]["linear_acceleration_mps2"]
+    assert felt == pytest.approx([0.0, 2.0, 9.80665])
+
+
+def test_a_holonomic_robot_conforms_and_one_that_ignores_the_command_is_found_out() -> None:
+    class Ignoring(HallSimulator):
+        def drive_sideways(self, lateral_mps: float, angular_radps: float, duration_s: float) -> None:
+            self.drive(0.0, angular_radps, duration_s)
+
+    class Mirrored(HallSimulator):
+        def advance_sideways(self, lateral_mps: float, angular_radps: float, duration_s: float) -> tuple[State, bool]:
+            return super().advance_sideways(-lateral_mps, angular_radps, duration_s)
+
+    def sideways(kind: type[HallSimulator]) -> tuple[str, str]:
+        findings = check_simulator(Simulator("hall", kind), ROBOT | HOLONOMIC, HALL)
+        return next((str(one.level), one.detail) for one in findings if one.subject == "drive: sideways")
+
+    assert sideways(HallSimulator) == ("ok", "+0.201 m, -0.201 m")
+    for faulty in (Ignoring, Mirrored):
+        level, detail = sideways(faulty)
+        assert level == "broken"
+        assert "to its left where +0.2 m were commanded" in detail
+
+
+def test_sideways_is_refused_where_it_is_not_declared_or_not_simulated() -> None:
+    class OwnPhysics(HallSimulator):
+        def advance(self, linear_mps: float, angular_radps: float, duration_s: float) -> tuple[State, bool]:
+            return self.state, False
+
+    with pytest.raises(BenchbotError, match="cannot drive the robot 'disc' sideways"):
+        OwnPhysics(PlatformSpec(ROBOT | HOLONOMIC, "ground_truth", Path("unused")))
+    with pytest.raises(BenchbotError, match="limits have no lateral_mps"):
+        simulator(connections=HOLONOMIC["connections"])
+    with pytest.raises(BenchbotError, match=r"lateral_mps is -1"):
+        simulator(limits=ROBOT["limits"] | {"lateral_mps": -1})
+    with pytest.raises(BenchbotError, match="The robot cannot drive sideways"):
+        execute(simulator(), "move_sideways", {"distance": 1.0}, None, simulator().config)
+
+
+def test_robots_that_drive_sideways_are_not_moved_as_arrays() -> None:
+    assert simulator().many(2) is not None
+    assert simulator(**HOLONOMIC).many(2) is None

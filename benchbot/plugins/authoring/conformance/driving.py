@@ -1,16 +1,17 @@
-"""Properties of `drive`: directions, distances, limits, contact, and the three actions on top of it."""
+"""Properties of `drive`: directions, distances, limits, contact, and the actions on top of it."""
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 from benchbot.core.motion import MotionConfig, Outcome, execute
-from benchbot.core.platform import Platform
+from benchbot.core.platform import Holonomic, Platform
 from benchbot.plugins.authoring.conformance.bench import SEED, Bench, Moved, drive, rest
 from benchbot.plugins.authoring.conformance.properties import Violation, unchecked
 
 SPEED_MPS, TURN_RADPS = 0.2, 0.4
 HOLD_S, CONTACT_TIMEOUT_S = 1.0, 60.0
+SIDEWAYS_M = 0.2
 THROUGH_M = 0.5
 """Further than this beyond what the laser saw is through it."""
 
@@ -150,6 +151,37 @@ def reaches_goals(bench: Bench, platform: Platform) -> str:
                 "Follow commands closely; declare `limits` with accelerations that the robot really has.",
             )
     return f"{len(offered)} actions reached their goal"
+
+
+def drives_sideways(bench: Bench, platform: Platform) -> str:
+    """The action move_sideways leads to the left where positive, to the right where negative, without a turn."""
+    if "move_sideways" not in bench.spec.robot["connections"]:
+        return "not offered"
+    config = MotionConfig.from_robot(bench.spec.robot, "ground_truth")
+    if not hasattr(platform, "contact_beside"):
+        raise Violation(
+            "It has no drive_sideways() and contact_beside().",
+            "Implement benchbot.plugin.Holonomic, or remove move_sideways from the robot's connections.",
+        )
+    holonomic, free = cast(Holonomic, platform), []
+    for wanted_m in (SIDEWAYS_M, -SIDEWAYS_M):
+        platform.load(bench.scene, SEED)
+        if holonomic.contact_beside(math.copysign(SPEED_MPS, wanted_m), 0.0, HOLD_S + 0.5):
+            continue
+        before = platform.pose()
+        execute(platform, "move_sideways", {"distance": wanted_m}, None, config)
+        moved = Moved.between(before, platform.pose())
+        seen = f"It moved by {moved.left_m:+.3g} m to its left where {wanted_m:+.3g} m were commanded."
+        _require_share(moved.left_m / wanted_m, seen, "to the left, along +y of the base frame", "m/s")
+        if abs(moved.ahead_m) > bench.position_tolerance_m or abs(moved.turned_rad) > bench.angle_tolerance_rad:
+            raise Violation(
+                f"It went {moved.ahead_m:+.3g} m ahead and turned by {math.degrees(moved.turned_rad):+.3g} degrees.",
+                "Drive along +y of the base frame alone in drive_sideways().",
+            )
+        free.append(moved.left_m)
+    if not free:
+        raise unchecked("there is no room beside the start pose.", "Choose a scene with 0.3 m of room on one side.")
+    return ", ".join(f"{left_m:+.3f} m" for left_m in free)
 
 
 def _free_direction(bench: Bench, platform: Platform) -> float:

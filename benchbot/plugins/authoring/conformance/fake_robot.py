@@ -95,6 +95,8 @@ class FakeHost:
             self._base = goal
         elif action == "move_distance":
             self._base = self._base @ Pose((float(arguments["distance"]), 0.0, 0.0))
+        elif action == "move_sideways":
+            self._base = self._base @ Pose((0.0, float(arguments["distance"]), 0.0))
         else:
             self._base = self._base @ Pose.planar(0.0, 0.0, math.radians(float(arguments["angle"])))
         return Outcome.REACHED, self._status()

@@ -233,6 +233,7 @@ ALWAYS: dict[str, Property] = {
     "drive: time": driving.keeps_time,
     "drive: limits": driving.keeps_its_limits,
     "drive: actions": driving.reaches_goals,
+    "drive: sideways": driving.drives_sideways,
 }
 SIMULATED: dict[str, Property] = {
     "drive: contact": driving.stops_at_contact,

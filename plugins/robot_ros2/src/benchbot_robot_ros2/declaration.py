@@ -296,6 +296,7 @@ class Ros2Robot:
             for channel, connection in robot["connections"].items()
         }
         commands = {channel: connection for channel, connection in connections.items() if channel in ACTIONS}
+        _check_sideways(name, robot)
         arm = _convert(robot["arm"], Arm, name, "arm") if "arm" in robot else None
         _check_navigation(name, settings)
         mounts = _convert(robot.get("frames", {}), dict[str, _Mount], name, "frames")
@@ -369,6 +370,16 @@ def _wrong(robot: str, key: str, error: Exception) -> BenchbotError:
         f"{why[:1].upper()}{why[1:]}.",
         "The keys are explained in docs/ros2.md; a whole declaration: benchbot show robot carter_ros2",
     )
+
+
+def _check_sideways(name: str, robot: Mapping[str, Any]) -> None:
+    """Raise BenchbotError for a base that would drive sideways: guards and the prediction know x and yaw only."""
+    if "move_sideways" in robot["connections"] or "lateral_mps" in robot.get("limits", {}):
+        raise BenchbotError(
+            f"The robot '{name}' cannot be driven sideways over ROS 2.",
+            "The driver and its guards command linear.x and angular.z; a sideways velocity stops the base.",
+            "Remove move_sideways from its connections and lateral_mps from its limits; simulators drive sideways.",
+        )
 
 
 def _check_navigation(robot: str, settings: DriverSettings) -> None:

@@ -156,3 +156,13 @@ def test_a_scene_without_a_map_says_how_to_make_one(scene: Scene) -> None:
     with pytest.raises(BenchbotError) as caught:
         read(scene)
     assert "benchbot map hall:1" in caught.value.fix
+
+
+def test_what_of_a_robot_is_not_presented_is_known() -> None:
+    arm = CATALOG.get("robots", "carter_arm").data
+    assert set(BridgedRobot(arm, "", {}, "unused").unpresented) == {
+        *("joint_states", "move_joints", "move_end_effector", "move_gripper")
+    }
+    assert BridgedRobot(CARTER, "", {}, "unused").unpresented == ()
+    connections = CARTER["connections"] | {"move_sideways": {"connection": "api_to_ros"}}
+    assert BridgedRobot(CARTER | {"connections": connections}, "", {}, "unused").unpresented == ("move_sideways",)

@@ -71,6 +71,11 @@ def ros2(
     if frame_prefix is None:
         frame_prefix = f"{namespace}/" if namespace else ""
     bridged = BridgedRobot(declaration, namespace, {"device": device}, str(cache_dir()), frame_prefix, stamped)
+    if bridged.unpresented:
+        console.note(
+            "The bridge drives a base by linear.x and angular.z. It does not present: "
+            f"{', '.join(bridged.unpresented)}. Use them without ROS 2: benchbot run."
+        )
 
     for signal_number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(signal_number, _interrupt)

@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 
 from benchbot.plugin import (
+    MANIPULATION,
     BenchbotError,
     Catalog,
     Declaration,
@@ -103,6 +104,12 @@ class BridgedRobot(msgspec.Struct, frozen=True):
     def has(self, channel: str) -> bool:
         """Return whether the simulator observes a channel."""
         return channel in self._channels
+
+    @property
+    def unpresented(self) -> tuple[str, ...]:
+        """The channels of an arm and of a sideways motion that the robot has and no ROS 2 software is shown."""
+        silent = MANIPULATION | {"joint_states", "move_sideways"}
+        return tuple(channel for channel in self.declaration["connections"] if channel in silent)
 
     @property
     def _channels(self) -> tuple[str, ...]:
