@@ -87,7 +87,7 @@ def lost(reference: str) -> Workers:
 )
 def test_a_broken_promise_is_found_out(changes: dict[str, Any], subject: str, words: str) -> None:
     executor = Executor("mine", workers.launch, workers.attach)._replace(**changes)
-    assert words in broken(check_executor(executor, patience_s=10.0, only=[subject]))[subject]
+    assert words in broken(check_executor(executor, patience_s=3.0, only=[subject]))[subject]
 
 
 def test_what_cannot_be_started_is_told() -> None:
