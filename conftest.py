@@ -36,3 +36,13 @@ settings.load_profile("ci" if os.environ.get("CI") else "patient")
 def pytest_xdist_auto_num_workers() -> int:
     """Return half as many workers again as there are cores: much of the suite waits for processes and time-outs."""
     return -(-3 * len(os.sched_getaffinity(0)) // 2)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Let one worker run the tests that share what their module makes: dealt out singly, every worker would make it."""
+    for item in items:
+        if isinstance(item, pytest.Function) and item.get_closest_marker("xdist_group") is None:
+            made = item._fixtureinfo.name2fixturedefs.values()
+            if any(fixture.scope in {"class", "module"} for definitions in made for fixture in definitions[-1:]):
+                item.add_marker(pytest.mark.xdist_group(item.nodeid.partition("::")[0]))
