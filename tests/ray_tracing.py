@@ -10,38 +10,50 @@ from pathlib import Path
 import pytest
 
 WARM = "import sys; from pathlib import Path; from benchbot_sim_taichi.warm import warm; warm(Path(sys.argv[1]))"
-MINIROOM = """
-import sys
-from pathlib import Path
-from benchbot.core.declarations.catalog import Catalog
-from benchbot.core.platform import PlatformSpec, Scene
-from benchbot.core.plugin_manager import load
-from benchbot_sim_taichi.simulator import RayTracedSimulator
-
-catalog = Catalog(load())
-(room,) = catalog.environments("miniroom:1")
-robot = catalog.get("robots", "carter_lowres").data
-simulator = RayTracedSimulator(PlatformSpec(robot, "ground_truth", Path(sys.argv[1])))
-simulator.load(Scene(room.data, room.path.parent), 0)
-simulator.observe(("image_rgb", "laser"))
-"""
+DEMO = (
+    *("submit", "--task", "semantic_slam:passive:ground_truth:segmentation", "--robot", "carter_lowres"),
+    *("--env", "miniroom:1", "--seed", "7", "--example", "segmentation_mapper", "--evaluate-with", "omq"),
+    *("--require", "OMQ>=0.85", "--record", "frames=frames", "--results-location", "result.json"),
+)
+"""The demo on the robot with the small camera; it writes into the folder in which it runs."""
 
 
 @pytest.fixture(scope="session")
-def kernel_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A cache folder of this worker's own, in which all kernels and the light of `miniroom:1` are.
+def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder in which the demo's command ran twice with one seed: in `first`, and at once again in `second`.
 
-    The worker that asks first makes it, in processes of their own: the runtime stores kernels when a process ends.
-    The others copy what it made, which nobody writes to again.
+    The first time nothing is in `cache`, as for somebody new: kernels are compiled, the light is worked out. The worker
+    that asks first runs them, in processes of their own: the runtime stores kernels when a process ends. Afterwards it
+    adds the other kernels to the cache, which nobody writes to again.
     """
     folder = tmp_path_factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent
-    made, done = folder / "ray_tracing", folder / "ray_tracing.done"
-    with (folder / "ray_tracing.lock").open("w") as lock:
+    demo, done = folder / "demo", folder / "demo.done"
+    with (folder / "demo.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not done.exists():
-            for script in (WARM, MINIROOM):
-                subprocess.run([sys.executable, "-c", script, str(made)], check=True)
+            shutil.rmtree(demo, ignore_errors=True)  # of a worker whose demo failed
+            for run in (demo / "first", demo / "second"):
+                run.mkdir(parents=True)
+                benchbot(run, *DEMO, cache=demo / "cache")
+            subprocess.run([sys.executable, "-c", WARM, str(demo / "cache")], check=True)
             done.touch()
-    return shutil.copytree(made, tmp_path_factory.mktemp("kernels") / "cache")
+    return demo
+
+
+def benchbot(folder: Path, *words: str, cache: Path) -> str:
+    """Run a command that must succeed; return what it printed as data."""
+    variables = {"BENCHBOT_STATE_DIR": str(cache.with_name("state")), "BENCHBOT_CACHE_DIR": str(cache)}
+    command = [sys.executable, "-m", "benchbot", *words]
+    done = subprocess.run(
+        command, cwd=folder, env={**os.environ, **variables}, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="session")
+def kernel_cache(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cache folder of this worker's own, in which all kernels and the light of `miniroom:1` are."""
+    return shutil.copytree(demo / "cache", tmp_path_factory.mktemp("kernels") / "cache")

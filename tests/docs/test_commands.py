@@ -59,5 +59,5 @@ def test_what_else_the_readme_runs_is_run_by_other_tests() -> None:
         "benchbot submit --example hello_passive"
     ]
     all_three = step("benchbot submit --task semantic_slam:passive:ground_truth:segmentation")
-    main_job = (ROOT / "tests" / "test_main_job.py").read_text("utf-8")
+    main_job = (ROOT / "tests" / "ray_tracing.py").read_text("utf-8")
     assert all(f'"{word}"' in main_job for word in all_three.split()[2:] if word != "result.json")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.test_main_job import benchbot
+from tests.ray_tracing import benchbot
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("main job")]
 
