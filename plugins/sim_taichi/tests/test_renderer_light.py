@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchbot_scenes.gltf import load_scene
-from benchbot_sim_taichi import _ti, camera_response, irradiance
+from benchbot_sim_taichi import _ti, camera_response, irradiance, light_process
 from benchbot_sim_taichi.lamps import Lamps
 from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
 from benchbot_sim_taichi.path_trace import path_trace
@@ -22,6 +22,7 @@ from plugins.sim_taichi.tests.cameras import looking
 pytestmark = pytest.mark.xdist_group("renderer")
 
 SMALL = Intrinsics.from_horizontal_fov(96, 54, 90.0)
+ABOVE = looking((0.0, 0.0, 0.5), 90.0, -90.0)
 
 
 @pytest.mark.parametrize("albedo", [0.0, 0.5, 0.8])
@@ -128,6 +129,17 @@ def test_another_process_gives_the_same_bytes(tmp_path: Path, kernel_cache: Path
         cwd=Path(__file__).parents[3],
     )
     assert there.stdout.split() == [here]
+
+
+def test_a_process_that_has_compiled_lights_its_next_scenes_by_itself(
+    tmp_path: Path, kernel_cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Renderer(load_scene(rooms.plaza(tmp_path / "plaza.glb")), Lighting(), cache_dir=kernel_cache).render(ABOVE, SMALL)
+    monkeypatch.setattr(light_process, "is_of_use", lambda *_: True)
+    monkeypatch.setattr(light_process, "lighting_up", lambda *_: pytest.fail("another process was started"))
+    box = load_scene(rooms.lit_box(tmp_path / "box.glb", 0.5, 100.0, 0.05, 2.0))
+    assert Renderer(box, Lighting(exposure=0.1), cache_dir=tmp_path / "new").render(ABOVE, SMALL).rgb.any()
+    assert len(list((tmp_path / "new").glob("lightmap-*.npz"))) == 1
 
 
 def test_a_damaged_cache_is_worked_out_anew(tmp_path: Path, kernel_cache: Path) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -43,6 +43,8 @@ class Renderer:
     `cache_dir` keeps compiled kernels, the tree and the indirect light between runs (None: the user's cache folder).
     Equal scene, lighting, quality, seed and camera give equal bytes; the quality changes nothing but `rgb`.
     """
+
+    _has_compiled: ClassVar[bool] = False  # what takes pictures, in this process
 
     def __init__(
         self,
@@ -208,10 +210,14 @@ class Renderer:
         return frames
 
     def _light_up(self) -> None:
-        """Compile what takes pictures while another process works out the light, where that saves time."""
+        """Compile what takes pictures while another process works out the light, where that saves time.
+
+        It saves none once this process has compiled: another would start and load kernels that are here.
+        """
         self._is_lit_up = True
+        is_first, Renderer._has_compiled = not Renderer._has_compiled, True
         kept = (self._scene, self._lighting, self._cache_dir, self._seed)
-        if self._arranged is None and light_process.is_of_use(*kept):
+        if is_first and self._arranged is None and light_process.is_of_use(*kept):
             with light_process.lighting_up(*kept):
                 dark = copy.copy(self)
                 dark._buffers = {}
