@@ -42,6 +42,8 @@ def pack() -> Catalogue:
         model("lamp", (0.4, 0.4, 0.3), "pendant lamp", placement="ceiling"),
         model("picture", (0.02, 0.5, 0.7), "picture", placement="wall"),
         model("curtain", (0.08, 0.6, 2.26), "curtain", placement="wall"),
+        model("whiteboard_on_wall", (0.075, 1.5, 1.0), "whiteboard", placement="wall"),
+        model("whiteboard_on_wheels", (0.54, 1.4, 1.8), "whiteboard"),
         model("radiator", (0.1, 1.0, 0.63), "radiator", placement="wall"),
     ]
     small: dict[str, Size] = {

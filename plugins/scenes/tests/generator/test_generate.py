@@ -52,7 +52,7 @@ def test_without_a_secret_a_place_is_what_it_was() -> None:
     )
     assert (
         hashlib.sha256(layout.encode()).hexdigest()
-        == "ad84e942ecfc593a0081d662a4c8bdb2e2f4b8465bb36637bb783671b6842bc7"
+        == "6d78e509d14ce896892b38b9d30fd60703240c6dea397f29d165d3ab77769efb"
     )
 
 
@@ -108,6 +108,15 @@ def test_small_things_stand_on_their_carriers(made: Generated) -> None:
             assert carrier.low[0] <= x <= carrier.high[0]
             assert carrier.low[1] <= y <= carrier.high[1]
             assert z <= carrier.top_m + 1e-6
+
+
+def test_what_is_for_the_floor_stands_on_it_and_what_is_for_walls_hangs() -> None:
+    for rooms, seed in ((5, 3), (3, 1), (4, 9)):
+        items = place("office", rooms, seed).items
+        assert any(item.model.kind == "whiteboard" for item in items)
+        for item in items:
+            if item.model.placement in ("floor", "wall"):
+                assert (item.placement.position[2] == 0.0) == (item.model.placement == "floor"), item.placement.id
 
 
 def test_names_are_unique_and_a_file_keeps_the_layout(made: Generated, tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Ways to put furniture into a room: against a wall, in front of something, about a table, on top, up on a wall."""
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
@@ -17,11 +18,14 @@ from benchbot_scenes.generator.plot import (
     Plot,
     half_extent,
 )
+from benchbot_scenes.intersections import intersecting, triangles_of
 from benchbot_scenes.layout import Placement
 
 # How densely places along a wall are tried.
 STEP_M = 0.10
 SURFACE_TRIES = 24
+# How far a chair is pulled out from where it would be tucked in, the least first.
+PULLED_M = (0.0, 0.06, 0.12, 0.18, 0.24, 0.30)
 
 
 @dataclass
@@ -192,22 +196,33 @@ class Furnisher:
         y: float,
         turn_deg: float = 0.0,
         size_m: tuple[float, float, float] | None = None,
-        touching: bool = False,
         z: float = 0.0,
     ) -> Item | None:
-        """At a point of another item's frame; `touching` may overlap that item's box (a chair under its table)."""
+        """At a point of another item's frame."""
         if model is None:
             return None
-        px, py = to.place(x, y)
-        item = self._item(model, px, py, z, to.placement.yaw_deg + turn_deg, size_m)
-        if touching:
-            self.plot.taken.remove(to.box)
-        is_free = self.plot.fits(item, -0.01 if touching else GAP_M)
-        if touching:
-            self.plot.taken.append(to.box)
-        if not is_free or not self.plot.leaves_ways(item):
+        item = self._item(model, *to.place(x, y), z, to.placement.yaw_deg + turn_deg, size_m)
+        if not self.plot.fits(item) or not self.plot.leaves_ways(item):
             return None
         return self.plot.add(self._named(item))
+
+    def drawn_up(self, model: AssetModel | None, to: Item, x: float, y: float, turn_deg: float) -> Item | None:
+        """A chair at a point of its table's frame, under it as far as legs, arms and drawers let it be."""
+        if model is None:
+            return None
+        table = triangles_of(to.placement, to.model)
+        for pulled_m in PULLED_M:
+            turn = math.radians(turn_deg)
+            at = to.place(x - pulled_m * math.cos(turn), y - pulled_m * math.sin(turn))
+            item = self._item(model, *at, 0.0, to.placement.yaw_deg + turn_deg)
+            if not intersecting({"table": table, "chair": triangles_of(item.placement, model)}):
+                break
+        else:
+            return None
+        self.plot.taken.remove(to.box)
+        is_free = self.plot.fits(item, -0.01)
+        self.plot.taken.append(to.box)
+        return self.plot.add(self._named(item)) if is_free and self.plot.leaves_ways(item) else None
 
     def standing(self, model: AssetModel | None, x: float, y: float, yaw_deg: float) -> Item | None:
         """On the floor at a point of the map frame."""
@@ -248,7 +263,7 @@ class Furnisher:
             if len(placed) == count:
                 break
             jitter = float(self.plot.rng.uniform(-8, 8))
-            chair = self.relative(model, table, x, y, turn + jitter, touching=True)
+            chair = self.drawn_up(model, table, x, y, turn + jitter)
             if chair is not None:
                 placed.append(chair)
         return placed

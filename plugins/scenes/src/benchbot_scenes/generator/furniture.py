@@ -190,9 +190,7 @@ def _workplace(room: Furnisher, model: AssetModel | None, monitor: bool) -> Item
     chair = room.supply.usual("office chair", "chair")
     if chair is not None:
         jitter = float(room.plot.rng.uniform(-15, 15))
-        room.relative(
-            chair, table, table.size_m[0] / 2 + chair.size_m[0] / 2 - 0.18, 0.0, 180.0 + jitter, touching=True
-        )
+        room.drawn_up(chair, table, table.size_m[0] / 2 + chair.size_m[0] / 2 - 0.18, 0.0, 180.0 + jitter)
     clutter.desk(room, table, monitor)
     return table
 

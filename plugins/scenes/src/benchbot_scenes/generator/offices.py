@@ -5,6 +5,9 @@ from benchbot_scenes.generator.furnish import Furnisher
 from benchbot_scenes.generator.plot import Item
 
 CEILING_LAMPS = ("ceiling lamp", "pendant lamp")
+WHITEBOARD_BOTTOM_M = 0.95
+# The share of meeting rooms whose whiteboard stands on wheels.
+WHEELED_BOARDS = 0.35
 
 
 def office(room: Furnisher) -> None:
@@ -14,7 +17,7 @@ def office(room: Furnisher) -> None:
         workplace(room)
     _cabinets(room, 2)
     _books(room, 1)
-    room.on_wall(supply.draw("whiteboard"), 0.95)
+    _whiteboard(room)
     fixtures.plants(room, 2)
     if rng.random() < 0.4:
         room.against_wall(supply.draw("coat rack", placement="floor"))
@@ -34,7 +37,7 @@ def _equip(room: Furnisher, desk: Item) -> None:
     chair = room.supply.usual("office chair", "chair")
     if chair is not None:
         turn = 180.0 + float(room.plot.rng.uniform(-20, 20))
-        room.relative(chair, desk, desk.size_m[0] / 2 + chair.size_m[0] / 2 - 0.18, 0.0, turn, touching=True)
+        room.drawn_up(chair, desk, desk.size_m[0] / 2 + chair.size_m[0] / 2 - 0.18, 0.0, turn)
     clutter.desk(room, desk, monitor=bool(room.plot.rng.random() < 0.7))
 
 
@@ -64,7 +67,7 @@ def open_office(room: Furnisher) -> None:
         workplace(room)
     _cabinets(room, 3)
     _books(room, 1)
-    room.on_wall(supply.draw("whiteboard"), 0.95)
+    _whiteboard(room)
     fixtures.plants(room, 3)
     if rng.random() < 0.5:
         room.against_wall(supply.draw("coat rack", placement="floor"))
@@ -91,7 +94,9 @@ def meeting(room: Furnisher) -> None:
     if board is not None:
         wide = board.size_m[1] + 0.3
         room.on_top(supply.draw("tv", longest_m=wide, placement="surface"), board, (0.0, 0.0), 0.0)
-    room.on_wall(supply.draw("whiteboard"), 0.95)
+    on_wheels = supply.draw("whiteboard", placement="floor") if rng.random() < WHEELED_BOARDS else None
+    if room.against_wall(on_wheels, front_m=0.3, middle=True) is None:
+        _whiteboard(room)
     fixtures.plants(room, 2)
     _finish(room, 2)
 
@@ -128,6 +133,10 @@ def archive(room: Furnisher) -> None:
     workplace(room)
     room.against_wall(supply.draw("basket"))
     _finish(room, 1)
+
+
+def _whiteboard(room: Furnisher) -> None:
+    room.on_wall(room.supply.draw("whiteboard", placement="wall"), WHITEBOARD_BOTTOM_M)
 
 
 def _cabinets(room: Furnisher, most: int) -> None:

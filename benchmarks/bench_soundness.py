@@ -1,0 +1,128 @@
+"""Whether places are sound: the 25 that ship, and generated ones; every violation is counted by its kind.
+
+python -m benchmarks soundness [--seeds 200] [--first 5000] [--processes 2] [--list] [--json FILE]
+
+Of every place all objects are looked at, in the composed scene: see `benchbot_scenes.violations`. Objects whose boxes
+are published (those of the twins house and miniroom) are counted apart, since they stand where they were published.
+"""
+
+import argparse
+import json
+import os
+import tempfile
+import time
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from importlib.resources import files
+from pathlib import Path
+
+from benchbot.core.declarations import schema
+from benchbot.core.errors import BenchbotError
+from benchbot_scenes.catalogue import pack
+from benchbot_scenes.compose import compose
+from benchbot_scenes.differences import furnished
+from benchbot_scenes.generator.generate import generate
+from benchbot_scenes.generator.kinds import KINDS
+from benchbot_scenes.gltf import load_scene
+from benchbot_scenes.layout import Layout, read_layout
+from benchbot_scenes.scene import SceneGeometry
+from benchbot_scenes.violations import Violation, driving_violations, placing_violations
+
+MOST_ROOMS = 8
+BEAR = Path(str(files("benchbot_envs_bear")))
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A place: the number of its objects, what is wrong with it, and which of that is so in published boxes."""
+
+    name: str
+    objects: int
+    violations: tuple[Violation, ...]
+    published: tuple[Violation, ...] = ()
+    failure: str = ""
+    cpu_s: float = 0.0
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=200)
+    parser.add_argument("--first", type=int, default=5000)
+    parser.add_argument("--processes", type=int, default=os.cpu_count())
+    parser.add_argument("--list", action="store_true", help="tell every violation")
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    report = {}
+    with ProcessPoolExecutor(options.processes) as workers:
+        shipped = sorted(path.stem for path in (BEAR / "environments").glob("*.yaml"))
+        seeds = range(options.first, options.first + options.seeds)
+        for title, places in (
+            ("shipped", workers.map(check_shipped, shipped)),
+            ("generated", workers.map(check_generated, seeds)),
+        ):
+            checked = list(places)
+            _tell(title, checked, every=options.list)
+            report[title] = [asdict(place) for place in checked]
+    if options.json:
+        options.json.write_text(json.dumps(report))
+
+
+def check_shipped(stem: str) -> Checked:
+    """Check one of the 25 environments; a finished scene only for its trajectory."""
+    started = time.process_time()
+    environment = schema.read(BEAR / "environments" / f"{stem}.yaml")
+    path = BEAR / "environments" / environment["map_path"]
+    layout = None if path.suffix == ".glb" else read_layout(path)
+    geometry = load_scene(path) if layout is None else _composed(layout)
+    found = [] if layout is None else placing_violations(layout, geometry)
+    found += driving_violations(geometry, environment["trajectory_poses"])
+    published = BEAR / "published" / f"{stem}.json"
+    named = {entry["id"] for entry in schema.read(published)["objects"]} if published.is_file() else set()
+    theirs = [it for it in found if (it.kind == "tight" and named) or {it.name, it.other or it.name} <= named]
+    count = len(geometry.instances) if layout is None else len(furnished(layout).objects)
+    ours = [it for it in found if it not in theirs]
+    return Checked(stem, count, tuple(ours), tuple(theirs), cpu_s=time.process_time() - started)
+
+
+def check_generated(seed: int) -> Checked:
+    """Check the place of a seed; kinds and numbers of rooms take turns."""
+    started = time.process_time()
+    kinds = list(KINDS)
+    kind, rooms = kinds[seed % len(kinds)], 1 + seed // len(kinds) % MOST_ROOMS
+    name = f"{kind} of {rooms}, seed {seed}"
+    try:
+        made = generate(seed, kind, rooms, pack("household"))
+    except BenchbotError as error:
+        return Checked(name, 0, (), failure=error.title)
+    geometry = _composed(made.layout)
+    found = placing_violations(made.layout, geometry) + driving_violations(geometry, made.trajectory_poses)
+    return Checked(name, len(made.items), tuple(found), cpu_s=time.process_time() - started)
+
+
+def _composed(layout: Layout) -> SceneGeometry:
+    with tempfile.TemporaryDirectory() as folder:
+        scene = Path(folder, "scene.glb")
+        scene.write_bytes(compose(layout))
+        return load_scene(scene)
+
+
+def _tell(title: str, places: list[Checked], *, every: bool) -> None:
+    objects = sum(place.objects for place in places)
+    kinds = Counter(found.kind for place in places for found in place.violations)
+    published = Counter(found.kind for place in places for found in place.published)
+    failed = [place for place in places if place.failure]
+    count, cpu_s = sum(kinds.values()), sum(place.cpu_s for place in places)
+    print(f"{title}: {len(places)} places, {len(failed)} failed, {objects} objects, {cpu_s:.0f} s of CPU")
+    print(f"  violations {count}, {1000 * count / max(1, objects):.2f} of 1,000: {dict(kinds)}")
+    if published:
+        print(f"  in published boxes {sum(published.values())}: {dict(published)}")
+    for place in places:
+        for found in place.violations if every else ():
+            print(f"    {place.name}: {found.kind} {found.name} {found.other} {found.figure}")
+        if place.failure:
+            print(f"    {place.name}: {place.failure}")
+
+
+if __name__ == "__main__":
+    main()
