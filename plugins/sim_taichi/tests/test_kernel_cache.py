@@ -10,7 +10,23 @@ from pathlib import Path
 
 from benchbot_sim_taichi import kernel_cache as kept
 from plugins.sim_taichi.tests.rooms import ceiling_lamp
-from tests.ray_tracing import MINIROOM, WARM
+from tests.ray_tracing import WARM
+
+MINIROOM = """
+import sys
+from pathlib import Path
+from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.platform import PlatformSpec, Scene
+from benchbot.core.plugin_manager import load
+from benchbot_sim_taichi.simulator import RayTracedSimulator
+
+catalog = Catalog(load())
+(room,) = catalog.environments("miniroom:1")
+robot = catalog.get("robots", "carter_lowres").data
+simulator = RayTracedSimulator(PlatformSpec(robot, "ground_truth", Path(sys.argv[1])))
+simulator.load(Scene(room.data, room.path.parent), 0)
+simulator.observe(("image_rgb", "laser"))
+"""
 
 DEPTH = """
 import sys
