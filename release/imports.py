@@ -16,6 +16,8 @@ OPTIONAL: dict[str, dict[str, str]] = {
     "benchbot": {
         "IPython": "the notebook that a solution runs in has it",
         "pytest": "only pytest reads its plug-in",
+        "stable_baselines3": "whoever trains with it has it; without it, an error says how to install it",
+        "torch": "who asks for its tensors has the build for their GPU; without it, an error says so",
     },
     "benchbot-replay": {
         "benchbot_robot_ros2": "without it, an error says that bags need it",
@@ -28,6 +30,7 @@ OPTIONAL: dict[str, dict[str, str]] = {
     "benchbot-scenes": {
         "benchbot_sim_taichi": "without it, the report of an import has no ray-traced pictures",
     },
+    "benchbot-sim-taichi": {"torch": "only who asks for its tensors comes there, and has it"},
 }
 """Distribution to imports that it goes without where they are missing, and why that is right."""
 
