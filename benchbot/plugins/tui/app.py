@@ -1,6 +1,5 @@
 """The app of `benchbot tui`: its keys, and which screen shows what."""
 
-import os
 import threading
 from ast import literal_eval
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -18,7 +17,7 @@ from textual.theme import Theme
 
 from benchbot.cli.kit import console
 from benchbot.core.errors import BenchbotError, ExitCode
-from benchbot.plugins.tui import preferences, registered_screens
+from benchbot.plugins.tui import registered_screens
 from benchbot.plugins.tui.base import THREAD_NAME, BaseApp
 from benchbot.plugins.tui.dialogs import HelpScreen
 from benchbot.plugins.tui.home import HomeScreen
@@ -330,24 +329,8 @@ class BenchbotApp(BaseApp):
             self.push_screen(screen)
 
 
-def show(*, run: RunState | None = None, batch: Path | None = None, images: str | None = None) -> ExitCode:
-    """Show the app until it is left; return the exit code. `images` is as the user has set it unless it is given."""
-    images = images or preferences.read().get("images", "auto")
-    if images == "auto":
-        from benchbot.plugins.tui.terminal_answers import kind_of_images
-
-        # A page in a browser draws characters only.
-        images = "halfcell" if "TEXTUAL_DRIVER" in os.environ or "NO_COLOR" in os.environ else kind_of_images()
-    if images in ("sextant", "octant"):
-        from benchbot.plugins.tui import mosaics
-        from benchbot.plugins.tui.terminal_answers import draws_in_one_cell
-
-        # Terminals that take such a character for a wide one would shift all that stands to its right.
-        images = images if draws_in_one_cell(mosaics.characters(mosaics.GRIDS[images])[4]) else "halfcell"
-    if images in ("kitty", "sixel"):
-        from benchbot.plugins.tui import raster
-
-        raster.prepare(images)
+def show(*, run: RunState | None = None, batch: Path | None = None, images: str) -> ExitCode:
+    """Show the app until it is left; return the exit code. `images` is a way that this terminal shows pictures."""
     app = BenchbotApp(run=run, batch=batch, images=images)
     with _thread_errors_shown(app):
         app.run()

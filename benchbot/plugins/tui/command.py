@@ -71,10 +71,18 @@ def tui(
     if web:
         _web(run, batch, images, port)
     elif display == "screen" or (display == "auto" and _can_show_screens()):
-        from benchbot.plugins.tui import app
+        from concurrent.futures import ThreadPoolExecutor
+
+        from benchbot.plugins.tui import terminal_answers
 
         _end_with_server()
-        raise typer.Exit(app.show(run=state, batch=None if batch is None else batch.absolute(), images=images))
+        # A terminal that never answers takes the whole time-out: the screens are imported meanwhile.
+        with ThreadPoolExecutor(1) as beside:
+            shown_as = beside.submit(terminal_answers.way_of_images, images)
+            from benchbot.plugins.tui import app
+        raise typer.Exit(
+            app.show(run=state, batch=None if batch is None else batch.absolute(), images=shown_as.result())
+        )
     else:
         _follow(state, batch, "json" if display == "json" else "plain")
 

@@ -17,6 +17,8 @@ import termios
 import time
 import tty
 
+from benchbot.plugins.tui import preferences
+
 TIMEOUT_S = 0.5
 _ID = 31
 _SHOWS_KITTY = f"\x1b_Gi={_ID},s=1,v=1,a=q,t=d,f=24;AAAA\x1b\\"
@@ -27,6 +29,27 @@ _CURSOR = re.compile(rb"\x1b\[\d+;(\d+)R")
 _KITTY = re.compile(rb"\x1b_Gi=%d;OK\x1b\\" % _ID)
 _ATTRIBUTES = re.compile(rb"\x1b\[\?([\d;]*)c")
 _SIXEL = b"4"
+
+
+def way_of_images(asked_for: str | None = None) -> str:
+    """Return how pictures are drawn: as asked for, else as the user has set it, else as the terminal answers.
+
+    What the way needs to know of the terminal is asked, too: nothing else may read from it meanwhile.
+    """
+    way = asked_for or preferences.read().get("images", "auto")
+    if way == "auto":
+        # A page in a browser draws characters only.
+        way = "halfcell" if "TEXTUAL_DRIVER" in os.environ or "NO_COLOR" in os.environ else kind_of_images()
+    if way in ("sextant", "octant"):
+        from benchbot.plugins.tui import mosaics
+
+        # Terminals that take such a character for a wide one would shift all that stands to its right.
+        way = way if draws_in_one_cell(mosaics.characters(mosaics.GRIDS[way])[4]) else "halfcell"
+    if way in ("kitty", "sixel"):
+        from benchbot.plugins.tui import raster
+
+        raster.prepare(way)
+    return way
 
 
 def kind_of_images(timeout_s: float = TIMEOUT_S) -> str:

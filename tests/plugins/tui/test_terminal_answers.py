@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from benchbot.plugins.tui import terminal_answers
+from benchbot.plugins.tui import preferences, terminal_answers
 
 KITTY = b"\x1b_Gi=31;OK\x1b\\"
 
@@ -104,3 +104,48 @@ def test_within_tmux_pictures_pass_through_to_the_terminal_around_it_where_it_al
     transmitted = re.findall(rb"\x1b_G([^;]*);", seen.partition(b"kind:")[2])
     assert bool(transmitted) == allowed
     assert ("\U0010eeee".encode() in seen) == allowed
+
+
+SLOW_TO_ANSWER = """\
+import sys
+import time
+from benchbot.plugins.tui import command, terminal_answers
+
+def answer_late(asked_for):
+    while not hasattr(sys.modules.get("benchbot.plugins.tui.app"), "show"):
+        time.sleep(0.01)
+    sys.modules["benchbot.plugins.tui.app"].show = lambda **options: print(options["images"])
+    return "none"
+
+terminal_answers.way_of_images = answer_late
+command.tui(display="screen", images=None, run=None, batch=None, web=False, port=0)
+"""
+
+
+def test_the_screens_are_imported_while_a_terminal_is_slow_to_answer() -> None:
+    ended = subprocess.run(
+        [sys.executable, "-c", SLOW_TO_ANSWER], capture_output=True, text=True, timeout=120, check=False
+    )
+    assert ended.stdout == "none\n", ended.stderr
+
+
+@pytest.mark.parametrize(
+    ("kept", "asked_for", "way"),
+    [("none", None, "none"), ("none", "halfcell", "halfcell"), ("octant", None, "halfcell"), ("", None, "sixel")],
+)
+def test_what_is_asked_for_comes_before_the_setting_and_that_before_the_answer(
+    kept: str, asked_for: str | None, way: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("BENCHBOT_STATE_DIR", str(tmp_path))
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setattr(terminal_answers, "kind_of_images", lambda: "sixel")
+    # Standard output is no terminal here: one that does not say how wide it draws gets no octants.
+    preferences.write("images", kept)
+    assert terminal_answers.way_of_images(asked_for) == way
+
+
+def test_without_colour_no_terminal_is_asked(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("BENCHBOT_STATE_DIR", str(tmp_path))
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.delattr(terminal_answers, "kind_of_images")
+    assert terminal_answers.way_of_images() == "halfcell"
