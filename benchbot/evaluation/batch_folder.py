@@ -6,9 +6,10 @@ results/LABEL-KEY8.json       copies of the results, made at the end (of several
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,10 @@ RESULT, JOURNAL, ATTEMPT, WORK = "result.json", "attempts.jsonl", "attempt-", "w
 SNAPSHOT = "snapshot.json"
 """The file beside the files of a solution that was kept."""
 KEY_DIGITS = 8
+MOST_LEVELS = 3
+"""A result is at most so many folders below that of its batch: in `episodes/NAME`, or `results/SOLUTION`."""
+ADDED_TO = "was added to: it had"
+"""In the warning about a batch whose number of episodes was not fixed before; scores documents keep it."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +80,27 @@ def planned(folder: Path) -> list[PlannedResult] | None:
     if not isinstance(episodes, list) or not all(map(_is_planned, episodes)):
         return None
     return [PlannedResult(folder, str(document["task"]), episode) for episode in episodes]
+
+
+def added_to(paths: Iterable[Path]) -> list[str]:
+    """Return what statistics do not hold for, of each batch that has these results and to which episodes were added."""
+    plans: dict[Path, None] = {}
+    for path in map(Path.absolute, paths):
+        found = (folder / PLAN for folder in (path, *path.parents[:MOST_LEVELS]) if (folder / PLAN).is_file())
+        plans |= dict.fromkeys(islice(found, 1))
+    return [note for plan in plans if (note := _added_to(plan)) is not None]
+
+
+def _added_to(path: Path) -> str | None:
+    with suppress(OSError, ValueError, RecursionError):
+        document = json.loads(path.read_bytes())
+        if is_own(document, "plan") and document.get("grown_from"):
+            sizes = ", then ".join(map(str, document["grown_from"]))
+            return (
+                f"The batch {path.parent.name} {ADDED_TO} {sizes} episodes of {len(document['episodes'])} when results "
+                "of it could be seen. Intervals and p-values hold for a number of episodes that was fixed before."
+            )
+    return None
 
 
 def _is_planned(episode: Any) -> bool:

@@ -10,7 +10,7 @@ from benchbot.core.budget import Spent, overrun
 from benchbot.core.declarations import formats
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
-from benchbot.evaluation import result_files
+from benchbot.evaluation import batch_folder, result_files
 from benchbot.evaluation.batch_folder import PlannedResult
 from benchbot.evaluation.coverage import Coverage
 from benchbot.evaluation.result_document import ResultDocument, listed
@@ -63,6 +63,7 @@ def collect(
     _warn_of_settings(kept, coverage)
     _warn_of_restarts(kept, coverage)
     _warn_of_replays(kept, coverage)
+    coverage.warnings += batch_folder.added_to(paths)
     return kept
 
 

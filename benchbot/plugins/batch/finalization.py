@@ -87,7 +87,6 @@ def evaluate(folder: Folder, plan: Plan, catalog: Catalog, *, archive: bool = Fa
             problems.append(error)
         else:
             files["comparison"] = str(folder.path / "comparison.json")
-            comparison["notes"] += [grown(plan)] if plan.grown_from else []
             results.write_json(Path(files["comparison"]), comparison)
     return Products(files, scores_of, comparison, costs, problems)
 
@@ -130,8 +129,6 @@ def _scored(plan: Plan, catalog: Catalog, paths: Sequence[Path], place: Path) ->
     from benchbot.plugins.report.rendering import render
 
     evaluation = score_files(paths, catalog=catalog, method=plan.method, required_task=plan.task)
-    if plan.grown_from:
-        evaluation.document["coverage"].setdefault("warnings", []).append(grown(plan))
     results.write_scores(place / "scores.json", evaluation.document)
     material = gather(evaluation, paths, catalog=catalog)
     atomic.write_text(place / "report.html", render(material, "html"))
@@ -145,15 +142,6 @@ def _compared(sets: Sequence[str], catalog: Catalog) -> dict[str, Any]:
 
     named = result_sets.read([f"{text}/scores.json" for text in sets], catalog=catalog)
     return comparison.compare(named, result_sets.evaluator_of(named, catalog))
-
-
-def grown(plan: Plan) -> str:
-    """Return what statistics do not hold for, in a batch to which episodes were added."""
-    sizes = ", then ".join(map(str, plan.grown_from))
-    return (
-        f"The batch was added to: it had {sizes} episodes of {len(plan.episodes)} when results of it could "
-        "be seen. Intervals and p-values hold for a number of episodes that was fixed before."
-    )
 
 
 def finalize(folder: Folder, plan: Plan, catalog: Catalog, who: str, *, wait: bool = False) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.core.records import Evaluator
 from benchbot.evaluation import intervals
+from benchbot.evaluation.batch_folder import ADDED_TO
 from benchbot.evaluation.intervals import Over
 from benchbot.evaluation.result_document import listed
 from benchbot.evaluation.score import explain
@@ -220,7 +221,8 @@ def notes_on(sets: Sequence[ResultSet]) -> list[str]:
     if len(set(map(tuple, changed.values()))) > 1:
         said = [f"{name} with {' and '.join(each or 'none' for each in all_)}" for name, all_ in changed.items()]
         notes.append(f"The settings differ (--set): {'; '.join(said)}.")
-    return notes
+    warnings = [warning for one in sets for warning in one.document["coverage"].get("warnings", ())]
+    return [*notes, *dict.fromkeys(warning for warning in warnings if ADDED_TO in warning)]
 
 
 def require_score(results: ResultSet, score: str) -> None:

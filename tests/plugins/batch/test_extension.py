@@ -88,7 +88,10 @@ def test_a_batch_that_runs_is_added_to_and_ends_as_if_it_had_been_whole(
     scores = json.loads((folder / "scores.json").read_text())
     assert len(scores["rows"]) == 4
     (warning,) = scores["coverage"]["warnings"]
-    assert warning.startswith("The batch was added to: it had 2 episodes of 4 when results of it could be seen.")
+    assert warning.startswith("The batch b was added to: it had 2 episodes of 4 when results of it could be seen.")
+    for one in ("b/results", "b/scores.json"):
+        compared = batches.cli("compare", f"gathered={one}", "computed=b/episodes", "--over", "environments", "--json")
+        assert json.loads(compared.stdout)["notes"] == [warning], compared.stderr
     whole = batches.run("b", *scored, seeds="0..1")
     assert "4 done, 0 to do" in whole.stderr
     assert json.loads((folder / "plan.json").read_text())["grown_from"] == [2]
