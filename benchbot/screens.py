@@ -6,7 +6,7 @@ Importing it imports Textual: import it in the module of a screen, never in a pl
 from benchbot.plugins.screens.child_command import ChildCommand, Outcome, as_typed, error_in
 from benchbot.plugins.screens.command_screen import CommandScreen, Services
 from benchbot.plugins.screens.picture import PictureView
-from benchbot.plugins.screens.widgets import CheckList, ChoiceField, Facts, FormField, Table, TextField
+from benchbot.plugins.screens.widgets import CheckList, ChoiceField, Facts, FormField, OptionsField, Table, TextField
 
 __all__ = [
     "CheckList",
@@ -15,6 +15,7 @@ __all__ = [
     "CommandScreen",
     "Facts",
     "FormField",
+    "OptionsField",
     "Outcome",
     "PictureView",
     "Services",

@@ -1,6 +1,5 @@
 """The screen of a new batch: its matrix, size and time, what is impossible and why, its preflight and its start."""
 
-import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -19,7 +18,7 @@ from benchbot.plugins.batch import estimate, machine, matrix, request
 from benchbot.plugins.batch.estimate import Durations, Place
 from benchbot.plugins.screens.child_command import Outcome
 from benchbot.plugins.screens.command_screen import CommandScreen
-from benchbot.plugins.screens.widgets import CheckList, ChoiceField, TextField
+from benchbot.plugins.screens.widgets import CheckList, ChoiceField, OptionsField, TextField
 
 LISTS = {"robots": "Robots", "environments": "Environments", "examples": "Solutions (examples)"}
 MOST_ROWS = 200
@@ -74,7 +73,7 @@ class NewBatchScreen(CommandScreen):
             "Workers", placeholder=f"{machine.free_capacity().jobs()}: what there is room for"
         )
         self._folder_field = TextField("Folder", placeholder="batch-HASH, here")
-        self._more_field = TextField("More options", placeholder="--max-steps 100 --set lighting.time=08:00,20:00 …")
+        self._more_field = OptionsField(placeholder="--max-steps 100 --set lighting.time=08:00,20:00 …")
         with Horizontal(classes="pane"):
             with VerticalScroll(classes="form", can_focus=False):
                 yield self._task_field
@@ -126,7 +125,7 @@ class NewBatchScreen(CommandScreen):
         }
         given = [f"{name}={value}" for name, value in options.items() if value]
         axes = ["--robots", ",".join(robots), "--envs", ",".join(environments)]
-        return ["batch", "--task", self._task_field.value, *axes, *solutions, *given, *_split(self._more_field.value)]
+        return ["batch", "--task", self._task_field.value, *axes, *solutions, *given, *self._more_field.words]
 
     def on_input_changed(self) -> None:
         """Show the command and the size as they are now."""
@@ -328,10 +327,3 @@ def _named(commands: str) -> list[tuple[str, str]]:
         named = bool(separator) and name.strip().replace("-", "_").replace(".", "_").isidentifier()
         found.append((name.strip(), command.strip()) if named else ("", text))
     return found
-
-
-def _split(text: str) -> list[str]:
-    try:
-        return shlex.split(text)
-    except ValueError as error:
-        raise BenchbotError("More options cannot be read.", f"{error}: {text}.", "Close the quotation.") from error

@@ -19,7 +19,7 @@ from benchbot.plugins.installer.plan import Action, Change
 from benchbot.plugins.installer.plugins_command import addon_row, plugin_row
 from benchbot.plugins.screens.child_command import Outcome
 from benchbot.plugins.screens.command_screen import CommandScreen
-from benchbot.plugins.screens.widgets import Facts, Table, TextField
+from benchbot.plugins.screens.widgets import Facts, OptionsField, Table, TextField
 from benchbot.plugins.v2 import addons as v2_addons
 from benchbot.plugins.v2 import trust
 
@@ -50,8 +50,14 @@ class PluginsScreen(CommandScreen):
 
     def body(self) -> ComposeResult:
         """Yield the search, the list, and what is known of the marked one."""
-        yield TextField("Search", placeholder="a word or kind; or a folder, wheel or git address to install from")
-        yield TextField("Index", self.app.preference(INDEX), placeholder="the one that pip and uv use")
+        self._search_field = TextField(
+            "Search", placeholder="a word or kind; or a folder, wheel or git address to install from"
+        )
+        self._index_field = TextField("Index", self.app.preference(INDEX), placeholder="the one that pip and uv use")
+        self._more_field = OptionsField(placeholder="to install, upgrade or uninstall: --find-links FOLDER …")
+        yield self._search_field
+        yield self._index_field
+        yield self._more_field
         with Horizontal(classes="pane"):
             yield Table({"": 1, "Name": 27, "Version": 7, "Kind": 11, "Summary": None})
             with VerticalScroll(classes="details aside", can_focus=False):
@@ -65,12 +71,16 @@ class PluginsScreen(CommandScreen):
 
     def words(self) -> list[str]:
         """Return the command of the search, else the one that concerns the marked plug-in."""
-        typed, marked = self._typed, self.query_one(Table).marked
-        if isinstance(self.focused, Input):
-            return self._install(typed) if _is_source(typed) else ["plugins", "search", typed or "WORD", *self._where]
+        typed, marked, more = self._typed, self.query_one(Table).marked, self._more_field.words
+        if self.focused is not None and self.focused in (self._search_field.widget, self._index_field.widget):
+            if _is_source(typed):
+                return [*self._install(typed), *more]
+            return ["plugins", "search", typed or "WORD", *self._where]
         if marked is None:
             raise BenchbotError("Nothing is marked.", "The list is empty.", "Search for a word.")
-        return ["plugins", "show", marked] if marked in self._installed else self._install(marked)
+        if marked not in self._installed:
+            return [*self._install(marked), *more]
+        return ["upgrade", marked, *self._where, *more] if more else ["plugins", "show", marked]
 
     def action_look(self) -> None:
         """Read what is installed, in a thread."""
@@ -78,7 +88,7 @@ class PluginsScreen(CommandScreen):
 
     def action_search(self) -> None:
         """Move the cursor into the field of the search."""
-        self.query(TextField).first().focus_input()
+        self._search_field.focus_input()
 
     def on_descendant_focus(self) -> None:
         """Show the command of what has the focus."""
@@ -147,11 +157,11 @@ class PluginsScreen(CommandScreen):
 
     @property
     def _typed(self) -> str:
-        return self.query(TextField).first().value
+        return self._search_field.value
 
     @property
     def _where(self) -> list[str]:
-        address = self.query(TextField).last().value
+        address = self._index_field.value
         return ["--index-url", address] if address else []
 
     @property
@@ -194,6 +204,11 @@ class PluginsScreen(CommandScreen):
         self.on_data_table_row_highlighted()
 
     def _plan(self, words: list[str], meaning: str) -> None:
+        try:
+            words = [*words, *self._more_field.words]
+        except BenchbotError as error:
+            self.show_error(error)
+            return
         looking = [*words, "--dry-run", "--json"]
         self.run_command(looking, partial(self._ask, words, meaning), doing="Looking what would change")
 

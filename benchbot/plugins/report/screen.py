@@ -14,12 +14,14 @@ from benchbot.core.errors import BenchbotError
 from benchbot.core.text import one_line
 from benchbot.plugins.screens.child_command import Outcome
 from benchbot.plugins.screens.command_screen import CommandScreen
-from benchbot.plugins.screens.widgets import CheckList, ChoiceField, TextField
+from benchbot.plugins.screens.widgets import CheckList, ChoiceField, OptionsField, TextField
 
 MOST_PAIRS = 200
 LEAST_AXIS = 15
 OVER = [("places", "places"), ("environments", "environments")]
 NO, YES = "no", "yes"
+TABLES = ("--across", "--paired-by", "--explain")
+"""Options whose answer is shown as the command prints it."""
 OBJECTS = [("no", NO), ("won and lost: shows the truth", YES)]
 
 
@@ -46,6 +48,7 @@ class CompareScreen(CommandScreen):
         self._score_field = TextField("Score", placeholder="the method's headline")
         self._over_field = ChoiceField("Speak of", OVER)
         self._objects_field = ChoiceField("Objects", OBJECTS)
+        self._more_field = OptionsField(placeholder="--explain --paired-by scene …")
         with Horizontal(classes="pane"):
             with VerticalScroll(classes="form", can_focus=False):
                 yield Static("Sets of results", classes="heading")
@@ -54,6 +57,7 @@ class CompareScreen(CommandScreen):
                 yield self._score_field
                 yield self._over_field
                 yield self._objects_field
+                yield self._more_field
             with VerticalScroll(classes="details main"):
                 yield Static(id="outcome", markup=False)
 
@@ -74,7 +78,8 @@ class CompareScreen(CommandScreen):
             )
         score = ["--score", self._score_field.value] if self._score_field.value else []
         over = [] if self._over_field.value == OVER[0][1] else ["--over", self._over_field.value]
-        return ["compare", *texts, *score, *over, *(["--objects"] if self._objects_field.value == YES else [])]
+        objects = ["--objects"] if self._objects_field.value == YES else []
+        return ["compare", *texts, *score, *over, *objects, *self._more_field.words]
 
     def on_check_list_chosen(self) -> None:
         """Show the command as it is now."""
@@ -90,7 +95,15 @@ class CompareScreen(CommandScreen):
 
     def action_compare(self) -> None:
         """Score and compare what is chosen."""
-        self.run_words(["--json"], self._compared, doing="Comparing", only_looks=True)
+        try:
+            words = self.words()
+        except BenchbotError as error:
+            self.show_error(error)
+            return
+        if any(word.startswith(TABLES) for word in words):
+            self.run_command(words, self._print, doing="Comparing", only_looks=True)
+        else:
+            self.run_command([*words, "--json"], self._compared, doing="Comparing", only_looks=True)
 
     def action_report(self) -> None:
         """Make the report of each set that is chosen: one report is of one solution."""
@@ -121,6 +134,11 @@ class CompareScreen(CommandScreen):
         self._document = outcome.document
         self._show()
         self.query_one(".details").scroll_home(animate=False)
+        self.query_one(".details").focus()
+
+    def _print(self, outcome: Outcome) -> None:
+        self._document = None
+        self.query_one("#outcome", Static).update(Text("\n".join([*map(str.strip, outcome.said), "", outcome.output])))
         self.query_one(".details").focus()
 
     def _show(self) -> None:

@@ -1,5 +1,6 @@
 """Widgets of forms and lists: a labelled field, a table of plain text, and facts; nothing in them is markup."""
 
+import shlex
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import ClassVar
 
@@ -10,6 +11,7 @@ from textual.message import Message
 from textual.widgets import DataTable, Input, Label, OptionList, Select, Static
 from textual.widgets.option_list import Option as Choice
 
+from benchbot.core.errors import BenchbotError
 from benchbot.core.text import one_line
 
 Option = tuple[str, str]
@@ -54,6 +56,26 @@ class TextField(FormField):
     def focus_input(self) -> None:
         """Move the cursor into it at once, so that keys typed ahead already go there."""
         self.screen.set_focus(self._input)
+
+
+class OptionsField(TextField):
+    """Any options of a command that have no field of their own, as they are typed in a shell."""
+
+    def __init__(self, *, placeholder: str = "as in a shell") -> None:
+        super().__init__("More options", placeholder=placeholder)
+
+    @property
+    def words(self) -> list[str]:
+        """The options, word by word; raises BenchbotError for a quotation that is not closed."""
+        return words_of(self.value)
+
+
+def words_of(text: str) -> list[str]:
+    """Return the words of options as a shell reads them; raises BenchbotError for a quotation that is not closed."""
+    try:
+        return shlex.split(text)
+    except ValueError as error:
+        raise BenchbotError("More options cannot be read.", f"{error}: {text}.", "Close the quotation.") from error
 
 
 class ChoiceField(FormField):

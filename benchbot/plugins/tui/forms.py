@@ -18,6 +18,7 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.request import Limits, RunRequest
 from benchbot.core.text import one_line
+from benchbot.plugins.screens.widgets import words_of
 
 T = TypeVar("T")
 
@@ -36,7 +37,7 @@ _RUNS = [("on this machine, as you", "native"), ("in a sandbox: somebody else's"
 
 @dataclass(frozen=True)
 class SubmissionOptions:
-    """The options of `benchbot submit`: a solution, the file of its result, and the method that scores it, if any."""
+    """The options of `benchbot submit`: a solution, the file and method of its result, and more."""
 
     result: Path
     example: str | None = None
@@ -44,6 +45,7 @@ class SubmissionOptions:
     sandboxed: bool = False
     arguments: str = ""
     method: str | None = None
+    more: tuple[str, ...] = ()
 
     def words(self) -> list[str]:
         """Return the options of `benchbot submit`; raises BenchbotError when there is nothing to submit."""
@@ -60,6 +62,7 @@ class SubmissionOptions:
             *([f"--args={self.arguments}"] if self.arguments.strip() else []),
             f"--results-location={self.result}",
             *([f"--evaluate-with={self.method}"] if self.method is not None else []),
+            *self.more,
             "--json",
         ]
 
@@ -120,6 +123,12 @@ class SolutionForm(Vertical):
         yield Field("Runs", Select(_RUNS, allow_blank=False, compact=True, id="runs"))
         yield Field("Scored by", Select([("nobody", NOT_SCORED)], allow_blank=False, compact=True, id="method"))
         yield Field("Result", Input(placeholder="a new folder in results", compact=True, id="result"))
+        yield Field("More options", Input(placeholder="as in a shell", compact=True, id="more"))
+
+    @property
+    def more(self) -> list[str]:
+        """The options that have no field; raises BenchbotError for a quotation that is not closed."""
+        return words_of(self.query_one("#more", Input).value)
 
     def offer(self, offers: Offers) -> None:
         """Offer what fits the task; keep the present choice where it is still offered."""
@@ -150,6 +159,7 @@ class SolutionForm(Vertical):
             sandboxed=self._chosen("runs") == "sandboxed",
             arguments=self.query_one("#arguments", Input).value,
             method=self._chosen("method") or None,
+            more=tuple(self.more),
         )
         options.words()
         return options

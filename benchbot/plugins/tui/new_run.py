@@ -110,13 +110,14 @@ class NewRunScreen(Screen[None]):
             return
         try:
             run = self.query_one(RunForm).request(*(self.chosen[step] for step in CHOSEN))
-            solution = self.query_one(SolutionForm).options(run.environment)
+            form = self.query_one(SolutionForm)
+            solution, more = form.options(run.environment), form.more
         except BenchbotError as error:
             self.app.tell(error)
             return
         self.app.pop_screen()
         if solution is None:
-            self.app.start(run_words(run), watch=True)
+            self.app.start([*run_words(run), *more], watch=True)
         else:
             self.app.start(submit_words(solution, run), solution.result, watch=True)
 

@@ -16,7 +16,7 @@ from textual.widget import Widget
 
 from benchbot.core.errors import BenchbotError, did_you_mean
 from benchbot.plugins.drawing.palette import Color, Pixels
-from benchbot.plugins.tui import half_cells, mosaics, panels, terminal_answers
+from benchbot.plugins.tui import half_cells, mosaics, panels
 
 KINDS = [*mosaics.GRIDS, "kitty", "sixel", "none"]
 
@@ -221,23 +221,6 @@ def make(kind: str) -> Raster:
     if kind == "none":
         return Blank()
     return Raster(kind) if kind in mosaics.GRIDS else Graphics(kind)
-
-
-def prepare(kind: str) -> None:
-    """Query the size of the terminal's cells, before an app begins to read from it; within tmux, reach the one around.
-
-    Kitty's pictures stand where tmux shows characters that name them, so that only their pixels pass through it.
-    """
-    if kind in ("kitty", "sixel"):
-        from textual_image._terminal import get_cell_size
-
-        get_cell_size()
-    if kind == "kitty" and terminal_answers.passes_through():
-        from textual_image.renderable import tgp
-
-        begin, end = terminal_answers.ENVELOPE
-        vars(tgp)["_TGP_MESSAGE_START"] = f"{begin}\x1b\x1b_G"
-        vars(tgp)["_TGP_MESSAGE_END"] = f"\x1b\x1b\\{end}"
 
 
 def _wrapped(text: str, width: int) -> list[Strip]:

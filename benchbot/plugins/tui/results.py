@@ -306,7 +306,7 @@ class ResultsScreen(Screen[None]):
             else "1 result"
         )
         if row is None:
-            self._status(f"{count}. D looks into another folder.")
+            self._status(f"{count}. F looks into another folder.")
         else:
             self._status(f"{count}. {row.problem or row.source}")
 

@@ -46,9 +46,7 @@ def way_of_images(asked_for: str | None = None) -> str:
         # Terminals that take such a character for a wide one would shift all that stands to its right.
         way = way if draws_in_one_cell(mosaics.characters(mosaics.GRIDS[way])[4]) else "halfcell"
     if way in ("kitty", "sixel"):
-        from benchbot.plugins.tui import raster
-
-        raster.prepare(way)
+        prepare(way)
     return way
 
 
@@ -63,6 +61,22 @@ def kind_of_images(timeout_s: float = TIMEOUT_S) -> str:
         # The last question would be answered by tmux itself, long before the terminal around it.
         kind = named(_asked(source, target, timeout_s, question, _KITTY))
     return kind
+
+
+def prepare(kind: str) -> None:
+    """Query the size of the terminal's cells, before an app begins to read from it; within tmux, reach the one around.
+
+    Kitty's pictures stand where tmux shows characters that name them, so that only their pixels pass through it.
+    """
+    from textual_image._terminal import get_cell_size
+
+    get_cell_size()
+    if kind == "kitty" and passes_through():
+        from textual_image.renderable import tgp
+
+        begin, end = ENVELOPE
+        vars(tgp)["_TGP_MESSAGE_START"] = f"{begin}\x1b\x1b_G"
+        vars(tgp)["_TGP_MESSAGE_END"] = f"\x1b\x1b\\{end}"
 
 
 def passes_through() -> bool:

@@ -92,6 +92,13 @@ def test_sets_of_results_are_compared(home: Path) -> None:
         await sees(pilot, "$ benchbot compare base=")
         await pilot.press("ctrl+s")
         await sees(pilot, "have the same OMQ", "pair by pair", "all together")
+        assert isinstance(app.screen, CompareScreen)
+        app.screen._more_field.value = "--paired-by scene"
+        await pilot.press("ctrl+s")
+        await sees(pilot, "Mean absolute difference of OMQ: 0.0000")
+        app.screen._more_field.value = "--paired-by 'scene"
+        await pilot.press("ctrl+s")
+        await sees(pilot, "✗ More options cannot be read.")
 
     play(BenchbotApp(look=Alive), scenario, (120, 40))
 

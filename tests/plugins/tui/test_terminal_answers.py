@@ -62,11 +62,11 @@ PICTURE = """\
 import sys
 from PIL import Image
 from rich.console import Console
-from benchbot.plugins.tui import raster, terminal_answers
+from benchbot.plugins.tui import terminal_answers
 kind = terminal_answers.kind_of_images(timeout_s=20.0)
 print("kind:", kind)
 if kind == "kitty":
-    raster.prepare(kind)
+    terminal_answers.prepare(kind)
     from textual_image.renderable.tgp import Image as Shown
     Console(color_system="truecolor", force_terminal=True).print(Shown(Image.new("RGB", (8, 8), "red"), 2, 1))
 print("it is", "all", flush=True)

@@ -11,7 +11,7 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widgets import ContentSwitcher
 
 from benchbot.plugin import BenchbotError
-from benchbot.screens import ChoiceField, CommandScreen, Facts, Outcome, PictureView, TextField
+from benchbot.screens import ChoiceField, CommandScreen, Facts, OptionsField, Outcome, PictureView, TextField
 from benchbot_scenes.generator.kinds import KINDS
 
 GENERATE, IMPORT = "generate", "import"
@@ -49,9 +49,12 @@ class EnvironmentsScreen(CommandScreen):
         self._file_field = TextField("File", placeholder=".glb .gltf .obj .ply .stl .usd …")
         self._units_field = ChoiceField("Unit", [(name, name) for name in UNITS])
         self._up_field = ChoiceField("Up axis", [(name, name) for name in UP])
+        self._labels_field = TextField("Labels", placeholder="found beside the file; a file, or none")
+        self._start_field = TextField("Start", placeholder="found; X,Y or X,Y,DEG in metres")
         self._name_field = TextField("Name", placeholder="of the kind and seed, or of the file")
         self._output_field = TextField("Folder", placeholder="a new one of its name, here")
         self._robot_field = TextField("Robot", "carter")
+        self._more_field = OptionsField()
         with Horizontal(classes="pane"):
             with VerticalScroll(classes="form", can_focus=False):
                 yield self._way_field
@@ -64,12 +67,15 @@ class EnvironmentsScreen(CommandScreen):
                         yield self._file_field
                         yield self._units_field
                         yield self._up_field
+                        yield self._labels_field
+                        yield self._start_field
                 yield self._name_field
                 yield self._output_field
                 yield self._robot_field
+                yield self._more_field
             with Vertical(classes="details main"):
                 yield Facts(id="made")
-                yield PictureView(id="picture")
+                yield PictureView()
 
     def on_mount(self) -> None:
         """Begin with the number of rooms."""
@@ -83,7 +89,7 @@ class EnvironmentsScreen(CommandScreen):
             "--output-location": self._output_field.value,
             "--robot": self._robot_field.value,
         }
-        options = [f"{name}={value}" for name, value in common.items() if value]
+        options = [f"{name}={value}" for name, value in common.items() if value] + self._more_field.words
         if self._way_field.value == GENERATE:
             own = {
                 "--kind": self._kind_field.value,
@@ -95,8 +101,13 @@ class EnvironmentsScreen(CommandScreen):
             raise BenchbotError(
                 "Name a file to import.", "None was named.", "Type its path: .glb, .gltf, .obj, .ply, .stl or .usd."
             )
-        own = {"--units": self._units_field.value, "--up": self._up_field.value}
-        guessed = [f"{name}={value}" for name, value in own.items() if value != "auto"]
+        own = {
+            "--units": self._units_field.value,
+            "--up": self._up_field.value,
+            "--labels": self._labels_field.value,
+            "--start": self._start_field.value,
+        }
+        guessed = [f"{name}={value}" for name, value in own.items() if value not in ("", "auto")]
         return ["import-environment", str(Path(self._file_field.value).expanduser()), *guessed, *options]
 
     def on_select_changed(self) -> None:
