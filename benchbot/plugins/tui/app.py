@@ -23,7 +23,6 @@ from benchbot.plugins.tui.dialogs import HelpScreen
 from benchbot.plugins.tui.home import HomeScreen
 from benchbot.plugins.tui.jobs import Job
 from benchbot.plugins.tui.registered_screens import Registered
-from benchbot.plugins.watching.batch_feed import BatchFeed
 from benchbot.plugins.watching.views import EpisodeCell
 from benchbot.wire.run_state import RunState
 
@@ -136,6 +135,7 @@ class BenchbotApp(BaseApp):
     def watch_batch(self, folder: Path) -> None:
         """Show a batch; it goes on when the screen is left."""
         from benchbot.plugins.tui.batch_screen import BatchScreen
+        from benchbot.plugins.watching.batch_feed import BatchFeed
 
         def open_run(cell: EpisodeCell) -> None:
             wanted = (cell.environment, cell.robot, cell.seed)

@@ -29,7 +29,7 @@ from benchbot.core import atomic, resources
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.emergency_stop import is_locked
 from benchbot.plugins.tui import result_rows
-from benchbot.plugins.watching.batch_feed import BatchList
+from benchbot.plugins.watching.batch_list import BatchList
 from benchbot.plugins.watching.logs import end_of
 from benchbot.plugins.watching.views import BatchEntry
 from benchbot.wire import run_state

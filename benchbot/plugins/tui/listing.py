@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Generic, TypeVar
 
-from rich.cells import set_cell_size
+from rich.cells import cell_len, set_cell_size
 from rich.segment import Segment
 from rich.style import Style
 from textual import events
@@ -16,6 +16,8 @@ from textual.strip import Strip
 from benchbot.core.text import one_line
 
 HEAD_LINES = 1
+MEASURED = 300
+"""Columns are as wide as the cells of about so many rows, evenly spread, need."""
 Item = TypeVar("Item")
 Key = float | str | None
 """What a row is sorted by; None comes last, whichever way."""
@@ -23,7 +25,7 @@ Key = float | str | None
 
 @dataclass(frozen=True)
 class Column(Generic[Item]):
-    """A column: its title, its cells, what they are sorted by, and its width; `right` aligns numbers."""
+    """A column: its title, its cells, what they are sorted by, and its largest width; `right` aligns numbers."""
 
     title: str
     text: Callable[[Item], str]
@@ -56,6 +58,7 @@ class Listing(ScrollView, Generic[Item]):
         self.shown: list[Item] = []
         """The items as they are shown."""
         self._items: Sequence[Item] = ()
+        self._widths: list[int] = []
         self._sort = 0
         self._downwards = False
         self._row = 0
@@ -124,8 +127,8 @@ class Listing(ScrollView, Generic[Item]):
             self.move(row - self._row)
             return
         end = 0
-        for place, column in enumerate(self.columns):
-            end += column.width + 1
+        for place, width in enumerate(self._widths):
+            end += width + 1
             if event.x < end:
                 self.sort(column=place)
                 return
@@ -141,15 +144,19 @@ class Listing(ScrollView, Generic[Item]):
         item, marked = self.shown[row], row == self._row
         cursor = self._style("listing--cursor")
         segments = []
-        for column in self.columns:
+        for column, cells in zip(self.columns, self._widths, strict=True):
             style = cursor if marked else self._style(column.state(item)) if column.state is not None else Style()
-            segments += [Segment(_fitted(column.text(item), column), style), Segment(" ", cursor if marked else None)]
+            segments += [
+                Segment(_fitted(column.text(item), cells, right=column.right), style),
+                Segment(" ", cursor if marked else None),
+            ]
         return Strip(segments).adjust_cell_length(width, cursor if marked else base).apply_style(base)
 
     def _head(self) -> str:
         arrow = "↓" if self._downwards else "↑"
         titles = [f"{each.title}{arrow * (place == self._sort)}" for place, each in enumerate(self.columns)]
-        return " ".join(_fitted(title, column) for title, column in zip(titles, self.columns, strict=True))
+        columns = zip(titles, self.columns, self._widths, strict=True)
+        return " ".join(_fitted(title, width, right=column.right) for title, column, width in columns)
 
     def _arrange(self) -> None:
         words = self.needle.casefold().split()
@@ -160,10 +167,15 @@ class Listing(ScrollView, Generic[Item]):
         places.sort(key=keys.__getitem__, reverse=self._downwards)  # type: ignore[arg-type]
         unknown = [item for item, key in zip(shown, keys, strict=True) if key is None]
         self.shown = [*(shown[place] for place in places), *unknown]
+        self._widths = [self._needed(column) for column in self.columns]
         self._row = min(self._row, max(len(self.shown) - 1, 0))
         self.virtual_size = Size(0, HEAD_LINES + len(self.shown))
         self.refresh()
         self.post_message(self.Moved())
+
+    def _needed(self, column: Column[Item]) -> int:
+        rows = self.shown[:: len(self.shown) // MEASURED + 1]
+        return min(column.width, max([len(column.title) + 1, *(cell_len(one_line(column.text(row))) for row in rows)]))
 
     def _holds(self, item: Item, words: Sequence[str]) -> bool:
         text = " ".join(column.text(item) for column in self.columns).casefold()
@@ -173,7 +185,7 @@ class Listing(ScrollView, Generic[Item]):
         return self.get_component_rich_style(name)
 
 
-def _fitted(text: str, column: Column[Item]) -> str:
+def _fitted(text: str, width: int, *, right: bool) -> str:
     text = one_line(text)
-    text = text if len(text) <= column.width else f"{text[: column.width - 1]}…"
-    return text.rjust(column.width) if column.right else set_cell_size(text, column.width)
+    text = text if len(text) <= width else f"{text[: width - 1]}…"
+    return text.rjust(width) if right else set_cell_size(text, width)

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from benchbot.plugins.watching import plain
-from benchbot.plugins.watching.batch_feed import BatchFeed, BatchList
-from benchbot.plugins.watching.batch_feed import batches as listed
+from benchbot.plugins.watching.batch_feed import BatchFeed
+from benchbot.plugins.watching.batch_list import BatchList
+from benchbot.plugins.watching.batch_list import batches as listed
 from tests.cli.solutions import PASSIVE
 from tests.plugins.batch.conftest import Batches, batches, sources  # noqa: F401 - fixtures
 from tests.supervisor.harness import eventually
