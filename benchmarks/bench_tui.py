@@ -9,7 +9,9 @@ The app runs as in its tests: everything is painted and encoded for a terminal, 
 `--rest` measures something else: the processor time and bytes of a terminal in which nothing changes, with finished
 batches, as many and as long as is said, and the time until the batch with the episodes to be opened is on the screen.
 
-python -m benchmarks.bench_tui [--rounds N] [--rest [--batches N] [--episodes N] [--opened N]] [--json FILE]
+`--run` measures the bytes of watching a ray-traced run that steps once a second.
+
+python -m benchmarks.bench_tui [--rounds N] [--run] [--rest [--batches N] [--episodes N] [--opened N]] [--json FILE]
 """
 
 import argparse
@@ -74,9 +76,11 @@ def main() -> None:
     parser.add_argument("--batches", type=int, default=16, metavar="N")
     parser.add_argument("--episodes", type=int, default=12_000, metavar="N")
     parser.add_argument("--opened", type=int, default=10_000, metavar="N")
+    parser.add_argument("--run", action="store_true", help="instead, measure watching a run of a frame a second")
     options = parser.parse_args()
-    if options.rest:
-        figures = tui_at_rest.measure(options.batches, options.episodes, options.opened)
+    if options.rest or options.run:
+        sizes = options.batches, options.episodes, options.opened
+        figures = tui_at_rest.of_a_run() if options.run else tui_at_rest.measure(*sizes)
         print("\n".join(f"{figure.what:60} {figure.value:10.2f} {figure.unit}" for figure in figures))
         if options.json:
             options.json.write_text(json.dumps([asdict(figure) for figure in figures], indent=1))

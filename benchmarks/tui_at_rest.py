@@ -17,6 +17,7 @@ import sys
 import tempfile
 import termios
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -35,6 +36,8 @@ FAILED_EVERY = 11
 ASKED, ANSWER = b"\x1b[c", b"\x1b[?62;22c"
 """Which terminal is it; one with colours and without pictures (https://vt100.net/docs/vt510-rm/DA1.html)."""
 STARTS = 7
+RUN = "semantic_slam:passive:ground_truth:segmentation", "carter", "miniroom:1"
+FRAMES = 40
 KEYS, KEY_ROUNDS = ("j", "f", "k", "b", "m", "j", "m", "m", "b"), 4
 
 
@@ -166,6 +169,32 @@ def measure(batches: int, episodes: int, opened: int) -> list[Figure]:
             figures.append(Figure(f"a key of that screen{what}", statistics.median(each[place] for each in keys), "ms"))
             figures.append(Figure(f"a key of that screen, the slowest{what}", max(each[place] for each in keys), "ms"))
         return [*figures, Figure("finished batch", share, "% of a core"), Figure("finished batch", rate, "B/s")]
+
+
+def of_a_run() -> list[Figure]:
+    """Return the bytes and processor time of watching a ray-traced run that steps once a second, in half cells."""
+    from benchbot.api.client import Client
+    from benchbot.core.request import RunRequest
+    from benchbot.supervisor.backend import Backend
+
+    with Backend.start(RunRequest(*RUN)) as backend, ThreadPoolExecutor(1) as beside:
+        client = Client(backend.state.connection)
+        client.reset()
+        with Terminal(f"--run={backend.state.name}") as terminal:
+            terminal.until("Camera")
+            terminal.rest(SETTLING_S / 3)
+            seconds = []
+            for _ in range(FRAMES):
+                step = beside.submit(client.step, "move_next", {})
+                seconds.append(terminal.rest(1.0))
+                step.result()
+    shares, rates = zip(*seconds, strict=True)
+    said = "watching a run of a frame a second"
+    return [
+        Figure(said, statistics.mean(rates) / 1e3, "kB/s"),
+        Figure(f"{said}, the most in a second", max(rates) / 1e3, "kB/s"),
+        Figure(f"{said}, processor", statistics.mean(shares), "% of a core"),
+    ]
 
 
 def _with_failures(path: Path) -> Path:

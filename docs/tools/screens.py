@@ -1,4 +1,4 @@
-"""Pictures of the screens of `benchbot tui`: `python -m docs.tools.screens docs/images/tui`.
+"""Pictures of the screens of `benchbot tui`: `python -m docs.tools.screens docs/images/tui`, then `watched_screens`.
 
 A real submission is started, watched and evaluated by keys, in a home of its own; Chromium draws what Textual exports.
 """
@@ -7,6 +7,7 @@ import asyncio
 import io
 import os
 import re
+import subprocess
 import sys
 import tempfile
 import time
@@ -21,10 +22,18 @@ from benchbot.plugins.tui.app import BenchbotApp
 from benchbot.plugins.tui.jobs import WELL
 from tests.browser import launched
 
-COLUMNS, LINES = 110, 34
+COLUMNS, LINES, FEW_LINES = 110, 34, 16
 PATIENCE_S = 300.0
 SCALE = 0.8
 TASK, ROBOT, ENVIRONMENT = "semantic_slam:passive:ground_truth:segmentation", "carter", "miniroom:1"
+OTHERS = {
+    "broken": ["--native=false", f"--robot={ROBOT}"],
+    "empty": ["--example=hello_passive", f"--robot={ROBOT}"],
+    "lowres": ["--example=segmentation_mapper", "--robot=carter_lowres"],
+    "short": ["--example=segmentation_mapper", f"--robot={ROBOT}", "--max-steps=12"],
+}
+"""Submissions beside the one that is watched, by the folders of their results."""
+LARGEST_BYTES = 45_000
 LOOKED_AT = 12
 """How many observations there are when the run is pictured."""
 
@@ -62,18 +71,27 @@ async def _play(take: Callable[[BenchbotApp, str], None]) -> None:
         take(app, "run")
         await pilot.press("escape")
         await _until(pilot, lambda: "HomeScreen" in type(app.screen).__name__)
-        await pilot.press("home")
-        await pilot.pause(1.5)
-        take(app, "home")
         await _until(pilot, lambda: not app.alive.runs and app.alive.jobs[0].state == WELL)
+        await asyncio.to_thread(_submit_others)
         app.clear_notifications()
+        await pilot.resize_terminal(COLUMNS, FEW_LINES)
         await pilot.press("R")
-        await pilot.pause(1.5)
+        await _until(pilot, lambda: len(getattr(app.screen, "rows", ())) == 1 + len(OTHERS))
+        await pilot.press("end", "k")
+        await pilot.pause(0.5)
         take(app, "results")
+        await pilot.resize_terminal(COLUMNS, LINES)
         await pilot.press("i")
         await _until(pilot, lambda: "TextScreen" in type(app.screen).__name__)
         await pilot.pause(0.5)
         take(app, "explain")
+
+
+def _submit_others() -> None:
+    for name, words in OTHERS.items():
+        selected = [f"--task={TASK}", f"--env={ENVIRONMENT}", f"--results-location=results/{name}/result.json"]
+        command = [sys.executable, "-m", "benchbot", "submit", *words, *selected, "--evaluate-with=omq"]
+        subprocess.run(command, check=False, stdin=subprocess.DEVNULL)
 
 
 async def _choose(
@@ -113,9 +131,12 @@ def draw(taken: Mapping[str, str], folder: Path) -> None:
             tab.set_viewport_size({"width": round(width * SCALE), "height": round(height * SCALE)})
             tab.goto(source.as_uri())
             with Image.open(io.BytesIO(tab.screenshot())) as picture:
-                # Few colours are on a screen: a palette of them is a third of the size.
-                quantized = picture.convert("RGB").quantize(200, dither=Image.Dither.NONE)
-                quantized.save(folder / f"{name}.png", optimize=True)
+                # Few colours are on a screen: a palette of them is a third of the size, and less where all is text.
+                for count in (200, 48, 16):
+                    quantized = picture.convert("RGB").quantize(count, dither=Image.Dither.NONE)
+                    quantized.save(folder / f"{name}.png", optimize=True)
+                    if (folder / f"{name}.png").stat().st_size <= LARGEST_BYTES:
+                        break
 
 
 if __name__ == "__main__":

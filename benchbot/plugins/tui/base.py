@@ -80,8 +80,8 @@ class BaseApp(Services):
         """The screen that watches a run or batch, and the folder of that."""
 
     def get_driver_class(self) -> type[Driver]:
-        """Return the driver of this platform, which says colours in fewer bytes."""
-        return thrift.of(super().get_driver_class())
+        """Return the driver of this platform, which sends only what changes."""
+        return thrift.of(super().get_driver_class(), lambda: self.size)
 
     def get_line_filters(self) -> Sequence[LineFilter]:
         """Return what each line passes on its way to the terminal."""

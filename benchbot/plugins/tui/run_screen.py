@@ -179,7 +179,8 @@ class RunScreen(WatchScreen):
         self._show_words(view)
         self._show_pictures(view)
         self._log.show(view.log, view.log_dropped)
-        most = MOST_LOG_LINES if self.has_class("-tall") else LEAST_LOG_LINES
+        # A fifth of the screen at most: the rest is for the pictures.
+        most = max(LEAST_LOG_LINES, min(MOST_LOG_LINES, self.size.height // 5))
         lines = min(max(self._log.count, LEAST_LOG_LINES), most)
         self.query_one("#log").styles.height = lines + 2
         self._show_keys((view.alive, view.paused, self._by_hand, bool(view.progress.get("waiting_for")), view.result))
