@@ -78,7 +78,7 @@ class Screen:
     def write(self, text: str) -> None:
         for line, column, sent in re.findall(r"\x1b\[(\d+);(\d+)H((?:[^\x1b]|\x1b\[[\d;]*m)*)", text):
             x, y = int(column) - 1, int(line) - 1
-            for letter, *style in cells(sent.replace("\n", "")):
+            for letter, fore, back, bold in cells(sent.replace("\n", "")):
                 width = cell_len(letter)
                 if not width:
                     before = self.cells.get((y, x - 1), ("", ("", "", False)))
@@ -90,9 +90,9 @@ class Screen:
                         self.cells[y, place - 1] = (" ", ("", "", False))
                 if cell_len(self.cells.get((y, x + width - 1), ("", None))[0]) == 2:
                     self.cells[y, x + width] = (" ", ("", "", False))
-                self.cells[y, x] = (letter, (style[0], style[1], style[2]))
+                self.cells[y, x] = (letter, (fore, back, bold))
                 if width == 2:
-                    self.cells[y, x + 1] = ("right half", (style[0], style[1], style[2]))
+                    self.cells[y, x + 1] = ("right half", (fore, back, bold))
                 x += width
             self.cursor = (y, x)
 
