@@ -21,6 +21,7 @@ BATCH = {
     "environments": ["arena:1"],
     "evaluate_with": "omq",
     "timeout_s": 60,
+    "record": ["frames"],
 }
 
 
@@ -104,6 +105,10 @@ def test_from_an_empty_folder_to_a_leaderboard_that_anybody_can_verify(cli: Comm
     (row,) = asked(url, "/api/v1/phases/development/leaderboard")["standings"]
     assert row["team"] == "Ada"
     assert row["by_environment"].keys() == {"arena:1"}
+    assert {(item["kind"], item["environment"]) for item in row["pictures"]} >= {("map", "arena:1")}
+    for item in row["pictures"]:
+        with urlopen(f"{url}/phases/development/pictures/{item['file']}") as answer:
+            assert hashlib.sha256(answer.read()).hexdigest() == item["file"].partition(".")[0]
     assert withdrawn.returncode == 0 or "cannot be withdrawn" in withdrawn.stderr
 
     assert cli("challenge", "publish", "demo", "site").returncode == 0
@@ -146,6 +151,7 @@ def test_a_hidden_phase_runs_with_a_secret_of_which_nothing_is_told(cli: Command
     secret = (folder / "runs.secret").read_text("ascii").strip()
     results = [path.read_text("utf-8") for path in (folder / "work").rglob("result*.json")]
     assert any(secret in text for text in results)  # it was run with it
+    assert not (folder / "pictures").exists()
     told = [path.read_bytes() for path in (cli.folder / "site").rglob("*") if path.is_file()]
     told.append(json.dumps(scored).encode())
     assert scored["id"].encode() in b"".join(told[:-1])
