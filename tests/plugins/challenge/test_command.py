@@ -230,6 +230,8 @@ def test_a_container_goes_the_whole_way_by_itself_and_in_a_bundle(cli: CommandLi
         assert answer.returncode == 0, answer.stderr
         made = json.loads(answer.stdout)
         assert (made["mode"], made["state"]) == ("container", "scored"), made
+    by_name = cli("challenge", "submit", url, "localhost/some/image")
+    assert "one with a Dockerfile of the line: FROM IMAGE" in by_name.stderr
     over = cli("challenge", "submit", url, "solution")
     assert "has used up its submissions" in over.stderr
 
