@@ -9,7 +9,7 @@ import random
 import statistics
 import time
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,23 @@ class Clock:
 
     def __call__(self) -> float:
         return self.now_s
+
+
+def jain(values: Sequence[float]) -> float:
+    """Return Jain's index of fairness: 1 where all have the same, 1/n where one has all."""
+    squares = sum(value**2 for value in values)
+    return sum(values) ** 2 / (len(values) * squares) if squares else 1.0
+
+
+def max_min_shares(asked: Sequence[float], capacity: float) -> list[float]:
+    """Return the max-min fair shares of a capacity: nobody gets more than is asked, what is left is shared alike."""
+    shares = [0.0] * len(asked)
+    left = capacity
+    by_need = sorted(range(len(asked)), key=lambda number: asked[number])
+    for place, number in enumerate(by_need):
+        shares[number] = min(asked[number], left / (len(asked) - place))
+        left -= shares[number]
+    return shares
 
 
 def simulated(kind: str, url: str) -> dict[str, Any]:
@@ -70,7 +87,8 @@ def simulated(kind: str, url: str) -> dict[str, Any]:
     heapq.heapify(events)
     sequence, done, died, work_s = WORKERS, 0, 0, 0.0
     running = dict.fromkeys(waiting, 0)
-    shares: list[float] = []
+    leased = dict.fromkeys(waiting, 0)
+    shares: dict[str, list[float]] = {"equal": [], "demand": [], "leases": []}
     lost_at: dict[str, float] = {}
     recovery_s: list[float] = []
     next_sample_s = start_s + ARRIVAL_S + SHARES_EVERY_S
@@ -80,9 +98,15 @@ def simulated(kind: str, url: str) -> dict[str, Any]:
         sequence += 1
         if clock.now_s >= next_sample_s:
             next_sample_s += SHARES_EVERY_S
-            backlogged = [running[team] for team, left in waiting.items() if left]
+            backlogged = [team for team, left in waiting.items() if left]
             if len(backlogged) > 1:
-                shares.append(sum(backlogged) ** 2 / (len(backlogged) * sum(count**2 for count in backlogged)))
+                shares["equal"].append(jain([running[team] for team in backlogged]))
+                asking = [team for team in waiting if running[team] or waiting[team]]
+                for name, has in (("demand", running), ("leases", leased)):
+                    asked = [has[team] + waiting[team] for team in asking]
+                    fair = max_min_shares(asked, sum(has[team] for team in asking))
+                    pairs = zip(asking, fair, strict=True)
+                    shares[name].append(jain([has[team] / share for team, share in pairs if share > 0]))
         if what == "poll":
             claim = timed("claim", lambda: queue.claim(database, "w"))
             if claim is None:
@@ -90,6 +114,8 @@ def simulated(kind: str, url: str) -> dict[str, Any]:
                 continue
             if claim.submission in lost_at:
                 recovery_s.append(clock.now_s - lost_at.pop(claim.submission))
+            else:
+                leased[owner[claim.submission]] += 1
             waiting[owner[claim.submission]] -= 1
             running[owner[claim.submission]] += 1
             length_s = chance.lognormvariate(0, SPREAD) * EPISODE_S
@@ -113,6 +139,7 @@ def simulated(kind: str, url: str) -> dict[str, Any]:
         else:
             assert timed("finish", lambda: queue.finish(database, claim, 0.5, {}, {}))  # noqa: B023
             done += 1
+            leased[owner[claim.submission]] -= 1
             running[owner[claim.submission]] -= 1
             heapq.heappush(events, (clock.now_s, sequence, "poll", None, 0.0))
     simulation_s, used_s = time.perf_counter() - simulation_s, time.process_time() - used_s
@@ -122,7 +149,12 @@ def simulated(kind: str, url: str) -> dict[str, Any]:
     calls = sum(len(found) for what, found in costs.items() if what != "accept")
     print(f"{kind}: {QUEUED} episodes, {WORKERS} workers, {died} died: {makespan_s / 60:.1f} simulated minutes,")
     print(f"  {work_s / WORKERS / makespan_s:.0%} of the workers' time at work, {QUEUED / makespan_s:.1f} episodes/s")
-    print(f"  shares of teams that wait: Jain's index {statistics.fmean(shares):.3f}, least {min(shares):.3f}")
+    for name, what in (
+        ("demand", "what teams have, by their max-min fair share of what they ask for"),
+        ("leases", "the same, where a lost worker has its lease until it ends"),
+        ("equal", "what teams that wait have, by equal shares whatever they ask for"),
+    ):
+        print(f"  {what}: Jain's index {statistics.fmean(shares[name]):.3f}, least {min(shares[name]):.3f}")
     print(f"  a lost one was begun anew after {statistics.median(recovery_s):.0f} s, at most {max(recovery_s):.0f} s")
     for name, found in costs.items():
         walls_s, used_each_s = zip(*found, strict=True)
@@ -138,7 +170,7 @@ def simulated(kind: str, url: str) -> dict[str, Any]:
     return {
         "makespan_s": makespan_s,
         "at_work": work_s / WORKERS / makespan_s,
-        "jain": statistics.fmean(shares),
+        "jain": {name: statistics.fmean(found) for name, found in shares.items()},
         "recovery_median_s": statistics.median(recovery_s),
         "recovery_most_s": max(recovery_s),
         "caller_processor_s": means_s,

@@ -52,6 +52,10 @@ class Phase:
         """Return the moment up to which results are told at a time; both in seconds since the epoch."""
         return now - now % self.told_every_s if self.told_every_s else now
 
+    def told_at(self, ended_at: float) -> float:
+        """Return the moment at which a result is told that was there at another; both in seconds since the epoch."""
+        return self.told_until(ended_at) + self.told_every_s
+
     @property
     def method(self) -> str:
         """The name of the evaluation method."""
@@ -104,6 +108,17 @@ class Challenge:
         """The folder of what workers compute, one folder for each submission."""
         return self.folder / "work"
 
+    @property
+    def pictures(self) -> Path:
+        """The folder of pictures of what was found, by the sums of their bytes."""
+        return self.folder / "pictures"
+
+    @property
+    def hidden_places(self) -> frozenset[str]:
+        """The places of all hidden phases, whichever of their variants those have."""
+        hidden = [phase.batch["environments"] for phase in self.phases.values() if phase.hidden]
+        return frozenset(place_of(name) for environments in hidden for name in environments)
+
     def commitments(self) -> dict[str, str]:
         """Return the SHA-256 of each secret by its file's name: what is published at the start, as `sha256sum` says."""
         return {
@@ -111,6 +126,11 @@ class Challenge:
             for name in (PLACES_SECRET, RUNS_SECRET)
             if (self.folder / name).is_file()
         }
+
+
+def place_of(environment: str) -> str:
+    """Return the place of an environment: its name without variants."""
+    return environment.partition(":")[0]
 
 
 def read(folder: Path) -> Challenge:

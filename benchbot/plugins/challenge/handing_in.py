@@ -29,6 +29,12 @@ def archive(what: str | None, command: str | None, example: str | None) -> Itera
             "Name a folder, a file or a bundle, or an example, and not both.",
             "Such as: benchbot challenge submit URL . --command 'python solution.py'",
         )
+    if what is not None and not Path(what).exists():
+        raise BenchbotError(
+            f"There is no {what}.",
+            "A folder, a file or a bundle is handed in; an image by name is not: whoever scores builds its own.",
+            "Name the folder of the image's Dockerfile, or one with a Dockerfile of the line: FROM IMAGE",
+        )
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "submission.zip"
         if example is not None:

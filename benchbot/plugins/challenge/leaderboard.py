@@ -10,8 +10,9 @@ from benchbot.core.records import Evaluator
 from benchbot.evaluation import intervals
 from benchbot.evaluation.coverage import counted_rows
 from benchbot.evaluation.intervals import Over
+from benchbot.plugins.challenge import pictures
 from benchbot.plugins.challenge.database import Database
-from benchbot.plugins.challenge.document import DISQUALIFIED, SCORED, Phase
+from benchbot.plugins.challenge.document import DISQUALIFIED, SCORED, Challenge, Phase
 from benchbot.plugins.challenge.tables import scores, submissions, teams
 from benchbot.plugins.report import pairing, significance
 
@@ -42,6 +43,8 @@ class Standing:
     """How many submissions of the team have been scored."""
     received_at: float
     by_environment: Mapping[str, float]
+    pictures: tuple[Document, ...] = ()
+    """Of what it found in a place that everybody may see (benchbot.plugins.challenge.pictures)."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,9 @@ class Memory:
     told_apart: dict[tuple[tuple[str, float], tuple[str, float]], bool] = field(default_factory=dict)
 
 
-def of(database: Database, phase: Phase, evaluator: Evaluator, memory: Memory | None = None) -> Board:
+def of(
+    database: Database, challenge: Challenge, phase: Phase, evaluator: Evaluator, memory: Memory | None = None
+) -> Board:
     """Return the leaderboard of a phase, as the database is now; of equal scores the earlier submission is first."""
     memory = memory or Memory()
     lower = bool(evaluator.score(evaluator.headline).lower_is_better)
@@ -126,6 +131,7 @@ def of(database: Database, phase: Phase, evaluator: Evaluator, memory: Memory | 
                 entries=row.entries,
                 received_at=row.received_at,
                 by_environment={} if phase.hidden else by_environment(document, evaluator),
+                pictures=pictures.shown(challenge, phase, document),
             )
         )
     return Board(phase.name, evaluator.headline, lower, tuple(standings), out)

@@ -42,8 +42,9 @@ def requeue(database: Database, identifier: str, why: str) -> None:
         again = {"state": QUEUED, "reason": "", "failures": 0, "ended_at": None}
         connection.execute(update(submissions).where(submissions.c.id == identifier).values(again))
         database.changed(connection)
-        told = f"{why} (its score was {before!r})" if before is not None else why
-        database.tell(connection, "organiser", "requeued", identifier, found.team, told)
+        if before is not None:  # an event of its own: the team is told why, but maybe not yet its score
+            database.tell(connection, "organiser", "took back", identifier, found.team, f"its score was {before!r}")
+        database.tell(connection, "organiser", "requeued", identifier, found.team, why)
 
 
 def disqualify(database: Database, identifier: str, why: str) -> None:

@@ -3,7 +3,9 @@
 index.html, PHASE.html, style.css    for people
 challenge.json                       name, phases, key, commitments
 PHASE.json, PHASE.csv                the leaderboard
+PHASE-history.html, .json            how it came about
 PHASE-rows.json                      every scored and disqualified submission, its statements signed
+pictures/                            of what was found, in places that everybody may see
 keys.json                            the public key of each team that signs
 places.secret, runs.secret, ...      once they are revealed
 """
@@ -50,9 +52,14 @@ def write(site: Site, target: Path, *, reveal: bool = False) -> list[Path]:
     for name, phase in site.challenge.phases.items():
         board = site.board(name)
         files[f"{name}.html"] = pages.board_page(site, phase, caller=Caller(), path="", static=True)
+        past = pages.history_page(site, phase, None, caller=Caller(), path="", static=True)
+        files[f"{name}-history.html"] = past
+        files[f"{name}-history.json"] = _json([asdict(step) for step in site.history(name)])
         files[f"{name}.json"] = _json(asdict(board))
         files[f"{name}.csv"] = _csv(board)
         files[f"{name}-rows.json"] = _json(_rows(site, name))
+        shown = {item["file"] for row in board.standings for item in row.pictures}
+        files |= {f"pictures/{file}": (site.challenge.pictures / file).read_bytes() for file in sorted(shown)}
     for name, content in files.items():
         atomic.write(target / name, content)
     written = [target / name for name in files]
@@ -135,7 +142,9 @@ def _verified(folder: Path, key_id: str | None) -> Document:
         rows = _read(folder / f"{name}-rows.json")
         for row in rows:
             _check_row(row, described["name"], name, phase, key, known, seen)
-        _check_board(_read(folder / f"{name}.json"), rows, phase)
+        board = _read(folder / f"{name}.json")
+        _check_board(board, rows, phase)
+        _check_pictures(folder, board, {row["id"]: row for row in rows}, key)
         counted[name] = len(rows)
     revealed = {}
     for name, sum_published in described["commitments"].items():
@@ -194,6 +203,19 @@ def _check_board(board: Mapping[str, Any], rows: list[Mapping[str, Any]], rules:
         raise _false(
             "The leaderboard is not that of the signed scores.", f"Phase {board['phase']} is ranked otherwise."
         )
+
+
+def _check_pictures(folder: Path, board: Mapping[str, Any], rows: Mapping[str, Mapping[str, Any]], key: Any) -> None:
+    """Check that the pictures beside a row are those that its signed statement names, by their sums."""
+    for standing in board["standings"]:
+        names = [item["file"] for item in standing["pictures"]]
+        envelope = rows[standing["submission"]]["score_envelope"]
+        signed = signing.opened(envelope, key, signing.SCORE).predicate.get("pictures", ()) if names else ()
+        for name in names:
+            path = folder / "pictures" / Path(name).name
+            content = path.read_bytes() if path.is_file() else b""
+            if name not in signed or hashlib.sha256(content).hexdigest() != path.stem:
+                raise _false(f"A picture of {standing['team']} is not the one that was signed.", f"It is {path.name}.")
 
 
 def _rows(site: Site, phase: str) -> list[Document]:

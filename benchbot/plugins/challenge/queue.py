@@ -109,14 +109,18 @@ def fail(database: Database, claim: Claim, why: str, told: str | None = None) ->
         if held:
             again = update(submissions).where(submissions.c.id == claim.submission)
             connection.execute(again.values(failures=count + 1))
-            database.tell(connection, "queue", "failed", claim.submission, detail=why)
+            action = "failed" if state == FAILED else "retried"
+            database.tell(connection, "queue", action, claim.submission, detail=why)
         return held
 
 
 def give_back(database: Database, claim: Claim) -> bool:
     """Put a claim back into the queue that its worker, which ends, has not finished."""
     with database.writing() as connection:
-        return end_attempt(database, connection, claim, QUEUED, "")
+        held = end_attempt(database, connection, claim, QUEUED, "")
+        if held:
+            database.tell(connection, "queue", "given back", claim.submission)
+        return held
 
 
 def give_back_of(database: Database, worker: str) -> None:

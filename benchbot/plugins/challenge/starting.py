@@ -30,6 +30,7 @@ phases:
       environments: ["miniroom:1"]
       evaluate_with: omq
       timeout_s: 600
+      record: [frames] # of which some are shown beside the leaderboard
     quota: {{per_day: 10}}
   # Places that nobody knows, drawn from places.secret, with noise from runs.secret:
   #   benchbot generate-environment --kind apartment --rooms 3 --seed 1 --secret {file_folder}/places.secret \\

@@ -113,7 +113,7 @@ def as_told(phase: Phase | None, row: Record, now: float) -> dict[str, Any]:
         return told
     if row["state"] == RUNNING or row["ended_at"] > phase.told_until(now):
         return {**told, "state": QUEUED, "reason": "", "score": None, "ended_at": None}
-    return {**told, "ended_at": phase.told_until(row["ended_at"]) + phase.told_every_s}
+    return {**told, "ended_at": phase.told_at(row["ended_at"])}
 
 
 def _require_room(database: Database, connection: Connection, phase: Phase, team: Row[Any]) -> None:

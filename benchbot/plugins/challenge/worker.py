@@ -26,7 +26,7 @@ import benchbot
 from benchbot.core import results
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.plugins.batch import driver_lock
-from benchbot.plugins.challenge import intake, queue, signing
+from benchbot.plugins.challenge import intake, pictures, queue, signing
 from benchbot.plugins.challenge.database import Database
 from benchbot.plugins.challenge.document import FILE, RUNS_SECRET, Challenge, Phase
 from benchbot.plugins.challenge.queue import LEASE_S, Claim
@@ -96,10 +96,15 @@ class Worker:
         elif code not in SCORED_CODES or not (folder / "batch" / "scores.json").is_file():
             self._settle(lambda: queue.fail(self.database, claim, f"The batch {how_it_ended(code)}. {words}"))
         else:
-            self._finish(claim, phase, folder)
+            try:
+                self._finish(claim, phase, folder)
+            except OSError as error:
+                why = f"The machine: {error.strerror}"
+                self._settle(lambda: queue.fail(self.database, claim, why))
 
     def _finish(self, claim: Claim, phase: Phase, folder: Path) -> None:
-        document = scored(folder / "batch" / "scores.json")
+        read = results.read_scores(folder / "batch" / "scores.json")
+        document = scored(read) | {"pictures": pictures.make(self.challenge, phase, folder / "batch", read)}
         headline = document["method"]["headline"]
         score = float(document["scores"][headline])
         found = submission(self.database, claim.submission)
@@ -116,7 +121,8 @@ class Worker:
             "software": software(folder / "batch" / "results"),
             "commitments": self.challenge.commitments() if phase.hidden else {},
             "attempt": claim.attempt,
-            "scored_at": int(self.database.clock()),
+            "pictures": [item["file"] for item in document["pictures"]],
+            "scored_at": int(phase.told_at(self.database.clock())),  # to the second it would tell how long it ran
         }
         envelope = self.key.sign(signing.SCORE, claim.sha256, statement)
         self._settle(lambda: queue.finish(self.database, claim, score, document, envelope))
@@ -216,9 +222,8 @@ def name_of(process: int) -> str:
     return f"worker {socket.gethostname()}:{process}"
 
 
-def scored(path: Path) -> dict[str, Any]:
+def scored(document: Mapping[str, Any]) -> dict[str, Any]:
     """Return a scores document without what would tell of the machine: no path, no provenance."""
-    document = results.read_scores(path)
     coverage = document["coverage"]
     return {
         **{key: document[key] for key in ("version", "method", "scores")},

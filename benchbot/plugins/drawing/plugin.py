@@ -12,6 +12,7 @@ def benchbot_commands() -> Iterator[Command]:
         "draw",
         "benchbot.plugins.drawing.draw_command:draw",
         "Draw frames, map or way of results, as figures for a paper.",
+        takes_sources=True,
     )
     yield Command(
         "picture",

@@ -1,5 +1,7 @@
 """Challenges in databases of both kinds: SQLite in a file, and a PostgreSQL server of the tests' own."""
 
+import hashlib
+import io
 import os
 import pwd
 import shutil
@@ -8,11 +10,12 @@ import subprocess
 import tempfile
 import time
 import uuid
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 from sqlalchemy import Row
 
 from benchbot.core import plugin_manager
@@ -158,7 +161,14 @@ def site(tmp_path: Path, challenge: Challenge) -> Iterator[Site]:
     database.engine.dispose()
 
 
-def score_of(site: Site, phase: Phase, name: str, value: float, key: signing.Key | None = None) -> str:
+def score_of(
+    site: Site,
+    phase: Phase,
+    name: str,
+    value: float,
+    key: signing.Key | None = None,
+    pictures: Sequence[dict[str, Any]] = (),
+) -> str:
     """Hand in a submission of a new team, score it, and return its identifier."""
     invitation = people.invite(site.database)
     public = None if key is None else key.public
@@ -171,9 +181,21 @@ def score_of(site: Site, phase: Phase, name: str, value: float, key: signing.Key
     claim = queue.claim(site.database, "w")
     assert claim is not None
     stated = {**about, "submission": made["id"], "statement": made["statement"], "score": value, "commitments": {}}
+    stated["pictures"] = [item["file"] for item in pictures]
     signed = site.key.sign(signing.SCORE, SHA, stated)
-    assert queue.finish(site.database, claim, value, scores_document({"miniroom:1": value}), signed)
+    document = scores_document({"miniroom:1": value}) | {"pictures": list(pictures)}
+    assert queue.finish(site.database, claim, value, document, signed)
     return str(made["id"])
+
+
+def kept(challenge: Challenge, environment: str = "miniroom:1") -> dict[str, Any]:
+    """Keep a picture as a worker does, and return what is known of it."""
+    content = io.BytesIO()
+    Image.new("RGB", (30, 20), (len(environment), 90, 160)).save(content, "PNG")
+    name = f"{hashlib.sha256(content.getvalue()).hexdigest()}.png"
+    challenge.pictures.mkdir(exist_ok=True)
+    (challenge.pictures / name).write_bytes(content.getvalue())
+    return {"file": name, "kind": "map", "environment": environment, "width": 30, "height": 20}
 
 
 def scores_document(by_environment: dict[str, float]) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from benchbot.plugins.challenge.document import Phase
 from benchbot.plugins.challenge.web.app import create_app
 from benchbot.plugins.challenge.web.site import Site
 from tests.browser import look, violations
-from tests.plugins.challenge.conftest import score_of
+from tests.plugins.challenge.conftest import kept, score_of
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -72,8 +72,19 @@ def test_a_team_joins_hands_in_and_finds_itself_on_the_leaderboard(
     row.get_by_role("button", name="Withdraw").click()
     assert "withdrawn" in tab.get_by_role("row").filter(has_text="first try").inner_text()
     for number, name in enumerate(("Bob", "Eve", "Zoë")):
-        score_of(site, phase, name, 0.9 - number / 10)
+        score_of(site, phase, name, 0.9 - number / 10, pictures=[kept(site.challenge)])
     tab.get_by_role("link", name="Development").click()
     table = tab.get_by_role("region", name="Leaderboard")
     assert [cell.inner_text() for cell in table.get_by_role("rowheader").all()] == ["Bob", "Eve", "Zoë"]
+    require_fine(tab)
+    picture = tab.get_by_role("img", name="Map of miniroom:1 from above: what Bob found, beside what is there")
+    assert picture.evaluate("image => image.complete && image.naturalWidth") == 30
+    tab.get_by_role("link", name="History").click()
+    chart = tab.get_by_role("img", name="The score of each team over time")
+    assert [name in chart.inner_html() for name in ("Bob", "Eve", "Zoë")] == [True] * 3
+    require_fine(tab)
+    tab.goto(f"{address}/mine")
+    tab.get_by_role("link", name="first try").click()
+    states = tab.get_by_role("region", name="States")
+    assert [cell.inner_text() for cell in states.get_by_role("rowheader").all()] == ["queued", "withdrawn"]
     require_fine(tab)

@@ -4,16 +4,20 @@ import hashlib
 import json
 import sys
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 from urllib.request import urlopen
 
+import docker
 import pytest
 import yaml
 
 from tests.cli.solutions import CRASHING, PASSIVE
+from tests.cli.submitted import SELECTION
 from tests.command_line import CommandLine, ended, wait_for
 from tests.plugins.batch.test_batch import TRUTHS, truth
+from tests.plugins.containers import solutions
 
 BATCH = {
     "task": "sample:passive",
@@ -21,6 +25,7 @@ BATCH = {
     "environments": ["arena:1"],
     "evaluate_with": "omq",
     "timeout_s": 60,
+    "record": ["frames"],
 }
 
 
@@ -104,6 +109,10 @@ def test_from_an_empty_folder_to_a_leaderboard_that_anybody_can_verify(cli: Comm
     (row,) = asked(url, "/api/v1/phases/development/leaderboard")["standings"]
     assert row["team"] == "Ada"
     assert row["by_environment"].keys() == {"arena:1"}
+    assert {(item["kind"], item["environment"]) for item in row["pictures"]} >= {("map", "arena:1")}
+    for item in row["pictures"]:
+        with urlopen(f"{url}/phases/development/pictures/{item['file']}") as answer:
+            assert hashlib.sha256(answer.read()).hexdigest() == item["file"].partition(".")[0]
     assert withdrawn.returncode == 0 or "cannot be withdrawn" in withdrawn.stderr
 
     assert cli("challenge", "publish", "demo", "site").returncode == 0
@@ -146,6 +155,7 @@ def test_a_hidden_phase_runs_with_a_secret_of_which_nothing_is_told(cli: Command
     secret = (folder / "runs.secret").read_text("ascii").strip()
     results = [path.read_text("utf-8") for path in (folder / "work").rglob("result*.json")]
     assert any(secret in text for text in results)  # it was run with it
+    assert not (folder / "pictures").exists()
     told = [path.read_bytes() for path in (cli.folder / "site").rglob("*") if path.is_file()]
     told.append(json.dumps(scored).encode())
     assert scored["id"].encode() in b"".join(told[:-1])
@@ -194,3 +204,47 @@ def test_only_modes_that_this_machine_can_run_are_admitted(cli: CommandLine) -> 
     path.write_text(yaml.safe_dump(document), "utf-8")
     refused = cli("challenge", "serve", "demo", "--port", "0")
     assert (refused.returncode, "The container engine does not answer" in refused.stderr) == (2, True)
+
+
+@pytest.mark.xdist_group("containers")
+def test_a_container_goes_the_whole_way_by_itself_and_in_a_bundle(cli: CommandLine, podman: dict[str, str]) -> None:
+    """Its folder and the bundle of its results: built, run without network, scored, within the quota, verified."""
+    cli.variables |= podman
+
+    def admit(document: dict[str, Any]) -> None:
+        document["phases"]["development"] |= {"modes": ["container"], "quota": {"per_day": 2}}
+
+    declare(cli, admit)
+    process, url = served(cli)
+    joined(cli, url, "Ada")
+    solutions.write(cli.folder / "solution", PASSIVE)
+    words = ("--containerised", "solution", "--weak-limits", *SELECTION, "-r", "result.json")
+    assert cli("submit", *words).returncode == 0
+    bundled = cli("bundle", "result.json", "--solution", "solution")
+    assert bundled.returncode == 0, bundled.stderr
+
+    sandboxed = cli("challenge", "submit", url, "solution", "--command", "python solution.py")
+    assert "A solution in a sandbox is not admitted" in sandboxed.stderr
+    for what in ("solution", "bundle.zip"):
+        answer = cli("challenge", "submit", url, what, "--title", what, "--wait", "--json")
+        assert answer.returncode == 0, answer.stderr
+        made = json.loads(answer.stdout)
+        assert (made["mode"], made["state"]) == ("container", "scored"), made
+    by_name = cli("challenge", "submit", url, "localhost/some/image")
+    assert "one with a Dockerfile of the line: FROM IMAGE" in by_name.stderr
+    over = cli("challenge", "submit", url, "solution")
+    assert "has used up its submissions" in over.stderr
+
+    (row,) = asked(url, "/api/v1/phases/development/leaderboard")["standings"]
+    assert (row["title"], row["entries"]) == ("solution", 2)  # of equal scores the earlier
+    assert row["pictures"]
+    assert cli("challenge", "publish", "demo", "site").returncode == 0
+    assert cli("challenge", "verify", "site").returncode == 0
+    process.terminate()
+    assert ended(process) == 0
+    found = [
+        json.loads(path.read_bytes()) for path in (cli.folder / "demo/work").glob("*/batch/episodes/*/result.json")
+    ]
+    assert [result["provenance"]["solution"]["mode"] for result in found] == ["container"] * 2
+    with closing(docker.APIClient(base_url=podman["DOCKER_HOST"])) as client:
+        assert client.containers(all=True) == []

@@ -33,6 +33,12 @@ def test_an_export_proves_itself(site: Site, export: Path) -> None:
     assert board.index("Ada") < board.index("Bob")
     assert "it holds the ground truth" in board
     assert 'href="/' not in board  # it is opened from a disk
+    past = (export / "development-history.html").read_text("utf-8")
+    assert 'href="/' not in past
+    assert [step["team"] for step in json.loads((export / "development-history.json").read_text("utf-8"))] == [
+        "Ada",
+        "Bob",
+    ]
     assert not [path for path in export.rglob("*") if path.suffix in (".secret", ".key", ".token")]
 
 

@@ -11,7 +11,7 @@ from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
 from benchbot.core.errors import BenchbotError
-from benchbot.plugins.challenge import people, signing, submissions
+from benchbot.plugins.challenge import history, people, signing, submissions
 from benchbot.plugins.challenge.document import SCORED
 from benchbot.plugins.challenge.web import uploads
 from benchbot.plugins.challenge.web.site import HttpError, Site, require_team
@@ -28,6 +28,10 @@ def routes(site: Site) -> list[Route]:
     async def standings(request: Request) -> Response:
         phase = site.challenge.phase(request.path_params["phase"])
         return Response(await run_in_threadpool(standings_json, site, phase.name), media_type="application/json")
+
+    async def past(request: Request) -> Response:
+        phase = site.challenge.phase(request.path_params["phase"])
+        return JSONResponse([asdict(step) for step in await run_in_threadpool(site.history, phase.name)])
 
     async def join(request: Request) -> Response:
         given = await _json(request)
@@ -66,6 +70,12 @@ def routes(site: Site) -> list[Route]:
         found = await run_in_threadpool(submissions.submission, site.database, request.path_params["id"], team.id)
         return JSONResponse(_public(site, found._mapping))
 
+    async def states(request: Request) -> Response:
+        team = require_team(await run_in_threadpool(site.caller, request))
+        found = await run_in_threadpool(submissions.submission, site.database, request.path_params["id"], team.id)
+        phase = site.challenge.phases.get(found.phase)
+        return JSONResponse(await run_in_threadpool(history.states, site.database, phase, found.id, team.id))
+
     async def withdraw(request: Request) -> Response:
         team = require_team(await run_in_threadpool(site.caller, request))
         await run_in_threadpool(submissions.withdraw, site.database, request.path_params["id"], team.id)
@@ -79,12 +89,14 @@ def routes(site: Site) -> list[Route]:
     return [
         Route("/api/v1/challenge", describe),
         Route("/api/v1/phases/{phase}/leaderboard", standings),
+        Route("/api/v1/phases/{phase}/history", past),
         Route("/api/v1/phases/{phase}/submissions", submit, methods=["POST"]),
         Route("/api/v1/team", own_team),
         Route("/api/v1/join", join, methods=["POST"]),
         Route("/api/v1/submissions", listed),
         Route("/api/v1/submissions/{id}", one),
         Route("/api/v1/submissions/{id}", withdraw, methods=["DELETE"]),
+        Route("/api/v1/submissions/{id}/history", states),
         Route("/api/v1/submissions/{id}/log", log),
     ]
 

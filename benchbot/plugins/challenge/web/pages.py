@@ -11,13 +11,13 @@ from markupsafe import Markup
 from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import FormData, UploadFile
 from starlette.requests import Request
-from starlette.responses import HTMLResponse, RedirectResponse, Response
+from starlette.responses import FileResponse, HTMLResponse, RedirectResponse, Response
 from starlette.routing import Route
 from starlette.types import Message
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.text import visible
-from benchbot.plugins.challenge import organiser, people, submissions
+from benchbot.plugins.challenge import history, organiser, people, submissions
 from benchbot.plugins.challenge.document import Phase, written
 from benchbot.plugins.challenge.leaderboard import Board
 from benchbot.plugins.challenge.people import SESSION_S
@@ -29,6 +29,8 @@ TEMPLATES = Path(__file__).parent / "templates"
 CHUNK_BYTES = 2**20
 FORM_BYTES = 2**16
 SHOWN_EVENTS = 200
+MOST_STEPS = 200
+PICTURE_CACHE = "public, max-age=600"
 STANDINGS = b"<!-- standings -->"
 """Where in the page of a leaderboard its tables come; no team can write it, since what teams write is escaped."""
 
@@ -44,6 +46,25 @@ def routes(site: Site) -> list[Route]:
         caller = await run_in_threadpool(site.caller, request)
         content = await run_in_threadpool(board_page, site, phase, caller=caller, path=request.url.path)
         return HTMLResponse(content)
+
+    async def picture(request: Request) -> Response:
+        phase = site.challenge.phase(request.path_params["phase"])
+        path = await run_in_threadpool(site.picture, phase.name, request.path_params["name"])
+        # Its name is the sum of its bytes; not for long, since it may be taken off with its row.
+        return FileResponse(path, headers={"cache-control": PICTURE_CACHE})
+
+    async def past(request: Request) -> Response:
+        phase = site.challenge.phase(request.path_params["phase"])
+        caller, day = await run_in_threadpool(site.caller, request), request.query_params.get("day") or None
+        content = await run_in_threadpool(history_page, site, phase, day, caller=caller, path=request.url.path)
+        return HTMLResponse(content)
+
+    async def states(request: Request) -> Response:
+        team = require_team(await run_in_threadpool(site.caller, request))
+        found = await run_in_threadpool(submissions.submission, site.database, request.path_params["id"], team.id)
+        phase = site.challenge.phases.get(found.phase)
+        told = await run_in_threadpool(history.states, site.database, phase, found.id, team.id)
+        return await shown(request, "states.html", submission=found, states=told)
 
     async def enter(request: Request) -> Response:
         caller = await run_in_threadpool(site.caller, request)
@@ -141,11 +162,14 @@ def routes(site: Site) -> list[Route]:
     return [
         Route("/", index),
         Route("/phases/{phase}", board),
+        Route("/phases/{phase}/history", past),
+        Route("/phases/{phase}/pictures/{name}", picture),
         Route("/enter", enter, methods=["GET", "POST"]),
         Route("/leave", leave, methods=["POST"]),
         Route("/mine", mine),
         Route("/mine", submit, methods=["POST"]),
         Route("/mine/{id}/withdraw", withdraw, methods=["POST"]),
+        Route("/mine/{id}", states),
         Route("/mine/{id}/log", log),
         Route("/queue", queue),
     ]
@@ -170,12 +194,36 @@ def page(site: Site, name: str, status: int = 200, *, static: bool = False, **va
 def board_page(site: Site, phase: Phase, *, caller: Caller, path: str, static: bool = False) -> bytes:
     """Return the page of a leaderboard: its tables are the same for everybody, and are made once."""
     board = site.board(phase.name)
+    folder = "pictures" if static else f"/phases/{phase.name}/pictures"
 
     def render(board: Board) -> bytes:
-        return visible(templates().get_template("standings.html").render(phase=phase, board=board)).encode()
+        template = templates().get_template("standings.html")
+        return visible(template.render(phase=phase, board=board, pictures=folder)).encode()
 
     around = page(site, "board.html", caller=caller, path=path, static=static, phase=phase)
-    return bytes(around.body).replace(STANDINGS, site.rendered(board, "html", render))
+    return bytes(around.body).replace(STANDINGS, site.rendered(board, "static" if static else "html", render))
+
+
+def history_page(
+    site: Site, phase: Phase, day: str | None, *, caller: Caller, path: str, static: bool = False
+) -> bytes:
+    """Return the page of a leaderboard's past, with the leaderboard at the end of a day (YYYY-MM-DD, UTC) or now."""
+    made, now, lower = site.history(phase.name), site.database.clock(), site.board(phase.name).lower_is_better
+    until = now
+    if day is not None:
+        try:
+            until = min(datetime.fromisoformat(f"{day}T00:00:00+00:00").timestamp() + history.DAY_S - 1, now)
+        except ValueError as error:
+            raise BenchbotError(f"'{day[:20]}' is no day.", str(error)[:80], "Such as: 2027-03-01") from error
+    values: dict[str, Any] = {
+        "standings": history.standing_at(made, until, lower_is_better=lower),
+        "chart": history.chart(made, until, lower_is_better=lower) if made and made[0].at <= until else None,
+        "steps": made[: -MOST_STEPS - 1 : -1],
+        "until": until,
+        "day": day,
+        "frame": history.FRAME,
+    }
+    return bytes(page(site, "history.html", caller=caller, path=path, static=static, phase=phase, **values).body)
 
 
 def refusal(site: Site, request: Request, status: int, error: BenchbotError) -> Response:

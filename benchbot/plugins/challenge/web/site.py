@@ -8,6 +8,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from sqlalchemy import Row
@@ -15,9 +16,10 @@ from starlette.requests import Request
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.records import Evaluator
-from benchbot.plugins.challenge import leaderboard, people
+from benchbot.plugins.challenge import history, leaderboard, people
 from benchbot.plugins.challenge.database import Database
-from benchbot.plugins.challenge.document import Challenge
+from benchbot.plugins.challenge.document import Challenge, Phase
+from benchbot.plugins.challenge.history import Step
 from benchbot.plugins.challenge.leaderboard import Board, Memory
 from benchbot.plugins.challenge.signing import Key
 
@@ -75,11 +77,32 @@ class Site:
         chosen = self.challenge.phases[phase]
 
         def work_out() -> Board:
-            return leaderboard.of(self.database, chosen, self.evaluators[chosen.method], self._memories[phase])
+            evaluator, memory = self.evaluators[chosen.method], self._memories[phase]
+            return leaderboard.of(self.database, self.challenge, chosen, evaluator, memory)
 
-        now = (self.database.changes(), chosen.told_until(self.database.clock()) if chosen.told_every_s else 0.0)
-        board: Board = self._newest(phase, "board", now, work_out)
+        board: Board = self._newest(phase, "board", self._version(chosen), work_out)
         return board
+
+    def history(self, phase: str) -> tuple[Step, ...]:
+        """Return how the leaderboard of a phase came about."""
+        chosen = self.challenge.phases[phase]
+        evaluator = self.evaluators[chosen.method]
+        made: tuple[Step, ...] = self._newest(
+            phase, "history", self._version(chosen), lambda: history.steps(self.database, chosen, evaluator)
+        )
+        return made
+
+    def _version(self, phase: Phase) -> tuple[int, float]:
+        return self.database.changes(), phase.told_until(self.database.clock()) if phase.told_every_s else 0.0
+
+    def picture(self, phase: str, name: str) -> Path:
+        """Return a picture of a phase's leaderboard; raises HttpError (404) for any that is not on it now."""
+        path = self.challenge.pictures / name
+        if name in {item["file"] for row in self.board(phase).standings for item in row.pictures} and path.is_file():
+            return path
+        raise HttpError(
+            404, BenchbotError("There is no such picture.", "The leaderboard has none of it.", "Load the page again.")
+        )
 
     def rendered(self, board: Board, form: str, render: Callable[[Board], bytes]) -> bytes:
         """Return a leaderboard in a form, which is made once; while another thread makes it, the one of before."""
