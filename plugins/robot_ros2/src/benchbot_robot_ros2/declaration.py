@@ -373,12 +373,12 @@ def _wrong(robot: str, key: str, error: Exception) -> BenchbotError:
 
 
 def _check_sideways(name: str, robot: Mapping[str, Any]) -> None:
-    """Raise BenchbotError for a base that would drive sideways: guards and the prediction know x and yaw only."""
-    if "move_sideways" in robot["connections"] or "lateral_mps" in robot.get("limits", {}):
+    """Raise BenchbotError for a base that is to drive sideways, and does not say how fast."""
+    if "move_sideways" in robot["connections"] and "lateral_mps" not in robot.get("limits", {}):
         raise BenchbotError(
-            f"The robot '{name}' cannot be driven sideways over ROS 2.",
-            "The driver and its guards command linear.x and angular.z; a sideways velocity stops the base.",
-            "Remove move_sideways from its connections and lateral_mps from its limits; simulators drive sideways.",
+            f"The robot '{name}' cannot be driven sideways.",
+            "It connects move_sideways, and its limits have no lateral_mps.",
+            "Add the fastest speed to both sides, in m/s: limits: {lateral_mps: 0.5}",
         )
 
 
