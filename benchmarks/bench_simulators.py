@@ -31,6 +31,7 @@ from benchbot.core.motion import MotionConfig, execute
 from benchbot.core.platform import PlatformSpec, Scene, Simulation
 from benchbot.core.plugin_manager import load
 from benchbot.mapping import ObjectMap, describe
+from benchbot.plugin import GroundTruth, Result
 from benchbot_eval_omq.omq import matched
 from benchbot_eval_omq.qualities import qualities
 
@@ -190,7 +191,7 @@ def _omq(truth: Mapping[str, Any], result: Mapping[str, Any]) -> float:
 
 def _swings(truth: Mapping[str, Any], results: Sequence[Mapping[str, Any]]) -> list[Swing]:
     """Return the objects whose qualities differ the most; without false positives, OMQ is the mean of qualities."""
-    tables = [qualities(result, [truth]) for result in results]
+    tables = [qualities(cast(Result, result), [cast(GroundTruth, truth)]) for result in results]
     objects = tables[0].true_objects
     found = np.zeros((2, len(objects)))
     for values, comparison in zip(found, map(matched, tables), strict=True):
