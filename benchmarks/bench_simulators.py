@@ -7,6 +7,7 @@ cameras of 320 x 180 pixels, or with --wide of 960 x 540. `driven` are the score
 robots that are put at the poses of the trajectory, so that only pictures differ; `stops` those of the ray tracer's
 pictures from where MuJoCo's robot stopped, so that the rest of MuJoCo's score is pictures. `spread` is the standard
 deviation of 4 tries in the ray tracer where each pose is another one within the tolerance of motion, 1 cm and 1 degree.
+Below each row stand the objects whose qualities differ the most where robots drove, and what each is worth in OMQ.
 """
 
 import argparse
@@ -30,12 +31,25 @@ from benchbot.core.motion import MotionConfig, execute
 from benchbot.core.platform import PlatformSpec, Scene, Simulation
 from benchbot.core.plugin_manager import load
 from benchbot.mapping import ObjectMap, describe
+from benchbot.plugin import GroundTruth, Result
+from benchbot_eval_omq.omq import matched
+from benchbot_eval_omq.qualities import qualities
 
 TASK = "semantic_slam:passive:ground_truth:segmentation"
 CHANNELS = ("image_depth", "image_depth_info", "image_segment", "poses")
 SOLUTIONS = {"every picture": (), "one of eight": ("--every", "8"), "up to 1.5 m": ("--farthest", "1.5")}
+OBJECTS = 3
 TRIES, TOLERANCE_M, TOLERANCE_RAD, DEPTH_M = 4, 0.01, np.radians(1.0), 1e-3
 SIMULATORS = {"ray tracer": "carter{}", "MuJoCo": "carter{}_mujoco"}
+
+
+@dataclass(frozen=True)
+class Swing:
+    """A true object: its quality in both simulators, and what the difference is worth in OMQ."""
+
+    name: str
+    qualities: tuple[float, float]
+    omq: float
 
 
 @dataclass(frozen=True)
@@ -47,6 +61,7 @@ class Row:
     placed: tuple[float, float]
     at_stops: float
     spread: float
+    swings: list[Swing]
 
 
 @dataclass(frozen=True)
@@ -99,7 +114,8 @@ def _measured(work: Path, robots: Sequence[str], environment: str) -> tuple[list
         stopped = _omq(stages[0].truth, _mapped(results[0], name, at_stops))
         scores = [_omq(stages[0].truth, result) for result in results]
         here, there = (_omq(stages[0].truth, result) for result in placed)
-        rows.append(Row(name, (scores[0], scores[1]), (here, there), stopped, float(np.std(tries, ddof=1))))
+        swings = _swings(stages[0].truth, results)
+        rows.append(Row(name, (scores[0], scores[1]), (here, there), stopped, float(np.std(tries, ddof=1)), swings))
     return rows, _differences(*seen)
 
 
@@ -173,6 +189,19 @@ def _omq(truth: Mapping[str, Any], result: Mapping[str, Any]) -> float:
     return float(load().pool("evaluators")["omq"].value.evaluate(result, [truth])["OMQ"])
 
 
+def _swings(truth: Mapping[str, Any], results: Sequence[Mapping[str, Any]]) -> list[Swing]:
+    """Return the objects whose qualities differ the most; without false positives, OMQ is the mean of qualities."""
+    tables = [qualities(cast(Result, result), [cast(GroundTruth, truth)]) for result in results]
+    objects = tables[0].true_objects
+    found = np.zeros((2, len(objects)))
+    for values, comparison in zip(found, map(matched, tables), strict=True):
+        values[comparison.pairs[:, 0]] = comparison.pairwise
+    worth = (found[1] - found[0]) / len(objects)
+    names = [f"{item['class']} of {' x '.join(f'{100 * side:.0f}' for side in item['extent'])} cm" for item in objects]
+    largest = np.argsort(-np.abs(worth))[:OBJECTS]
+    return [Swing(names[i], (float(found[0, i]), float(found[1, i])), float(worth[i])) for i in largest]
+
+
 def _differences(one: Sequence[Observations], other: Sequence[Observations]) -> Pixels:
     classes, depths = [], []
     for here, there in zip(one, other, strict=True):
@@ -192,6 +221,9 @@ def _print(environment: str, rows: Sequence[Row], pixels: Pixels) -> None:
             + "".join(f"{value:11.4f}" for value in values)
             + f"{row.at_stops:9.4f}{row.spread:9.4f}"
         )
+        for swing in row.swings:
+            here, there = swing.qualities
+            print(f"    {swing.omq:+.4f}  {here:.2f} · {there:.2f}  {swing.name}")
     print(
         f"  pixels of another class {pixels.of_another_class:.3%}, of depth {pixels.depth_off_by_1_mm:.3%}", flush=True
     )

@@ -261,8 +261,8 @@ def _require_holonomic(platform: Platform, config: MotionConfig) -> None:
         "Its simulator or driver moves a base that drives ahead and turns only."
         if config.lateral_limit_mps
         else "Its declaration connects move_sideways, and its limits have no lateral_mps.",
-        "Remove move_sideways from the robot's connections, or declare a holonomic base that is simulated by one of "
-        "our kinematic simulators, with limits: {lateral_mps: 0.5}.",
+        "Remove move_sideways from the robot's connections, or declare a holonomic base of a type that drives it, such "
+        "as sim_taichi or ros2, with limits: {lateral_mps: 0.5}.",
         failure=FailureClass.PLATFORM,
     )
 

@@ -185,8 +185,10 @@ class Holonomic(Protocol):
     def lateral_mps(self) -> float:
         """The base's current velocity in m/s along +y, to its left."""
 
-    def drive_sideways(self, lateral_mps: float, angular_radps: float, duration_s: float) -> None:
-        """Apply one control tick, as `drive` does, with a velocity along +y in place of that along +x."""
+    def drive_sideways(
+        self, lateral_mps: float, angular_radps: float, duration_s: float, linear_mps: float = 0.0
+    ) -> None:
+        """Apply one control tick, as `drive` does, with a velocity along +y; that along +x is zero by default."""
 
     def contact_beside(self, lateral_mps: float, angular_radps: float, horizon_s: float) -> bool:
         """Return whether holding this command for `horizon_s` and then braking would touch something."""

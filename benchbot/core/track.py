@@ -59,9 +59,11 @@ class TrackedPlatform:
         self._platform.drive(linear_mps, angular_radps, duration_s)
         self._follow()
 
-    def drive_sideways(self, lateral_mps: float, angular_radps: float, duration_s: float) -> None:
+    def drive_sideways(
+        self, lateral_mps: float, angular_radps: float, duration_s: float, linear_mps: float = 0.0
+    ) -> None:
         """Apply one control tick of a holonomic base, and add the pose after it to the path."""
-        cast(Holonomic, self._platform).drive_sideways(lateral_mps, angular_radps, duration_s)
+        cast(Holonomic, self._platform).drive_sideways(lateral_mps, angular_radps, duration_s, linear_mps)
         self._follow()
 
     def navigate(self, goal: Pose) -> Iterator[Outcome | None]:

@@ -144,9 +144,11 @@ class KinematicSimulator(ABC, Generic[W]):
         """Apply one control tick; at contact the robot stands still, `collided`, for the rest of it."""
         self._conclude_tick(self.advance(linear_mps, angular_radps, duration_s), duration_s)
 
-    def drive_sideways(self, lateral_mps: float, angular_radps: float, duration_s: float) -> None:
+    def drive_sideways(
+        self, lateral_mps: float, angular_radps: float, duration_s: float, linear_mps: float = 0.0
+    ) -> None:
         """Apply one control tick of a holonomic base with a velocity to its left, as `drive` does."""
-        self._conclude_tick(self.advance_sideways(lateral_mps, angular_radps, duration_s), duration_s)
+        self._conclude_tick(self.advance_sideways(lateral_mps, angular_radps, duration_s, linear_mps), duration_s)
 
     def _conclude_tick(self, advanced: tuple[State, bool], duration_s: float) -> None:
         before = self.state
@@ -163,9 +165,11 @@ class KinematicSimulator(ABC, Generic[W]):
         way = dynamics.drive(self.state, linear_mps, angular_radps, duration_s, self.robot.limits)
         return travel(self.state, way, self.clearance)
 
-    def advance_sideways(self, lateral_mps: float, angular_radps: float, duration_s: float) -> tuple[State, bool]:
+    def advance_sideways(
+        self, lateral_mps: float, angular_radps: float, duration_s: float, linear_mps: float
+    ) -> tuple[State, bool]:
         """Return the state after a control tick sideways, and whether there was contact in it."""
-        way = dynamics.drive(self.state, 0.0, angular_radps, duration_s, self.robot.limits, lateral_mps)
+        way = dynamics.drive(self.state, linear_mps, angular_radps, duration_s, self.robot.limits, lateral_mps)
         return travel(self.state, way, self.clearance)
 
     def measured(self, before: State) -> tuple[State, State]:

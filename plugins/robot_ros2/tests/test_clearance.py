@@ -13,6 +13,7 @@ from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig
 from benchbot_robot_ros2.clearance import contact_ahead, obstacle_points
 from benchbot_robot_ros2.footprint import Footprint
+from benchbot_robot_ros2.ramp import Velocity
 
 RADIUS_M = 0.3
 DISC = Footprint(RADIUS_M, (0.0, 1.0))
@@ -25,13 +26,29 @@ turns = st.floats(-1.0, 1.0)
 
 def ahead(
     points: list[tuple[float, float]] | NDArray[np.float64],
-    command: tuple[float, float],
-    velocity: tuple[float, float] | None = None,
+    command: tuple[float, ...],
+    velocity: tuple[float, ...] | None = None,
     horizon_s: float = 0.05,
     footprint: Footprint = DISC,
+    motion: MotionConfig = MOTION,
 ) -> bool:
-    velocity = command if velocity is None else velocity
-    return contact_ahead(np.array(points, np.float64).reshape(-1, 2), footprint, velocity, command, horizon_s, MOTION)
+    now, wanted = Velocity(*(command if velocity is None else velocity)), Velocity(*command)
+    return contact_ahead(np.array(points, np.float64).reshape(-1, 2), footprint, now, wanted, horizon_s, motion)
+
+
+@given(st.floats(0.31, 1.0), st.floats(0.05, 0.5), st.floats(0.01, 0.5), st.sampled_from([1, -1]))
+def test_a_holonomic_base_hits_what_is_beside_it(
+    distance_m: float, lateral_mps: float, horizon_s: float, side: int
+) -> None:
+    holonomic = MotionConfig(linear_acceleration_mps2=2.0, lateral_limit_mps=0.5)
+    wall = [(x, side * distance_m) for x in np.linspace(-1, 1, 201)]
+    reach_m = RADIUS_M + lateral_mps * horizon_s + lateral_mps**2 / (2 * 2.0)
+    assume(abs(reach_m - distance_m) > 1e-6)
+    sideways = (0.0, 0.0, side * lateral_mps)
+    assert ahead(wall, sideways, horizon_s=horizon_s, motion=holonomic) == (reach_m > distance_m)
+    assert not ahead(wall, (0.0, 0.0, -side * lateral_mps), horizon_s=horizon_s, motion=holonomic)
+    # What a base does not do is nothing that it is kept from.
+    assert not ahead(wall, sideways, horizon_s=horizon_s)
 
 
 @given(st.floats(0.31, 3.0), forwards, st.floats(0.01, 0.5))

@@ -143,6 +143,7 @@ def test_an_arm_that_cannot_be_moved_is_refused(robot: dict[str, Any], where: st
 def test_an_end_effector_is_not_moved_over_ros(tmp_path: Path) -> None:
     robot = arm_declaration()
     robot["connections"]["move_end_effector"] = robot["connections"]["move_joints"]
-    with pytest.raises(BenchbotError, match="nothing here knows its kinematics"), driver(robot, tmp_path):
+    with pytest.raises(BenchbotError, match="nothing here knows its kinematics") as refused, driver(robot, tmp_path):
         pass
+    assert "by move_joints" in refused.value.fix
     assert "arm" not in declaration()

@@ -18,19 +18,22 @@ TICK_S = 0.01
 
 def _sample(arrived_s: float, velocity: Velocity) -> Sample:
     message = Odometry()
-    message.twist.twist.linear.x, message.twist.twist.angular.z = velocity
+    message.twist.twist.linear.x, message.twist.twist.angular.z, message.twist.twist.linear.y = velocity
     return Sample(round(arrived_s * 1e9), 0, arrived_s, message)
 
 
-def _driven(prediction: Prediction, dead_time_s: float, command: Velocity, until_s: float) -> tuple[list[Sample], Pose]:
+def _driven(
+    prediction: Prediction, dead_time_s: float, command: Velocity, until_s: float, motion: MotionConfig = MOTION
+) -> tuple[list[Sample], Pose]:
     """Drive an ideal base whose odometry comes late; return that and the way that it does not show yet."""
     prediction.note(command, 0.0)
     velocity, pose, states = REST, Pose(), []
     for number in range(round(until_s / TICK_S)):
-        velocity = ramped(velocity, command, TICK_S, MOTION)
+        velocity = ramped(velocity, command, TICK_S, motion)
         turned = velocity.angular_radps * TICK_S
-        way = velocity.linear_mps * TICK_S
-        pose = pose @ Pose.planar(way * math.cos(turned / 2), way * math.sin(turned / 2), turned)
+        way, side = velocity.linear_mps * TICK_S, velocity.lateral_mps * TICK_S
+        cos, sin = math.cos(turned / 2), math.sin(turned / 2)
+        pose = pose @ Pose.planar(way * cos - side * sin, way * sin + side * cos, turned)
         states.append(((number + 1) * TICK_S, velocity, pose))
     samples = [_sample(time_s + dead_time_s, seen) for time_s, seen, _ in states if time_s + dead_time_s <= until_s]
     shown = states[len(samples) - 1][2] if samples else Pose()
@@ -46,7 +49,7 @@ def test_late_odometry_is_carried_on_to_where_the_base_is() -> None:
     assert prediction.dead_time_s == pytest.approx(0.2, abs=0.03)
     assert ahead.translation_xyz == pytest.approx(unseen.translation_xyz, abs=0.01)
     assert ahead.yaw_rad == pytest.approx(unseen.yaw_rad, abs=0.02)
-    assert velocity == pytest.approx((0.4, 0.5))
+    assert velocity == pytest.approx((0.4, 0.5, 0.0))
 
 
 def test_a_base_at_rest_is_where_its_odometry_says() -> None:
@@ -100,6 +103,19 @@ def test_a_base_that_is_pushed_aside_is_neither_at_rest_nor_where_it_was(lateral
 
     ahead, _ = Prediction(MOTION).carry_on([pushed], 1.2)
     assert ahead.translation_xyz == pytest.approx((0.0, 0.2 * lateral_mps, 0.0))
+
+
+@pytest.mark.parametrize("lateral_mps", [0.4, -0.4])
+def test_a_base_that_drives_sideways_is_carried_on_to_where_it_is(lateral_mps: float) -> None:
+    holonomic = MotionConfig(lateral_limit_mps=0.5)
+    prediction = Prediction(holonomic)
+    samples, hidden = _driven(prediction, 0.2, Velocity(0.0, 0.3, lateral_mps), 1.0, holonomic)
+
+    ahead, velocity = prediction.carry_on(samples, 1.0)
+    assert prediction.dead_time_s == pytest.approx(0.2, abs=0.03)
+    assert ahead.translation_xyz == pytest.approx(hidden.translation_xyz, abs=0.02)
+    assert ahead.yaw_rad == pytest.approx(hidden.yaw_rad, abs=0.02)
+    assert velocity == pytest.approx((0.0, 0.3, lateral_mps))
 
 
 def test_a_base_that_another_drives_leaves_the_measured_dead_time_as_it_is() -> None:

@@ -123,10 +123,10 @@ class Robot:
         self.node = rclpy.create_node(
             "unicycle", namespace=self.options["namespace"], cli_args=["--ros-args", *remaps] if remaps else []
         )
-        self.x = self.y = self.yaw = self.v = self.w = self.travelled = self.turned = 0.0
+        self.x = self.y = self.yaw = self.v = self.u = self.w = self.travelled = self.turned = 0.0
         self.collided = False
         self.backwards_m, self.heard_under_hand, self.handed_s = 0.0, 0, math.inf
-        self.command, self.commanded_s, self.first_s = (0.0, 0.0), -math.inf, -math.inf
+        self.command, self.commanded_s, self.first_s = (0.0, 0.0, 0.0), -math.inf, -math.inf
         self.time_s = 100.0
         # By the robot's clock: the strike, the last velocity that came, the first zero after it, the rest after that.
         self.struck_s: float | None = None
@@ -183,10 +183,10 @@ class Robot:
             self.options["amcl_off_m"] = message.pose.pose.position.x - self.x
 
     def _on_command(self, message: Twist) -> None:
-        self.command, self.commanded_s = (message.linear.x, message.angular.z), self.time_s
+        self.command, self.commanded_s = (message.linear.x, message.angular.z, message.linear.y), self.time_s
         # A guard needs a moment to notice a person, and says for another moment that the robot is to stop.
         self.heard_under_hand += self.options["hand"] is not None and self.clock_s() - self.handed_s > 0.5
-        if self.command != (0.0, 0.0):
+        if any(self.command):
             self.moved_s, self.zeroed_s, self.rested_s = self.clock_s(), None, None
             self.options["pace"] = self.options["motion_pace"] or self.options["pace"]
         elif self.zeroed_s is None:
@@ -202,7 +202,8 @@ class Robot:
             self.told[name] = position
 
     def _on_reset(self, _request: Any, response: Any) -> Any:
-        self.x, self.y, self.yaw, self.v, self.w, self.travelled = self.options["off_start_m"], 0.0, 0.0, 0.0, 0.0, 0.0
+        self.x, self.y, self.yaw, self.v, self.u, self.w = self.options["off_start_m"], 0.0, 0.0, 0.0, 0.0, 0.0
+        self.travelled = 0.0
         self.collided = False
         response.success = True
         return response
@@ -247,20 +248,22 @@ class Robot:
 
     def advance(self, dt: float, tick: int) -> None:
         self.time_s += dt
-        wanted = self.command if self.time_s - self.commanded_s < COMMAND_TIMEOUT_S else (0.0, 0.0)
+        wanted = self.command if self.time_s - self.commanded_s < COMMAND_TIMEOUT_S else (0.0, 0.0, 0.0)
         # As twist_mux does: who has the joystick is heard first.
-        wanted = self.options["hand"] or wanted
+        wanted = (*self.options["hand"], 0.0) if self.options["hand"] else wanted
         self.handed_s = math.inf if self.options["hand"] is None else min(self.handed_s, self.clock_s())
         self.backwards_m += max(0.0, -self.v * dt)
         self.v += max(-ACCELERATION_MPS2 * dt, min(ACCELERATION_MPS2 * dt, wanted[0] - self.v))
         self.w += max(-ACCELERATION_RADPS2 * dt, min(ACCELERATION_RADPS2 * dt, wanted[1] - self.w))
-        x = self.x + self.v * dt * math.cos(self.yaw + self.w * dt / 2)
+        self.u += max(-ACCELERATION_MPS2 * dt, min(ACCELERATION_MPS2 * dt, wanted[2] - self.u))
+        cos, sin = math.cos(self.yaw + self.w * dt / 2), math.sin(self.yaw + self.w * dt / 2)
+        x = self.x + (self.v * cos - self.u * sin) * dt
         if self.options["collides"] or x + RADIUS_M > self.options["wall_x_m"]:
-            self.collided, self.v, x = True, 0.0, self.x
-        self.y += self.v * dt * math.sin(self.yaw + self.w * dt / 2)
+            self.collided, self.v, self.u, x = True, 0.0, 0.0, self.x
+        self.y += (self.v * sin + self.u * cos) * dt
         self.x, self.yaw, self.travelled = x, self.yaw + self.w * dt, self.travelled + abs(self.v) * dt
         self.turned += abs(self.w) * dt
-        if (self.v, self.w) == (0.0, 0.0) and self.rested_s is None:
+        if (self.v, self.u, self.w) == (0.0, 0.0, 0.0) and self.rested_s is None:
             self.rested_s = self.clock_s()
         self.servo(dt)
         blow = self.options["strike"]
@@ -333,6 +336,7 @@ class Robot:
         message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
         noise = self.options["twist_noise"] * self.random.standard_normal(2)
         message.twist.twist.linear.x, message.twist.twist.angular.z = self.v + noise[0], self.w + noise[1]
+        message.twist.twist.linear.y = self.u
         return message
 
     def transforms(self) -> TFMessage:
@@ -405,7 +409,7 @@ class Robot:
         return self.headed(Image(height=6, width=8, encoding="rgb8", step=24, data=bytes([value] * 144)), "/image")
 
     def state(self) -> dict[str, Any]:
-        names: tuple[str, ...] = ("x", "y", "yaw", "v", "w", "turned", "collided", "called", "struck_s", "moved_s")
+        names: tuple[str, ...] = ("x", "y", "yaw", "v", "u", "w", "turned", "collided", "called", "struck_s", "moved_s")
         names += ("zeroed_s", "rested_s", "backwards_m", "heard_under_hand", "joints", "longest_step", "setpoints")
         return {name: getattr(self, name) for name in names} | {"time_s": self.clock_s()}
 

@@ -231,12 +231,16 @@ def test_an_accelerometer_feels_the_way_sideways() -> None:
 
 def test_a_holonomic_robot_conforms_and_one_that_ignores_the_command_is_found_out() -> None:
     class Ignoring(HallSimulator):
-        def drive_sideways(self, lateral_mps: float, angular_radps: float, duration_s: float) -> None:
-            self.drive(0.0, angular_radps, duration_s)
+        def drive_sideways(
+            self, lateral_mps: float, angular_radps: float, duration_s: float, linear_mps: float = 0.0
+        ) -> None:
+            self.drive(linear_mps, angular_radps, duration_s)
 
     class Mirrored(HallSimulator):
-        def advance_sideways(self, lateral_mps: float, angular_radps: float, duration_s: float) -> tuple[State, bool]:
-            return super().advance_sideways(-lateral_mps, angular_radps, duration_s)
+        def advance_sideways(
+            self, lateral_mps: float, angular_radps: float, duration_s: float, linear_mps: float
+        ) -> tuple[State, bool]:
+            return super().advance_sideways(-lateral_mps, angular_radps, duration_s, linear_mps)
 
     def sideways(kind: type[HallSimulator]) -> tuple[str, str]:
         findings = check_simulator(Simulator("hall", kind), ROBOT | HOLONOMIC, HALL)

@@ -32,19 +32,22 @@ Array = NDArray[np.float64]
 def contact_ahead(
     points_xy: Array,
     footprint: Footprint,
-    velocity: tuple[float, float],
-    command: tuple[float, float],
+    velocity: Velocity,
+    command: Velocity,
     horizon_s: float,
     motion: MotionConfig,
 ) -> bool:
     """Return whether a footprint would touch a point, following a command for `horizon_s` and then braking to rest.
 
-    `points_xy` are obstacles (N, 2) in metres in the base frame of now; `velocity` and `command` are (m/s, rad/s), the
-    second is clipped to the motion's limits. Velocities ramp with the motion's accelerations, as the guard makes them.
+    `points_xy` are obstacles (N, 2) in metres in the base frame of now; `command` is clipped to
+    the motion's limits. Velocities ramp with the motion's accelerations, as the guard makes them. A base that is not
+    holonomic is taken to go ahead and turn only: what its odometry measures sideways is noise, or none of its doing.
     A point inside the footprint already is touched only by a motion that brings it closer: a robot that stands against
     a wall can drive away from it.
     """
-    starts, steps, headings_rad = _way(Velocity(*velocity), clipped(Velocity(*command), motion), horizon_s, motion)
+    if not motion.lateral_limit_mps:
+        velocity = velocity._replace(lateral_mps=0.0)
+    starts, steps, headings_rad = _way(velocity, clipped(command, motion), horizon_s, motion)
     radius_m = footprint.radius_m
     now_m = np.hypot(points_xy[:, 0], points_xy[:, 1])
     near = now_m < radius_m + np.hypot(steps[:, 0], steps[:, 1]).sum() + BETWEEN_M
@@ -152,7 +155,9 @@ def _distances(points: Array, starts: Array, steps: Array) -> Array:
 
 def _way(velocity: Velocity, command: Velocity, horizon_s: float, motion: MotionConfig) -> tuple[Array, Array, Array]:
     """Return the way of the base until it rests: starts and steps of its origin (K, 2), headings at their ends."""
-    accelerations = motion.linear_acceleration_mps2, motion.angular_acceleration_radps2
+    accelerations = Velocity(
+        motion.linear_acceleration_mps2, motion.angular_acceleration_radps2, motion.linear_acceleration_mps2
+    )
     at_horizon = Velocity(
         *(
             float(_ramp(start, wanted, acceleration, np.array([horizon_s]))[0][0])
@@ -160,7 +165,7 @@ def _way(velocity: Velocity, command: Velocity, horizon_s: float, motion: Motion
         )
     )
     braking_s = max(abs(speed) / acceleration for speed, acceleration in zip(at_horizon, accelerations, strict=True))
-    way_m, turned_rad = np.concatenate(
+    way_m, turned_rad, side_m = np.concatenate(
         [
             _advance(velocity, command, horizon_s, accelerations),
             _advance(at_horizon, REST, braking_s, accelerations),
@@ -169,15 +174,17 @@ def _way(velocity: Velocity, command: Velocity, horizon_s: float, motion: Motion
     )
     # The chord of an arc is its length times sin(h) / h, at half the turn h from the heading; sinc(x) has x = h / π.
     heading_rad = np.cumsum(turned_rad) - turned_rad / 2
-    chord_m = way_m * np.sinc(turned_rad / (2 * math.pi))
-    steps = np.stack([chord_m * np.cos(heading_rad), chord_m * np.sin(heading_rad)], 1)
+    chord_x, chord_y = np.stack([way_m, side_m]) * np.sinc(turned_rad / (2 * math.pi))
+    cos, sin = np.cos(heading_rad), np.sin(heading_rad)
+    steps = np.stack([chord_x * cos - chord_y * sin, chord_x * sin + chord_y * cos], 1)
     starts = np.cumsum(steps, 0) - steps
     return starts, steps, np.concatenate([[0.0], np.cumsum(turned_rad)])
 
 
-def _advance(start: Velocity, wanted: Velocity, duration_s: float, accelerations: tuple[float, float]) -> Array:
-    """Return the ways (m) and turns (rad) of short, successive steps: (2, steps)."""
-    fastest_mps, fastest_radps = (max(abs(a), abs(b)) for a, b in zip(start, wanted, strict=True))
+def _advance(start: Velocity, wanted: Velocity, duration_s: float, accelerations: Velocity) -> Array:
+    """Return the ways (m), turns (rad) and ways to the left (m) of short, successive steps: (3, steps)."""
+    fastest = Velocity(*(max(abs(a), abs(b)) for a, b in zip(start, wanted, strict=True)))
+    fastest_mps, fastest_radps = math.hypot(fastest.linear_mps, fastest.lateral_mps), fastest.angular_radps
     steps = math.ceil(max(1.0, fastest_mps * duration_s / LONGEST_STEP_M, fastest_radps * duration_s / WIDEST_STEP_RAD))
     elapsed_s = np.linspace(0.0, duration_s, steps + 1)
     return np.stack(

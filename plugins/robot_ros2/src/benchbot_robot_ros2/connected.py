@@ -24,7 +24,7 @@ from benchbot_robot_ros2.observing import (
     wrong_frame,
 )
 from benchbot_robot_ros2.robot_clock import RobotClock
-from benchbot_robot_ros2.standstill import rested, speed_mps, twist
+from benchbot_robot_ros2.standstill import measured_velocity, rested, speed_mps
 from benchbot_robot_ros2.streams import HISTORY_NS, Sample, Stream
 
 PICTURES = frozenset({"sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"})
@@ -243,7 +243,7 @@ class ConnectedRobot:
         return failed(
             f"The robot '{self.robot.name}' does not stand still.",
             f"Its odometry measured {abs(speed_mps(odometry[-1].message)):.3f} m/s and "
-            f"{twist(odometry[-1].message)[1]:.3f} rad/s last.",
+            f"{measured_velocity(odometry[-1].message).angular_radps:.3f} rad/s last.",
             "See what else moves it: benchbot doctor --robot NAME names every node that commands velocities.",
         )
 

@@ -373,12 +373,12 @@ def _wrong(robot: str, key: str, error: Exception) -> BenchbotError:
 
 
 def _check_sideways(name: str, robot: Mapping[str, Any]) -> None:
-    """Raise BenchbotError for a base that would drive sideways: guards and the prediction know x and yaw only."""
-    if "move_sideways" in robot["connections"] or "lateral_mps" in robot.get("limits", {}):
+    """Raise BenchbotError for a base that is to drive sideways, and does not say how fast."""
+    if "move_sideways" in robot["connections"] and "lateral_mps" not in robot.get("limits", {}):
         raise BenchbotError(
-            f"The robot '{name}' cannot be driven sideways over ROS 2.",
-            "The driver and its guards command linear.x and angular.z; a sideways velocity stops the base.",
-            "Remove move_sideways from its connections and lateral_mps from its limits; simulators drive sideways.",
+            f"The robot '{name}' cannot be driven sideways.",
+            "It connects move_sideways, and its limits have no lateral_mps.",
+            "Add the fastest speed to both sides, in m/s: limits: {lateral_mps: 0.5}",
         )
 
 
@@ -426,9 +426,10 @@ def _arm_commands(robot: str, arm: Arm | None, connections: Mapping[str, Connect
     commands = {}
     for action in (channel for channel in asked if channel in MANIPULATION):
         topic = connections[action].parts().get("")
-        why = None
+        why, fix = None, "Correct it (docs/ros2.md, Arms), or leave the action out."
         if action == "move_end_effector":
             why = "Over ROS 2 an arm is moved by its joints: nothing here knows its kinematics."
+            fix = "Leave the action out, and let the solution find the joints and move them by move_joints."
         elif topic is None or topic.ros_type not in JOINT_COMMANDS:
             why = f"It needs a ros_topic of the ros_type {' or '.join(JOINT_COMMANDS)}."
         elif "joint_states" not in connections:
@@ -437,7 +438,7 @@ def _arm_commands(robot: str, arm: Arm | None, connections: Mapping[str, Connect
             raise BenchbotError(
                 f"The robot '{robot}' cannot be driven: its declaration is wrong at 'connections.{action}'.",
                 str(why),
-                "Correct it (docs/ros2.md, Arms), or leave the action out.",
+                fix,
             )
         commands[action] = topic
     return commands

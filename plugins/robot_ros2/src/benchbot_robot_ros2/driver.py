@@ -28,7 +28,7 @@ from benchbot_robot_ros2.observing import STILL_FACTOR, Moment, callback_of, cat
 from benchbot_robot_ros2.prediction import Prediction
 from benchbot_robot_ros2.provenance import provenance
 from benchbot_robot_ros2.ramp import REST, Velocity
-from benchbot_robot_ros2.standstill import rested, speed_mps, still, twist
+from benchbot_robot_ros2.standstill import measured_velocity, rested, speed_mps, still
 
 CONTROL_PERIOD_S = 0.05
 # How long Nav2 may take to brake, once its goal has ended.
@@ -138,16 +138,25 @@ class Ros2Driver:
 
         Raises BenchbotError(ends_run=True) when the robot was stopped for safety. After contact it only brakes.
         """
+        self._hold(Velocity(linear_mps, angular_radps), duration_s)
+
+    def drive_sideways(self, lateral_mps: float, angular_radps: float, duration_s: float) -> None:
+        """Hold a velocity of a holonomic base to its left, as `drive` does."""
+        self._hold(Velocity(0.0, angular_radps, lateral_mps), duration_s)
+
+    def _hold(self, wanted: Velocity, duration_s: float) -> None:
         robot = self._here()
         battery.warn(robot)
         now_s = robot.clock.now_s()
         self._due_s = (self._due_s if now_s - self._due_s < duration_s else now_s) + duration_s
-        moves = abs(linear_mps) >= REST_MPS or abs(angular_radps) >= REST_RADPS
+        moves = (
+            max(abs(wanted.linear_mps), abs(wanted.lateral_mps)) >= REST_MPS or abs(wanted.angular_radps) >= REST_RADPS
+        )
         while True:
             self._give_way(robot)
             if moves and self._hand.times > self._hand_when_believed:
                 return  # this velocity is for where the robot was before a person had it
-            command = Velocity(linear_mps, angular_radps) if moves and not robot.contact.is_set() else REST
+            command = wanted if moves and not robot.contact.is_set() else REST
             self._note(command, robot.clock.now_s())
             self._refuse_when_stopped(robot)
             if self._command != REST:
@@ -217,12 +226,18 @@ class Ros2Driver:
 
     def contact_ahead(self, linear_mps: float, angular_radps: float, horizon_s: float) -> bool:
         """Return whether holding this command and then braking would touch what its sensors saw last."""
+        return self._touches(Velocity(linear_mps, angular_radps), horizon_s)
+
+    def contact_beside(self, lateral_mps: float, angular_radps: float, horizon_s: float) -> bool:
+        """Return whether holding this command sideways and then braking would touch what its sensors saw last."""
+        return self._touches(Velocity(0.0, angular_radps, lateral_mps), horizon_s)
+
+    def _touches(self, command: Velocity, horizon_s: float) -> bool:
         ahead, velocity = self._carry_on()
         try:
             points_xy = self._obstacles.points_xy(ahead)
         except BenchbotError as error:
             raise self._stopped(f"What is ahead of it is not known. {error.title} {error.why}", error.fix) from error
-        command = (linear_mps, angular_radps)
         return contact_ahead(points_xy, self._robot.footprint, velocity, command, horizon_s, self._motion)
 
     def pose(self, stamp_ns: int | None = None) -> Pose:
@@ -246,10 +261,25 @@ class Ros2Driver:
 
     @property
     def velocity(self) -> tuple[float, float]:
-        """The measured velocity; until standing still has been seen for a while, that of the last command at least."""
+        """The measured velocity; until standing still has been seen for a while, that of the last command at least.
+
+        Of a base that is not holonomic, the first is how fast it moves in any direction: it may be pushed, or slide.
+        """
+        return self._velocity[:2]
+
+    @property
+    def lateral_mps(self) -> float:
+        """The velocity of a holonomic base to its left, known as `velocity` is; 0 of any other."""
+        return self._velocity.lateral_mps
+
+    @property
+    def _velocity(self) -> Velocity:
         measured = self._here().odometry.newest
         if measured is not None and not still(measured.message):
-            return speed_mps(measured.message), twist(measured.message)[1]
+            velocity = measured_velocity(measured.message)
+            if self._motion.lateral_limit_mps:
+                return velocity
+            return Velocity(speed_mps(measured.message), velocity.angular_radps)
         at_rest = self._command == REST and rested(
             self._here().odometry.samples, self._rest_commanded_s + self._prediction.dead_time_s
         )
@@ -320,7 +350,7 @@ class Ros2Driver:
             measured = robot.odometry.newest
             # What it does is what it was commanded, as far as can be known here.
             moves = measured is not None and not still(measured.message)
-            seen = Velocity(*twist(measured.message)) if measured and moves else REST
+            seen = measured_velocity(measured.message) if measured and moves else REST
             self._note(seen, robot.clock.now_s(), is_seen=True)
             robot.guard.attend()
             with self._changed:
@@ -329,7 +359,7 @@ class Ros2Driver:
     def _found_on_the_way(self, robot: ConnectedRobot, deadline_s: float) -> Outcome | None:
         if self.collided:
             return Outcome.COLLIDED
-        if self._motion.stops_before_contact and self.contact_ahead(*self._command, CONTROL_PERIOD_S):
+        if self._motion.stops_before_contact and self._touches(self._command, CONTROL_PERIOD_S):
             return Outcome.BLOCKED
         return Outcome.TIMEOUT if robot.clock.now_s() > deadline_s else None
 
@@ -349,7 +379,12 @@ class Ros2Driver:
             attend()
             if robot.clock.now_s() - since_s > NAVIGATION_REST_S or robot.clock.still_s > stalled_s:
                 measured = robot.odometry.newest
-                seen = "nothing" if measured is None else "{:.2f} m/s and {:.2f} rad/s".format(*twist(measured.message))
+                seen = (
+                    "nothing"
+                    if measured is None
+                    else f"{speed_mps(measured.message):.2f} m/s and "
+                    f"{measured_velocity(measured.message).angular_radps:.2f} rad/s"
+                )
                 said = "confirmed that it drives the robot no longer" if is_off else "did not confirm that it let go"
                 raise self._stopped_as(
                     f"{why} Nav2 {said}, and {NAVIGATION_REST_S:g} s later odometry still said {seen}.",
@@ -363,7 +398,7 @@ class Ros2Driver:
             robot.guard.command(*REST)
 
     def _poses(self, robot: ConnectedRobot, stamp_ns: int | None) -> dict[str, FramePose]:
-        moving_ns = None if self.velocity == REST else stamp_ns
+        moving_ns = None if self._velocity == REST else stamp_ns
         catch_up(robot.odometry, moving_ns, robot.wait(self._robot.settings.timing.feedback_timeout_s))
         base = self.odometry(moving_ns) if self._spec.localisation == "noisy" else self.pose(moving_ns)
         frames = {

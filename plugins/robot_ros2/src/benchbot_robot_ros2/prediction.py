@@ -11,7 +11,7 @@ from collections import deque
 
 from benchbot.plugin import MotionConfig, Pose
 from benchbot_robot_ros2.ramp import REST, Velocity, clipped, ramped
-from benchbot_robot_ros2.standstill import STILL_MPS, STILL_RADPS, still, twist
+from benchbot_robot_ros2.standstill import STILL_MPS, STILL_RADPS, measured_velocity, still
 from benchbot_robot_ros2.streams import Sample
 
 STEP_S = 0.02
@@ -39,7 +39,8 @@ class Prediction:
         if command == last:
             return
         if last == REST:
-            clear = abs(command[0]) > CLEAR_FACTOR * STILL_MPS or abs(command[1]) > CLEAR_FACTOR * STILL_RADPS
+            fastest_mps = max(abs(command.linear_mps), abs(command.lateral_mps))
+            clear = fastest_mps > CLEAR_FACTOR * STILL_MPS or abs(command.angular_radps) > CLEAR_FACTOR * STILL_RADPS
             self._started_s = now_s if clear and not is_seen else None
         self._commands.append((now_s, command))
         while len(self._commands) > 1 and self._commands[1][0] < now_s - 2 * LONGEST_DEAD_TIME_S:
@@ -51,20 +52,22 @@ class Prediction:
             return Pose(), REST
         self._measure(odometry)
         newest = odometry[-1]
-        is_still = still(newest.message)
-        velocity = REST if is_still else Velocity(*twist(newest.message))
-        # Nobody commands a base sideways: one that drifts or is pushed goes on.
-        lateral_mps = 0.0 if is_still else float(newest.message.twist.twist.linear.y)
+        velocity = REST if still(newest.message) else measured_velocity(newest.message)
+        # Nobody commands a base sideways that is not holonomic: one that drifts or is pushed goes on.
+        drift_mps = None if self._motion.lateral_limit_mps else velocity.lateral_mps
         pose, begin_s = Pose(), newest.arrived_s - self.dead_time_s
         count = math.ceil(max(0.0, now_s - begin_s) / STEP_S)
         for index in range(count):
             step_s = (now_s - begin_s) / count
             commanded = self._commanded(begin_s + index * step_s)
             before, velocity = velocity, ramped(velocity, commanded, step_s, self._motion)
+            if drift_mps is not None:
+                velocity = velocity._replace(lateral_mps=drift_mps)
             way_m = (before.linear_mps + velocity.linear_mps) / 2 * step_s
             turned_rad = (before.angular_radps + velocity.angular_radps) / 2 * step_s
-            drift_m, cos, sin = lateral_mps * step_s, math.cos(turned_rad / 2), math.sin(turned_rad / 2)
-            pose = pose @ Pose.planar(way_m * cos - drift_m * sin, way_m * sin + drift_m * cos, turned_rad)
+            side_m = (before.lateral_mps + velocity.lateral_mps) / 2 * step_s
+            cos, sin = math.cos(turned_rad / 2), math.sin(turned_rad / 2)
+            pose = pose @ Pose.planar(way_m * cos - side_m * sin, way_m * sin + side_m * cos, turned_rad)
         return pose, velocity
 
     def _commanded(self, time_s: float) -> Velocity:

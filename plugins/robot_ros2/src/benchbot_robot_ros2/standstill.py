@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
+from benchbot_robot_ros2.ramp import Velocity
 from benchbot_robot_ros2.streams import Sample
 
 # Below this, a measured velocity is noise: gyroscopes and visual odometry never say exactly zero. A robot that brakes
@@ -13,9 +14,10 @@ STILL_MPS, STILL_RADPS = 0.01, 0.02
 REST_S = 0.1
 
 
-def twist(message: Any) -> tuple[float, float]:
-    """Return the base's velocity in an Odometry message: m/s along +x and rad/s about +z."""
-    return float(message.twist.twist.linear.x), float(message.twist.twist.angular.z)
+def measured_velocity(message: Any) -> Velocity:
+    """Return the base's velocity in an Odometry message."""
+    twist = message.twist.twist
+    return Velocity(float(twist.linear.x), float(twist.angular.z), float(twist.linear.y))
 
 
 def speed_mps(message: Any) -> float:

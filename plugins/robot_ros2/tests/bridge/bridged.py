@@ -109,11 +109,11 @@ class Listener:
         return pose_of(self.newer("/odom", "nav_msgs/msg/Odometry").pose.pose)
 
     def velocities(self) -> Any:
-        """Return a publisher of velocities that the bridge hears, and their type."""
+        """Return what publishes a velocity that the bridge hears: ahead, turning, to the left."""
         twist = message_type("geometry_msgs/msg/Twist")
         publisher = self.node.create_publisher(twist, "/cmd_vel", 1)
         until(publisher.get_subscription_count, "somebody obeys")
-        return lambda linear, angular=0.0: publisher.publish(_filled(twist(), linear, angular))
+        return lambda *velocity: publisher.publish(_filled(twist(), *velocity))
 
     def set(self, **parameters: Any) -> None:
         """Set parameters of the bridge."""
@@ -171,6 +171,6 @@ def simulator(environment: str, robot: str = "sample_robot") -> Simulation:
     return platform
 
 
-def _filled(twist: Any, linear: float, angular: float) -> Any:
-    twist.linear.x, twist.angular.z = linear, angular
+def _filled(twist: Any, linear: float, angular: float = 0.0, lateral: float = 0.0) -> Any:
+    twist.linear.x, twist.angular.z, twist.linear.y = linear, angular, lateral
     return twist

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -12,35 +13,39 @@ from benchbot.core.geometry import Pose, wrap_angle_rad
 from benchbot.plugins.simulation.dynamics import State, along_arc
 from benchbot.plugins.simulation.odometry import Odometry
 from benchbot_robot_ros2.bridge.odometry_errors import EXACT_VARIANCE, OdometryErrors, exact
+from benchbot_robot_ros2.ramp import REST
 
 NOISE = {"linear": 0.1, "angular": 0.1}
 TICK_S = 0.05
 PLANAR = np.ix_([0, 1, 5], [0, 1, 5])
+# Ahead in a bend, and a holonomic base's way to the side in one.
+WAYS = [(0.05, 0.03, 0.0), (0.02, 0.03, -0.04)]
 STEPS = st.tuples(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1))
 
 
-def drive(steps: list[tuple[float, float]], noise: dict[str, float]) -> OdometryErrors:
-    errors, place = OdometryErrors(noise), (0.0, 0.0, 0.0)
-    for way_m, turn_rad in steps:
-        place = along_arc(place, way_m, turn_rad)
+def drive(steps: Sequence[tuple[float, ...]], noise: dict[str, float], *, holonomic: bool = False) -> OdometryErrors:
+    errors, place = OdometryErrors(noise, holonomic=holonomic), (0.0, 0.0, 0.0)
+    for step in steps:
+        place = along_arc(place, *step)
         errors.follow(Pose.planar(*place), TICK_S)
     return errors
 
 
-def test_the_covariance_is_that_of_the_simulators_odometry() -> None:
+@pytest.mark.parametrize("way", WAYS)
+def test_the_covariance_is_that_of_the_simulators_odometry(way: tuple[float, float, float]) -> None:
     # A way of 3 m in a bend, ten times over, with the noise of so many seeds.
-    steps = [(0.05, 0.03)] * 60
+    steps, holonomic = [way] * 60, way[2] != 0
     states = [State(0.0, 0.0, 0.0)]
     for step in steps:
         states.append(State(*along_arc((states[-1].x, states[-1].y, states[-1].yaw_rad), *step)))
     off = []
     for seed in range(500):
-        odometry = Odometry(states[0], NOISE["linear"], NOISE["angular"], seed)
+        odometry = Odometry(states[0], NOISE["linear"], NOISE["angular"], seed, holonomic=holonomic)
         for before, after in itertools.pairwise(states):
             odometry.follow(before, after)
         x, y, yaw_rad = odometry.pose
         off.append([x - states[-1].x, y - states[-1].y, yaw_rad - states[-1].yaw_rad])
-    said = drive(steps, NOISE).pose_covariance().reshape(6, 6)[PLANAR]
+    said = drive(steps, NOISE, holonomic=holonomic).pose_covariance().reshape(6, 6)[PLANAR]
 
     real = np.cov(np.array(off).T)
     # The normalised squared error of three dimensions is 3 on average, with a spread of 0.11 over 500 seeds.
@@ -72,7 +77,7 @@ def test_its_velocity_is_that_of_the_last_tick(step: tuple[float, float], yaw_ra
     x, y, heading_rad = along_arc((1.0, 2.0, yaw_rad), way_m, turn_rad)
     errors.follow(Pose.planar(x, y, wrap_angle_rad(heading_rad)), TICK_S)
 
-    assert errors.velocity == pytest.approx((way_m / TICK_S, turn_rad / TICK_S), abs=1e-6)
+    assert errors.velocity == pytest.approx((way_m / TICK_S, turn_rad / TICK_S, 0.0), abs=1e-6)
     variances = np.diag(errors.twist_covariance().reshape(6, 6))[[0, 5]]
     assert variances == pytest.approx(np.square([0.1 * way_m / TICK_S, 0.1 * turn_rad / TICK_S]), abs=1e-7)
 
@@ -88,5 +93,5 @@ def test_a_robot_that_is_put_elsewhere_stands_still_and_has_forgotten_nothing() 
     errors = drive([(0.05, 0.02)] * 10, NOISE)
     before = errors.pose_covariance()
     errors.rest()
-    assert errors.velocity == (0.0, 0.0)
+    assert errors.velocity == REST
     assert np.array_equal(errors.pose_covariance(), before)

@@ -164,5 +164,3 @@ def test_what_of_a_robot_is_not_presented_is_known() -> None:
         *("joint_states", "move_joints", "move_end_effector", "move_gripper")
     }
     assert BridgedRobot(CARTER, "", {}, "unused").unpresented == ()
-    connections = CARTER["connections"] | {"move_sideways": {"connection": "api_to_ros"}}
-    assert BridgedRobot(CARTER | {"connections": connections}, "", {}, "unused").unpresented == ("move_sideways",)

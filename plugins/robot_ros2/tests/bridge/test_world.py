@@ -20,6 +20,7 @@ from benchbot_robot_ros2.bridge.pace import Rate, SimulatedTime, WallTime
 from benchbot_robot_ros2.bridge.robot import BridgedRobot
 from benchbot_robot_ros2.bridge.world import World
 from benchbot_robot_ros2.declaration import LocalisedByTopic, ReturnByService, Ros2Robot
+from benchbot_robot_ros2.ramp import REST, Velocity
 from plugins.robot_ros2.tests.bridge.bridged import simulator
 from tests.garbage import searched_as_before
 
@@ -41,7 +42,7 @@ def world() -> World:
 
 def test_a_command_holds_for_three_ticks_and_then_the_robot_brakes(world: World) -> None:
     for _ in range(20):
-        world.command(0.5, 0.3)
+        world.command(Velocity(0.5, 0.3))
         world.tick()
     speeds = []
     for _ in range(9):
@@ -50,12 +51,12 @@ def test_a_command_holds_for_three_ticks_and_then_the_robot_brakes(world: World)
 
     # The last command is one tick old; 2 m/s² take 0.1 m/s a tick.
     assert speeds == pytest.approx([0.5, 0.5, 0.4, 0.3, 0.2, 0.1, 0.0, 0.0, 0.0], abs=1e-9)
-    assert world.velocity == (0.0, 0.0)
+    assert world.velocity == REST
 
 
 @pytest.mark.parametrize("interrupt", ["load", "place"])
 def test_a_command_from_before_does_not_move_a_robot_that_was_carried(world: World, interrupt: str) -> None:
-    world.command(0.5, 0.0)
+    world.command(Velocity(0.5, 0.0))
     world.tick()
     if interrupt == "load":
         world.load(arena(), seed=0)
@@ -64,12 +65,12 @@ def test_a_command_from_before_does_not_move_a_robot_that_was_carried(world: Wor
     world.tick()
 
     assert world.pose() == Pose.planar(-2.0, 0.0, 0.0)
-    assert world.velocity == (0.0, 0.0)
+    assert world.velocity == REST
 
 
 def test_odometry_begins_anew_with_a_scene_and_time_goes_on(world: World) -> None:
     for _ in range(10):
-        world.command(0.5, 0.5)
+        world.command(Velocity(0.5, 0.5))
         world.tick()
     assert world.odometry() != Pose()
     assert world.stamp_ns == 500_000_000
@@ -86,7 +87,7 @@ def test_odometry_is_in_the_frame_of_the_start_and_carrying_does_not_move_it(wor
     world.place(Pose.planar(1.0, 0.0, math.pi / 2))
     assert world.odometry() == Pose()
     for _ in range(20):
-        world.command(0.3, 0.0)
+        world.command(Velocity(0.3, 0.0))
         world.tick()
     x, y, _ = world.odometry().translation_xyz
 

@@ -1,16 +1,22 @@
 """`benchbot guard`, on the robot's own computer, between the network and a base that never stops by itself."""
 
+import json
+import os
 import signal
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.resources import files
+from pathlib import Path
 
 import pytest
+import yaml
 
 from benchbot_robot_ros2.ros import running_node
-from plugins.robot_ros2.tests.guard.guarded import DEADLINE_S, Base
+from plugins.robot_ros2.tests.guard.guarded import DEADLINE_S, Base, until
+from tests.plugin_factory import DECLARES, PluginFactory
 
 BENCHBOT = (sys.executable, "-P", "-m", "benchbot")
 
@@ -47,10 +53,8 @@ class Host:
 
 
 @contextmanager
-def guarding(*arguments: str) -> Iterator[subprocess.Popen[str]]:
-    process = subprocess.Popen(
-        [*BENCHBOT, "guard", "--robot", "carter_ros2", *arguments], stderr=subprocess.PIPE, text=True
-    )
+def guarding(robot: str = "carter_ros2") -> Iterator[subprocess.Popen[str]]:
+    process = subprocess.Popen([*BENCHBOT, "guard", "--robot", robot], stderr=subprocess.PIPE, text=True)
     with process:
         try:
             yield process
@@ -110,3 +114,23 @@ def test_a_velocity_sideways_is_no_smaller_velocity_but_a_stop(base: Base) -> No
         host.push(0.3)
         base.until_stopped()
         assert "0.30 m/s sideways was commanded" in process.stderr.readline()
+
+
+def test_a_holonomic_base_gets_its_velocity_sideways_within_its_limit(
+    base: Base, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    declared = yaml.safe_load((files("benchbot_robot_ros2") / "robots" / "carter_ros2.yaml").read_text())
+    omni = {**declared, "name": "omni", "limits": {**declared["limits"], "lateral_mps": 0.25}}
+    PluginFactory(tmp_path).make("omni-robot", DECLARES.format(kind="robots"), {"robots/omni.yaml": json.dumps(omni)})
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ["PYTHONPATH"]]))
+    host = Host(base)
+    with guarding("omni") as process:
+        assert process.stderr is not None
+        process.stderr.readline()
+        host.push(-0.4)
+        host.driving.set()
+        base.until_moving()
+        until(lambda: base.messages[-1].linear.y == -0.25, "the base is told to go to the right, as fast as it can")
+        host.driving.clear()
+        base.until_stopped()
+        assert base.messages[-1].linear.y == 0.0

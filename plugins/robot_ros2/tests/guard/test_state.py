@@ -47,20 +47,20 @@ def test_a_command_is_ramped_to() -> None:
     state = GuardState(MOTION, 0.15)
     state.step(0.0)
     published = drive(state, FULL, 0.0, 0.1)
-    assert published == [pytest.approx((2.0 * TICK_S * tick, 3.0 * TICK_S * tick)) for tick in range(1, 6)]
+    assert published == [pytest.approx((2.0 * TICK_S * tick, 3.0 * TICK_S * tick, 0.0)) for tick in range(1, 6)]
 
 
 def test_a_pause_does_not_make_the_velocity_jump() -> None:
     state = GuardState(MOTION, 0.15)
     state.step(0.0)
     state.command(FULL, 10.0)
-    assert state.step(10.0) == pytest.approx((0.2, 0.3))
+    assert state.step(10.0) == pytest.approx((0.2, 0.3, 0.0))
 
 
 def test_a_zero_command_brakes_to_rest_needs_no_follower_and_frees_the_topic(moving: GuardState) -> None:
     moving.command(REST, 2.0)
     published = watch(moving, 2.0, 2.0)
-    assert published[0] == pytest.approx((0.96, 0.44))
+    assert published[0] == pytest.approx((0.96, 0.44, 0.0))
     assert published.count(REST) == pytest.approx(0.5 / TICK_S, abs=2)
     assert published[-1] is None
     assert moving.trip is None
@@ -100,11 +100,11 @@ def test_after_a_release_the_robot_starts_from_rest(moving: GuardState) -> None:
     moving.release()
     assert not moving.moving
     assert moving.step(2.0 + TICK_S) != FULL
-    assert drive(moving, FULL, 2.0 + TICK_S, TICK_S) == [pytest.approx((0.04, 0.06))]
+    assert drive(moving, FULL, 2.0 + TICK_S, TICK_S) == [pytest.approx((0.04, 0.06, 0.0))]
 
 
-@pytest.mark.parametrize("wanted", [(math.nan, 0.0), (0.0, math.inf)])
-def test_what_is_no_velocity_trips(moving: GuardState, wanted: tuple[float, float]) -> None:
+@pytest.mark.parametrize("wanted", [(math.nan, 0.0), (0.0, math.inf), (0.0, 0.0, math.nan)])
+def test_what_is_no_velocity_trips(moving: GuardState, wanted: tuple[float, ...]) -> None:
     moving.command(Velocity(*wanted), 2.0)
     assert moving.trip is not None
     assert moving.step(2.0) == REST

@@ -73,7 +73,7 @@ def ros2(
     bridged = BridgedRobot(declaration, namespace, {"device": device}, str(cache_dir()), frame_prefix, stamped)
     if bridged.unpresented:
         console.note(
-            "The bridge drives a base by linear.x and angular.z. It does not present: "
+            "The bridge presents a base and its sensors. It does not present: "
             f"{', '.join(bridged.unpresented)}. Use them without ROS 2: benchbot run."
         )
 
@@ -88,7 +88,12 @@ def ros2(
             )
             platform = stack.enter_context(closing(bridged.create(catalog.plugins)))
             period_s = platform.control_period_s
-            world = World(platform, SimulatedTime(period_s), declaration.get("noise", {}))
+            world = World(
+                platform,
+                SimulatedTime(period_s),
+                declaration.get("noise", {}),
+                holonomic="lateral_mps" in declaration.get("limits", {}) and hasattr(platform, "drive_sideways"),
+            )
             maps = MapServer(node, bridged) if has_map else None
             the_bridge = Bridge(catalog, bridged, world, camera, maps, (scene, seed))
             the_bridge.load()

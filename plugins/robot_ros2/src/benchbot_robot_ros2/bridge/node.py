@@ -109,7 +109,7 @@ class Bridge:
         velocity = velocity_of(command)
         # What is no number is no command; the robot brakes as if it had heard nothing.
         if all(map(math.isfinite, velocity)) and self._is_of_now(command):
-            self._world.command(*velocity)
+            self._world.command(velocity)
 
     def _is_of_now(self, command: Any) -> bool:
         """Return whether a command was not held up on its way; tell the first time that one was."""

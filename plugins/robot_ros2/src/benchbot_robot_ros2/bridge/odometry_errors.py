@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot.plugin import Pose
+from benchbot_robot_ros2.ramp import REST, Velocity
 
 Array = npt.NDArray[np.float64]
 
@@ -22,11 +23,13 @@ class OdometryErrors:
     """The way of odometry since the last start, tick by tick, and the covariance of where it believes to be.
 
     The model is that of the simulators: of each control tick the way is off by the factor 1 + N(0, linear²), the turn
-    by 1 + N(0, angular²), independently (`noise` of the robot's declaration). The covariance is carried on from tick to
+    by 1 + N(0, angular²), independently (`noise` of the robot's declaration). The way of a `holonomic` base has a part
+    to its left, that of another has none. The covariance is carried on from tick to
     tick to first order (Thrun, Burgard and Fox, Probabilistic Robotics, 2005, section 7.4, without the measurement).
     """
 
-    def __init__(self, noise: Mapping[str, Any]) -> None:
+    def __init__(self, noise: Mapping[str, Any], *, holonomic: bool = False) -> None:
+        self._holonomic = holonomic
         self._linear, self._angular = (float(noise.get(key, 0.0)) for key in ("linear", "angular"))
         self.start(Pose())
 
@@ -38,7 +41,7 @@ class OdometryErrors:
 
     def rest(self) -> None:
         """Stand still."""
-        self.velocity = (0.0, 0.0)
+        self.velocity = REST
 
     def follow(self, pose: Pose, duration_s: float) -> None:
         """Go on to where odometry believes to be after another tick."""
@@ -46,26 +49,36 @@ class OdometryErrors:
         chord_x, chord_y, _ = step.translation_xyz
         turn_rad = step.yaw_rad
         half_rad = turn_rad / 2
-        chord_m = chord_x * math.cos(half_rad) + chord_y * math.sin(half_rad)
+        cos, sin = math.cos(half_rad), math.sin(half_rad)
         # An arc is as much longer than its chord as the half turn is larger than its sine.
-        way_m = chord_m * (half_rad / math.sin(half_rad) if abs(half_rad) > 1e-6 else 1.0)
+        arc = half_rad / sin if abs(half_rad) > 1e-6 else 1.0
+        way_m = (chord_x * cos + chord_y * sin) * arc
+        side_m = (chord_y * cos - chord_x * sin) * arc if self._holonomic else 0.0
         heading_rad = self._pose.yaw_rad + half_rad
         across, along = math.sin(heading_rad), math.cos(heading_rad)
-        carried = np.array([[1, 0, -way_m * across], [0, 1, way_m * along], [0, 0, 1]])
-        caused = np.array([[along, -way_m * across / 2], [across, way_m * along / 2], [0, 1]])
-        variances = np.array([self._linear * way_m, self._angular * turn_rad]) ** 2
+        step_x, step_y = way_m * along - side_m * across, way_m * across + side_m * along
+        carried = np.array([[1, 0, -step_y], [0, 1, step_x], [0, 0, 1]])
+        # One factor scales the whole way: its error lies along the step, for each metre of it.
+        length_m = math.hypot(step_x, step_y)
+        towards = (step_x / length_m, step_y / length_m) if length_m else (along, across)
+        caused = np.array([[towards[0], -step_y / 2], [towards[1], step_x / 2], [0, 1]])
+        variances = np.array([self._linear * length_m, self._angular * turn_rad]) ** 2
         self._covariance = carried @ self._covariance @ carried.T + (caused * variances) @ caused.T
         self._pose = pose
-        self.velocity = (way_m / duration_s, turn_rad / duration_s) if duration_s > 0 else (0.0, 0.0)
+        self.velocity = REST
+        if duration_s > 0:
+            self.velocity = Velocity(way_m / duration_s, turn_rad / duration_s, side_m / duration_s)
 
     def pose_covariance(self) -> Array:
         """Return the covariance (36,) of x, y, z and the turns about x, y, z, in the frame of odometry."""
         return _spatial(self._covariance)
 
     def twist_covariance(self) -> Array:
-        """Return the covariance (36,) of the velocity, in the frame of the base; it does not slide sideways."""
-        linear_mps, angular_radps = self.velocity
-        return _spatial(np.diag([(self._linear * linear_mps) ** 2, 0.0, (self._angular * angular_radps) ** 2]))
+        """Return the covariance (36,) of the velocity, in the frame of the base; one factor scales the way."""
+        linear_mps, angular_radps, lateral_mps = self.velocity
+        planar = np.diag([0.0, 0.0, (self._angular * angular_radps) ** 2])
+        planar[:2, :2] = self._linear**2 * np.outer([linear_mps, lateral_mps], [linear_mps, lateral_mps])
+        return _spatial(planar)
 
 
 def exact() -> Array:

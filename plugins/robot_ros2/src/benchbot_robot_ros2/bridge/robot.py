@@ -107,8 +107,8 @@ class BridgedRobot(msgspec.Struct, frozen=True):
 
     @property
     def unpresented(self) -> tuple[str, ...]:
-        """The channels of an arm and of a sideways motion that the robot has and no ROS 2 software is shown."""
-        silent = MANIPULATION | {"joint_states", "move_sideways"}
+        """The channels of an arm that the robot has and no ROS 2 software is shown."""
+        silent = MANIPULATION | {"joint_states"}
         return tuple(channel for channel in self.declaration["connections"] if channel in silent)
 
     @property

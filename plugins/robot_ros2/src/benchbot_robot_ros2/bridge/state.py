@@ -22,6 +22,7 @@ from benchbot_robot_ros2.bridge.transforms import Transforms, mounts
 from benchbot_robot_ros2.bridge.world import World
 from benchbot_robot_ros2.encoders import encode
 from benchbot_robot_ros2.messages import message_type, pose_message, set_stamp
+from benchbot_robot_ros2.ramp import Velocity
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -103,13 +104,14 @@ class StatePublisher:
                 message.linear_acceleration_covariance = _variance(noise, "linear_acceleration_sigma_mps2")
             self._sensors[channel].publish(message)
 
-    def _moving(self, stamp_ns: int, frame: str, pose: Pose, velocity: tuple[float, float]) -> Any:
+    def _moving(self, stamp_ns: int, frame: str, pose: Pose, velocity: Velocity) -> Any:
         """Return a nav_msgs/msg/Odometry: the pose in `frame`, the velocity in the base's own frame."""
         message = self._odometry_type(child_frame_id=self._robot.base_frame)
         message.header.frame_id = frame
         set_stamp(message, stamp_ns)
         message.pose.pose = pose_message(pose)
-        message.twist.twist.linear.x, message.twist.twist.angular.z = map(float, velocity)
+        twist = message.twist.twist
+        twist.linear.x, twist.angular.z, twist.linear.y = map(float, velocity)
         return message
 
 

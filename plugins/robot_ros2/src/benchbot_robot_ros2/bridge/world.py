@@ -1,11 +1,12 @@
 """The bridged robot itself: it obeys the last velocity command for a moment, as real bases do, then brakes."""
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, cast
 
-from benchbot.plugin import BenchbotError, Observations, Pose, Scene, Simulation
+from benchbot.plugin import BenchbotError, Holonomic, Observations, Pose, Scene, Simulation
 from benchbot_robot_ros2.bridge.odometry_errors import OdometryErrors
 from benchbot_robot_ros2.bridge.pace import RobotTime
+from benchbot_robot_ros2.ramp import REST, Velocity
 
 COMMAND_HOLDS_NS = 150_000_000
 
@@ -14,14 +15,18 @@ class World:
     """A simulated robot in a scene. Its time continues across resets; a contact is kept until the next reset.
 
     A command holds for 0.15 s of the robot's time: the first tick that begins later brakes towards zero. `noise` is
-    that of the robot's declaration, and `odometry_errors` what follows from it.
+    that of the robot's declaration, and `odometry_errors` what follows from it. A base that is not `holonomic` does not
+    go sideways, whatever is commanded.
     """
 
-    def __init__(self, platform: Simulation, time: RobotTime, noise: Mapping[str, Any]) -> None:
-        self.odometry_errors = OdometryErrors(noise)
+    def __init__(
+        self, platform: Simulation, time: RobotTime, noise: Mapping[str, Any], *, holonomic: bool = False
+    ) -> None:
+        self.odometry_errors = OdometryErrors(noise, holonomic=holonomic)
+        self._holonomic = holonomic
         self._platform = platform
         self._time = time
-        self._command = (0.0, 0.0)
+        self._command = REST
         self._command_ends_ns = 0
 
     @property
@@ -49,9 +54,9 @@ class World:
         self._origin = self._platform.odometry()
         self.odometry_errors.start(self.odometry())
 
-    def command(self, linear_mps: float, angular_radps: float) -> None:
-        """Ask for a velocity along +x and about +z."""
-        self._command = (linear_mps, angular_radps)
+    def command(self, velocity: Velocity) -> None:
+        """Ask for a velocity."""
+        self._command = velocity
         self._command_ends_ns = self.stamp_ns + COMMAND_HOLDS_NS
 
     def place(self, base: Pose) -> None:
@@ -71,9 +76,14 @@ class World:
 
     def tick(self) -> None:
         """Let one control tick pass."""
-        linear_mps, angular_radps = self._command if self.stamp_ns < self._command_ends_ns else (0.0, 0.0)
+        wanted = self._command if self.stamp_ns < self._command_ends_ns else REST
         duration_s = self._time.next_tick()
-        self._platform.drive(linear_mps, angular_radps, duration_s)
+        if self._holonomic:
+            cast(Holonomic, self._platform).drive_sideways(
+                wanted.lateral_mps, wanted.angular_radps, duration_s, wanted.linear_mps
+            )
+        else:
+            self._platform.drive(wanted.linear_mps, wanted.angular_radps, duration_s)
         self.odometry_errors.follow(self.odometry(), duration_s)
 
     def observe(self, channels: Iterable[str]) -> Observations:
@@ -89,9 +99,10 @@ class World:
         return self._origin.inverse() @ self._platform.odometry()
 
     @property
-    def velocity(self) -> tuple[float, float]:
-        """Linear m/s along +x and angular rad/s about +z."""
-        return self._platform.velocity
+    def velocity(self) -> Velocity:
+        """The true velocity."""
+        lateral_mps = cast(Holonomic, self._platform).lateral_mps if self._holonomic else 0.0
+        return Velocity(*self._platform.velocity, lateral_mps)
 
     @property
     def collided(self) -> bool:

@@ -159,8 +159,8 @@ def _guard(velocity: GuardedVelocity, connection: socket.socket, other: Peer, en
 
 def _change(message: messages.ToGuard) -> Change:
     match message:
-        case messages.Command(linear_mps, angular_radps):
-            return partial(_command, wanted=Velocity(linear_mps, angular_radps))
+        case messages.Command(linear_mps, angular_radps, lateral_mps):
+            return partial(_command, wanted=Velocity(linear_mps, angular_radps, lateral_mps))
         case messages.Attend():
             return GuardState.attend
         case messages.Stop(trip):

@@ -86,7 +86,8 @@ def _stand_between(robot: "Ros2Robot", motion: "MotionConfig", source: str, targ
             if time.monotonic() > deadline_s:
                 raise problem
         velocity.listen_to_devices()
-        relay = _Relay(node, velocity, msgspec.structs.replace(command, ros_topic=source))
+        is_holonomic = motion.lateral_limit_mps > 0
+        relay = _Relay(node, velocity, msgspec.structs.replace(command, ros_topic=source), is_holonomic=is_holonomic)
         console.note(f"The base of {robot.name} is guarded: velocities from {source} go to {target}. Ctrl-C ends it.")
         try:
             while not ended.wait(PERIOD_S):
@@ -100,12 +101,13 @@ def _stand_between(robot: "Ros2Robot", motion: "MotionConfig", source: str, targ
 class _Relay:
     """A relay of commands from a topic to the guard; it reports stops, and releases them once commands cease."""
 
-    def __init__(self, node: "Node", velocity: "GuardedVelocity", source: "Topic") -> None:
+    def __init__(self, node: "Node", velocity: "GuardedVelocity", source: "Topic", *, is_holonomic: bool) -> None:
         from rclpy.qos import qos_profile_sensor_data
 
         from benchbot_robot_ros2.guard.topic import message_type
 
         self._velocity = velocity
+        self._is_holonomic = is_holonomic
         self._stopped = False
         self._driven_s = -math.inf
         # Best effort, even where more is offered: a late command is worse than none.
@@ -124,17 +126,19 @@ class _Relay:
         self._stopped = self._velocity.trip is not None
 
     def _on_command(self, message: Any) -> None:
-        from benchbot_robot_ros2.guard.topic import sideways_mps, velocity_of
+        from benchbot_robot_ros2.guard.topic import velocity_of
 
-        wanted, lateral_mps = velocity_of(message), sideways_mps(message)
-        if wanted != REST or lateral_mps:
+        wanted = velocity_of(message)
+        if wanted != REST:
             self._driven_s = time.monotonic()
-        if lateral_mps:
+        if wanted.lateral_mps and not self._is_holonomic:
             # Without it the base would go where nobody sent it.
             self._velocity.update(
                 lambda state, _: state.stop(
-                    f"A velocity of {lateral_mps:.2f} m/s sideways was commanded, which this guard does not pass on.",
-                    "Let what drives the base command linear.x and angular.z only; in Nav2: vy_max: 0.",
+                    f"A velocity of {wanted.lateral_mps:.2f} m/s sideways was commanded, and the robot's declaration "
+                    "has no limits.lateral_mps.",
+                    "Let what drives the base command linear.x and angular.z only (in Nav2: vy_max: 0), or declare how "
+                    "fast a holonomic base is to both sides: limits: {lateral_mps: 0.5}",
                 )
             )
         self._velocity.update(lambda state, now_s: state.command(wanted, now_s))

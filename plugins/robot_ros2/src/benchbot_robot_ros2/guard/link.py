@@ -107,13 +107,13 @@ class Guard:
         """The process of the guard that stands by."""
         return self._standby.process.pid
 
-    def command(self, linear_mps: float, angular_radps: float) -> None:
+    def command(self, linear_mps: float, angular_radps: float, lateral_mps: float = 0.0) -> None:
         """Command a velocity; it is ramped to, and holds for the declared `command_timeout_s`.
 
         Waits for a guard that does not keep up, no longer than that time: then it hangs, and is replaced.
         Raises BenchbotError(failure=PLATFORM, ends_run=True) once the robot was stopped for safety.
         """
-        self._tell(messages.Command(float(linear_mps), float(angular_radps)))
+        self._tell(messages.Command(float(linear_mps), float(angular_radps), float(lateral_mps)))
 
     def attend(self) -> None:
         """Have the robot watched while its navigation drives it, and nothing published; holds and raises as `command`.

@@ -41,11 +41,12 @@ class Command(msgspec.Struct, tag="command", frozen=True):
 
     linear_mps: float
     angular_radps: float
+    lateral_mps: float = 0.0
 
     @property
     def moves(self) -> bool:
         """Whether it is not zero."""
-        return bool(self.linear_mps or self.angular_radps)
+        return bool(self.linear_mps or self.angular_radps or self.lateral_mps)
 
 
 class Attend(msgspec.Struct, tag="attend", frozen=True):

@@ -65,7 +65,8 @@ class GuardState:
         """Take a command; it is clipped to the robot's limits."""
         if not all(map(math.isfinite, wanted)):
             self.stop(
-                f"A velocity of {wanted.linear_mps} m/s and {wanted.angular_radps} rad/s was commanded.",
+                f"A velocity of {wanted.linear_mps} m/s, {wanted.lateral_mps} m/s to the left and "
+                f"{wanted.angular_radps} rad/s was commanded.",
                 "This is a fault of BenchBot or a plug-in: report it, with what was running.",
             )
         if self.trip is None and not self.yielded:

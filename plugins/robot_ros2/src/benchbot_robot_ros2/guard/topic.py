@@ -32,7 +32,7 @@ class VelocityPublisher:
         """Publish a velocity; a stamped one carries the node's time and the base frame."""
         message = self._type()
         twist = _twist(message)
-        twist.linear.x, twist.angular.z = map(float, velocity)
+        twist.linear.x, twist.angular.z, twist.linear.y = map(float, velocity)
         if twist is not message:
             message.header.stamp = self._node.get_clock().now().to_msg()
             message.header.frame_id = self._base_frame
@@ -83,12 +83,7 @@ def message_type(topic: Topic) -> type[Any]:
 def velocity_of(message: Any) -> Velocity:
     """Return the velocity that a Twist or TwistStamped commands."""
     twist = _twist(message)
-    return Velocity(twist.linear.x, twist.angular.z)
-
-
-def sideways_mps(message: Any) -> float:
-    """Return the velocity along +y that a Twist or TwistStamped commands."""
-    return float(_twist(message).linear.y)
+    return Velocity(twist.linear.x, twist.angular.z, twist.linear.y)
 
 
 def _twist(message: Any) -> Any:
