@@ -11,7 +11,7 @@ import numpy.typing as npt
 import yaml
 
 from benchbot_scenes.catalogue import AssetModel, pack
-from benchbot_scenes.coverage import least_room
+from benchbot_scenes.coverage import room_of
 from benchbot_scenes.differences import furnished
 from benchbot_scenes.free_space import free_space
 from benchbot_scenes.intersections import intersecting
@@ -31,7 +31,6 @@ WALL_DEPTH_M = 0.01
 REACH_M = 1.5
 """How near to each object of a class the middle of the robot comes, seen from above."""
 
-CHECK_CELL_M = 0.02
 _MEAN_SHARES = (0.5, 1.8)
 
 
@@ -72,10 +71,7 @@ def driving_violations(
 ) -> list[Violation]:
     """What a robot does not come near to or never sees on its trajectory, and where it has too little room."""
     space = free_space(geometry, robot.z_min_m, robot.z_max_m)
-    room_m = least_room(space, poses)
-    if room_m < robot.radius_m:
-        # A grid never overstates how much room there is; a fine one takes ten times as long.
-        room_m = least_room(free_space(geometry, robot.z_min_m, robot.z_max_m, cell_m=CHECK_CELL_M), poses)
+    room_m = room_of(geometry, space, poses, robot)
     found = [] if room_m >= robot.radius_m else [Violation(TIGHT, "trajectory", figure=f"{room_m:.3f} m")]
     found += [Violation(NOT_SEEN, name) for name in unseen(geometry, poses, robot)]
     reached = np.argwhere(space.region((poses[0][4], poses[0][5]), robot.radius_m))
