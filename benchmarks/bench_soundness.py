@@ -1,33 +1,41 @@
 """Whether places are sound: the 25 that ship, and generated ones; every violation is counted by its kind.
 
-python -m benchmarks soundness [--seeds 200] [--first 5000] [--processes 2] [--list] [--json FILE]
+python -m benchmarks soundness [--seeds 200] [--first 5000] [--processes 2] [--only generated] [--list] [--json FILE]
 
 Of every place all objects are looked at, in the composed scene: see `benchbot_scenes.violations`. Objects whose boxes
 are published (those of the twins house and miniroom) are counted apart, since they stand where they were published.
+Of generated places means are told, too: of floor, room to move, objects, classes, and the processor time to make one.
 """
 
 import argparse
 import json
+import math
 import os
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from importlib.resources import files
 from pathlib import Path
+
+import numpy as np
 
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError
 from benchbot_scenes.catalogue import pack
 from benchbot_scenes.compose import compose
 from benchbot_scenes.differences import furnished
+from benchbot_scenes.free_space import free_space
 from benchbot_scenes.generator.generate import generate
 from benchbot_scenes.generator.kinds import KINDS
+from benchbot_scenes.generator.proxy import class_counts
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.layout import Layout, read_layout
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.violations import Violation, driving_violations, placing_violations
+from benchbot_scenes.visibility import CARTER
 
 MOST_ROOMS = 8
 BEAR = Path(str(files("benchbot_envs_bear")))
@@ -43,6 +51,8 @@ class Checked:
     published: tuple[Violation, ...] = ()
     failure: str = ""
     cpu_s: float = 0.0
+    counted: Mapping[str, float] = field(default_factory=dict)
+    classes: Mapping[str, int] = field(default_factory=dict)
 
 
 def main() -> None:
@@ -50,6 +60,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=200)
     parser.add_argument("--first", type=int, default=5000)
     parser.add_argument("--processes", type=int, default=os.cpu_count())
+    parser.add_argument("--only", choices=("shipped", "generated"), help="leave out the others")
     parser.add_argument("--list", action="store_true", help="tell every violation")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
@@ -57,12 +68,15 @@ def main() -> None:
     with ProcessPoolExecutor(options.processes) as workers:
         shipped = sorted(path.stem for path in (BEAR / "environments").glob("*.yaml"))
         seeds = range(options.first, options.first + options.seeds)
+        if options.only is not None:
+            shipped, seeds = (shipped, range(0)) if options.only == "shipped" else ([], seeds)
         for title, places in (
             ("shipped", workers.map(check_shipped, shipped)),
             ("generated", workers.map(check_generated, seeds)),
         ):
             checked = list(places)
             _tell(title, checked, every=options.list)
+            _describe(checked)
             report[title] = [asdict(place) for place in checked]
     if options.json:
         options.json.write_text(json.dumps(report))
@@ -96,8 +110,22 @@ def check_generated(seed: int) -> Checked:
     except BenchbotError as error:
         return Checked(name, 0, (), failure=error.title)
     geometry = _composed(made.layout)
+    making_s = time.process_time() - started
     found = placing_violations(made.layout, geometry) + driving_violations(geometry, made.trajectory_poses)
-    return Checked(name, len(made.items), tuple(found), cpu_s=time.process_time() - started)
+    cpu_s = time.process_time() - started
+    space = free_space(geometry, CARTER.z_min_m, CARTER.z_max_m)
+    reached = space.region(made.start_pose[4:6], CARTER.radius_m)
+    counted = {
+        "rooms": len(made.plan.spaces),
+        "floor m²": sum(math.prod(np.subtract(room.high, room.low)) for room in made.plan.spaces),
+        "room to move m²": float(reached.sum()) * space.cell_m**2,
+        "objects": len(made.items),
+        "labelled objects": sum(class_counts(made.items).values()),
+        "models": len({item.model.id for item in made.items}),
+        "poses": len(made.trajectory_poses),
+        "processor seconds to make": making_s,
+    }
+    return Checked(name, len(made.items), tuple(found), (), "", cpu_s, counted, class_counts(made.items))
 
 
 def _composed(layout: Layout) -> SceneGeometry:
@@ -122,6 +150,21 @@ def _tell(title: str, places: list[Checked], *, every: bool) -> None:
             print(f"    {place.name}: {found.kind} {found.name} {found.other} {found.figure}")
         if place.failure:
             print(f"    {place.name}: {place.failure}")
+
+
+def _describe(places: list[Checked]) -> None:
+    made = [place for place in places if place.counted]
+    if not made:
+        return
+    for key in made[0].counted:
+        values = [place.counted[key] for place in made]
+        print(f"  {key}: mean {np.mean(values):.1f}, {min(values):.1f} to {max(values):.1f}")
+    rooms = sum(place.counted["rooms"] for place in made)
+    print(f"  objects per room: {sum(place.objects for place in made) / rooms:.1f}")
+    classes: Counter[str] = Counter()
+    for place in made:
+        classes.update(place.classes)
+    print("  classes: " + ", ".join(f"{name} {count}" for name, count in classes.most_common()))
 
 
 if __name__ == "__main__":

@@ -76,8 +76,8 @@ def _kitchen() -> list[Placement]:
     return [
         *row,
         stand(
-            "bottle_box",
-            "chest_of_drawers_walnut",
+            "bottle_riser",
+            "shelf_wall_oak",
             (4.045, 5.579),
             COUNTER_TOP_M,
             yaw_deg=180,
@@ -103,8 +103,8 @@ def _living() -> list[Placement]:
 def _bedroom() -> list[Placement]:
     south = plan.BEDROOM_SOUTH
     return [
-        against("desk", "desk", "east", plan.BEDROOM_EAST, -7.70, size=(0.60, 1.72, 0.759)),
-        stand("desk_drawers", "bedside table", (0.30, -8.27), yaw_deg=180, size=(0.46, 0.42, 0.427)),
+        against("desk", "desk_oak", "east", plan.BEDROOM_EAST, -7.70, size=(0.60, 1.72, 0.759)),
+        stand("desk_drawers", "bedside table", (0.30, -8.22), yaw_deg=180, size=(0.46, 0.42, 0.427)),
         against("bedside_table_east", "bedside table", "south", south, -0.57, size=(0.42, 0.46, 0.589)),
         against("bedside_table_west", "bedside table", "south", south, -2.86, size=(0.48, 0.46, 0.574)),
         against("chest_of_drawers", "chest of drawers", "west", plan.BEDROOM_WEST, -7.22, size=(0.46, 0.95, 0.684)),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from benchbot_scenes.layout import Layout, Move
@@ -61,9 +60,10 @@ LIGHTING = {
     5: {"time": "23:00", "date": "2023-02-10", **_PLACE, "lamps": {"on": "all", "temperature_k": 2700}},
 }
 
-# The first variant's chest of drawers: its box, seen from above. Others have things between the boards of a rack there.
+# The first variant's chest of drawers: its box, seen from above. Others have things on shelves there.
 CHEST_LOW, CHEST_HIGH = (-0.895, 0.07), (-0.465, 1.19)
 RACK_LEVELS_M = (0.119, 0.462, 0.965)
+RACK_SHELF_M = RACK_LEVELS_M[0]
 
 # What carried only what a variant has no more of.
 _ORPHANS = {
@@ -102,7 +102,7 @@ def _second() -> Changes:
 
 
 def _third() -> Changes:
-    """An open rack instead of the chest, and a lamp that shines at night."""
+    """Shelves instead of the chest, and a lamp that shines at night."""
     return ["chest_of_drawers", "floor_lamp"], [], [*_rack(), stand("reading_lamp", "floor_lamp_drum", (-0.66, 2.16))]
 
 
@@ -125,10 +125,10 @@ _CHANGES = {2: _second, 3: _third, 4: _fourth, 5: _fifth}
 
 
 def _rack() -> list[Placement]:
-    """Three tables on top of each other where the chest stood: an open rack, its top at the chest's."""
+    """Three wall shelves where the chest stood, the highest as high as it was."""
     depth, width = CHEST_HIGH[0] - CHEST_LOW[0], CHEST_HIGH[1] - CHEST_LOW[1]
     at = (CHEST_LOW[0] + CHEST_HIGH[0]) / 2, (CHEST_LOW[1] + CHEST_HIGH[1]) / 2
     return [
-        stand(f"rack_{number}", "table_kitchen_white", at, low, size=(depth, width, high - low))
-        for number, (low, high) in enumerate(pairwise((0.0, *RACK_LEVELS_M)), 1)
+        stand(f"rack_{number}", "shelf_wall_white", at, top - RACK_SHELF_M, size=(depth, width, RACK_SHELF_M))
+        for number, top in enumerate(RACK_LEVELS_M, 1)
     ]

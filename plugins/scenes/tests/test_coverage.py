@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchbot.core.errors import BenchbotError
-from benchbot_scenes.coverage import LEG_M, MARGIN_M, TURN_RAD, Coverage, Pose7, least_room, plan_coverage
+from benchbot_scenes.coverage import LEG_M, MARGIN_M, TURN_RAD, Coverage, Pose7, least_room, plan_coverage, room_of
 from benchbot_scenes.free_space import free_space
 from benchbot_scenes.routes import short_order
 from benchbot_scenes.scene import SceneGeometry
@@ -109,3 +109,13 @@ def test_a_tour_of_places_on_a_line_is_in_order() -> None:
 def test_an_empty_scene_has_a_start_and_nothing_more() -> None:
     empty: SceneGeometry = scene(*room())
     assert len(plan_coverage(empty, START, CARTER).poses) == 1
+
+
+def test_the_room_along_a_way_is_that_to_the_surfaces_themselves() -> None:
+    geometry = scene(*room(6.0, 4.0), box("post", (3.0, 1.4317, 0.0), (3.004, 1.5, 1.0)))
+    space = free_space(geometry, CARTER.z_min_m, CARTER.z_max_m)
+    poses = [(1.0, 0.0, 0.0, 0.0, x, 1.0, 0.0) for x in (1.0, 1.013, 5.0)]
+    assert 0.4317 - 0.0011 <= room_of(geometry, space, poses, CARTER) <= 0.4317 + 1e-6
+    assert least_room(space, poses) < 0.43
+    assert room_of(geometry, space, [(0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0), poses[2]], CARTER) == 0.0
+    assert room_of(geometry, space, poses[:1], CARTER) == math.inf

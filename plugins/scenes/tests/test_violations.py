@@ -7,6 +7,7 @@ import pytest
 from benchbot_scenes.catalogue import pack
 from benchbot_scenes.compose import compose
 from benchbot_scenes.generator.generate import generate
+from benchbot_scenes.generator.kinds import KINDS
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.layout import Layout, Placement
 from benchbot_scenes.scene import SceneGeometry
@@ -58,10 +59,13 @@ def test_a_robot_has_to_see_and_come_near_what_it_is_to_map(tmp_path: Path) -> N
     assert "tight" in {found.kind for found in driving_violations(geometry, along_wall)}
 
 
-@pytest.mark.parametrize(("kind", "rooms", "seed"), [("office", 3, 1), ("apartment", 2, 2)])
-def test_generated_places_are_sound(tmp_path: Path, kind: str, rooms: int, seed: int) -> None:
-    made = generate(seed, kind, rooms, pack("household"))
-    assert placing_violations(made.layout, scene(made.layout, tmp_path)) == []
+# In 7012 and 7014 something was seen only among the boxes that the trajectory is planned in.
+@pytest.mark.parametrize("seed", range(7000, 7020))
+def test_generated_places_are_sound(tmp_path: Path, seed: int) -> None:
+    made = generate(seed, list(KINDS)[seed % len(KINDS)], 1, pack("household"))
+    geometry = scene(made.layout, tmp_path)
+    assert placing_violations(made.layout, geometry) == []
+    assert driving_violations(geometry, made.trajectory_poses) == []
 
 
 def test_models_of_the_pack_have_real_sizes() -> None:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from benchbot.plugin import BenchbotError
 from benchbot_scenes.free_space import FreeSpace, free_space
+from benchbot_scenes.obstacle_map import ObstacleMap
 from benchbot_scenes.routes import Point, Roads, least_clearance
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.visibility import Observer, bearings_rad, seen_from, targets, voxels
@@ -24,6 +25,8 @@ EDGE_DEG = 8.0
 # Each object is looked at from so many stops, where there are as many.
 VIEWS = 2
 ROOM_M = 0.60
+_ROOM_STEP_M = 0.02
+_ROOM_PARTS = 10
 
 Pose7 = tuple[float, float, float, float, float, float, float]
 
@@ -180,3 +183,28 @@ def least_room(space: FreeSpace, poses: Sequence[Sequence[float]]) -> float:
                 return 0.0
         least = min(least, least_clearance(space, start, end))
     return least
+
+
+def room_of(geometry: SceneGeometry, space: FreeSpace, poses: Sequence[Sequence[float]], robot: Observer) -> float:
+    """The least distance from the straight way through all poses to what the robot can touch, and 0 as `least_room`.
+
+    Unlike in the cells of `space` it is measured to the scene's own edges: it is at most a millimetre less than it is.
+    """
+    room_m = least_room(space, poses)
+    if room_m in (0.0, math.inf):
+        return room_m
+    steps = []
+    for before, after in pairwise(poses):
+        start, end = np.array(before[4:6], float), np.array(after[4:6], float)
+        count = max(1, math.ceil(math.dist(start, end) / _ROOM_STEP_M))
+        way = start + np.linspace(0.0, 1.0, count + 1)[:, None] * (end - start)
+        steps.append(np.stack([way[:-1], way[1:]], 1))
+    # A robot turns on the spot, and passes some places more than once.
+    ends = np.unique(np.concatenate(steps), axis=0)
+    obstacles = ObstacleMap(geometry, robot.z_min_m, robot.z_max_m)
+    distance_m = obstacles.distances_m(*ends.reshape(-1, 2).T.copy()).reshape(-1, 2).min(1)
+    narrowest = ends[distance_m <= distance_m.min() + _ROOM_STEP_M / 2]
+    shares = np.linspace(0.0, 1.0, _ROOM_PARTS + 1)[:, None, None]
+    between = narrowest[:, 0] + shares * (narrowest[:, 1] - narrowest[:, 0])
+    least_m = float(obstacles.distances_m(*between.reshape(-1, 2).T.copy()).min())
+    return max(0.0, least_m - _ROOM_STEP_M / _ROOM_PARTS / 2)

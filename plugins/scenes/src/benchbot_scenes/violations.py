@@ -11,14 +11,14 @@ import numpy.typing as npt
 import yaml
 
 from benchbot_scenes.catalogue import AssetModel, pack
-from benchbot_scenes.coverage import least_room
+from benchbot_scenes.coverage import room_of
 from benchbot_scenes.differences import furnished
 from benchbot_scenes.free_space import free_space
 from benchbot_scenes.intersections import intersecting
 from benchbot_scenes.layout import Layout
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.soundness import floating, in_walls
-from benchbot_scenes.visibility import CARTER, Observer, bearings_rad, seen_from, targets, voxels
+from benchbot_scenes.visibility import CARTER, Observer, targets, unseen
 
 Floats = npt.NDArray[np.float64]
 
@@ -31,7 +31,6 @@ WALL_DEPTH_M = 0.01
 REACH_M = 1.5
 """How near to each object of a class the middle of the robot comes, seen from above."""
 
-CHECK_CELL_M = 0.02
 _MEAN_SHARES = (0.5, 1.8)
 
 
@@ -72,24 +71,12 @@ def driving_violations(
 ) -> list[Violation]:
     """What a robot does not come near to or never sees on its trajectory, and where it has too little room."""
     space = free_space(geometry, robot.z_min_m, robot.z_max_m)
-    room_m = least_room(space, poses)
-    if room_m < robot.radius_m:
-        # A grid never overstates how much room there is; a fine one takes ten times as long.
-        room_m = least_room(free_space(geometry, robot.z_min_m, robot.z_max_m, cell_m=CHECK_CELL_M), poses)
+    room_m = room_of(geometry, space, poses, robot)
     found = [] if room_m >= robot.radius_m else [Violation(TIGHT, "trajectory", figure=f"{room_m:.3f} m")]
-    things = targets(geometry)
-    eyes = np.array([[pose[4], pose[5], robot.eye_m] for pose in poses], float)
-    headings = np.array([2 * math.atan2(pose[3], pose[0]) for pose in poses])
-    turn = bearings_rad(eyes, things) - headings[:, None]
-    ahead = np.abs(np.arctan2(np.sin(turn), np.cos(turn))) <= math.radians(robot.half_width_deg)
-    # A robot turns on the spot: there are a few poses of each place.
-    stops, number = np.unique(eyes, axis=0, return_inverse=True)
-    sees = seen_from(stops, things, voxels(geometry), robot.range_m, robot.half_height_deg)[number.ravel()]
-    seen = (sees & ahead).any(axis=0)
-    found += [Violation(NOT_SEEN, thing.name) for thing, is_seen in zip(things, seen, strict=True) if not is_seen]
+    found += [Violation(NOT_SEEN, name) for name in unseen(geometry, poses, robot)]
     reached = np.argwhere(space.region((poses[0][4], poses[0][5]), robot.radius_m))
     places = np.array(space.low_m) + (reached + 0.5) * space.cell_m
-    for thing in things:
+    for thing in targets(geometry):
         low, high = thing.points[:, :2].min(axis=0), thing.points[:, :2].max(axis=0)
         off = np.maximum(np.maximum(low - places, places - high), 0.0)
         distance_m = float(np.hypot(off[:, 0], off[:, 1]).min(initial=math.inf))

@@ -20,6 +20,7 @@ UPPER_PART = 0.8
 END_GAP_M = 0.10
 # How far apart a line of sight is looked at.
 STEP_VOXELS = 0.7
+_PLACES_AT_ONCE = 8
 
 
 @dataclass(frozen=True)
@@ -130,6 +131,27 @@ def seen_from(
         visible &= _is_free(eyes[near], ways, thing.index, scene)
         seen[near, number] = visible.mean(1) >= SEEN_SHARE
     return seen
+
+
+def unseen(geometry: SceneGeometry, poses: Sequence[Sequence[float]], robot: "Observer") -> list[str]:
+    """The objects of a class that a robot sees from none of its poses [qw, qx, qy, qz, x, y, z].
+
+    It sees what is within half the picture's width of where it looks, and as far as `seen_from` says.
+    """
+    things, scene = targets(geometry), voxels(geometry)
+    eyes = np.array([[pose[4], pose[5], robot.eye_m] for pose in poses], float)
+    headings = np.array([2 * math.atan2(pose[3], pose[0]) for pose in poses])
+    turn = bearings_rad(eyes, things) - headings[:, None]
+    ahead = np.abs(np.arctan2(np.sin(turn), np.cos(turn))) <= math.radians(robot.half_width_deg)
+    found = []
+    for number, thing in enumerate(things):
+        # A robot turns on the spot: there are a few poses of each place. Mostly one of the nearest sees it.
+        places = np.unique(eyes[ahead[:, number]], axis=0)
+        places = places[np.argsort(np.linalg.norm(places - thing.middle, axis=1), kind="stable")]
+        parts = (places[start : start + _PLACES_AT_ONCE] for start in range(0, len(places), _PLACES_AT_ONCE))
+        if not any(seen_from(part, [thing], scene, robot.range_m, robot.half_height_deg).any() for part in parts):
+            found.append(thing.name)
+    return found
 
 
 def _is_free(eyes: Floats, ways: Floats, index: int, scene: Voxels) -> npt.NDArray[np.bool_]:

@@ -13,7 +13,7 @@ import yaml
 
 from benchbot.plugin import BenchbotError, editor_line, write_atomically, write_editor_schema, write_json
 from benchbot_scenes.compose import compose
-from benchbot_scenes.coverage import MARGIN_M, least_room
+from benchbot_scenes.coverage import MARGIN_M, room_of
 from benchbot_scenes.free_space import FreeSpace, free_space
 from benchbot_scenes.generator.generate import Generated
 from benchbot_scenes.gltf import load_scene
@@ -25,8 +25,6 @@ from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.top_down import png, top_down
 from benchbot_scenes.visibility import Observer
 
-# The smaller, the less a clearance is understated.
-CHECK_CELL_M = 0.02
 # A clear spring afternoon; lamps are off.
 LIGHTING: dict[str, Any] = {"time": "14:00", "date": "2023-04-20", "latitude_deg": 48, "lamps": {"on": "none"}}
 
@@ -90,8 +88,7 @@ def write_place(
             f"{error.filename}: {error.strerror}",
             "Name another folder: --output-location FOLDER",
         ) from error
-    fine = free_space(geometry, robot.z_min_m, robot.z_max_m, cell_m=CHECK_CELL_M)
-    least_m = least_room(fine, place.trajectory_poses)
+    least_m = room_of(geometry, space, place.trajectory_poses, robot)
     if least_m < robot.radius_m:
         raise BenchbotError(
             "The trajectory of this place comes too close to something.",

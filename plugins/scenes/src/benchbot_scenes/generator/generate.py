@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from benchbot.plugin import BenchbotError, randomness
 from benchbot_scenes.catalogue import Catalogue
+from benchbot_scenes.compose import compose
 from benchbot_scenes.coverage import MARGIN_M, Coverage, Pose7, plan_coverage
 from benchbot_scenes.free_space import FreeSpace, free_space
 from benchbot_scenes.generator.floor_plan import OUTER_WALL_M, Plan, Space, floor_plan
@@ -16,8 +17,10 @@ from benchbot_scenes.generator.furniture import PROGRAMMES
 from benchbot_scenes.generator.kinds import FUNCTIONS, MOST_ROOMS, find_kind
 from benchbot_scenes.generator.plot import Item, Plot
 from benchbot_scenes.generator.proxy import proxy
+from benchbot_scenes.gltf import geometry_of
+from benchbot_scenes.gltf_file import GltfFile, split_glb
 from benchbot_scenes.layout import Building, Layout, Opening, Room
-from benchbot_scenes.visibility import CARTER, Observer
+from benchbot_scenes.visibility import CARTER, Observer, unseen
 
 CEILING = "#f4f2ee"
 FEWEST_OBJECTS, MOST_OBJECTS = 25, 80
@@ -68,10 +71,13 @@ def generate(
         if found is None:
             continue
         kept, coverage = found
+        listed = [kept[i] for i in rng.permutation(len(kept))] if secret else kept
+        layout = _layout(catalogue.name, plan, finishes, listed, place.height_m)
+        hidden = _hidden(layout, catalogue, kept, coverage.poses, robot)
+        kept, listed = _without(kept, hidden), _without(listed, hidden)
         wanted = rooms < 3 or sum(item.model.class_name is not None for item in kept) >= FEWEST_OBJECTS
         if wanted or last:
-            listed = [kept[i] for i in rng.permutation(len(kept))] if secret else kept
-            layout = _layout(catalogue.name, plan, finishes, listed, place.height_m)
+            layout = replace(layout, objects=tuple(item.placement for item in listed))
             return Generated(plan, layout, coverage.poses[0], coverage.poses, tuple(kept))
     raise BenchbotError(
         f"No {kind} of {rooms} rooms can be made from seed {seed}.",
@@ -140,6 +146,19 @@ def _with_trajectory(
     coverage = plan_coverage(scene, start, robot, space=space)
     # What is taken away hides nothing and is in nobody's way.
     return (_without(items, set(coverage.unseen)), coverage) if coverage.poses else None
+
+
+def _hidden(
+    layout: Layout, catalogue: Catalogue, items: Sequence[Item], poses: Sequence[Pose7], robot: Observer
+) -> set[str]:
+    """The objects that are seen on no pose in the composed scene: the trajectory was planned among boxes.
+
+    Of a pack whose files are not there the boxes are all that is known.
+    """
+    if not all(item.model.file.is_file() for item in items):
+        return set()
+    scene, _ = geometry_of(GltfFile(*split_glb(compose(layout, {catalogue.name: catalogue}))))
+    return set(unseen(scene, poses, robot))
 
 
 def _without(items: Sequence[Item], names: set[str]) -> list[Item]:
