@@ -52,7 +52,7 @@ def test_a_battery_without_a_minimum_is_refused() -> None:
 
 
 def robot(**safety: Any) -> dict[str, Any]:
-    return declaration(safety={"battery": BATTERY, "command_timeout_s": 1.0, **safety})
+    return declaration(safety={"battery": BATTERY, **safety})
 
 
 @pytest.mark.usefixtures("domain")

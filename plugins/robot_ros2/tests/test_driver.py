@@ -12,7 +12,7 @@ from plugins.robot_ros2.tests.unicycle import BY_TRUTH, act, declaration, driver
 
 pytestmark = pytest.mark.usefixtures("domain")
 
-SLOW_MPS = [-0.3, 0.3]
+SLOW_MPS = [-0.1, 0.1]
 """A robot that stands 5 cm short of a wall may hear of it late on a busy machine, and not touch it."""
 
 
@@ -103,20 +103,22 @@ def test_poses_are_those_of_the_picture_also_while_the_robot_moves(tmp_path: Pat
 
 
 def test_it_stops_before_what_the_laser_sees(tmp_path: Path) -> None:
-    robot = declaration()
-    with unicycle(wall_x_m=1.5) as there, driver(robot, tmp_path) as platform:
+    robot = declaration(use_sim_time=True)
+    robot["limits"]["linear_mps"] = [-0.5, 0.5]
+    slowly = {"simulated": True, "motion_pace": 0.2}
+    with unicycle(wall_x_m=0.9, **slowly) as there, driver(robot, tmp_path) as platform:
         platform.load(scene(), 0)
 
         assert act(platform, robot, "move_distance", distance=3.0) is Outcome.BLOCKED
         assert not platform.collided
         # On a busy machine scans come late, and a robot that sees late stops earlier.
-        assert 0.5 < there.state["x"] < 1.3
+        assert 0.4 < there.state["x"] < 0.7
 
         assert act(platform, robot, "move_distance", distance=-0.3) is Outcome.REACHED
 
 
 def test_it_stops_before_what_only_the_lidar_sees(tmp_path: Path) -> None:
-    robot = declaration(safety={"obstacles": ["laser", "lidar"], "command_timeout_s": 1.0})
+    robot = declaration(safety={"obstacles": ["laser", "lidar"]})
     with pytest.raises(BenchbotError, match="cannot see what is ahead") as failure, driver(robot, tmp_path):
         pass
     assert "connections.lidar and lidar.frame" in failure.value.why
@@ -125,25 +127,25 @@ def test_it_stops_before_what_only_the_lidar_sees(tmp_path: Path) -> None:
     robot["lidar"] = {"frame": "lidar"}
     points = {"ros_topic": "/points", "ros_type": "sensor_msgs/msg/PointCloud2"}
     robot["connections"]["lidar"] = {"connection": "ros_to_api", **points}
-    with unicycle(lidar=True, low_wall_x_m=1.5) as there, driver(robot, tmp_path) as platform:
+    with unicycle(lidar=True, low_wall_x_m=0.7) as there, driver(robot, tmp_path) as platform:
         platform.load(scene(), 0)
         assert act(platform, robot, "move_distance", distance=3.0) is Outcome.BLOCKED
-        assert 1.1 < there.state["x"] < 1.3
+        assert 0.3 < there.state["x"] < 0.5
         # Higher than what stands there.
         robot["footprint"] = {"radius_m": 0.2, "z_min_m": 0.6}
-    with unicycle(lidar=True, low_wall_x_m=1.5), driver(robot, tmp_path) as platform:
+    with unicycle(lidar=True, low_wall_x_m=0.7), driver(robot, tmp_path) as platform:
         platform.load(scene(), 0)
-        assert act(platform, robot, "move_distance", distance=1.6) is Outcome.REACHED
+        assert act(platform, robot, "move_distance", distance=0.8) is Outcome.REACHED
 
 
 def test_a_robot_with_an_outline_comes_nearer_than_the_disc_that_holds_it(tmp_path: Path) -> None:
     robot = declaration()
     robot["limits"]["linear_mps"] = SLOW_MPS
     robot["footprint"] = {"radius_m": 0.7, "polygon": [[0.2, 0.2], [0.2, -0.2], [-0.6, -0.2], [-0.6, 0.2]]}
-    with unicycle(wall_x_m=1.5) as there, driver(robot, tmp_path) as platform:
+    with unicycle(wall_x_m=0.7) as there, driver(robot, tmp_path) as platform:
         platform.load(scene(), 0)
         assert act(platform, robot, "move_distance", distance=3.0) is Outcome.BLOCKED
-        assert 1.1 < there.state["x"] < 1.3
+        assert 0.3 < there.state["x"] < 0.5
         # Its tail would hit the wall.
         assert act(platform, robot, "move_angle", angle=180) is Outcome.BLOCKED
         assert abs(there.state["yaw"]) < 2.5

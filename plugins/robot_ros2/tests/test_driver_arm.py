@@ -80,7 +80,7 @@ def test_what_holds_an_arm_or_lies_between_its_fingers_blocks_it(tmp_path: Path)
 @pytest.mark.parametrize("fault", ["silent", "pressed"])
 def test_an_arm_gets_no_setpoints_when_the_robot_is_stopped(tmp_path: Path, fault: str) -> None:
     e_stop = {"ros_topic": "/e_stop", "ros_type": "std_msgs/msg/Bool"}
-    robot = arm_declaration(safety={"e_stop": e_stop, "command_timeout_s": 1.0})
+    robot = arm_declaration(safety={"e_stop": e_stop})
     robot["arm"]["joints"]["shoulder"] |= {"radps": 0.1}
     with unicycle(arm=True) as there, driver(robot, tmp_path) as platform:
         platform.load(scene(), 0)

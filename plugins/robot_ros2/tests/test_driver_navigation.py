@@ -187,7 +187,6 @@ def _break(there: Unicycle, platform: Ros2Driver, fault: dict[str, Any]) -> None
 def test_what_stops_a_robot_stops_its_navigation(tmp_path: Path, fault: dict[str, Any], why: str) -> None:
     boolean = "std_msgs/msg/Bool"
     safety = {
-        "command_timeout_s": 2.0,
         "e_stop": {"ros_topic": "/e_stop", "ros_type": boolean},
         "dead_man": {"ros_topic": "/dead_man", "ros_type": boolean, "timeout_s": 2.0},
     }
@@ -196,7 +195,7 @@ def test_what_stops_a_robot_stops_its_navigation(tmp_path: Path, fault: dict[str
 
 def test_odometry_that_falls_silent_says_that_nobody_knows_whether_it_stands(tmp_path: Path) -> None:
     reasons = "Nothing new came on /odom", "3 s later odometry still said"
-    _stopped_while_navigated(tmp_path, {"silent": ["/odom"]}, *reasons, safety={"command_timeout_s": 2.0})
+    _stopped_while_navigated(tmp_path, {"silent": ["/odom"]}, *reasons)
 
 
 @pytest.mark.parametrize("misbehaves", ["drives_on", "refuses_to_cancel"])

@@ -95,7 +95,6 @@ def test_a_bridged_holonomic_base_obeys_the_driver_and_any_other_twist(hall: Non
     robot = holonomic(
         use_sim_time=True,
         localisation=truth,
-        safety={"command_timeout_s": 2.0, "collision": {"ros_topic": "/collision", "ros_type": "std_msgs/msg/Bool"}},
         return_to_start={"by": "service", "ros_service": "/benchbot/reset", "scene_node": "/benchbot_bridge"},
     )
     for picture in ("image_rgb", "image_rgb_info"):

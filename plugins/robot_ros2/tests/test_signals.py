@@ -68,7 +68,7 @@ def test_a_type_that_is_not_installed_is_told_with_its_package(tmp_path: Path) -
 
 @pytest.mark.usefixtures("domain")
 def test_a_bump_among_hazards_is_contact_and_a_backup_limit_is_none(tmp_path: Path) -> None:
-    robot = declaration(safety={"collision": BUMPER, "command_timeout_s": 1.0})
+    robot = declaration(safety={"collision": BUMPER})
     with unicycle(hazards=[0]) as there, driver(robot, tmp_path) as platform:
         platform.load(scene(), 0)
         assert act(platform, robot, "move_distance", distance=0.2) is Outcome.REACHED
@@ -81,7 +81,7 @@ def test_a_bump_among_hazards_is_contact_and_a_backup_limit_is_none(tmp_path: Pa
 @pytest.mark.usefixtures("domain")
 def test_an_emergency_stop_of_another_type_stops_the_robot(tmp_path: Path) -> None:
     wheel_drop = BUMPER | {"equals": [4]}
-    robot = declaration(safety={"e_stop": wheel_drop, "command_timeout_s": 1.0})
+    robot = declaration(safety={"e_stop": wheel_drop})
     with unicycle(hazards=[1]) as there, driver(robot, tmp_path) as platform:
         platform.load(scene(), 0)
         assert act(platform, robot, "move_distance", distance=0.2) is Outcome.REACHED

@@ -22,10 +22,8 @@ HELD_S = 10.0
 
 
 def robot(**driver: Any) -> dict[str, Any]:
-    # What is tried here is no timing: a busy machine has time.
-    timing = {"feedback_timeout_s": 5.0} | driver.pop("timing", {})
-    safety = {"command_timeout_s": 5.0, "take_over": JOYSTICK} | driver.pop("safety", {})
-    return declaration(safety=safety, timing=timing, **driver)
+    safety = {"take_over": JOYSTICK} | driver.pop("safety", {})
+    return declaration(safety=safety, **driver)
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from benchbot_robot_ros2.driver import Ros2Driver
 from benchbot_robot_ros2.names import KEYS
 
 PATIENCE_S = 30.0
+COLLISION = {"ros_topic": "/collision", "ros_type": "std_msgs/msg/Bool"}
 
 
 class Unicycle:
@@ -62,7 +63,12 @@ def unicycle(*prefix: str, **options: Any) -> Iterator[Unicycle]:
 
 
 def declaration(**driver: Any) -> dict[str, Any]:
-    """The test robot's declaration; `driver` changes its settings."""
+    """The test robot's declaration; `driver` changes its settings.
+
+    A busy machine is no fault of the driver's: what is tried with other times than these names them.
+    """
+    safety = {"command_timeout_s": 5.0, **driver.pop("safety", {"collision": COLLISION})}
+    timing = {"feedback_timeout_s": 5.0, "heartbeat_timeout_s": 5.0, **driver.pop("timing", {})}
     command = {"connection": "api_to_ros", "ros_topic": "/cmd_vel", "ros_type": "geometry_msgs/msg/Twist"}
     return {
         "name": "unicycle",
@@ -97,12 +103,8 @@ def declaration(**driver: Any) -> dict[str, Any]:
         "driver": {
             "odometry": {"ros_topic": "/odom", "ros_type": "nav_msgs/msg/Odometry"},
             "return_to_start": {"by": "service", "ros_service": "/reset"},
-            # A busy machine is no fault of the driver's.
-            "safety": {
-                "collision": {"ros_topic": "/collision", "ros_type": "std_msgs/msg/Bool"},
-                "command_timeout_s": 1.0,
-            },
-            "timing": {"feedback_timeout_s": 1.0, "heartbeat_timeout_s": 2.0},
+            "safety": safety,
+            "timing": timing,
             **driver,
         },
     }

@@ -184,8 +184,8 @@ class Robot:
 
     def _on_command(self, message: Twist) -> None:
         self.command, self.commanded_s = (message.linear.x, message.angular.z, message.linear.y), self.time_s
-        # A guard needs a moment to notice a person, and says for another moment that the robot is to stop.
-        self.heard_under_hand += self.options["hand"] is not None and self.clock_s() - self.handed_s > 0.5
+        # A guard needs a moment to notice a person, a long one where it is busy, and says for another to stop.
+        self.heard_under_hand += self.options["hand"] is not None and self.clock_s() - self.handed_s > 2.0
         if any(self.command):
             self.moved_s, self.zeroed_s, self.rested_s = self.clock_s(), None, None
             self.options["pace"] = self.options["motion_pace"] or self.options["pace"]

@@ -25,7 +25,7 @@ from tests.command_line import CommandLine, wait_for
 
 Declared = Callable[..., CommandLine]
 ROBOT = {"simulated": True, "motion_pace": 0.25}
-ATTENDED = {"timing": {"feedback_timeout_s": 1.0, "heartbeat_timeout_s": 0.5}}
+ATTENDED = {"timing": {"heartbeat_timeout_s": 0.5}}
 
 
 def test_the_supervisor_is_killed(declared: Declared) -> None:
@@ -66,7 +66,8 @@ def test_supervisor_and_driver_hang(declared: Declared) -> None:
             assert_stopped_in_time(robot)
         finally:
             for pid in hanging:
-                os.kill(pid, signal.SIGCONT)
+                with suppress(ProcessLookupError):
+                    os.kill(pid, signal.SIGCONT)
 
         code, failure = submitted.ended()
         assert (code, failure["class"]) == (3, "platform")
@@ -199,7 +200,7 @@ def test_the_solution_is_killed(declared: Declared) -> None:
 def test_the_robot_is_killed(declared: Declared) -> None:
     with (
         unicycle() as robot,
-        submission(declared(timing={"feedback_timeout_s": 0.7, "heartbeat_timeout_s": 5.0})) as submitted,
+        submission(declared(timing={"feedback_timeout_s": 0.7})) as submitted,
     ):
         until_under_way(robot, submitted)
         robot.process.kill()

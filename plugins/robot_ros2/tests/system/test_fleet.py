@@ -26,7 +26,7 @@ with open(benchbot.result_filename, "w") as file:
 @pytest.fixture
 def cli(domain: int, cli: CommandLine, make_plugin: Callable[..., Any]) -> CommandLine:
     cli.variables["BENCHBOT_PLUGINS"] = "benchbot-robot-ros2"
-    fleet = fleet_declaration(safety={"command_timeout_s": 5.0}, timing={"feedback_timeout_s": 5.0})
+    fleet = fleet_declaration()
     fleet |= {"runs_in": ["real"], "fleet": {name: {"namespace": name} for name in ("r1", "r2")}}
     make_plugin("benchbot-hall", PLUGIN, plugin_files() | {"robots/unicycle.yaml": yaml.safe_dump(fleet)})
     return cli

@@ -25,7 +25,7 @@ def links_up(network: Network) -> set[str]:
 def test_the_base_stops_by_itself_and_the_robot_stays_stopped(
     declared: Callable[..., CommandLine], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    cli = declared()
+    cli = declared(timing={"feedback_timeout_s": CUT_S / 2})
     with two_networks() as (host, there):
         assert links_up(host) == links_up(there) == {"lo", "cable"}
         # Announcements may go wherever they can: no further than to the other end of the cable.

@@ -36,8 +36,7 @@ DEAD_MAN = {"dead_man": {"ros_topic": "/dead_man", "ros_type": "std_msgs/msg/Boo
 def test_a_safety_device_stops_the_robot_and_ends_the_run(
     declared: Declared, device: dict[str, Any], blow: dict[str, bool], why: str
 ) -> None:
-    safety = {"command_timeout_s": 1.0, **device}
-    with unicycle(**ROBOT) as robot, submission(declared(use_sim_time=True, safety=safety)) as submitted:
+    with unicycle(**ROBOT) as robot, submission(declared(use_sim_time=True, safety=device)) as submitted:
         until_under_way(robot, submitted)
         strike(robot, set=blow)
         assert_stopped_in_time(robot)

@@ -13,8 +13,7 @@ JOYSTICK = {"ros_topic": "/joy", "ros_type": "sensor_msgs/msg/Joy", "button": 1,
 
 def test_a_run_that_a_person_interrupts_ends_well_and_says_for_how_long(declared: Declared) -> None:
     cli = declared(
-        safety={"command_timeout_s": 5.0, "take_over": JOYSTICK},
-        timing={"feedback_timeout_s": 5.0},
+        safety={"take_over": JOYSTICK},
         localisation={"by": "topic", "ros_topic": "/truth", "ros_type": "nav_msgs/msg/Odometry"},
     )
     with unicycle() as robot, submission(cli) as submitted:
