@@ -16,6 +16,8 @@ from benchbot_scenes.scene import ImageArray
 IMAGE_STRIDE = 4
 MAX_LEVELS = 13
 ALPHA = 3
+FILTER_WIDTH = 0.7
+"""Width of a texel of the level that is sampled, of a ray's: bilinear weights reach over two texels."""
 
 
 @dataclass(frozen=True)

@@ -33,11 +33,11 @@ from benchbot_sim_taichi.kernels.lanes import (
 )
 from benchbot_sim_taichi.kernels.lightmap import DIFFERENT_SUN, SUN_STEPS
 from benchbot_sim_taichi.kernels.reflectance import INV_PI
-from benchbot_sim_taichi.kernels.surface import load3
+from benchbot_sim_taichi.kernels.surface import GRAZING, LEAST_FACING, POINTS, load3
 from benchbot_sim_taichi.lights import ALBEDO_AT
 from benchbot_sim_taichi.reflectance import ALBEDO_STEPS
 from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
-from benchbot_sim_taichi.textures import IMAGE_STRIDE
+from benchbot_sim_taichi.textures import FILTER_WIDTH, IMAGE_STRIDE
 
 
 @ti.dataclass
@@ -99,7 +99,7 @@ def sample_lanes(
     width = ints16(images[base + 1])
     height = ints16(images[base + 2])
     last = images[base + 3] - 1
-    widest = ti.cast(ti.max(images[base + 1], images[base + 2]), ti.f32)
+    widest = FILTER_WIDTH * ti.cast(ti.max(images[base + 1], images[base + 2]), ti.f32)
     bits = bits_of(smaller(larger(footprint_uv * widest, vec16(1.0)), vec16(1e9)))
     level = (bits >> 23) - 127
     blend = from_bits((bits & 0x7FFFFF) | 0x3F800000) - 1.0
@@ -193,6 +193,20 @@ def surfaces_at(
         ti.select(length > 1e-6, ints16(1), ints16(0)), scaled3(normal, 1.0 / larger(length, vec16(1e-6))), face
     )
     facing = dot3(face, direction)
+    width_uv = footprint_m * absolute(density)
+    steepness = larger(absolute(facing), vec16(LEAST_FACING))
+    is_grazing = ti.select((steepness < GRAZING) & (triangle >= 0), ints16(LANE_BITS), ints16(0))
+    # Along the surface, from one sampled point of an image to the next: zero where there is only one.
+    step_uv = ti.select(is_grazing != 0, width_uv / (steepness * POINTS), vec16(0.0))
+    footprint = ti.select(is_grazing != 0, larger(width_uv, step_uv), width_uv / ti.sqrt(steepness))
+    turn = ti.select(density < 0.0, vec16(1.0), vec16(-1.0))
+    bitangent = Lanes3(
+        x=(face.y * tangent.z - face.z * tangent.y) * turn,
+        y=(face.z * tangent.x - face.x * tangent.z) * turn,
+        z=(face.x * tangent.y - face.y * tangent.x) * turn,
+    )
+    step_u = step_uv * dot3(direction, tangent)
+    step_v = step_uv * dot3(direction, bitangent)
     found.is_back = ti.select(facing > 0.0, ints16(1), ints16(0))
     face = scaled3(face, ti.select(facing > 0.0, vec16(-1.0), vec16(1.0)))
     facing = absolute(facing)
@@ -216,13 +230,21 @@ def surfaces_at(
         normal_image = ti.cast(materials[row + 10], ti.i32)
         glow_image = ti.cast(materials[row + 15], ti.i32)
         if color_image >= 0 or rough_image >= 0 or normal_image >= 0 or glow_image >= 0:
-            footprint = footprint_m * absolute(density) / ti.sqrt(larger(facing, vec16(0.1)))
+            points = ti.select(union(mine & is_grazing) != 0, POINTS, 1)
             for k in range(4):  # one call site: the sampler is large, and every call is compiled anew
                 image = ti.select(
                     k == 0, color_image, ti.select(k == 1, rough_image, ti.select(k == 2, normal_image, glow_image))
                 )
                 if image >= 0:
-                    value = sample_lanes(texels, images, image, tu, tv, footprint)
+                    value = LaneTexel(red=vec16(0.0), green=vec16(0.0), blue=vec16(0.0), alpha=vec16(0.0))
+                    part = 1.0 / ti.cast(points, ti.f32)
+                    for point in range(points):
+                        at = ti.cast(point, ti.f32) - 0.5 * ti.cast(points - 1, ti.f32)
+                        texel = sample_lanes(texels, images, image, tu + step_u * at, tv + step_v * at, footprint)
+                        value.red += texel.red * part
+                        value.green += texel.green * part
+                        value.blue += texel.blue * part
+                        value.alpha += texel.alpha * part
                     if k == 0:
                         color.x *= value.red * value.red
                         color.y *= value.green * value.green

@@ -5,7 +5,12 @@ from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.traversal import vec3
 from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
-from benchbot_sim_taichi.textures import IMAGE_STRIDE
+from benchbot_sim_taichi.textures import FILTER_WIDTH, IMAGE_STRIDE
+
+GRAZING = 0.6
+"""Cosine to the viewer below which a pixel is so long on a surface that images are sampled `POINTS` times along it."""
+LEAST_FACING = 0.05
+POINTS = 4
 
 
 @ti.dataclass
@@ -68,7 +73,7 @@ def sample_image(texels: ti.template(), images: ti.template(), image, u, v, foot
     width = images[image * IMAGE_STRIDE + 1]
     height = images[image * IMAGE_STRIDE + 2]
     levels = images[image * IMAGE_STRIDE + 3]
-    widest = ti.cast(ti.max(width, height), ti.f32)
+    widest = FILTER_WIDTH * ti.cast(ti.max(width, height), ti.f32)
     # Level and blend are the exponent and mantissa of the footprint in texels: close to its logarithm, and cheap.
     bits = ti.bit_cast(ti.math.clamp(footprint_uv * widest, 1.0, 1e9), ti.i32)
     level = (bits >> 23) - 127
@@ -118,7 +123,11 @@ def surface_at(
     direction,
     footprint_m,
 ):
-    """Interpolate and texture a hit seen along unit `direction`; `footprint_m` is the width of the ray there."""
+    """Interpolate and texture a hit seen along unit `direction`; `footprint_m` is the width of the ray there.
+
+    A ray at a cosine c to a surface covers 1/c times its width along it, and once across. Images are filtered by the
+    geometric mean of the two; where the surface is `GRAZING`, by several points along it of a part of the length each.
+    """
     base = triangle * TRIANGLE_STRIDE
     w = 1.0 - u - v
     face = load3(triangles, base + 15)
@@ -146,13 +155,29 @@ def surface_at(
         tu = triangles[base + 9] * w + triangles[base + 11] * u + triangles[base + 13] * v
         tv = triangles[base + 10] * w + triangles[base + 12] * u + triangles[base + 14] * v
         density = triangles[base + 20]
-        footprint = footprint_m * ti.abs(density) / ti.sqrt(ti.max(-face.dot(direction), 0.1))
+        facing = ti.max(-face.dot(direction), LEAST_FACING)
+        width_uv = footprint_m * ti.abs(density)
+        footprint = width_uv / ti.sqrt(facing)
+        points = 1
+        step_u, step_v = 0.0, 0.0
+        if facing < GRAZING:
+            points = POINTS
+            step_uv = width_uv / (facing * POINTS)
+            footprint = ti.max(width_uv, step_uv)
+            tangent = load3(triangles, base + 21)
+            bitangent = load3(triangles, base + 15).cross(tangent) * ti.select(density < 0.0, 1.0, -1.0)
+            step_u = step_uv * direction.dot(tangent)
+            step_v = step_uv * direction.dot(bitangent)
         for k in range(4):  # one call site: the sampler is large, and every call is compiled anew
             image = ti.select(
                 k == 0, color_image, ti.select(k == 1, rough_image, ti.select(k == 2, normal_image, glow_image))
             )
             if image >= 0:
-                value = sample_image(texels, images, image, tu, tv, footprint)
+                value = ti.Vector([0.0, 0.0, 0.0, 0.0])
+                for point in range(points):
+                    at = ti.cast(point, ti.f32) - 0.5 * ti.cast(points - 1, ti.f32)
+                    value += sample_image(texels, images, image, tu + step_u * at, tv + step_v * at, footprint)
+                value /= ti.cast(points, ti.f32)
                 if k == 0:
                     color *= vec3(value.x * value.x, value.y * value.y, value.z * value.z)
                     alpha = value.w
