@@ -74,7 +74,7 @@ def routes(site: Site) -> list[Route]:
         team = require_team(await run_in_threadpool(site.caller, request))
         found = await run_in_threadpool(submissions.submission, site.database, request.path_params["id"], team.id)
         phase = site.challenge.phases.get(found.phase)
-        return JSONResponse(await run_in_threadpool(history.states, site.database, phase, found.id, team.id))
+        return JSONResponse(await run_in_threadpool(history.states, site.database, phase, found))
 
     async def withdraw(request: Request) -> Response:
         team = require_team(await run_in_threadpool(site.caller, request))
