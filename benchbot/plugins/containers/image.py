@@ -43,6 +43,16 @@ def built(engine: Engine, context: Context, tell: Callable[[str], object]) -> st
         raise failed("build the image", error) from error
 
 
+def volumes_of(engine: Engine, image: str) -> tuple[str, ...]:
+    """Return the folders that an image declares as volumes: an engine would put them onto this machine's disk."""
+    try:
+        with closing(engine.connect()) as client:
+            config = client.inspect_image(image)["Config"] or {}  # type: ignore[no-untyped-call]
+    except api_errors() as error:
+        raise failed(f"say what is in {image}", error) from error
+    return tuple(sorted(config.get("Volumes") or ()))
+
+
 def _name(client: "APIClient", context: Context) -> str:
     return f"{REPOSITORY}:{context.digest(lambda base: _identity(client, base))[:TAG_DIGITS]}"
 
