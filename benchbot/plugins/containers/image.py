@@ -5,6 +5,7 @@ from contextlib import closing, contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.plugins.containers import transfer
 from benchbot.plugins.containers.context import Context
 from benchbot.plugins.containers.engine import Engine, api_errors, failed
 
@@ -23,8 +24,11 @@ LIBPOD = "/v4.0.0/libpod/containers"
 def built(engine: Engine, context: Context, tell: Callable[[str], object]) -> str:
     """Return the name of the context's image, a digest of its content; `tell` is called with each line of progress.
 
-    Raises BenchbotError with the step that failed.
+    Raises BenchbotError with the step that failed. An image layout is loaded instead.
     """
+    if context.is_layout:
+        tell(f"Loading the image in {context.folder}")
+        return transfer.load(engine, context.folder)
     try:
         with closing(engine.connect()) as client:
             name = _name(client, context)
