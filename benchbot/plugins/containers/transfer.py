@@ -87,10 +87,13 @@ def name_of(digest: str) -> str:
 
 
 @contextmanager
-def in_use(folder: Path) -> Iterator[None]:
-    """Keep the image of a layout, once something has loaded it, from `remove_unused` of any process of this user."""
-    with _held(_locks() / read(files_of(folder)).config.removeprefix("sha256:")):
-        yield
+def in_use(folder: Path) -> Iterator[int]:
+    """Keep the image of a layout, once something has loaded it, from `remove_unused` of any process of this user.
+
+    Yields a file descriptor: a process that inherits it keeps the image as well, for as long as it lives.
+    """
+    with _held(_locks() / read(files_of(folder)).config.removeprefix("sha256:")) as lock:
+        yield lock
 
 
 def remove_unused() -> None:
@@ -112,14 +115,14 @@ def _locks() -> Path:
 
 
 @contextmanager
-def _held(path: Path) -> Iterator[None]:
+def _held(path: Path) -> Iterator[int]:
     """Hold a lock beside others; a file that its last holder has just removed is made anew."""
     while True:
         with path.open("ab") as lock:
             fcntl.flock(lock, fcntl.LOCK_SH)
             with suppress(FileNotFoundError):
                 if os.path.samestat(os.fstat(lock.fileno()), path.stat()):
-                    yield
+                    yield lock.fileno()
                     return
 
 

@@ -1,5 +1,6 @@
 """Images on their way out of a real podman and into it again, and what is left of them there."""
 
+import subprocess
 from contextlib import closing
 from pathlib import Path
 
@@ -34,7 +35,8 @@ def test_a_saved_image_is_loaded_once_as_the_same_and_goes_when_nobody_uses_it(
         assert list(layout.check(layout.files_of(folder)).diff_ids) == known["RootFS"]["Layers"]
         assert len([path for path in folder.rglob("*") if path.is_file()]) == 6  # nothing but the image
 
-        with transfer.in_use(folder):
+        with transfer.in_use(folder) as lock:
+            child = subprocess.Popen(["cat"], stdin=subprocess.PIPE, pass_fds=(lock,))
             for _ in range(2):
                 with (
                     transfer.in_use(folder),
@@ -44,7 +46,10 @@ def test_a_saved_image_is_loaded_once_as_the_same_and_goes_when_nobody_uses_it(
                     assert client.inspect_image(held.image)["Id"] == known["Id"]  # type: ignore[no-untyped-call]
                 transfer.remove_unused()
                 assert there(reached) == [held.image]  # another one uses it
-        # Whether it ended in order or was killed: the next one that looks removes what nobody uses.
+        # Whether it ended in order or was killed: the next one that looks removes what nobody uses, no child either.
+        transfer.remove_unused()
+        assert there(reached) == [held.image]
+        child.communicate()
         transfer.remove_unused()
         assert there(reached) == []
         assert list((tmp_path / "state" / "images").iterdir()) == []
