@@ -98,20 +98,16 @@ def join(url: str, invitation: str, name: str, key: signing.Key | None) -> Path:
     return path
 
 
-def submit(server: Server, archive: Path, phase: str, title: str, key: signing.Key | None) -> Document:
+def submit(
+    server: Server, challenge: Document, archive: Path, phase: str, title: str, key: signing.Key | None
+) -> Document:
     """Hand in an archive, signed if there is a key, and return the submission as the server has it."""
     headers = {"content-type": "application/zip"}
     if key is not None:
-        challenge = server.ask("GET", "/api/v1/challenge")
-        sha256 = intake.sha256_of(archive)
-        predicate = {
-            "challenge": challenge["name"],
-            "phase": phase,
-            "team": server.ask("GET", "/api/v1/team")["team"],
-            "title": one_line(title)[:120],
-            "nonce": os.urandom(16).hex(),
-            "by": "team",
-        }
+        sha256, image = intake.sha256_of(archive), intake.examined(archive).image
+        team = server.ask("GET", "/api/v1/team")["team"]
+        more = {"title": one_line(title)[:120], "nonce": os.urandom(16).hex(), "by": "team"}
+        predicate = {**signing.about(challenge["name"], phase, team, image), **more}
         envelope = key.sign(signing.SUBMISSION, sha256, predicate)
         headers[signing.HEADER] = base64.b64encode(json.dumps(envelope).encode()).decode()
     path = f"/api/v1/phases/{quote(phase, safe='')}/submissions?title={quote(title)}"

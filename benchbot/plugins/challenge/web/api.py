@@ -160,6 +160,7 @@ def _public(site: Site, row: Any) -> dict[str, Any]:
     told = submissions.as_told(site.challenge.phases.get(row["phase"]), row, site.database.clock())
     keys = ("id", "phase", "title", "mode", "sha256", "size_bytes", "received_at", "state", "reason", "ended_at")
     shown = {key: told.get(key) for key in keys}
+    shown["image"] = signing.image_in(row["envelope"])
     return {**shown, "score": told.get("score") if told["state"] == SCORED else None}
 
 
