@@ -17,6 +17,8 @@ from benchbot.core.text import one_line
 from benchbot.plugins.challenge import intake, signing
 
 TIMEOUT_S = 120.0
+UPLOAD_TIMEOUT_S = 1800.0
+"""An upload is answered once it has been checked, an image to its last byte."""
 TOKEN = "BENCHBOT_CHALLENGE_TOKEN"  # noqa: S105 - the name of a variable
 Document = dict[str, Any]
 
@@ -45,7 +47,8 @@ class Server:
         if self.token:
             sent["authorization"] = f"Bearer {self.token}"
         try:
-            with closing(connect(parts.hostname, parts.port, timeout=TIMEOUT_S)) as connection:
+            timeout_s = TIMEOUT_S if file is None else UPLOAD_TIMEOUT_S
+            with closing(connect(parts.hostname, parts.port, timeout=timeout_s)) as connection:
                 where = f"{parts.path.rstrip('/')}{path}"
                 if file is None:
                     connection.request(method, where, None if body is None else json.dumps(body), sent)

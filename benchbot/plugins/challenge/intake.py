@@ -109,14 +109,17 @@ def examined(path: Path) -> Solution:
         about = found.members.get(ABOUT)
         has_files = any(name.startswith("solution/") for name in found.members)
         if about is not None and about.size_bytes <= MOST_ABOUT_BYTES and has_files:
-            solution = _solution(path, about.read())
-            if solution.mode == CONTAINER and f"solution/{layout.MARKER}" in found.members:
-                return replace(solution, image=layout.read(_image_in(found)).config)
-            return solution
+            return _with_image(_solution(path, about.read()), found)
     with bundle_file.opened(path) as bundle:
         ran = bundle.manifest["solution"]
         mode = CONTAINER if ran["mode"] == solution_source.CONTAINER else SANDBOX
-        return Solution(tuple(ran["command"]), mode)
+        return _with_image(Solution(tuple(ran["command"]), mode), bundle.archive)
+
+
+def _with_image(solution: Solution, found: archive.Archive) -> Solution:
+    if solution.mode != CONTAINER or f"solution/{layout.MARKER}" not in found.members:
+        return solution
+    return replace(solution, image=layout.read(_image_in(found)).config)
 
 
 def _image_in(found: archive.Archive) -> layout.Files:

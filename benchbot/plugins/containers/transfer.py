@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from socket import gethostname
 from typing import IO, Any, cast
 
 from benchbot.core import resources
@@ -102,15 +103,15 @@ def remove_unused() -> None:
     Raises BenchbotError when there are some, and no engine.
     """
     for path in sorted(_locks().iterdir()):
-        with suppress(BlockingIOError, FileNotFoundError), path.open("rb") as lock:
+        with suppress(BlockingIOError, FileNotFoundError), path.open("r+b") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             _remove(name_of(path.name))
             path.unlink()
 
 
 def _locks() -> Path:
-    folder = resources.state_dir() / "images"
-    folder.mkdir(mode=0o700, exist_ok=True)
+    folder = resources.state_dir() / "images" / gethostname()  # the folder may be shared, the engine's store is not
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     return folder
 
 
@@ -118,7 +119,7 @@ def _locks() -> Path:
 def _held(path: Path) -> Iterator[int]:
     """Hold a lock beside others; a file that its last holder has just removed is made anew."""
     while True:
-        with path.open("ab") as lock:
+        with path.open("a+b") as lock:
             fcntl.flock(lock, fcntl.LOCK_SH)
             with suppress(FileNotFoundError):
                 if os.path.samestat(os.fstat(lock.fileno()), path.stat()):
