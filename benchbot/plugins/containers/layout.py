@@ -88,7 +88,7 @@ def read(files: Files) -> Layout:
     if runs_on != ("linux", here):
         raise BenchbotError(
             "The image is for another kind of machine.",
-            f"It is for {runs_on[0]}, {runs_on[1]}; solutions run on linux, {here}.",
+            f"It is for {runs_on[0]!s:.20}, {runs_on[1]!s:.20}; solutions run on linux, {here}.",
             f"Build it anew: podman build --platform linux/{here} -t NAME FOLDER",
         )
     expected = {MARKER, INDEX, *map(blob_of, (named, config_digest, *layers))}
@@ -218,7 +218,7 @@ def _digest(descriptor: Any, kinds: Collection[str] | None = None) -> str:
     digest, kind = known.get("digest"), known.get("mediaType")
     if not isinstance(digest, str) or not _DIGEST.fullmatch(digest) or "urls" in known:
         raise _unsound(f"{digest!r:.100} is no SHA-256 of something in it.")
-    if kinds is not None and kind not in kinds:
+    if kinds is not None and (not isinstance(kind, str) or kind not in kinds):
         raise _unsound(f"{kind!r:.100} is no kind of content that is handed in.")
     return digest
 

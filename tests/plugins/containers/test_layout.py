@@ -97,6 +97,10 @@ HOSTILE: dict[str, tuple[Callable[[], dict[str, bytes]], str]] = {
         lambda: named(lambda it: it["layers"][0].update(mediaType=f"{layouts.PLAIN}+zstd")),
         "no kind of content",
     ),
+    "a layer's kind is no word": (
+        lambda: named(lambda it: it["layers"][0].update(mediaType=[layouts.PLAIN])),
+        "no kind of content",
+    ),
     "a layer is missing": (lambda: named(lambda it: it["layers"].pop()), "2 layers, its manifest 1"),
     "two images": (two_images, "It holds 2 images"),
     "an index in the index": (
