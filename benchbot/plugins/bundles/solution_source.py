@@ -16,6 +16,7 @@ from typing import Any
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.bundles.archive import Member
 from benchbot.plugins.bundles.snapshot import Snapshot
+from benchbot.plugins.containers import context
 
 MAX_BYTES = 512 * 2**20
 SEARCHED_BYTES = 64 * 2**20
@@ -207,7 +208,7 @@ def portable_command(solution: Mapping[str, Any], source: Source) -> list[str]:
             "Run the solution again, and leave its files alone until it has ended.",
         )
     if solution.get("mode") == CONTAINER:
-        if not {"Dockerfile", "Containerfile"} & {member.path for member in source.members}:
+        if not set(context.NAMES) & {member.path for member in source.members}:
             raise BenchbotError(
                 f"There is no Dockerfile in {source.folder}.",
                 "The results were made in a container of one.",

@@ -17,6 +17,8 @@ from benchbot.core.text import one_line
 from benchbot.plugins.challenge import intake, signing
 
 TIMEOUT_S = 120.0
+UPLOAD_TIMEOUT_S = 1800.0
+"""An upload is answered once it has been checked, an image to its last byte."""
 TOKEN = "BENCHBOT_CHALLENGE_TOKEN"  # noqa: S105 - the name of a variable
 Document = dict[str, Any]
 
@@ -45,7 +47,8 @@ class Server:
         if self.token:
             sent["authorization"] = f"Bearer {self.token}"
         try:
-            with closing(connect(parts.hostname, parts.port, timeout=TIMEOUT_S)) as connection:
+            timeout_s = TIMEOUT_S if file is None else UPLOAD_TIMEOUT_S
+            with closing(connect(parts.hostname, parts.port, timeout=timeout_s)) as connection:
                 where = f"{parts.path.rstrip('/')}{path}"
                 if file is None:
                     connection.request(method, where, None if body is None else json.dumps(body), sent)
@@ -98,20 +101,16 @@ def join(url: str, invitation: str, name: str, key: signing.Key | None) -> Path:
     return path
 
 
-def submit(server: Server, archive: Path, phase: str, title: str, key: signing.Key | None) -> Document:
+def submit(
+    server: Server, challenge: Document, archive: Path, phase: str, title: str, key: signing.Key | None
+) -> Document:
     """Hand in an archive, signed if there is a key, and return the submission as the server has it."""
     headers = {"content-type": "application/zip"}
     if key is not None:
-        challenge = server.ask("GET", "/api/v1/challenge")
-        sha256 = intake.sha256_of(archive)
-        predicate = {
-            "challenge": challenge["name"],
-            "phase": phase,
-            "team": server.ask("GET", "/api/v1/team")["team"],
-            "title": one_line(title)[:120],
-            "nonce": os.urandom(16).hex(),
-            "by": "team",
-        }
+        sha256, image = intake.sha256_of(archive), intake.examined(archive).image
+        team = server.ask("GET", "/api/v1/team")["team"]
+        more = {"title": one_line(title)[:120], "nonce": os.urandom(16).hex(), "by": "team"}
+        predicate = {**signing.about(challenge["name"], phase, team, image), **more}
         envelope = key.sign(signing.SUBMISSION, sha256, predicate)
         headers[signing.HEADER] = base64.b64encode(json.dumps(envelope).encode()).decode()
     path = f"/api/v1/phases/{quote(phase, safe='')}/submissions?title={quote(title)}"

@@ -86,6 +86,7 @@ class Challenge:
     largest_bytes: int = 2**28
     uploads_at_once: int = 2
     kept_bytes: int = 2**33
+    unpacked_bytes: int = 2**33
     baselines: tuple[Mapping[str, str], ...] = field(default=())
 
     def phase(self, name: str) -> Phase:
@@ -158,6 +159,7 @@ def read(folder: Path) -> Challenge:
         largest_bytes=_bytes(uploads.get("largest", "256MiB")),
         uploads_at_once=uploads.get("at_once", 2),
         kept_bytes=_bytes(uploads.get("kept", "8GiB")),
+        unpacked_bytes=_bytes(uploads.get("unpacked", "8GiB")),
         baselines=tuple(document.get("baselines", ())),
     )
     missing = [name for name in (PLACES_SECRET, RUNS_SECRET) if not (folder / name).is_file()]

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import select
+from sqlalchemy import Row, select
 
 from benchbot.core.records import Evaluator
 from benchbot.plugins.challenge.database import Database
 from benchbot.plugins.challenge.document import DISQUALIFIED, FAILED, QUEUED, RUNNING, SCORED, WITHDRAWN, Phase
-from benchbot.plugins.challenge.submissions import submission
 from benchbot.plugins.challenge.tables import events, scores, submissions, teams
 
 BECAME = {
@@ -89,13 +88,12 @@ def standing_at(made: Sequence[Step], at: float, *, lower_is_better: bool) -> tu
     )
 
 
-def states(database: Database, phase: Phase | None, identifier: str, team: int) -> list[dict[str, Any]]:
-    """Return the states that a team's own submission had: `{at, state, why}`, the oldest first.
+def states(database: Database, phase: Phase | None, found: Row[Any]) -> list[dict[str, Any]]:
+    """Return the states that a submission had, which was looked up: `{at, state, why}`, the oldest first.
 
     Where results are told at fixed moments, a run that ended is told at the one that follows, and no other moment of
-    it. Raises BenchbotError for a submission that is not the team's.
+    it.
     """
-    found = submission(database, identifier, team)
     held_back = phase is not None and phase.told_every_s > 0
     chosen = select(events).where(events.c.submission == found.id, events.c.action.in_(BECAME)).order_by(events.c.id)
     told: list[dict[str, Any]] = []

@@ -170,8 +170,8 @@ def _check_row(
     if signer is None or (row["envelope_by"] == "organiser") != (row["team"] not in known):
         raise _false(f"{about} is not signed by its team.", "Its key is not there.")
     handed_in = signing.opened(row["envelope"], signer, signing.SUBMISSION)
-    expected = {"challenge": challenge, "phase": phase, "team": row["team"]}
-    if handed_in.sha256 != row["sha256"] or any(handed_in.predicate.get(name) != it for name, it in expected.items()):
+    about_it = signing.about(challenge, phase, row["team"], handed_in.predicate.get("image"))
+    if handed_in.sha256 != row["sha256"] or not signing.is_about(handed_in.predicate, about_it):
         raise _false(f"{about} is about something else.", "Its signed statement names other things than its row.")
     if handed_in.digest in seen:
         raise _false(f"{about} counts twice.", "Another row has the same signed statement.")
@@ -181,8 +181,8 @@ def _check_row(
     judged = signing.opened(row["score_envelope"], key, signing.SCORE)
     stated = judged.predicate
     committed = stated.get("commitments") or {}
-    expected = {**expected, "submission": row["id"], "statement": handed_in.digest, "score": row["score"]}
-    if judged.sha256 != row["sha256"] or any(stated.get(name) != it for name, it in expected.items()):
+    expected = {**about_it, "submission": row["id"], "statement": handed_in.digest, "score": row["score"]}
+    if judged.sha256 != row["sha256"] or not signing.is_about(stated, expected):
         raise _false(
             f"The score of {about[0].lower()}{about[1:]} is another one.", "It is not the one that was signed."
         )

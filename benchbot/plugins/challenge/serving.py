@@ -112,7 +112,8 @@ def _enter_baselines(served: Site) -> None:
             if _is_entered(served, team.id, phase.name):
                 continue
             what = str(challenge.folder / baseline["folder"]) if "folder" in baseline else None
-            made = handing_in.archive(what, baseline.get("command"), baseline.get("example"))
+            admitted = handing_in.Admitted(phase.title, phase.modes, challenge.largest_bytes)
+            made = handing_in.archive(what, baseline.get("command"), baseline.get("example"), admitted)
             with made as archive, uploads.partial(served) as file:
                 shutil.copy(archive, file.name)
                 try:

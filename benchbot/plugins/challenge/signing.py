@@ -147,6 +147,22 @@ def opened(envelope: Any, key: "SSlibKey", predicate_type: str) -> Statement:
     return Statement(digest, predicate, hashlib.sha256(found.payload).hexdigest())
 
 
+def about(challenge: str, phase: str, team: str, image: str | None) -> Document:
+    """Return what statements about a submission say of it alike; its image only where one was handed in."""
+    return {"challenge": challenge, "phase": phase, "team": team, **({} if image is None else {"image": image})}
+
+
+def is_about(predicate: Mapping[str, Any], expected: Mapping[str, Any]) -> bool:
+    """Say whether a statement is about a submission and no other: what `about` returns, and no image besides."""
+    return all(predicate.get(key) == value for key, value in {"image": None, **expected}.items())
+
+
+def image_in(envelope: Mapping[str, Any]) -> str | None:
+    """Return the digest of the image that a checked envelope is about, if it is about one."""
+    image: str | None = json.loads(base64.b64decode(envelope["payload"]))["predicate"].get("image")
+    return image
+
+
 def digest(envelope: Mapping[str, Any]) -> str:
     """Return the SHA-256 of what an envelope holds: of statements with the same one only one counts."""
     return hashlib.sha256(base64.b64decode(envelope["payload"])).hexdigest()

@@ -44,15 +44,15 @@ def join(
 
 
 def pack(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER|FILE", help="The solution.")],
+    what: Annotated[str, typer.Argument(metavar="FOLDER|FILE|IMAGE", help="The solution.")],
     target: Annotated[Path, typer.Argument(metavar="ARCHIVE.zip", help="The file to write.")],
     command: Command = None,
 ) -> None:
     """Write a solution as an archive, to be handed in by a browser."""
-    from benchbot.plugins.challenge import intake
+    from benchbot.plugins.challenge import handing_in
 
     console.check_output(target)
-    intake.pack(folder, command, target)
+    handing_in.pack(what, command, target)
     console.data(str(target))
 
 
@@ -60,7 +60,10 @@ def submit(
     url: Url,
     what: Annotated[
         str | None,
-        typer.Argument(metavar="[FOLDER|FILE|BUNDLE]", help="The solution: with --command, a Dockerfile, or a bundle."),
+        typer.Argument(
+            metavar="[FOLDER|FILE|IMAGE|BUNDLE]",
+            help="The solution: with --command, with a Dockerfile, an image of podman or docker, or a bundle.",
+        ),
     ] = None,
     command: Command = None,
     example: Annotated[str | None, typer.Option(metavar="NAME", help="An example solution in its place.")] = None,
@@ -73,13 +76,18 @@ def submit(
 ) -> None:
     """Hand in a solution; the submission's identifier goes to stdout."""
     from benchbot.plugins.challenge import client, handing_in
+    from benchbot.plugins.challenge.document import MODES
 
     signer = _signer(key)
     server = client.Server(url, client.known_token(url, token_file))
-    chosen = phase or next(iter(server.ask("GET", "/api/v1/challenge")["phases"]))
-    with handing_in.archive(what, command, example) as archive:
-        made = client.submit(server, archive, chosen, title or example or "", signer)
-    console.note(f"Handed in to {chosen}; SHA-256 {made['sha256']}.")
+    challenge = server.ask("GET", "/api/v1/challenge")
+    chosen = phase or next(iter(challenge["phases"]))
+    rules = challenge["phases"].get(chosen, {})
+    admitted = handing_in.Admitted(rules.get("title", chosen), rules.get("modes", MODES), challenge["largest_bytes"])
+    with handing_in.archive(what, command, example, admitted) as archive:
+        made = client.submit(server, challenge, archive, chosen, title or example or "", signer)
+    image = f", image {made['image']}" if made["image"] else ""
+    console.note(f"Handed in to {chosen}; SHA-256 {made['sha256']}{image}.")
     if wait:
         made = handing_in.wait(server, made)
     _show(made, as_json=as_json)

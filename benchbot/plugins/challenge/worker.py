@@ -14,7 +14,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Mapping
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -31,6 +31,7 @@ from benchbot.plugins.challenge.database import Database
 from benchbot.plugins.challenge.document import FILE, RUNS_SECRET, Challenge, Phase
 from benchbot.plugins.challenge.queue import LEASE_S, Claim
 from benchbot.plugins.challenge.submissions import submission
+from benchbot.plugins.containers import transfer
 from benchbot.process import LastWords, how_it_ended
 from benchbot.submission.solution import python_first
 
@@ -58,6 +59,7 @@ class Worker:
 
     def run(self, *, until_empty: bool = False) -> None:
         """Compute one submission after the other; a database that is away for a while is waited for."""
+        _remove_unused_images()
         while not self.ended():
             try:
                 claim = queue.claim(self.database, self.name)
@@ -66,6 +68,7 @@ class Worker:
                 continue
             if claim is not None:
                 self._compute(claim)
+                _remove_unused_images()
             elif until_empty:
                 return
             else:
@@ -79,7 +82,9 @@ class Worker:
             return
         try:
             solution = self._unpacked(claim, folder)
-            code, words = self._run_batch(claim, folder, _batch_file(self.challenge, phase, solution, folder))
+            words_of_batch = _batch_file(self.challenge, phase, solution, folder)
+            with nullcontext() if solution.image is None else transfer.in_use(folder / "solution") as lock:
+                code, words = self._run_batch(claim, folder, words_of_batch, () if lock is None else (lock,))
         except BenchbotError as error:
             why = f"{error.title} {error.why}"
             self._settle(lambda: queue.fail(self.database, claim, why))
@@ -88,31 +93,31 @@ class Worker:
             why = f"The machine: {error.strerror}"
             self._settle(lambda: queue.fail(self.database, claim, why))
             return
-        if code == ExitCode.USAGE:  # the phase itself was proven when the server began
+        is_scored = (folder / "batch" / "scores.json").is_file()
+        # The phase itself was proven when the server began. An image that cannot be built is the team's.
+        if code == ExitCode.USAGE or (code == ExitCode.SUBMISSION_FAILED and not is_scored):
             told = CANNOT_START if phase.hidden else f"It cannot be started. {words}"
             self._settle(lambda: queue.fail(self.database, claim, words, told))
         elif code is None:  # the lease was lost, or this worker is to end
             self._settle(lambda: queue.give_back(self.database, claim))
-        elif code not in SCORED_CODES or not (folder / "batch" / "scores.json").is_file():
+        elif code not in SCORED_CODES or not is_scored:
             self._settle(lambda: queue.fail(self.database, claim, f"The batch {how_it_ended(code)}. {words}"))
         else:
             try:
-                self._finish(claim, phase, folder)
+                self._finish(claim, phase, folder, solution.image)
             except OSError as error:
                 why = f"The machine: {error.strerror}"
                 self._settle(lambda: queue.fail(self.database, claim, why))
 
-    def _finish(self, claim: Claim, phase: Phase, folder: Path) -> None:
+    def _finish(self, claim: Claim, phase: Phase, folder: Path, image: str | None) -> None:
         read = results.read_scores(folder / "batch" / "scores.json")
         document = scored(read) | {"pictures": pictures.make(self.challenge, phase, folder / "batch", read)}
         headline = document["method"]["headline"]
         score = float(document["scores"][headline])
         found = submission(self.database, claim.submission)
         statement = {
-            "challenge": self.challenge.name,
-            "phase": phase.name,
+            **signing.about(self.challenge.name, phase.name, found.team_name, image),
             "submission": claim.submission,
-            "team": found.team_name,
             "statement": found.statement,
             "score": score,
             "interval": document["intervals"].get(headline),
@@ -135,8 +140,13 @@ class Worker:
         shutil.rmtree(folder / "solution", ignore_errors=True)
         return intake.unpack(upload, folder / "solution")
 
-    def _run_batch(self, claim: Claim, folder: Path, command: list[str]) -> tuple[int | None, str]:
-        """Run a batch while the claim has its lease; return its exit code (None: not finished), and its last words."""
+    def _run_batch(
+        self, claim: Claim, folder: Path, command: list[str], locks: tuple[int, ...]
+    ) -> tuple[int | None, str]:
+        """Run a batch while the claim has its lease; return its exit code (None: not finished), and its last words.
+
+        It inherits `locks`, since it may outlive this worker.
+        """
         _end_orphan(folder / "batch")
         with (folder / "batch.log").open("ab") as log:
             start = log.tell()
@@ -148,6 +158,7 @@ class Worker:
                 cwd=folder / "solution",
                 env={**os.environ, **python_first()},
                 start_new_session=True,
+                pass_fds=locks,
             )
             extended = time.monotonic()
             while process.poll() is None:
@@ -175,6 +186,12 @@ class Worker:
                 time.sleep(RETRY_S)
             else:
                 return
+
+
+def _remove_unused_images() -> None:
+    """Remove the images that were handed in and have been computed; without an engine they wait for the next time."""
+    with suppress(BenchbotError):
+        transfer.remove_unused()
 
 
 def prove(challenge: Challenge, phase: Phase) -> dict[str, str]:

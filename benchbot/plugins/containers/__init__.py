@@ -1,3 +1,3 @@
 """Solutions in containers, on podman or docker: found, built, limited, watched, and always removed."""
 
-__all__ = ["context"]
+__all__ = ["context", "engine", "layout", "transfer"]

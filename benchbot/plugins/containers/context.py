@@ -1,4 +1,4 @@
-"""The build context of an image: a Dockerfile, and the folder that it lies in."""
+"""The context of an image: a Dockerfile and the folder that it lies in, or a folder that is an OCI image layout."""
 
 import hashlib
 import os
@@ -9,17 +9,26 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchbot.core.errors import BenchbotError
+from benchbot.plugins.containers.layout import MARKER
 
-NAMES = ("Dockerfile", "Containerfile")
+NAMES = ("Dockerfile", "Containerfile", MARKER)
 _FROM = re.compile(r"^\s*FROM\s+(?:--\S+\s+)*(\S+)", re.IGNORECASE | re.MULTILINE)
 
 
 @dataclass(frozen=True)
 class Context:
-    """A folder, and the Dockerfile: its name in the folder, or its path where it lies elsewhere."""
+    """A folder, and the Dockerfile: its name in the folder, or its path where it lies elsewhere.
+
+    Of an image layout, which is not built, it is the file that marks one.
+    """
 
     folder: Path
     dockerfile: str
+
+    @property
+    def is_layout(self) -> bool:
+        """Whether the image is there, to be loaded."""
+        return self.dockerfile == MARKER
 
     @property
     def ignored(self) -> list[str]:
@@ -63,7 +72,7 @@ class Context:
 
 
 def find(path: Path, folder: Path | None = None) -> Context:
-    """Return the context that a folder or a Dockerfile stands for; raises BenchbotError when there is none.
+    """Return the context that a folder, a Dockerfile or a layout stands for; raises BenchbotError when there is none.
 
     The context is the folder of the Dockerfile, wherever the command is typed (BenchBot v2 took the working folder),
     or `folder`, where an example names one.

@@ -5,6 +5,7 @@ from contextlib import closing, contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
+from benchbot.plugins.containers import transfer
 from benchbot.plugins.containers.context import Context
 from benchbot.plugins.containers.engine import Engine, api_errors, failed
 
@@ -23,8 +24,11 @@ LIBPOD = "/v4.0.0/libpod/containers"
 def built(engine: Engine, context: Context, tell: Callable[[str], object]) -> str:
     """Return the name of the context's image, a digest of its content; `tell` is called with each line of progress.
 
-    Raises BenchbotError with the step that failed.
+    Raises BenchbotError with the step that failed. An image layout is loaded instead.
     """
+    if context.is_layout:
+        tell(f"Loading the image in {context.folder}")
+        return transfer.load(engine, context.folder)
     try:
         with closing(engine.connect()) as client:
             name = _name(client, context)
@@ -41,6 +45,16 @@ def built(engine: Engine, context: Context, tell: Callable[[str], object]) -> st
             return final
     except api_errors() as error:
         raise failed("build the image", error) from error
+
+
+def volumes_of(engine: Engine, image: str) -> tuple[str, ...]:
+    """Return the folders that an image declares as volumes: an engine would put them onto this machine's disk."""
+    try:
+        with closing(engine.connect()) as client:
+            config = client.inspect_image(image)["Config"] or {}  # type: ignore[no-untyped-call]
+    except api_errors() as error:
+        raise failed(f"say what is in {image}", error) from error
+    return tuple(sorted(config.get("Volumes") or ()))
 
 
 def _name(client: "APIClient", context: Context) -> str:

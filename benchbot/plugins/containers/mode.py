@@ -20,7 +20,7 @@ from benchbot.plugins.containers import outbox, settings
 from benchbot.plugins.containers.container import Container
 from benchbot.plugins.containers.context import Context, find
 from benchbot.plugins.containers.engine import Engine, reached
-from benchbot.plugins.containers.image import built
+from benchbot.plugins.containers.image import built, volumes_of
 from benchbot.plugins.sandbox.weak_limits import DISK
 from benchbot.plugins.v2 import bridge
 from benchbot.submission import modes
@@ -86,6 +86,8 @@ class Containerised:
     processors: float | None = None
     gpus: int = 0
     v2_client: bool = False
+    volumes: tuple[str, ...] = ()
+    """The folders that its image declares as volumes."""
 
     name = "container"
     needs_socket = True
@@ -134,6 +136,7 @@ class Containerised:
                 processors=self.processors,
                 gpus=self.gpus,
                 v2_result=outbox.v2_result(folder, owner) if self.v2_client else None,
+                volumes=self.volumes,
             )
             config = {
                 "Image": self.image,
@@ -166,4 +169,5 @@ def container_mode(
     """
     with reached() as engine:
         settings.check_limits(engine, allowed=weak_limits, processors=processors)
-        yield Containerised(engine, built(engine, context, tell), weak_limits, processors, gpus, v2_client)
+        image = built(engine, context, tell)
+        yield Containerised(engine, image, weak_limits, processors, gpus, v2_client, volumes_of(engine, image))

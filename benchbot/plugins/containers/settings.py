@@ -71,12 +71,14 @@ def host_config(
     processors: float | None = None,
     gpus: int = 0,
     v2_result: Path | None = None,
+    volumes: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Return the part of a container's settings that confines it (Docker Engine API, `HostConfig`).
 
-    No network, no capability, no way to gain one, nothing to write to but `folder` and a temporary one in memory;
-    the limits in `ignored` are left away. `seccomp` is the file of a filter for podman, `v2_result` one that BenchBot
-    v2's client writes to. Raises BenchbotError for GPUs on an engine that cannot be asked for them.
+    No network, no capability, no way to gain one, nothing to write to but `folder` and, in memory, a temporary one and
+    the `volumes` of the image; the limits in `ignored` are left away. `seccomp` is the file of a filter for podman,
+    `v2_result` one that BenchBot v2's client writes to. Raises BenchbotError for GPUs on an engine that cannot be asked
+    for them.
     """
     from docker.types import DeviceRequest, HostConfig, LogConfig, Mount
 
@@ -100,6 +102,8 @@ def host_config(
         security.append(f"seccomp={seccomp}")
     if "name=selinux" in (engine.information.get("SecurityOptions") or ()):
         security.append("label=disable")  # else the socket cannot be connected to
+    # Else an engine makes volumes on this machine's disk.
+    temporary = {"/tmp", *volumes} - {SOCKET, OUTBOX, V2_RESULT}  # noqa: S108
     config = HostConfig(
         version="1.41",
         **{
@@ -109,7 +113,7 @@ def host_config(
             "cap_drop": ["ALL"],
             "security_opt": security,
             "init": True,
-            "tmpfs": {"/tmp": f"size={TEMPORARY_BYTES},mode=1777"},  # noqa: S108
+            "tmpfs": dict.fromkeys(temporary, f"size={TEMPORARY_BYTES},mode=1777"),
             "ulimits": _ulimits(limits, ignored),
             # What it prints goes to us, chunk by chunk; a log of the engine's would fill the disk.
             "log_config": LogConfig(type="none"),

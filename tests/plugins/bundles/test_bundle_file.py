@@ -13,8 +13,12 @@ from benchbot.core.errors import BenchbotError
 from benchbot.evaluation.result_document import ResultDocument
 from benchbot.plugins.bundles import archive, bundle_file, solution_source
 from benchbot.plugins.bundles.archive import Member
+from benchbot.plugins.challenge import intake
+from benchbot.plugins.challenge.document import Challenge, Phase
 from tests.command_line import Here
 from tests.plugins.bundles.conftest import SOLUTION
+from tests.plugins.containers import layouts
+from tests.plugins.containers.test_layout import FILES
 
 
 def made(target: Path, results: list[ResultDocument], solution: Path, **options: Any) -> dict[str, Any]:
@@ -52,6 +56,24 @@ def test_the_same_gives_the_same_bytes_under_any_name(
     for name in ("one.zip", "two.zip"):
         made(tmp_path / name, [handed_in], solution)
     assert (tmp_path / "one.zip").read_bytes() == (tmp_path / "two.zip").read_bytes()
+
+
+def test_an_image_in_a_bundle_is_checked_and_counts_by_its_digest(
+    tmp_path: Path, handed_in: ResultDocument, solution: Path
+) -> None:
+    ran = with_solution(handed_in, mode="container", command=["localhost/benchbot/image:1"])
+    phase = Phase("test", "Test", {"evaluate_with": "omq"})
+    challenge = Challenge(tmp_path, "rooms", "Rooms", {"test": phase})
+    with pytest.raises(BenchbotError, match="There is no Dockerfile"):
+        made(tmp_path / "none.zip", [ran], solution)
+    for name, layers in (("sound", FILES), ("hostile", [layouts.layer(("../x", b""))])):
+        files = layouts.make(layers)
+        made(tmp_path / f"{name}.zip", [ran], layouts.write(tmp_path / name, files))
+        digest = layouts.manifest_of(files)["config"]["digest"]
+        assert intake.examined(tmp_path / f"{name}.zip") == intake.Solution((), "container", digest)
+    assert intake.check(tmp_path / "sound.zip", challenge, phase).mode == "container"
+    with pytest.raises(BenchbotError, match="The image is not sound"):
+        intake.check(tmp_path / "hostile.zip", challenge, phase)
 
 
 def test_a_command_is_made_portable(tmp_path: Path, handed_in: ResultDocument, solution: Path) -> None:

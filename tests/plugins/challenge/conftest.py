@@ -1,5 +1,6 @@
 """Challenges in databases of both kinds: SQLite in a file, and a PostgreSQL server of the tests' own."""
 
+import base64
 import hashlib
 import io
 import os
@@ -148,8 +149,9 @@ def join(database: Database, challenge: Challenge, name: str) -> Row[Any]:
 
 def received(**more: Any) -> dict[str, Any]:
     """Return what is known of an upload that has been checked."""
-    random = uuid.uuid4().hex
-    known = {"id": random[:16], "title": "", "mode": "sandbox", "sha256": random * 2, "size_bytes": 1, "envelope": {}}
+    random, envelope = uuid.uuid4().hex, {"payload": base64.b64encode(b'{"predicate": {}}').decode()}
+    known = {"id": random[:16], "title": "", "mode": "sandbox", "sha256": random * 2, "size_bytes": 1}
+    known |= {"envelope": envelope}
     return {**known, "statement": random * 2, **more}
 
 

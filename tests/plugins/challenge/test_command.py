@@ -13,6 +13,8 @@ import docker
 import pytest
 import yaml
 
+from benchbot.plugins.challenge import signing
+from benchbot.plugins.containers import context, engine, mode, transfer
 from tests.cli.solutions import CRASHING, PASSIVE
 from tests.cli.submitted import SELECTION
 from tests.command_line import CommandLine, ended, wait_for
@@ -207,36 +209,52 @@ def test_only_modes_that_this_machine_can_run_are_admitted(cli: CommandLine) -> 
 
 
 @pytest.mark.xdist_group("containers")
-def test_a_container_goes_the_whole_way_by_itself_and_in_a_bundle(cli: CommandLine, podman: dict[str, str]) -> None:
-    """Its folder and the bundle of its results: built, run without network, scored, within the quota, verified."""
+def test_a_container_goes_the_whole_way_as_a_folder_a_bundle_and_an_image(
+    cli: CommandLine, podman: dict[str, str]
+) -> None:
+    """Built, or loaded; run without network, scored, within the quota, verified; and no image stays that was loaded."""
     cli.variables |= podman
 
     def admit(document: dict[str, Any]) -> None:
-        document["phases"]["development"] |= {"modes": ["container"], "quota": {"per_day": 2}}
+        document["phases"]["development"] |= {"modes": ["container"], "quota": {"per_day": 4}}
 
     declare(cli, admit)
     process, url = served(cli)
-    joined(cli, url, "Ada")
+    assert cli("key", "make", "ada.key").returncode == 0
+    joined(cli, url, "Ada", "--key", "ada.key")
     solutions.write(cli.folder / "solution", PASSIVE)
     words = ("--containerised", "solution", "--weak-limits", *SELECTION, "-r", "result.json")
     assert cli("submit", *words).returncode == 0
     bundled = cli("bundle", "result.json", "--solution", "solution")
     assert bundled.returncode == 0, bundled.stderr
 
-    sandboxed = cli("challenge", "submit", url, "solution", "--command", "python solution.py")
+    with engine.reached() as reached, mode.container_mode(context.find(_hostile(cli)), print) as hostile:
+        image = hostile.image
+        with closing(reached.connect()) as client:
+            digest = client.inspect_image(image)["Id"]  # type: ignore[no-untyped-call]
+
+    signed = ("--key", "ada.key")
+    sandboxed = cli("challenge", "submit", url, "solution", "--command", "python solution.py", *signed)
     assert "A solution in a sandbox is not admitted" in sandboxed.stderr
-    for what in ("solution", "bundle.zip"):
-        answer = cli("challenge", "submit", url, what, "--title", what, "--wait", "--json")
+    absent = cli("challenge", "submit", url, "localhost/some/image", *signed)
+    assert "podman pull localhost/some/image" in absent.stderr
+    for what in ("solution", "bundle.zip", image):
+        answer = cli("challenge", "submit", url, what, "--title", what, "--wait", "--json", *signed)
         assert answer.returncode == 0, answer.stderr
         made = json.loads(answer.stdout)
         assert (made["mode"], made["state"]) == ("container", "scored"), made
-    by_name = cli("challenge", "submit", url, "localhost/some/image")
-    assert "one with a Dockerfile of the line: FROM IMAGE" in by_name.stderr
-    over = cli("challenge", "submit", url, "solution")
+        assert made["image"] == (digest if what == image else None)
+    (cli.folder / "broken").mkdir()
+    (cli.folder / "broken" / "Dockerfile").write_text("FROM scratch\nCOPY no_such_file /\n")
+    broken = json.loads(cli("challenge", "submit", url, "broken", "--wait", "--json", *signed).stdout)
+    assert (broken["state"], "no_such_file" in broken["reason"]) == ("failed", True), broken
+    over = cli("challenge", "submit", url, "solution", *signed)
     assert "has used up its submissions" in over.stderr
+    said = [path.read_text("utf-8", "replace") for path in (cli.folder / "demo" / "work" / made["id"]).rglob("log.txt")]
+    assert "was refused: ['/outside', '/solution', '/usr/bin/python', 'socket']" in "".join(said)
 
     (row,) = asked(url, "/api/v1/phases/development/leaderboard")["standings"]
-    assert (row["title"], row["entries"]) == ("solution", 2)  # of equal scores the earlier
+    assert (row["title"], row["entries"]) == ("solution", 3)  # of equal scores the earlier
     assert row["pictures"]
     assert cli("challenge", "publish", "demo", "site").returncode == 0
     assert cli("challenge", "verify", "site").returncode == 0
@@ -245,6 +263,36 @@ def test_a_container_goes_the_whole_way_by_itself_and_in_a_bundle(cli: CommandLi
     found = [
         json.loads(path.read_bytes()) for path in (cli.folder / "demo/work").glob("*/batch/episodes/*/result.json")
     ]
-    assert [result["provenance"]["solution"]["mode"] for result in found] == ["container"] * 2
+    assert [result["provenance"]["solution"]["mode"] for result in found] == ["container"] * 3
+    loaded = transfer.name_of(digest.removeprefix("sha256:"))
+    assert loaded in [result["provenance"]["solution"]["command"][0] for result in found]
+    rows = json.loads((cli.folder / "site" / "development-rows.json").read_bytes())
+    assert [signing.image_in(row["score_envelope"]) for row in rows] == [None, None, digest]
     with closing(docker.APIClient(base_url=podman["DOCKER_HOST"])) as client:
         assert client.containers(all=True) == []
+        with pytest.raises(docker.errors.ImageNotFound):
+            client.inspect_image(loaded)  # type: ignore[no-untyped-call]
+
+
+TRIES_THE_OUTSIDE = """\
+import os, socket
+refused = []
+for path in ("/outside", "/solution", "/usr/bin/python"):
+    try:
+        open(path + "/x" if os.path.isdir(path) else path, "w")
+    except OSError:
+        refused.append(path)
+try:
+    socket.create_connection(("127.0.0.1", 8090), 1)
+except OSError:
+    refused.append("socket")
+print("was refused:", refused, flush=True)
+"""
+
+
+def _hostile(cli: CommandLine) -> Path:
+    """A solution whose own entry point tries to write outside and to reach a network, and then does as it should."""
+    started_by = 'ENTRYPOINT ["python", "-u", "/solution/solution.py"]'
+    dockerfile = solutions.DOCKERFILE.replace('CMD ["python", "/solution/solution.py"]', started_by)
+    assert started_by in dockerfile
+    return solutions.write(cli.folder / "hostile", f"{TRIES_THE_OUTSIDE}{PASSIVE}", dockerfile)

@@ -94,6 +94,15 @@ def told(engine_variables: dict[str, str], tmp_path: Path) -> Iterator[Container
         yield prepared
 
 
+USES_VOLUMES = """
+import json
+with open("/data/room", "w") as file:
+    file.write("room")
+kinds = {line.split()[1]: line.split()[2] for line in open("/proc/mounts")}
+print(json.dumps([kinds["/data"], kinds["/solution/cache"], open("/solution/cache/kept").read()]))
+"""
+
+
 def spec(code: str, told: Containerised, timeout_s: float | None = None) -> SolutionSpec:
     return SolutionSpec([told.image], Path("/"), {"args": code}, timeout_s, told, LIMITS)
 
@@ -189,3 +198,14 @@ def is_refused_where_its_cpu_time_cannot_be_seen(
     with pytest.raises(BenchbotError, match=r"limits would not hold: CPU time"):
         submit(spec("import time; time.sleep(1000)", told), backend)
     assert containers_left(told) == []
+
+
+def test_a_volume_of_an_image_is_no_way_to_the_disk(engine_variables: dict[str, str], tmp_path: Path) -> None:
+    volumes = 'COPY kept /solution/cache/\nVOLUME ["/data", "/solution/cache", "/benchbot/outbox"]\n'
+    folder = solutions.write(tmp_path / "volumes", dockerfile=f"{solutions.DOCKERFILE}{volumes}")
+    (folder / "kept").write_text("weights")
+    with mode.container_mode(context.find(folder), print) as held, back_end() as backend:
+        _, spectator = submit(spec(USES_VOLUMES, held), backend)
+        assert json.loads(spectator.text) == ["tmpfs", "tmpfs", "weights"]
+        with closing(docker.APIClient(base_url=held.engine.url)) as client:
+            assert not client.volumes()["Volumes"]

@@ -74,7 +74,7 @@ def routes(site: Site) -> list[Route]:
         team = require_team(await run_in_threadpool(site.caller, request))
         found = await run_in_threadpool(submissions.submission, site.database, request.path_params["id"], team.id)
         phase = site.challenge.phases.get(found.phase)
-        return JSONResponse(await run_in_threadpool(history.states, site.database, phase, found.id, team.id))
+        return JSONResponse(await run_in_threadpool(history.states, site.database, phase, found))
 
     async def withdraw(request: Request) -> Response:
         team = require_team(await run_in_threadpool(site.caller, request))
@@ -160,6 +160,7 @@ def _public(site: Site, row: Any) -> dict[str, Any]:
     told = submissions.as_told(site.challenge.phases.get(row["phase"]), row, site.database.clock())
     keys = ("id", "phase", "title", "mode", "sha256", "size_bytes", "received_at", "state", "reason", "ended_at")
     shown = {key: told.get(key) for key in keys}
+    shown["image"] = signing.image_in(row["envelope"])
     return {**shown, "score": told.get("score") if told["state"] == SCORED else None}
 
 

@@ -63,7 +63,7 @@ def routes(site: Site) -> list[Route]:
         team = require_team(await run_in_threadpool(site.caller, request))
         found = await run_in_threadpool(submissions.submission, site.database, request.path_params["id"], team.id)
         phase = site.challenge.phases.get(found.phase)
-        told = await run_in_threadpool(history.states, site.database, phase, found.id, team.id)
+        told = await run_in_threadpool(history.states, site.database, phase, found)
         return await shown(request, "states.html", submission=found, states=told)
 
     async def enter(request: Request) -> Response:

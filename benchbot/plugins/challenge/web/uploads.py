@@ -103,7 +103,8 @@ def accept(
     """Check an archive that has been received whole, and put it into the queue; it is moved to where uploads are."""
     solution = intake.check(received, site.challenge, phase)
     title = one_line(title)[:120]
-    stated, digest = _statement(site, phase, team, sha256, title, envelope)
+    about = signing.about(site.challenge.name, phase.name, team.name, solution.image)
+    stated, digest = _statement(site, team, about, sha256, title, envelope)
     record = {
         "id": received.name,
         "title": title,
@@ -124,7 +125,7 @@ def accept(
 
 
 def _statement(
-    site: Site, phase: Phase, team: Row[Any], sha256: str, title: str, envelope: str | None
+    site: Site, team: Row[Any], about: Record, sha256: str, title: str, envelope: str | None
 ) -> tuple[dict[str, Any], str]:
     """Return the signed statement of a submission and its digest: the team's, or one of ours on its behalf."""
     if envelope is None:
@@ -134,18 +135,8 @@ def _statement(
                 "This team has joined with a key; what is not signed with it could be anybody's.",
                 "Submit with: benchbot challenge submit --key FILE",
             )
-        stated = site.key.sign(
-            signing.SUBMISSION,
-            sha256,
-            {
-                "challenge": site.challenge.name,
-                "phase": phase.name,
-                "team": team.name,
-                "title": title,
-                "nonce": new_identifier() + new_identifier(),
-                "by": "organiser",
-            },
-        )
+        more = {"title": title, "nonce": new_identifier() + new_identifier(), "by": "organiser"}
+        stated = site.key.sign(signing.SUBMISSION, sha256, {**about, **more})
         return stated, signing.digest(stated)
     try:
         given = json.loads(base64.b64decode(envelope[:MOST_STATEMENT_BYTES], validate=True))
@@ -156,11 +147,10 @@ def _statement(
             "The statement is of no known key.", "The team joined without one.", "Submit without --key."
         )
     found = signing.opened(given, signing.public_key(team.key), signing.SUBMISSION)
-    expected = {"challenge": site.challenge.name, "phase": phase.name, "team": team.name}
-    if found.sha256 != sha256 or any(found.predicate.get(key) != value for key, value in expected.items()):
+    if found.sha256 != sha256 or not signing.is_about(found.predicate, about):
         raise BenchbotError(
             "The statement is about something else.",
-            "It names another archive, challenge, phase or team.",
+            "It names another archive, image, challenge, phase or team.",
             "Sign this submission: benchbot challenge submit --key FILE",
         )
     return given, found.digest
