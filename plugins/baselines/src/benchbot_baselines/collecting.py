@@ -22,6 +22,10 @@ from benchbot_baselines.places import LIGHTS, Place, draw_views, furnish, light_
 
 MOST_MM = 2**16 - 1
 INFO = "collection.json"
+CANDIDATES = 5
+"""So many views are drawn for each that is taken: most of a place is walls and furniture without a class."""
+GLIMPSE = (80, 60)
+LEAST_SHARE, LEAST_MEDIAN_M = 0.01, 1.2
 
 
 @dataclass(frozen=True)
@@ -123,14 +127,20 @@ def shoot(place: Place, settings: Settings, device: str) -> Shots:
         device=device,
         quality=QUALITIES[settings.quality],
     )
-    views = draw_views(place, settings.views)
-    poses = np.stack([view.camera_to_map for view in views])
-    cameras = [Intrinsics.from_horizontal_fov(settings.width, settings.height, view.width_deg) for view in views]
-    batch = renderer.render_batch(poses, cameras)
     classes = np.full(max(each.index for each in geometry.instances) + 1, len(CLASS_LIST) - 1, np.uint8)
     for each in geometry.instances:
         if each.class_name in CLASS_LIST:
             classes[each.index] = CLASS_LIST.index(each.class_name)
+    drawn = draw_views(place, settings.views * CANDIDATES)
+    glimpses = renderer.render_batch(
+        np.stack([view.camera_to_map for view in drawn]),
+        [Intrinsics.from_horizontal_fov(*GLIMPSE, view.width_deg) for view in drawn],
+        rgb=False,
+    )
+    views = [drawn[row] for row in telling(glimpses.instance, glimpses.depth_m, classes)[: settings.views]]
+    poses = np.stack([view.camera_to_map for view in views])
+    cameras = [Intrinsics.from_horizontal_fov(settings.width, settings.height, view.width_deg) for view in views]
+    batch = renderer.render_batch(poses, cameras)
     millimetres = np.where(np.isfinite(batch.depth_m), batch.depth_m, 0) * 1000
     return Shots(
         batch.rgb,
@@ -141,6 +151,19 @@ def shoot(place: Place, settings: Settings, device: str) -> Shots:
         np.array([(each.fx, each.fy, each.cx - 0.5, each.cy - 0.5) for each in cameras]),
         np.array(light),
     )
+
+
+def telling(
+    instance: NDArray[np.integer[Any]], depth_m: NDArray[np.floating[Any]], classes: NDArray[np.uint8]
+) -> list[int]:
+    """Return the numbers of pictures (N, H, W), in order: first those that show an object and stand off the walls.
+
+    Within either group they stay as they were drawn, so that the nearest and largest objects are not preferred.
+    """
+    labelled = (classes[instance] < len(CLASS_LIST) - 1).mean((1, 2)) >= LEAST_SHARE
+    distant = np.median(np.where(np.isfinite(depth_m), depth_m, 0), (1, 2)) >= LEAST_MEDIAN_M
+    order: list[int] = np.argsort(~(labelled & distant), kind="stable").tolist()
+    return order
 
 
 def _write(path: Path, shots: Shots) -> None:
