@@ -147,7 +147,7 @@ def batch_of(pictures: Pictures, chosen: Tensor, random: torch.Generator | None)
     return device_features(rgb, points, depth_m) / 127.5 - 1, labels
 
 
-class Network(nn.Module):
+class Network(nn.Module):  # type: ignore[misc]  # it is not installed where types are checked
     """The operations of `program`, with a batch normalisation behind each convolution but the last."""
 
     def __init__(self) -> None:
@@ -228,9 +228,11 @@ def evaluate(network: Network, pictures: Pictures) -> NDArray[np.float64]:
                 answers = network(features.contiguous(memory_format=torch.channels_last)).argmax(1)
             confusion += torch.bincount((labels * known + answers).reshape(-1), minlength=known * known)
     network.train()
-    table = confusion.reshape(known, known).double().cpu().numpy()
+    table: NDArray[np.float64] = confusion.reshape(known, known).double().cpu().numpy()
     either = table.sum(0) + table.sum(1) - np.diag(table)
-    return np.divide(np.diag(table), either, out=np.full(known, np.nan), where=either > 0)
+    ious = np.full(known, np.nan)
+    np.divide(np.diag(table), either, out=ious, where=either > 0)
+    return ious
 
 
 def train(folder: Path, output: Path, options: Options, device: str) -> dict[str, float]:
