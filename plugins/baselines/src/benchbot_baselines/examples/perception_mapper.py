@@ -1,0 +1,67 @@
+"""A semantic mapper that sees: boxes around objects, from colours, depth and camera poses.
+
+A segmenter says of each pixel how likely it is of which class; depth lifts it into a map of voxels, where all views of
+a voxel are averaged; neighbouring voxels of one class are an object. It follows the trajectory of a passive task and
+looks once around in an active one. Its argument is weights=FILE, an ONNX file of the form that
+`benchbot_baselines.segmenter.Segmenter` says.
+"""
+
+import argparse
+import json
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from benchbot.api import ActionResult, Agent, BenchBot, Observations
+from benchbot.mapping import VoxelMap, describe
+from benchbot_baselines.segmenter import Segmenter
+
+LOOK_AROUND = 8
+RESOLUTION_M = 0.05
+FEWEST_POINTS = 60
+"""Of an object, at half the width of the segmenter's input."""
+
+
+class PerceptionMapper(Agent):
+    """A solution that follows the trajectory and maps the objects that its segmenter sees."""
+
+    def __init__(self, segmenter: Segmenter) -> None:
+        self._segmenter = segmenter
+        self._maps: dict[int, VoxelMap] = {}
+        self._moves = 0
+
+    def is_done(self, action_result: ActionResult) -> bool:
+        """Stop at the end of the trajectory, after a look around, or when the robot has hit something."""
+        done = action_result is not ActionResult.SUCCESS or self._moves == LOOK_AROUND
+        if done:
+            self._moves = 0
+        return done
+
+    def pick_action(self, observations: Observations, action_list: Sequence[str]) -> tuple[str, dict[str, float]]:
+        """Map what is seen and go on."""
+        empty = VoxelMap(self._segmenter.class_list, RESOLUTION_M)
+        points, label_probs = self._segmenter.see(observations)
+        self._maps.setdefault(observations["scene_number"], empty).add(points, label_probs=label_probs)
+        if "move_next" in action_list:
+            return "move_next", {}
+        self._moves += 1
+        return "move_angle", {"angle": 360 / LOOK_AROUND}
+
+    def save_result(
+        self,
+        filename: str,
+        empty_results: dict[str, Any],
+        results_format_fns: Mapping[str, Callable[..., Any]],
+    ) -> None:
+        """Write the objects of the map, each with the probabilities of all classes."""
+        results = empty_results["results"]
+        found = [item for number in sorted(self._maps) for item in self._maps[number].objects(FEWEST_POINTS)]
+        results["objects"] = [describe(item, results["class_list"]) for item in found]
+        Path(filename).write_text(json.dumps(empty_results), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("weights", metavar="weights=FILE", help="the segmenter, an ONNX file")
+    file = parser.parse_args().weights.removeprefix("weights=")
+    BenchBot(agent=PerceptionMapper(Segmenter(Path(file)))).run()
