@@ -165,9 +165,9 @@ def measure(batches: int, episodes: int, opened: int) -> list[Figure]:
                 terminal.rest(SETTLING_S)
                 share, rate = terminal.rest(REST_S)
                 keys = [terminal.answers(key) for key in KEYS * KEY_ROUNDS]
-        for place, what in enumerate(("", ", processor time")):
-            figures.append(Figure(f"a key of that screen{what}", statistics.median(each[place] for each in keys), "ms"))
-            figures.append(Figure(f"a key of that screen, the slowest{what}", max(each[place] for each in keys), "ms"))
+        for row, what in enumerate(("", ", processor time")):
+            figures.append(Figure(f"a key of that screen{what}", statistics.median(each[row] for each in keys), "ms"))
+            figures.append(Figure(f"a key of that screen, the slowest{what}", max(each[row] for each in keys), "ms"))
         return [*figures, Figure("finished batch", share, "% of a core"), Figure("finished batch", rate, "B/s")]
 
 
