@@ -56,11 +56,11 @@ def make(challenge: Challenge, phase: Phase, batch: Path, document: Mapping[str,
 def shown(challenge: Challenge, phase: Phase, document: Mapping[str, Any]) -> tuple[Record, ...]:
     """Return those pictures of a kept scores document that everybody may see, as the challenge is declared now."""
     made = () if phase.hidden else document.get("pictures", ())
+    hidden = challenge.hidden_places if made else frozenset()
     return tuple(
         item
         for item in made
-        if place_of(item["environment"]) not in challenge.hidden_places
-        and (challenge.pictures / item["file"]).is_file()
+        if place_of(item["environment"]) not in hidden and (challenge.pictures / item["file"]).is_file()
     )
 
 
@@ -68,10 +68,11 @@ def _best(challenge: Challenge, document: Mapping[str, Any]) -> Mapping[str, Any
     headline = document["method"]["headline"]
     reading = document["method"].get("scores", {}).get(headline, {})
     sign = -1 if reading.get("lower_is_better") else 1
+    hidden = challenge.hidden_places
     visible = [
         row
         for row in document["rows"]
-        if place_of(row["environment"]) not in challenge.hidden_places and Path(row["source"] or "").is_file()
+        if place_of(row["environment"]) not in hidden and Path(row["source"] or "").is_file()
     ]
     return max(visible, key=lambda row: sign * row["scores"].get(headline, 0.0), default=None)
 

@@ -10,7 +10,8 @@ import pytest
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
-from benchbot.core.motion import Outcome
+from benchbot.core.host import InProcessHost
+from benchbot.core.motion import MotionConfig, Outcome
 from plugins.robot_ros2.tests.bridge.bridged import bridge, listener
 from plugins.robot_ros2.tests.unicycle import BY_TRUTH, act, declaration, driver, scene, unicycle
 from tests.plugin_factory import DECLARES, PluginFactory
@@ -46,9 +47,11 @@ def holonomic(**driver: Any) -> dict[str, Any]:
 def test_a_way_sideways_ends_where_it_should_and_before_what_the_laser_sees(tmp_path: Path) -> None:
     robot = holonomic()
     with unicycle(wall_x_m=0.8) as there, driver(robot, tmp_path) as platform:
-        platform.load(scene(), 0)
+        # Runs drive a robot through their host.
+        host = InProcessHost(platform, [scene()], MotionConfig.from_robot(robot, "ground_truth"))
+        host.load(0, 0)
 
-        assert act(platform, robot, "move_sideways", distance=0.4) is Outcome.REACHED
+        assert host.act("move_sideways", {"distance": 0.4}, None)[0] is Outcome.REACHED
         state = there.state
         assert (state["x"], state["y"]) == pytest.approx((0.0, 0.4), abs=0.01)
         assert math.degrees(state["yaw"]) == pytest.approx(0.0, abs=1.0)

@@ -24,7 +24,7 @@ from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.scene_file import scene_file
 from benchbot_scenes.visibility import surface_points
 from benchbot_task_navigation.floor_plan import FloorPlan, distance_to_box_m
-from benchbot_task_navigation.generate import MARGIN_M
+from benchbot_task_navigation.generate import LEAST_DISTANCE_M, MARGIN_M
 from benchbot_task_navigation.ways import Ways, length_m
 
 SHIPPED = Path(benchbot_task_navigation.__file__).parent
@@ -145,6 +145,10 @@ def test_the_robot_fits_and_gets_from_every_start_to_every_goal(shipped: Shipped
     ]
     goals = [episode["goal"]["position"][:2] for episode in shipped.episodes("point_goal")]
     assert (len(starts), len(goals)) == (40, 20)
+    ways_m = [
+        episode["shortest_path_m"] for task in ("point_goal", "object_goal") for episode in shipped.episodes(task)
+    ]
+    assert min(ways_m) >= LEAST_DISTANCE_M
     for x, y in [*starts, *goals]:
         assert shipped.obstacles.distance_m(x, y) >= shipped.radius_m + MARGIN_M - 1e-6
         i, j = np.rint((np.array([x, y]) - plan.origin_xy) / plan.resolution_m).astype(int)

@@ -39,11 +39,11 @@ def contact_ahead(
 ) -> bool:
     """Return whether a footprint would touch a point, following a command for `horizon_s` and then braking to rest.
 
-    `points_xy` are obstacles (N, 2) in metres in the base frame of now; `command` is clipped to
-    the motion's limits. Velocities ramp with the motion's accelerations, as the guard makes them. A base that is not
-    holonomic is taken to go ahead and turn only: what its odometry measures sideways is noise, or none of its doing.
-    A point inside the footprint already is touched only by a motion that brings it closer: a robot that stands against
-    a wall can drive away from it.
+    `points_xy` are obstacles (N, 2) in metres in the base frame of now; `command` is clipped to the motion's limits.
+    Velocities ramp with the motion's accelerations, as the guard makes them. A base that is not holonomic is taken to
+    go ahead and turn only: what its odometry measures sideways is noise, or none of its doing. A point inside
+    the footprint already is touched only by a motion that brings it closer: a robot that stands against a wall can
+    drive away from it.
     """
     if not motion.lateral_limit_mps:
         velocity = velocity._replace(lateral_mps=0.0)

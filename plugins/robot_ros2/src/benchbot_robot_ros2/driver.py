@@ -140,9 +140,11 @@ class Ros2Driver:
         """
         self._hold(Velocity(linear_mps, angular_radps), duration_s)
 
-    def drive_sideways(self, lateral_mps: float, angular_radps: float, duration_s: float) -> None:
+    def drive_sideways(
+        self, lateral_mps: float, angular_radps: float, duration_s: float, linear_mps: float = 0.0
+    ) -> None:
         """Hold a velocity of a holonomic base to its left, as `drive` does."""
-        self._hold(Velocity(0.0, angular_radps, lateral_mps), duration_s)
+        self._hold(Velocity(linear_mps, angular_radps, lateral_mps), duration_s)
 
     def _hold(self, wanted: Velocity, duration_s: float) -> None:
         robot = self._here()

@@ -24,8 +24,8 @@ class OdometryErrors:
 
     The model is that of the simulators: of each control tick the way is off by the factor 1 + N(0, linear²), the turn
     by 1 + N(0, angular²), independently (`noise` of the robot's declaration). The way of a `holonomic` base has a part
-    to its left, that of another has none. The covariance is carried on from tick to
-    tick to first order (Thrun, Burgard and Fox, Probabilistic Robotics, 2005, section 7.4, without the measurement).
+    to its left, that of another has none. The covariance is carried on from tick to tick to first order (Thrun, Burgard
+    and Fox, Probabilistic Robotics, 2005, section 7.4, without the measurement).
     """
 
     def __init__(self, noise: Mapping[str, Any], *, holonomic: bool = False) -> None:
