@@ -1,6 +1,7 @@
 """A segmenter of pictures with depth: an ONNX file run by onnxruntime on the processor."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,24 @@ from benchbot.mapping import CLASS_LIST, rotation_matrix, unproject
 from benchbot.plugin import BenchbotError, FailureClass
 from benchbot_baselines.features import CHANNELS, features, input_size, levelled, sampled
 
+WEIGHTS = Path(__file__).parent / "weights" / "segmenter.onnx"
+"""The network that comes with this distribution; `card.md` beside it says what it was trained on."""
+NEEDED = ("image_rgb", "image_depth", "image_depth_info", "poses")
 THREADS = 2
+STEP = 0.05
+"""Of the depth: what is nearer by more is something else."""
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """Points that a frame shows: `points` (N, 3) in the map frame, metres; `label_probs` float32 (N, K).
+
+    `depth_m` (N,) is along the optical axis.
+    """
+
+    points: NDArray[np.float32]
+    label_probs: NDArray[np.float32]
+    depth_m: NDArray[np.float32]
 
 
 class Segmenter:
@@ -21,7 +39,7 @@ class Segmenter:
     `CLASS_LIST`. Raises BenchbotError for another one.
     """
 
-    def __init__(self, weights: Path) -> None:
+    def __init__(self, weights: Path = WEIGHTS) -> None:
         import onnxruntime
 
         if not weights.is_file():
@@ -56,10 +74,19 @@ class Segmenter:
                 failure=FailureClass.AGENT,
             )
 
-    def see(self, observations: Observations) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return points (N, 3) in the map frame, metres, and their class probabilities (N, K)."""
-        depth_m, info, pose = (observations[name] for name in ("image_depth", "image_depth_info", "poses"))
-        rgb, camera = observations["image_rgb"], pose["camera"]
+    def see(self, observations: Observations) -> Sighting:
+        """Return what a frame shows: its points, but for those beside something nearer, and their classes."""
+        missing = [name for name in NEEDED if name not in observations]
+        if missing:
+            raise BenchbotError(
+                f"The mapper needs {' and '.join(missing)}, which the task does not give.",
+                "It sees by colours, depth and the pose of the camera.",
+                "Choose such a task: --task semantic_slam:passive:ground_truth",
+                failure=FailureClass.AGENT,
+            )
+        rgb, depth_m, info = (observations["image_rgb"], observations["image_depth"], observations["image_depth_info"])
+        pose = observations["poses"]
+        camera = pose["camera"]
         if rgb.shape[:2] != depth_m.shape:
             raise BenchbotError(
                 "Colours and depth have different sizes.",
@@ -80,9 +107,34 @@ class Segmenter:
             below = [eye[0], eye[1], pose["robot"]["translation_xyz"][2] if "robot" in pose else 0.0]
             channels = features(rgb[chosen], (points - below) @ turn.T, small_m)
         logits = self._session.run(None, {self._input: np.ascontiguousarray(channels[None])})[0][0]
-        rows, columns = sampled(height, logits.shape[1]), sampled(width, logits.shape[2])
-        likely = np.exp(logits - logits.max(axis=0))
-        likely /= likely.sum(axis=0)
-        points = points[np.ix_(rows, columns)].reshape(-1, 3)
-        finite = np.isfinite(points).all(1)
-        return points[finite].astype(np.float32), np.moveaxis(likely, 0, -1).reshape(len(finite), -1)[finite]
+        used = unhidden(small_m)
+        wide = enlarged(np.moveaxis(logits, 0, -1), height, width)[used]
+        likely = np.exp(wide - wide.max(axis=1, keepdims=True))
+        likely /= likely.sum(axis=1, keepdims=True)
+        return Sighting(points[used], likely, small_m[used])
+
+
+def unhidden(depth_m: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Say which pixels (H, W) have depth, and no neighbour that is nearer by more than `STEP` of their depth.
+
+    Beside an object, the labels of what is behind it are those of the object: boxes would reach to the wall.
+    """
+    known = np.isfinite(depth_m) & (depth_m > 0)
+    usable: NDArray[np.bool_] = known.copy()
+    filled = np.where(known, depth_m, np.inf)
+    for ahead, behind in ((np.s_[:, 1:], np.s_[:, :-1]), (np.s_[1:], np.s_[:-1])):
+        for here, beside in ((ahead, behind), (behind, ahead)):
+            usable[here] &= filled[beside] > (1 - STEP) * filled[here]
+    return usable
+
+
+def enlarged(image: NDArray[np.float32], height: int, width: int) -> NDArray[np.float32]:
+    """Return an image (h, w, K) at another size, (height, width, K), interpolated linearly."""
+    for axis, wanted in ((0, height), (1, width)):
+        length = image.shape[axis]
+        places = np.clip((np.arange(wanted) + 0.5) * length / wanted - 0.5, 0, length - 1)
+        below = places.astype(np.intp)
+        share = (places - below).astype(np.float32).reshape([-1, 1, 1] if axis == 0 else [1, -1, 1])
+        one, other = (np.take(image, row, axis) for row in (below, np.minimum(below + 1, length - 1)))
+        image = one + share * (other - one)
+    return image

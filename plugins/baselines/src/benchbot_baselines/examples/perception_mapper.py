@@ -1,8 +1,8 @@
 """A semantic mapper that sees: boxes around objects, from colours, depth and camera poses.
 
 A segmenter says of each pixel how likely it is of which class; depth lifts it into a map of voxels, where all views of
-a voxel are averaged; neighbouring voxels of one class are an object. It follows the trajectory of a passive task and
-looks once around in an active one. Its argument is weights=FILE, an ONNX file of the form that
+a voxel are averaged; touching voxels of one class are an object. It follows the trajectory of a passive task and looks
+once around in an active one. weights=FILE has it see with another network, an ONNX file of the form that
 `benchbot_baselines.segmenter.Segmenter` says.
 """
 
@@ -13,13 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from benchbot.api import ActionResult, Agent, BenchBot, Observations
-from benchbot.mapping import VoxelMap, describe
-from benchbot_baselines.segmenter import Segmenter
+from benchbot.mapping import describe
+from benchbot_baselines.fusion import ClassMap
+from benchbot_baselines.segmenter import WEIGHTS, Segmenter
 
 LOOK_AROUND = 8
-RESOLUTION_M = 0.05
-FEWEST_POINTS = 60
-"""Of an object, at half the width of the segmenter's input."""
 
 
 class PerceptionMapper(Agent):
@@ -27,7 +25,7 @@ class PerceptionMapper(Agent):
 
     def __init__(self, segmenter: Segmenter) -> None:
         self._segmenter = segmenter
-        self._maps: dict[int, VoxelMap] = {}
+        self._maps: dict[int, ClassMap] = {}
         self._moves = 0
 
     def is_done(self, action_result: ActionResult) -> bool:
@@ -39,9 +37,8 @@ class PerceptionMapper(Agent):
 
     def pick_action(self, observations: Observations, action_list: Sequence[str]) -> tuple[str, dict[str, float]]:
         """Map what is seen and go on."""
-        empty = VoxelMap(self._segmenter.class_list, RESOLUTION_M)
-        points, label_probs = self._segmenter.see(observations)
-        self._maps.setdefault(observations["scene_number"], empty).add(points, label_probs=label_probs)
+        empty = ClassMap(self._segmenter.class_list)
+        self._maps.setdefault(observations["scene_number"], empty).add(self._segmenter.see(observations))
         if "move_next" in action_list:
             return "move_next", {}
         self._moves += 1
@@ -55,13 +52,14 @@ class PerceptionMapper(Agent):
     ) -> None:
         """Write the objects of the map, each with the probabilities of all classes."""
         results = empty_results["results"]
-        found = [item for number in sorted(self._maps) for item in self._maps[number].objects(FEWEST_POINTS)]
+        found = [item for number in sorted(self._maps) for item in self._maps[number].objects()]
         results["objects"] = [describe(item, results["class_list"]) for item in found]
         Path(filename).write_text(json.dumps(empty_results), encoding="utf-8")
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("weights", metavar="weights=FILE", help="the segmenter, an ONNX file")
-    file = parser.parse_args().weights.removeprefix("weights=")
-    BenchBot(agent=PerceptionMapper(Segmenter(Path(file)))).run()
+    parser.add_argument("weights", nargs="?", metavar="weights=FILE", help="another segmenter, an ONNX file")
+    named = parser.parse_args().weights
+    file = WEIGHTS if named is None else Path(named.removeprefix("weights="))
+    BenchBot(agent=PerceptionMapper(Segmenter(file))).run()
