@@ -12,7 +12,7 @@ from benchbot.plugin import BenchbotError
 from benchbot_baselines.examples.perception_mapper import PerceptionMapper
 from benchbot_baselines.features import CHANNELS, features
 from benchbot_baselines.network import Weights, random_weights, to_onnx
-from benchbot_baselines.segmenter import Segmenter
+from benchbot_baselines.segmenter import Segmenter, enlarged, unhidden
 from tests.plugins.mapping.casting import BOXES, observe, views
 
 CHAIR = CLASS_LIST.index("chair")
@@ -45,12 +45,47 @@ def test_the_file_is_small_enough_for_a_wheel(weights_file: Path) -> None:
 
 
 def test_each_point_has_probabilities_of_all_classes(weights_file: Path) -> None:
-    points, likely = Segmenter(weights_file).see(seen(views()[0]))
+    sighting = Segmenter(weights_file).see(seen(views()[0]))
 
-    assert len(points) == len(likely) > 100
-    assert likely.shape[1] == len(CLASS_LIST)
-    assert likely.sum(axis=1) == pytest.approx(1, abs=1e-5)
-    assert np.isfinite(points).all()
+    assert len(sighting.points) == len(sighting.label_probs) == len(sighting.depth_m) > 100
+    assert sighting.label_probs.shape[1] == len(CLASS_LIST)
+    assert sighting.label_probs.sum(axis=1) == pytest.approx(1, abs=1e-5)
+    assert np.isfinite(sighting.points).all()
+
+
+def test_the_network_that_is_shipped_knows_the_classes_of_the_tasks() -> None:
+    assert list(Segmenter().class_list) == list(CLASS_LIST)
+
+
+def test_pixels_beside_something_nearer_are_left_out_and_those_of_a_slope_are_not() -> None:
+    depth_m = np.tile(np.linspace(3.0, 3.7, 12), (6, 1))
+    depth_m[2:4, 5:7] = 1.0
+    depth_m[0, 0] = np.nan
+
+    used = unhidden(depth_m)
+
+    hidden = np.zeros_like(used)
+    hidden[[1, 1, 2, 2, 3, 3, 4, 4], [5, 6, 4, 7, 4, 7, 5, 6]] = True
+    hidden[0, 0] = True
+    np.testing.assert_array_equal(used, ~hidden)
+
+
+@pytest.mark.parametrize("size", [(4, 6), (8, 12), (3, 5)])
+def test_an_enlarged_slope_stays_a_slope(size: tuple[int, int]) -> None:
+    rows, columns = np.mgrid[0:4, 0:6].astype(np.float32)
+    found = enlarged(np.stack([rows, columns], -1), *size)
+
+    for axis, (length, wanted) in enumerate(zip((4, 6), size, strict=True)):
+        expected = np.clip((np.arange(wanted) + 0.5) * length / wanted - 0.5, 0, length - 1)
+        np.testing.assert_allclose(np.moveaxis(found[..., axis], axis, 0)[:, 0], expected, atol=1e-6)
+
+
+def test_a_task_without_colours_is_refused(weights_file: Path) -> None:
+    blind = seen(views()[0])
+    del blind["image_rgb"]
+
+    with pytest.raises(BenchbotError, match="needs image_rgb"):
+        Segmenter(weights_file).see(blind)
 
 
 def test_features_tell_floors_from_walls_and_from_nothing() -> None:

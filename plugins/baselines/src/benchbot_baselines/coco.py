@@ -74,7 +74,10 @@ def write_place(folder: Path, seed: int, places: Path) -> None:
             }
         )
         found += list(annotations(shots, row, image_id))
-    write_atomically(part, json.dumps({"images": images, "annotations": found}).encode())
+    # Of one name, so that nothing is left of a process that was killed.
+    unfinished = part.with_suffix(".part")
+    unfinished.write_text(json.dumps({"images": images, "annotations": found}), encoding="utf-8")
+    unfinished.replace(part)
 
 
 def finish(folder: Path) -> Path:

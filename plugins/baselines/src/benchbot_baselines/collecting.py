@@ -6,12 +6,16 @@ that a run which was interrupted goes on, and ends with the same bytes.
 
 import json
 import multiprocessing
+import os
+import threading
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +24,14 @@ from benchbot.mapping import CLASS_LIST
 from benchbot.plugin import BenchbotError, cache_dir, write_atomically
 from benchbot_baselines.places import LIGHTS, Place, draw_views, furnish, light_of
 
+if TYPE_CHECKING:
+    from benchbot_scenes.scene import SceneGeometry
+    from benchbot_sim_taichi.renderer import Renderer
+
 MOST_MM = 2**16 - 1
 INFO = "collection.json"
+AHEAD = 2
+"""So many places are furnished ahead by each process: more would fill the memory while pictures are taken."""
 CANDIDATES = 5
 """So many views are drawn for each that is taken: most of a place is walls and furniture without a class."""
 GLIMPSE = (80, 60)
@@ -96,37 +106,66 @@ def collect_places(
     """Make the file of every seed that has none, and tell each seed and its file, in order."""
     missing = [seed for seed in seeds if not place_file(folder, seed).exists()]
     spawn = multiprocessing.get_context("spawn")
-    with TemporaryDirectory() as scenes, ProcessPoolExecutor(workers, spawn) as pool:
-        furnished = {seed: pool.submit(furnish, seed, Path(scenes), settings.assets) for seed in missing}
+    # A pool's workers wait for ever for a process that was killed.
+    with ProcessPoolExecutor(workers, spawn, _end_with, (os.getpid(),)) as pool:
+        waiting = iter(missing)
+        furnished = {seed: pool.submit(furnish, seed, settings.assets) for seed in islice(waiting, AHEAD * workers)}
         try:
             for seed in seeds:
                 path = place_file(folder, seed)
                 if seed in furnished:
                     place = furnished.pop(seed).result()
+                    furnished |= {more: pool.submit(furnish, more, settings.assets) for more in islice(waiting, 1)}
                     _write(path, shoot(place, settings, device))
-                    place.scene.unlink()
                 told(seed, path)
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
 
 
+def _end_with(parent: int) -> None:
+    """End this process when its parent has ended."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(1)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
 def shoot(place: Place, settings: Settings, device: str) -> Shots:
     """Take all pictures of a place in one batch."""
+    light = light_of(place.seed, settings.lights)
+    with TemporaryDirectory() as scratch:
+        renderer, geometry = _renderer(place, light, settings, device, Path(scratch))
+        return _shots(place, light, settings, renderer, geometry)
+
+
+def _renderer(
+    place: Place, light: str, settings: Settings, device: str, scratch: Path
+) -> "tuple[Renderer, SceneGeometry]":
+    """Return what draws a place; its kernels are the user's, its light is kept in `scratch`: 60 MB, used once."""
     from benchbot_scenes.generator.files import LIGHTING
     from benchbot_scenes.gltf import load_scene
+    from benchbot_sim_taichi import _ti
     from benchbot_sim_taichi.lighting import Lighting
     from benchbot_sim_taichi.quality import QUALITIES
-    from benchbot_sim_taichi.renderer import Intrinsics, Renderer
+    from benchbot_sim_taichi.renderer import Renderer
 
-    light = light_of(place.seed, settings.lights)
-    geometry = load_scene(place.scene)
-    renderer = Renderer(
-        geometry,
-        Lighting.from_mapping({**LIGHTING, **LIGHTS[light]}),
-        cache_dir=cache_dir() / "collect",
-        device=device,
-        quality=QUALITIES[settings.quality],
-    )
+    _ti.start(device, cache_dir())
+    # Processes that the renderer starts look there for their kernels.
+    (scratch / "kernels").symlink_to(cache_dir() / "kernels", target_is_directory=True)
+    scene = scratch / "scene.glb"
+    scene.write_bytes(place.scene)
+    geometry = load_scene(scene)
+    lighting = Lighting.from_mapping({**LIGHTING, **LIGHTS[light]})
+    quality = QUALITIES[settings.quality]
+    return Renderer(geometry, lighting, cache_dir=scratch, device=device, quality=quality), geometry
+
+
+def _shots(place: Place, light: str, settings: Settings, renderer: "Renderer", geometry: "SceneGeometry") -> Shots:
+    from benchbot_sim_taichi.renderer import Intrinsics
+
     classes = np.full(max(each.index for each in geometry.instances) + 1, len(CLASS_LIST) - 1, np.uint8)
     for each in geometry.instances:
         if each.class_name in CLASS_LIST:
@@ -167,6 +206,7 @@ def telling(
 
 
 def _write(path: Path, shots: Shots) -> None:
+    # Of one name, so that nothing is left of a process that was killed.
     unfinished = path.with_suffix(".part")
     with unfinished.open("wb") as file:
         np.savez(file, **vars(shots))

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,12 +21,12 @@ PITCH_SPREAD_DEG, HEIGHT_SPREAD_M = 4.0, 0.08
 
 @dataclass(frozen=True)
 class Place:
-    """A place of a seed: its GLB file, and the poses [qw, qx, qy, qz, x, y, z] of a way through all of it."""
+    """A place of a seed: its scene, a GLB file, and the poses [qw, qx, qy, qz, x, y, z] of a way through all of it."""
 
     seed: int
     kind: str
     rooms: int
-    scene: Path
+    scene: bytes
     way: NDArray[np.float64]
 
 
@@ -39,8 +38,8 @@ class View:
     width_deg: float
 
 
-def furnish(seed: int, folder: Path, assets: str = "household") -> Place:
-    """Generate the place of a seed, its kind and number of rooms drawn from it, and write its scene into `folder`."""
+def furnish(seed: int, assets: str = "household") -> Place:
+    """Generate the place of a seed, its kind and number of rooms drawn from it."""
     from benchbot_scenes.catalogue import pack
     from benchbot_scenes.compose import compose
     from benchbot_scenes.generator.generate import generate
@@ -49,9 +48,7 @@ def furnish(seed: int, folder: Path, assets: str = "household") -> Place:
     kind = KINDS[int(random.integers(len(KINDS)))]
     rooms = int(random.integers(FEWEST_ROOMS, MOST_ROOMS + 1))
     place = generate(seed, kind, rooms, pack(assets))
-    scene = folder / f"{seed:06d}.glb"
-    scene.write_bytes(compose(place.layout))
-    return Place(seed, kind, rooms, scene, np.array(place.trajectory_poses, np.float64))
+    return Place(seed, kind, rooms, compose(place.layout), np.array(place.trajectory_poses, np.float64))
 
 
 def draw_views(place: Place, count: int) -> list[View]:
