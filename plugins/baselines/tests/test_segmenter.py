@@ -8,7 +8,7 @@ import pytest
 
 from benchbot.api import ActionResult, Observations
 from benchbot.mapping import CLASS_LIST
-from benchbot.plugin import BenchbotError
+from benchbot.plugin import BenchbotError, Pose
 from benchbot_baselines.examples.perception_mapper import PerceptionMapper
 from benchbot_baselines.features import CHANNELS, features
 from benchbot_baselines.network import Weights, random_weights, to_onnx
@@ -18,7 +18,7 @@ from tests.plugins.mapping.casting import BOXES, observe, views
 CHAIR = CLASS_LIST.index("chair")
 
 
-def seen(camera: object) -> Observations:
+def seen(camera: Pose) -> Observations:
     observations = observe(BOXES, camera)
     observations["image_rgb"] = np.full((*observations["image_depth"].shape, 3), 90, np.uint8)
     return observations
@@ -132,7 +132,7 @@ def test_what_is_no_network_is_refused(tmp_path: Path, content: bytes | None, sa
 def test_a_network_of_another_form_is_refused_with_the_form_that_fits(tmp_path: Path) -> None:
     from onnx import TensorProto, helper
 
-    shape = [1, 3, "h", "w"]
+    shape: list[str | int | None] = [1, 3, "h", "w"]
     given, made = (helper.make_tensor_value_info(name, TensorProto.FLOAT, shape) for name in ("x", "y"))
     graph = helper.make_graph([helper.make_node("Relu", ["x"], ["y"])], "other", [given], [made])
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
