@@ -1,0 +1,126 @@
+"""Pictures of two small places, collected by the command: undisturbed, killed and gone on with, and read as COCO."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+from pycocotools import mask as coco_mask
+from pycocotools.coco import COCO
+
+from benchbot.mapping import CLASS_LIST
+from benchbot.plugin import BenchbotError
+from benchbot_baselines.coco import run_lengths
+from benchbot_baselines.collecting import Settings, begin, place_file, read_shots, telling
+
+SEEDS = (1007, 1008)
+VIEWS = 2
+COLLECT = (
+    *(sys.executable, "-m", "benchbot", "collect", "--seeds", f"{SEEDS[0]}-{SEEDS[1]}", "--views", str(VIEWS)),
+    *("--size", "48x32", "--quality", "fast", "--device", "cpu", "--workers", "1", "--output-location"),
+)
+
+
+def collecting(folder: Path, cache: Path) -> "subprocess.Popen[str]":
+    """Start collecting in a process of its own."""
+    variables = {**os.environ, "BENCHBOT_CACHE_DIR": str(cache)}
+    output = subprocess.PIPE
+    return subprocess.Popen([*COLLECT, str(folder)], stdout=output, stderr=output, text=True, env=variables)
+
+
+def collected(folder: Path, cache: Path) -> Path:
+    """Collect to the end."""
+    process = collecting(folder, cache)
+    _, told = process.communicate()
+    assert process.returncode == 0, told
+    return folder
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.fixture(scope="module")
+def undisturbed(kernel_cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return collected(tmp_path_factory.mktemp("collected") / "data", kernel_cache)
+
+
+def test_pycocotools_reads_boxes_and_masks_of_the_objects_that_are_shown(undisturbed: Path) -> None:
+    coco = COCO(undisturbed / "coco" / "instances.json")
+    pictures = coco.loadImgs(coco.getImgIds())
+    shots = {seed: read_shots(place_file(undisturbed, seed)) for seed in SEEDS}
+
+    assert [picture["file_name"] for picture in pictures] == [
+        f"{seed:06d}_{row:04d}.png" for seed in SEEDS for row in range(VIEWS)
+    ]
+    assert coco.anns
+    for number, picture in enumerate(pictures):
+        seen, row = shots[picture["seed"]], number % VIEWS
+        for one in coco.loadAnns(coco.getAnnIds(imgIds=picture["id"])):
+            mask = coco.annToMask(one).astype(bool)
+            rows, columns = np.nonzero(mask)
+            assert (mask == (seen.instance[row] == one["instance"])).all()
+            assert one["bbox"] == [columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1]
+            assert coco.cats[one["category_id"]]["name"] == CLASS_LIST[seen.classes[one["instance"]]]
+
+
+def test_depth_and_poses_put_the_floor_at_zero(undisturbed: Path) -> None:
+    seen = read_shots(place_file(undisturbed, SEEDS[0]))
+    for row, (fx, fy, cx, cy) in enumerate(seen.intrinsics):
+        v, u = np.mgrid[0 : seen.depth_mm.shape[1], 0 : seen.depth_mm.shape[2]]
+        depth_m = seen.depth_mm[row] / 1000
+        points = np.stack([(u - cx) / fx * depth_m, (v - cy) / fy * depth_m, depth_m], -1)[depth_m > 0]
+        z = (points @ seen.camera_to_map[row, :3, :3].T + seen.camera_to_map[row, :3, 3])[:, 2]
+        assert z.min() == pytest.approx(0, abs=0.005)
+
+
+def test_what_was_killed_goes_on_and_ends_with_the_same_bytes(
+    undisturbed: Path, kernel_cache: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / "data"
+    first = place_file(folder, SEEDS[0])
+    first.parent.mkdir(parents=True)
+    # As after an earlier run; a place takes seconds.
+    shutil.copy2(undisturbed / "collection.json", folder)
+    shutil.copy2(place_file(undisturbed, SEEDS[0]), first)
+    with collecting(folder, kernel_cache) as process:
+        while not (folder / "coco" / "parts" / f"{SEEDS[0]:06d}.json").exists() and process.poll() is None:
+            time.sleep(0.005)
+        process.kill()
+    assert not place_file(folder, SEEDS[1]).exists()
+    kept = first.stat().st_mtime_ns
+
+    assert files(collected(folder, kernel_cache)) == files(undisturbed)
+    assert first.stat().st_mtime_ns == kept, "it was made again"
+
+
+@given(arrays.arrays(bool, st.tuples(st.integers(1, 9), st.integers(1, 9))))
+def test_pycocotools_reads_the_run_lengths(mask: np.ndarray) -> None:
+    height, width = mask.shape
+    rle = coco_mask.frPyObjects({"size": [height, width], "counts": run_lengths(mask)}, height, width)
+
+    assert (coco_mask.decode(rle) == mask).all()
+
+
+def test_a_folder_of_other_settings_is_refused(tmp_path: Path) -> None:
+    begin(tmp_path, Settings(views=3))
+    begin(tmp_path, Settings(views=3))
+
+    with pytest.raises(BenchbotError, match="other settings"):
+        begin(tmp_path, Settings(views=4))
+
+
+def test_views_of_objects_come_first_and_those_before_a_wall_last() -> None:
+    classes = np.array([len(CLASS_LIST) - 1, len(CLASS_LIST) - 1, 3], np.uint8)
+    shown = [1, 2, 2, 2]
+    instance = np.stack([np.full((4, 4), number) for number in shown])
+    depth_m = np.stack([np.full((4, 4), far) for far in (3.0, 0.4, 3.0, np.inf)])
+
+    assert telling(instance, depth_m, classes) == [2, 0, 1, 3]
