@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchbot.api import ActionResult, Agent, BenchBot, Observations
+from benchbot.api import ActionResult, Agent, BenchBot, BenchbotError, Observations
 from benchbot.mapping import describe
 from benchbot_baselines.fusion import ClassMap
 from benchbot_baselines.segmenter import WEIGHTS, Segmenter
@@ -62,4 +62,8 @@ if __name__ == "__main__":
     parser.add_argument("weights", nargs="?", metavar="weights=FILE", help="another segmenter, an ONNX file")
     named = parser.parse_args().weights
     file = WEIGHTS if named is None else Path(named.removeprefix("weights="))
-    BenchBot(agent=PerceptionMapper(Segmenter(file))).run()
+    try:
+        segmenter = Segmenter(file)
+    except BenchbotError as error:
+        raise SystemExit(str(error)) from None
+    BenchBot(agent=PerceptionMapper(segmenter)).run()
