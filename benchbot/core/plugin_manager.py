@@ -62,6 +62,13 @@ def installed(group: str = GROUP) -> list[PluginInfo]:
     return sorted(found.values(), key=lambda info: (info.name, info.distribution))
 
 
+CALLED = (
+    *("create", "warm", "device", "diagnose", "evaluate", "combine", "explain"),
+    *("read", "launch", "attach", "find", "folders", "installed", "take_options"),
+)
+"""Fields of records that are called, of all kinds of them."""
+
+
 class Plugins:
     """The loaded plug-ins: their records by pool and name, and the sources of their declarations."""
 
@@ -115,6 +122,13 @@ class Plugins:
                     f"Its hook benchbot_{kind} yielded {record!r}.",
                     f"Report this to the author of '{provided.distribution}', or uninstall it: "
                     f"benchbot uninstall {provided.distribution}",
+                )
+            if (named := _named_as_text(record)) is not None:
+                place = getattr(record, named)
+                raise BenchbotError(
+                    f"The {record_type.__name__} '{record.name}' of '{provided.distribution}' cannot be used.",
+                    f"Its hook benchbot_{kind} gives {named}={place!r}, which is text and cannot be called.",
+                    f'Write in that hook: {named}=target("{place}"), with target from benchbot.plugin.',
                 )
             if record.name in pool:
                 raise conflict(kind, record.name, pool[record.name], provided)
@@ -195,6 +209,11 @@ def _check_api(plugin: Any) -> None:
             "What it imports may be gone, or mean something else.",
             f"{newer[0].upper()}{newer[1:]}, or install a version of the plug-in that was made for this BenchBot.",
         )
+
+
+def _named_as_text(record: Any) -> str | None:
+    """Return the field of a record that should be called and is text, None for none; a `Command` names its target."""
+    return next((name for name in CALLED if isinstance(getattr(record, name, None), str)), None)
 
 
 def conflict(kind: str, name: str, first: Provided, second: Provided) -> BenchbotError:

@@ -104,6 +104,24 @@ def test_a_record_of_the_wrong_type_is_refused(plugin_factory: PluginFactory) ->
         load("acme-odd").pool("simulators")
 
 
+@pytest.mark.parametrize(
+    ("kind", "record"),
+    [("simulators", "Simulator"), ("robot_drivers", "RobotDriver"), ("recorders", "Recorder")],
+)
+def test_a_record_that_names_its_code_as_text_is_told_how_to_write_it(
+    kind: str, record: str, plugin_factory: PluginFactory
+) -> None:
+    hook = f"@hookimpl\ndef benchbot_{kind}(): yield {record}('odd', 'acme_text.code:make')"
+    plugin_factory.make("acme-text", f"from benchbot.plugin import {record}, hookimpl\n{hook}")
+    with pytest.raises(BenchbotError, match=f"The {record} 'odd' of 'acme-text' cannot be used") as refused:
+        load("acme-text").pool(kind)
+    assert (
+        refused.value.why
+        == f"Its hook benchbot_{kind} gives create='acme_text.code:make', which is text and cannot be called."
+    )
+    assert 'create=target("acme_text.code:make")' in refused.value.fix
+
+
 @pytest.mark.parametrize(("made_for", "fix"), [(2, "Upgrade BenchBot"), (0, "Upgrade the plug-in")])
 def test_a_plugin_made_for_another_major_version_is_refused_in_a_sentence(
     made_for: int, fix: str, plugin_factory: PluginFactory

@@ -21,3 +21,11 @@ def test_a_page_works_as_it_stands(page: Path, tmp_path: Path, kernel_cache: Pat
 def test_there_are_tutorials() -> None:
     assert {page.parent.name for page in PAGES} >= {"tutorials"}
     assert all(any(block.run_by for block in blocks(page.read_text("utf-8"))) for page in PAGES)
+
+
+def test_the_simulator_that_the_tutorial_writes_and_runs_has_at_most_150_lines_of_python() -> None:
+    page = ROOT / "docs/tutorials/simulator.md"
+    assert page in PAGES
+    lines = [block.text.splitlines() for block in blocks(page.read_text("utf-8")) if block.language == "python"]
+    assert len(lines) == 2, "its simulator.py and its plugin.py"
+    assert 0 < sum(map(len, lines)) <= 150
