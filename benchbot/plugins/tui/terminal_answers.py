@@ -8,6 +8,7 @@ https://vt100.net/docs/vt510-rm/DA1.html
 https://github.com/tmux/tmux/wiki/FAQ#what-is-the-passthrough-escape-sequence-and-how-do-i-use-it
 """
 
+import functools
 import os
 import re
 import select
@@ -16,6 +17,7 @@ import sys
 import termios
 import time
 import tty
+from collections.abc import Iterable
 
 from benchbot.plugins.tui import preferences
 
@@ -29,6 +31,10 @@ _CURSOR = re.compile(rb"\x1b\[\d+;(\d+)R")
 _KITTY = re.compile(rb"\x1b_Gi=%d;OK\x1b\\" % _ID)
 _ATTRIBUTES = re.compile(rb"\x1b\[\?([\d;]*)c")
 _SIXEL = b"4"
+_LATE = re.compile(r"\x1b_G[^\x1b]*\x1b\\|\x1b\[\?[\d;]*c|\x1b\[6;\d+;\d+t")
+"""Answers about kitty's pictures, of the attributes, and of the size of cells. Textual knows that of the cursor."""
+_BEGUN = re.compile(r"(\x1b_G[^\x1b]{0,100}\x1b?|\x1b\[\?[\d;]{0,100}|\x1b\[6(;\d{0,5}){0,2})\Z")
+"""Such an answer, of which the rest has not come yet. None is longer."""
 
 
 def way_of_images(asked_for: str | None = None) -> str:
@@ -124,6 +130,7 @@ def _asked(
         while not last.search(answer):
             ready, _, _ = select.select([source], [], [], max(0.0, end_s - time.monotonic()))
             if not ready:
+                _leave_out_late_answers()
                 break
             answer += os.read(source, 1024)
     except (OSError, termios.error):
@@ -131,3 +138,24 @@ def _asked(
     finally:
         termios.tcsetattr(source, termios.TCSADRAIN, before)
     return answer
+
+
+@functools.cache
+def _leave_out_late_answers() -> None:
+    """Keep answers that come after the time-out from being taken for keys."""
+    from textual._xterm_parser import XTermParser
+    from textual.drivers import linux_driver
+    from textual.message import Message
+
+    class Typed(XTermParser):
+        _begun = ""
+
+        def feed(self, data: str) -> Iterable[Message]:
+            typed = _LATE.sub("", self._begun + data)
+            begun = _BEGUN.search(typed)
+            self._begun = "" if begun is None else begun[0]
+            typed = typed.removesuffix(self._begun)
+            # Nothing at all would mean that no more can be typed.
+            return super().feed(typed) if typed or not data else ()
+
+    vars(linux_driver)["XTermParser"] = Typed

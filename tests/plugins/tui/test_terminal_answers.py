@@ -106,6 +106,44 @@ def test_within_tmux_pictures_pass_through_to_the_terminal_around_it_where_it_al
     assert ("\U0010eeee".encode() in seen) == allowed
 
 
+KEYS = """\
+from textual.app import App
+from benchbot.plugins.tui import terminal_answers
+
+class Keys(App):
+    keys = []
+    def on_ready(self):
+        self.notify("ready to read")
+    def on_key(self, event):
+        self.keys.append(event.key)
+        if event.key == "q":
+            self.exit()
+
+print("kind:", terminal_answers.kind_of_images(timeout_s=0.01))
+Keys().run()
+print("keys:", *Keys.keys, "all of them")
+"""
+
+
+def test_an_answer_that_comes_too_late_is_not_taken_for_keys() -> None:
+    outside, inside = pty.openpty()
+    variables = {**os.environ, "TERM": "xterm-kitty"}
+    variables.pop("TMUX", None)
+    with subprocess.Popen([sys.executable, "-c", KEYS], stdin=inside, stdout=inside, stderr=inside, env=variables):
+        os.close(inside)
+        seen, late = b"", [b"a" + KITTY[:6], KITTY[6:] + b"\x1b[?62;", b"cb\x1b[6;20;10t", b"\x1b[6~", b"\x1b", b"q"]
+        deadline_s = time.monotonic() + 120
+        while b"all of them" not in seen:
+            assert time.monotonic() < deadline_s, seen
+            if select.select([outside], [], [], 0.5)[0]:
+                seen += os.read(outside, 1 << 16)
+            elif b"ready" in seen and late:
+                os.write(outside, late.pop(0))
+    os.close(outside)
+    assert b"kind: halfcell" in seen
+    assert b"keys: a b pagedown escape q all of them" in seen
+
+
 SLOW_TO_ANSWER = """\
 import sys
 import time
