@@ -43,9 +43,10 @@ def test_the_base_stops_by_itself_and_the_robot_stays_stopped(
             until(has_passed(robot, CUT_S))
             cut = robot.state
             assert cut["v"] == 0.0
-            assert cut["moved_s"] - cut["struck_s"] < 0.05
+            # What was on its way arrives; a busy machine delivers it late.
+            assert cut["moved_s"] - cut["struck_s"] < CUT_S / 4
             braking_s = FASTEST_MPS / ACCELERATION_MPS2
-            assert cut["rested_s"] - cut["struck_s"] < COMMAND_TIMEOUT_S + braking_s + 0.1
+            assert cut["rested_s"] - cut["struck_s"] < COMMAND_TIMEOUT_S + braking_s + CUT_S / 4
             there.run(*CABLE_UP)
             # What the network kept may hold an old velocity; it is not to be the last word, and leads nowhere.
             until(lambda: robot.state["zeroed_s"] is not None)
