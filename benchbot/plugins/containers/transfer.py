@@ -28,6 +28,7 @@ from benchbot.plugins.containers.layout import (
     Layout,
     blob_of,
     check,
+    digest_of,
     files_of,
     read,
 )
@@ -203,7 +204,7 @@ def _write_layer(folder: Path, start: bytes, rest: IO[bytes], image: str, most_b
                     )
                 start = rest.read(CHUNK_BYTES)
     with path.open("rb") as file:
-        digest = f"sha256:{hashlib.file_digest(file, 'sha256').hexdigest()}"
+        digest = digest_of(file)
     return digest, path.replace(folder / blob_of(digest)).stat().st_size
 
 

@@ -11,7 +11,7 @@ from PIL import Image
 
 from benchbot.mapping import CLASS_LIST
 from benchbot.plugin import write_atomically
-from benchbot_baselines.collecting import Shots, read_shots
+from benchbot_baselines.collecting import BACKGROUND, Shots, read_shots, whole
 
 FEWEST_PIXELS = 25
 PICTURES_PER_PLACE = 10_000
@@ -31,7 +31,7 @@ def annotations(shots: Shots, row: int, image_id: int) -> Iterator[dict[str, Any
     height, width = shots.instance[row].shape
     for number, area in zip(numbers.tolist(), counts.tolist(), strict=True):
         category = int(shots.classes[number])
-        if number == 0 or area < FEWEST_PIXELS or category == len(CLASS_LIST) - 1:
+        if number == 0 or area < FEWEST_PIXELS or category == BACKGROUND:
             continue
         mask = shots.instance[row] == number
         rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
@@ -74,10 +74,8 @@ def write_place(folder: Path, seed: int, places: Path) -> None:
             }
         )
         found += list(annotations(shots, row, image_id))
-    # Of one name, so that nothing is left of a process that was killed.
-    unfinished = part.with_suffix(".part")
-    unfinished.write_text(json.dumps({"images": images, "annotations": found}), encoding="utf-8")
-    unfinished.replace(part)
+    with whole(part) as file:
+        file.write(json.dumps({"images": images, "annotations": found}).encode())
 
 
 def finish(folder: Path) -> Path:

@@ -9,13 +9,14 @@ import multiprocessing
 import os
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from benchbot_sim_taichi.renderer import Renderer
 
 MOST_MM = 2**16 - 1
+BACKGROUND = len(CLASS_LIST) - 1
 INFO = "collection.json"
 AHEAD = 2
 """So many places are furnished ahead by each process: more would fill the memory while pictures are taken."""
@@ -116,7 +118,8 @@ def collect_places(
                 if seed in furnished:
                     place = furnished.pop(seed).result()
                     furnished |= {more: pool.submit(furnish, more, settings.assets) for more in islice(waiting, 1)}
-                    _write(path, shoot(place, settings, device))
+                    with whole(path) as file:
+                        np.savez(file, **vars(shoot(place, settings, device)))
                 told(seed, path)
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
@@ -166,7 +169,7 @@ def _renderer(
 def _shots(place: Place, light: str, settings: Settings, renderer: "Renderer", geometry: "SceneGeometry") -> Shots:
     from benchbot_sim_taichi.renderer import Intrinsics
 
-    classes = np.full(max(each.index for each in geometry.instances) + 1, len(CLASS_LIST) - 1, np.uint8)
+    classes = np.full(max(each.index for each in geometry.instances) + 1, BACKGROUND, np.uint8)
     for each in geometry.instances:
         if each.class_name in CLASS_LIST:
             classes[each.index] = CLASS_LIST.index(each.class_name)
@@ -199,15 +202,17 @@ def telling(
 
     Within either group they stay as they were drawn, so that the nearest and largest objects are not preferred.
     """
-    labelled = (classes[instance] < len(CLASS_LIST) - 1).mean((1, 2)) >= LEAST_SHARE
+    labelled = (classes[instance] < BACKGROUND).mean((1, 2)) >= LEAST_SHARE
     distant = np.median(np.where(np.isfinite(depth_m), depth_m, 0), (1, 2)) >= LEAST_MEDIAN_M
     order: list[int] = np.argsort(~(labelled & distant), kind="stable").tolist()
     return order
 
 
-def _write(path: Path, shots: Shots) -> None:
+@contextmanager
+def whole(path: Path) -> Iterator[IO[bytes]]:
+    """Let a file be there once all of it has been written."""
     # Of one name, so that nothing is left of a process that was killed.
     unfinished = path.with_suffix(".part")
     with unfinished.open("wb") as file:
-        np.savez(file, **vars(shots))
+        yield file
     unfinished.replace(path)

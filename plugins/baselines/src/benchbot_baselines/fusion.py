@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchbot.mapping import CLASS_LIST, MappedObject, clusters
-from benchbot_baselines.segmenter import Sighting
+from benchbot_baselines.segmenter import Sighting, softmax
 
 RESOLUTION_M = 0.05
 TOUCHING = 1.8
@@ -103,9 +103,7 @@ class ClassMap:
             return []
         centers = np.stack([keys >> 2 * _BITS, keys >> _BITS & _MASK, keys & _MASK], axis=1) - _HALF + 0.5
         points = sums[:, 0]
-        logs = sums[:, 2:] / sums[:, 1:2]
-        likely = np.exp(logs - logs.max(axis=1, keepdims=True))
-        likely /= likely.sum(axis=1, keepdims=True)
+        likely = softmax(sums[:, 2:] / sums[:, 1:2])
         best = likely.argmax(axis=1)
         found: list[MappedObject] = []
         for number, name in enumerate(self.class_list):

@@ -109,9 +109,14 @@ class Segmenter:
         logits = self._session.run(None, {self._input: np.ascontiguousarray(channels[None])})[0][0]
         used = unhidden(small_m)
         wide = enlarged(np.moveaxis(logits, 0, -1), height, width)[used]
-        likely = np.exp(wide - wide.max(axis=1, keepdims=True))
-        likely /= likely.sum(axis=1, keepdims=True)
-        return Sighting(points[used], likely, small_m[used])
+        return Sighting(points[used], softmax(wide), small_m[used])
+
+
+def softmax(logits: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the probabilities (N, K) of logits (N, K), the sum of each row 1."""
+    likely: NDArray[np.float32] = np.exp(logits - logits.max(axis=1, keepdims=True))
+    likely /= likely.sum(axis=1, keepdims=True)
+    return likely
 
 
 def unhidden(depth_m: NDArray[np.floating]) -> NDArray[np.bool_]:
