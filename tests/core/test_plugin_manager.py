@@ -5,7 +5,8 @@ import sys
 import pytest
 
 from benchbot.core.errors import BenchbotError
-from benchbot.core.plugin_manager import Plugins, installed
+from benchbot.core.hookspecs import KINDS
+from benchbot.core.plugin_manager import CALLED, Plugins, installed
 from tests.plugin_factory import DECLARES, PluginFactory
 
 SIMULATOR = """\
@@ -102,6 +103,11 @@ def test_a_record_of_the_wrong_type_is_refused(plugin_factory: PluginFactory) ->
     )
     with pytest.raises(BenchbotError, match="'acme-odd' yields something that is not a Simulator"):
         load("acme-odd").pool("simulators")
+
+
+@pytest.mark.parametrize("record", KINDS.values())
+def test_every_field_that_takes_a_callable_is_known_to_be_called(record: type) -> None:
+    assert {name for name, kind in record.__annotations__.items() if "Callable" in str(kind)} <= set(CALLED)
 
 
 @pytest.mark.parametrize(
