@@ -1,6 +1,7 @@
 """The published implementation's scores, reproduced."""
 
 import json
+import lzma
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ import pytest
 
 from benchbot_eval_omq import omq
 
-GOLDEN = json.loads((Path(__file__).parent / "data" / "golden_v2.json").read_text("utf-8"))
+GOLDEN = json.loads(lzma.decompress((Path(__file__).parent / "data" / "golden_v2.json.xz").read_bytes()))
 CASES = GOLDEN["cases"]
 
 
