@@ -20,6 +20,7 @@ VARIABLE = "BENCHBOT_ADDONS"
 KINDS = (
     "batches",
     "environments",
+    "episodes",
     "evaluation_methods",
     "examples",
     "formats",
@@ -44,7 +45,7 @@ class Addon:
 
     def sources(self, kind: str) -> list[Path]:
         """Return the folders that declare things of a kind (`tasks`, `formats`, …)."""
-        return [folder for folder in self.folders if folder.name == kind]
+        return [folder for folder in self.folders if _kind(folder) == kind]
 
     @cached_property
     def code(self) -> Code:
@@ -120,7 +121,12 @@ def _named() -> list[Path]:
 def _declares(folder: Path, root: Path) -> bool:
     # Folders whose names start with a dot hold requirements of an add-on, not declarations.
     hidden = any(part.startswith(".") for part in folder.relative_to(root).parts)
-    return folder.name in KINDS and not hidden
+    return _kind(folder) in KINDS and not hidden
+
+
+def _kind(folder: Path) -> str:
+    """Return the kind of what a folder declares. Lists of episodes may be in folders of their tasks' names."""
+    return folder.parent.name if folder.parent.name == "episodes" else folder.name
 
 
 def _walk(root: Path) -> Iterator[Path]:

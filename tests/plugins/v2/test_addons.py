@@ -1,3 +1,4 @@
+import json
 from pathlib import Path
 
 import pytest
@@ -39,6 +40,17 @@ def test_every_kind_joins_its_pool_with_the_folder_as_its_source(folder: Path) -
     assert [path.name for path in found.ground_truth_files] == ["hall_1.json"]
     assert "count_error" in found.plugins.pool("evaluators")
     assert (found.broken, found.plugins.broken) == ([], [])
+
+
+@pytest.mark.parametrize("where", ["episodes", "episodes/point_goal"])
+def test_episodes_may_be_in_folders_of_their_tasks(where: str, folder: Path) -> None:
+    (folder / "me" / where).mkdir(parents=True)
+    (folder / "me" / where / "hall_1.json").write_text(json.dumps({"task": "point_goal", "environment": "hall:1"}))
+
+    found = catalog(folder)
+
+    assert found.pool("episodes")["point_goal:hall:1"].distribution == str(folder)
+    assert found.broken == []
 
 
 def test_declarations_need_no_trust(folder: Path) -> None:
