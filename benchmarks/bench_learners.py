@@ -2,7 +2,7 @@
 
 python -m benchmarks learners [--device cuda] [--envs 16] [--steps 2048] [--json FILE]
 
-Needs torch and stable-baselines3, which are no part of what tests install: pip install torch stable-baselines3.
+Needs stable-baselines3, which is no part of what tests install: pip install stable-baselines3.
 Both train PPO on depth and goal of benchbot/PointGoal-v0 for a few updates, and print their steps per second, learning
 included. It fails where a value is not finite, or where Gymnasium's or Stable-Baselines3's checkers complain.
 """

@@ -1,7 +1,6 @@
-"""Pictures of two small places, collected by the command: undisturbed, killed and gone on with, and read as COCO."""
+"""Two places, one drawn by hand: collected undisturbed, killed and gone on with, read as COCO and as Parquet."""
 
 import os
-import shutil
 import subprocess
 import sys
 import time
@@ -18,14 +17,30 @@ from pycocotools.coco import COCO
 from benchbot.mapping import CLASS_LIST
 from benchbot.plugin import BenchbotError
 from benchbot_baselines.coco import run_lengths
-from benchbot_baselines.collecting import Settings, begin, place_file, read_shots, telling
+from benchbot_baselines.collecting import BACKGROUND, Settings, Shots, begin, place_file, read_shots, telling
+from benchbot_baselines.command import collect
 
-SEEDS = (1007, 1008)
-VIEWS = 2
+SEEDS = (2280, 2281)
+VIEWS, WIDTH, HEIGHT = 2, 48, 32
 COLLECT = (
     *(sys.executable, "-m", "benchbot", "collect", "--seeds", f"{SEEDS[0]}-{SEEDS[1]}", "--views", str(VIEWS)),
-    *("--size", "48x32", "--quality", "fast", "--device", "cpu", "--workers", "1", "--output-location"),
+    *("--size", f"{WIDTH}x{HEIGHT}", "--quality", "fast", "--formats", "coco,parquet"),
+    *("--device", "cpu", "--workers", "1", "--output-location"),
 )
+
+
+def drawn(folder: Path) -> Path:
+    """Begin a collection with the first place, since another takes seconds: two boxes, of a chair and of no class."""
+    begin(folder, Settings(VIEWS, WIDTH, HEIGHT, quality="fast"))
+    instance = np.zeros((VIEWS, HEIGHT, WIDTH), np.uint16)
+    instance[:, 4:20, 8:18], instance[:, 10:30, 30:40] = 1, 300
+    classes = np.full(301, BACKGROUND, np.uint8)
+    classes[1] = CLASS_LIST.index("chair")
+    rgb = np.random.default_rng(0).integers(0, 256, (*instance.shape, 3), np.uint8)
+    poses, cameras = np.stack([np.eye(4)] * VIEWS), np.tile([40.0, 40.0, 23.5, 15.5], (VIEWS, 1))
+    shots = Shots(rgb, 1000 + instance, instance, classes, poses, cameras, np.array("day"))
+    np.savez(place_file(folder, SEEDS[0]), **vars(shots))
+    return folder
 
 
 def collecting(folder: Path, cache: Path) -> "subprocess.Popen[str]":
@@ -49,7 +64,7 @@ def files(folder: Path) -> dict[str, bytes]:
 
 @pytest.fixture(scope="module")
 def undisturbed(kernel_cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return collected(tmp_path_factory.mktemp("collected") / "data", kernel_cache)
+    return collected(drawn(tmp_path_factory.mktemp("collected") / "data"), kernel_cache)
 
 
 def test_pycocotools_reads_boxes_and_masks_of_the_objects_that_are_shown(undisturbed: Path) -> None:
@@ -60,7 +75,7 @@ def test_pycocotools_reads_boxes_and_masks_of_the_objects_that_are_shown(undistu
     assert [picture["file_name"] for picture in pictures] == [
         f"{seed:06d}_{row:04d}.png" for seed in SEEDS for row in range(VIEWS)
     ]
-    assert coco.anns
+    assert {annotation["image_id"] for annotation in coco.anns.values()} & set(coco.getImgIds()[VIEWS:])
     for number, picture in enumerate(pictures):
         seen, row = shots[picture["seed"]], number % VIEWS
         for one in coco.loadAnns(coco.getAnnIds(imgIds=picture["id"])):
@@ -71,8 +86,46 @@ def test_pycocotools_reads_boxes_and_masks_of_the_objects_that_are_shown(undistu
             assert coco.cats[one["category_id"]]["name"] == CLASS_LIST[seen.classes[one["instance"]]]
 
 
+def test_datasets_reads_pictures_and_objects_by_split(
+    undisturbed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HF_HUB_OFFLINE", "1")  # it would count downloads
+    from datasets import load_dataset
+
+    splits = load_dataset(str(undisturbed / "parquet"), cache_dir=str(tmp_path))
+
+    assert {name: split["seed"][:] for name, split in splits.items()} == {
+        "train": [SEEDS[1]] * VIEWS,
+        "validation": [SEEDS[0]] * VIEWS,
+    }
+    for seed, rows in zip(SEEDS, (splits["validation"], splits["train"]), strict=True):
+        seen = read_shots(place_file(undisturbed, seed))
+        for number, row in enumerate(rows):
+            for column, pixels in (
+                ("image", seen.rgb),
+                ("depth_mm", seen.depth_mm),
+                ("instance", seen.instance),
+                ("label", seen.classes[seen.instance]),
+            ):
+                np.testing.assert_array_equal(np.asarray(row[column]), pixels[number])
+            np.testing.assert_array_equal(row["camera_to_map"], seen.camera_to_map[number])
+            assert list(row["intrinsics"].values()) == seen.intrinsics[number].tolist()
+    objects = splits["validation"][0]["objects"]
+    assert objects == {"id": [1], "category": [CLASS_LIST.index("chair")], "area": [160], "bbox": [[8, 4, 10, 16]]}
+    assert splits["train"].features["objects"]["category"].feature.names == list(CLASS_LIST[:-1])
+
+
+def test_without_pyarrow_nothing_is_collected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+
+    with pytest.raises(BenchbotError, match="pyarrow is not installed") as caught:
+        collect(str(SEEDS[1]), tmp_path, formats="arrays,parquet")
+    assert "benchbot-baselines[parquet]" in str(caught.value.fix)
+    assert not list(tmp_path.iterdir())
+
+
 def test_depth_and_poses_put_the_floor_at_zero(undisturbed: Path) -> None:
-    seen = read_shots(place_file(undisturbed, SEEDS[0]))
+    seen = read_shots(place_file(undisturbed, SEEDS[1]))
     for row, (fx, fy, cx, cy) in enumerate(seen.intrinsics):
         v, u = np.mgrid[0 : seen.depth_mm.shape[1], 0 : seen.depth_mm.shape[2]]
         depth_m = seen.depth_mm[row] / 1000
@@ -84,14 +137,10 @@ def test_depth_and_poses_put_the_floor_at_zero(undisturbed: Path) -> None:
 def test_what_was_killed_goes_on_and_ends_with_the_same_bytes(
     undisturbed: Path, kernel_cache: Path, tmp_path: Path
 ) -> None:
-    folder = tmp_path / "data"
+    folder = drawn(tmp_path / "data")
     first = place_file(folder, SEEDS[0])
-    first.parent.mkdir(parents=True)
-    # As after an earlier run; a place takes seconds.
-    shutil.copy2(undisturbed / "collection.json", folder)
-    shutil.copy2(place_file(undisturbed, SEEDS[0]), first)
     with collecting(folder, kernel_cache) as process:
-        while not (folder / "coco" / "parts" / f"{SEEDS[0]:06d}.json").exists() and process.poll() is None:
+        while not (folder / "parquet" / f"validation-{SEEDS[0]:06d}.parquet").exists() and process.poll() is None:
             time.sleep(0.005)
         process.kill()
     assert not place_file(folder, SEEDS[1]).exists()

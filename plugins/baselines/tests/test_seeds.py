@@ -6,7 +6,7 @@ import pytest
 
 from benchbot.plugin import BenchbotError
 from benchbot_baselines.collecting import Settings, begin, place_file
-from benchbot_baselines.seeds import seeds_of
+from benchbot_baselines.seeds import seeds_of, split_of
 
 
 def collection(folder: Path, *seeds: int) -> Path:
@@ -18,6 +18,10 @@ def collection(folder: Path, *seeds: int) -> Path:
 
 def test_seeds_that_twenty_divides_are_held_out(tmp_path: Path) -> None:
     assert seeds_of(collection(tmp_path, 1001, 1000, 1019, 1020)) == ([1001, 1019], [1000, 1020])
+
+
+def test_places_that_solutions_may_be_scored_in_are_for_tests() -> None:
+    assert [split_of(seed) for seed in (980, 999, 1000, 1001)] == ["test", "test", "validation", "train"]
 
 
 @pytest.mark.parametrize("seed", [1, 5, 999])

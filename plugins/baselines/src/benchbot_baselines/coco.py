@@ -25,7 +25,7 @@ def run_lengths(mask: NDArray[np.bool_]) -> list[int]:
     return counts
 
 
-def annotations(shots: Shots, row: int, image_id: int) -> Iterator[dict[str, Any]]:
+def annotations(shots: Shots, row: int) -> Iterator[dict[str, Any]]:
     """Yield the annotations of one picture: objects of a class, of `FEWEST_PIXELS` at least."""
     numbers, counts = np.unique(shots.instance[row], return_counts=True)
     height, width = shots.instance[row].shape
@@ -37,7 +37,6 @@ def annotations(shots: Shots, row: int, image_id: int) -> Iterator[dict[str, Any
         rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
         left, top = int(columns[0]), int(rows[0])
         yield {
-            "image_id": image_id,
             "category_id": category + 1,
             "instance": number,
             "area": area,
@@ -45,6 +44,11 @@ def annotations(shots: Shots, row: int, image_id: int) -> Iterator[dict[str, Any
             "iscrowd": 0,
             "segmentation": {"size": [height, width], "counts": run_lengths(mask)},
         }
+
+
+def picture_name(seed: int, row: int) -> str:
+    """Return the name of a picture's file."""
+    return f"{seed:06d}_{row:04d}.png"
 
 
 def write_place(folder: Path, seed: int, places: Path) -> None:
@@ -57,7 +61,7 @@ def write_place(folder: Path, seed: int, places: Path) -> None:
     shots = read_shots(places)
     images, found = [], []
     for row in range(len(shots.rgb)):
-        name, image_id = f"{seed:06d}_{row:04d}.png", seed * PICTURES_PER_PLACE + row
+        name, image_id = picture_name(seed, row), seed * PICTURES_PER_PLACE + row
         Image.fromarray(shots.rgb[row]).save(folder / "images" / name, compress_level=1)
         Image.fromarray(shots.depth_mm[row]).save(folder / "depth" / name, compress_level=1)
         height, width = shots.depth_mm[row].shape
@@ -73,7 +77,7 @@ def write_place(folder: Path, seed: int, places: Path) -> None:
                 "intrinsics": dict(zip(("fx", "fy", "cx", "cy"), shots.intrinsics[row].tolist(), strict=True)),
             }
         )
-        found += list(annotations(shots, row, image_id))
+        found += [{"image_id": image_id, **each} for each in annotations(shots, row)]
     with whole(part) as file:
         file.write(json.dumps({"images": images, "annotations": found}).encode())
 

@@ -10,7 +10,7 @@ from benchbot.cli.kit import console
 from benchbot.cli.kit.status_line import counted, working
 from benchbot.plugin import BenchbotError, did_you_mean
 
-FORMATS = ("arrays", "coco")
+FORMATS = ("arrays", "coco", "parquet")
 MOST_SEEDS = 100_000
 
 
@@ -24,7 +24,7 @@ def collect(
     size: Annotated[str, typer.Option("--size", metavar="WxH", help="Of a picture, in pixels.")] = "640x480",
     quality: Annotated[str, typer.Option("--quality", help="Of colours: fast or realtime.")] = "realtime",
     formats: Annotated[
-        str, typer.Option("--formats", metavar="NAMES", help="arrays (always kept), and coco.")
+        str, typer.Option("--formats", metavar="NAMES", help="arrays (always kept), coco, parquet.")
     ] = "coco",
     device: Annotated[str, typer.Option("--device", help="auto, cpu or cuda.")] = "auto",
     workers: Annotated[int, typer.Option("--workers", min=1, max=256, help="Processes that furnish places.")] = 2,
@@ -35,14 +35,23 @@ def collect(
     benchbot collect --seeds 1000-1099 --output-location data
 
     Each seed is a place in one light; what is there already is not made again: an interrupted run goes on when it is
-    started again. `places/SEED.npz` has all arrays of a place; `coco/instances.json` boxes and masks.
+    started again. `places/SEED.npz` has all arrays of a place; `coco/instances.json` boxes and masks;
+    `parquet` what Hugging Face's datasets reads.
     """
+    from importlib.util import find_spec
+
     from benchbot_baselines import coco
     from benchbot_baselines.collecting import Settings, begin, collect_places
     from benchbot_baselines.places import LIGHTS
     from benchbot_sim_taichi import devices
 
     wanted = _named(formats, FORMATS, "--formats")
+    if "parquet" in wanted and find_spec("pyarrow") is None:
+        raise BenchbotError(
+            "Parquet cannot be written here.",
+            "pyarrow is not installed.",
+            'Install it: pip install "benchbot-baselines[parquet]"',
+        )
     chosen = range(*_seeds(seeds))
     width, height = _size(size)
     settings = Settings(
@@ -59,6 +68,10 @@ def collect(
     def told(seed: int, path: Path) -> None:
         if "coco" in wanted:
             coco.write_place(output / "coco", seed, path)
+        if "parquet" in wanted:
+            from benchbot_baselines import parquet
+
+            parquet.write_place(output / "parquet", seed, path)
         next(progress, None)
 
     with working("Collecting pictures"):

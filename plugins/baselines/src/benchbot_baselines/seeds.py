@@ -11,6 +11,13 @@ FIRST_SEED = 1000
 """Lower seeds may be of places that are shipped, or that tests and documents use."""
 
 
+def split_of(seed: int) -> str:
+    """Return `train`, `validation` (held out), or `test`, of a place that solutions may be scored in."""
+    if seed < FIRST_SEED:
+        return "test"
+    return "train" if seed % HELD_OUT_OF else "validation"
+
+
 def seeds_of(folder: Path) -> tuple[list[int], list[int]]:
     """Return the seeds to train on and those held out; raises BenchbotError for places that are not of the generator.
 
@@ -29,8 +36,8 @@ def seeds_of(folder: Path) -> tuple[list[int], list[int]]:
                 fix,
             )
     seeds = [int(name) for name in names]
-    held_out = [seed for seed in seeds if seed % HELD_OUT_OF == 0]
-    trained = [seed for seed in seeds if seed % HELD_OUT_OF]
+    held_out = [seed for seed in seeds if split_of(seed) == "validation"]
+    trained = [seed for seed in seeds if split_of(seed) == "train"]
     if not held_out or not trained:
         raise BenchbotError(
             f"{folder} has too few places.",

@@ -27,6 +27,7 @@ from benchbot_baselines.network import Add, Conv, Weights, program, to_onnx
 from benchbot_baselines.seeds import HELD_OUT_OF, seeds_of
 
 READERS = 8
+CURVE_ROWS = 12
 MOST_EVALUATED = 2048
 EVALUATED_AT_ONCE = 64
 ALIKE = 0.02
@@ -147,7 +148,7 @@ def batch_of(pictures: Pictures, chosen: Tensor, random: torch.Generator | None)
     return device_features(rgb, points, depth_m) / 127.5 - 1, labels
 
 
-class Network(nn.Module):  # type: ignore[misc]  # it is not installed where types are checked
+class Network(nn.Module):  # type: ignore[misc]  # types of torch are not looked into
     """The operations of `program`, with a batch normalisation behind each convolution but the last."""
 
     def __init__(self) -> None:
@@ -320,6 +321,7 @@ def _card(
     step, minutes, loss, mean = curve[-1]
     rows = (f"| {label} | {iou:.3f} |" for label, iou in zip(CLASS_LIST, ious, strict=True) if np.isfinite(iou))
     settings: Mapping[str, object] = asdict(options)
+    shown = [*curve[:-1][:: len(curve) // CURVE_ROWS + 1], curve[-1]]
     return "\n".join(
         [
             "# Segmenter of RGB-D pictures",
@@ -339,6 +341,12 @@ def _card(
             "| Class | IoU |",
             "|---|---|",
             *rows,
+            "",
+            "How it went, by `curve.csv`:",
+            "",
+            "| Step | Minutes | Loss | Mean IoU |",
+            "|---|---|---|---|",
+            *(f"| {step} | {minutes:.1f} | {loss:.3f} | {mean:.3f} |" for step, minutes, loss, mean in shown),
             "",
         ]
     )
