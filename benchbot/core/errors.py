@@ -40,7 +40,8 @@ class BenchbotError(Exception):
         failure: FailureClass | None = None,
         ends_run: bool = False,
     ) -> None:
-        super().__init__(title)
+        # All three, of which `pickle` makes the error again in another process.
+        super().__init__(title, why, fix)
         self.title = title
         self.why = why
         self.fix = fix

@@ -1,3 +1,5 @@
+import pickle
+
 import pytest
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass, did_you_mean
@@ -13,6 +15,15 @@ def test_an_error_says_what_why_and_how_to_mend_it() -> None:
         "failure": "platform",
     }
     assert error.exit_code is ExitCode.USAGE
+
+
+def test_an_error_of_another_process_says_the_same_here() -> None:
+    error = BenchbotError("It broke.", "A part is missing.", "Put it back.", failure=FailureClass.AGENT, ends_run=True)
+
+    again = pickle.loads(pickle.dumps(error))
+
+    assert str(again) == str(error)
+    assert (again.as_dict(), again.exit_code) == (error.as_dict(), error.exit_code)
 
 
 def test_exit_codes_are_a_contract() -> None:
