@@ -113,3 +113,15 @@ def test_of_several_goals_the_nearest_by_the_way_counts() -> None:
     assert way is not None
     np.testing.assert_allclose(way, [(-1.0, -1.0), (-1.0, 1.5)], atol=1e-9)
     assert DOOR.towards(np.zeros_like(goals))((-1.0, -1.0)) is None
+
+
+def test_distances_from_everywhere_are_those_around_the_post_and_of_the_nearest_free_place_in_it() -> None:
+    goal = (1.5, 0.2)
+    distances_m = POST.distances_m(goal)
+
+    for start in [(-1.5, 0.3), (-0.9, -1.2), (1.2, 1.0)]:
+        i, j = np.rint((np.array(start) - POST.plan.origin_xy) / POST.plan.resolution_m).astype(int)
+        here = tuple(POST.plan.points(np.array([[i, j]]))[0].tolist())
+        wanted_m = around_m(here, goal, 0.7)
+        assert wanted_m - 1e-6 <= distances_m[i, j] <= 1.02 * wanted_m + POST.plan.resolution_m
+    assert np.isfinite(distances_m).all()

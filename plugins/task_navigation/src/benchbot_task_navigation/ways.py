@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
+from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
 from benchbot_task_navigation.floor_plan import Floats, FloorPlan, Mask, Point
@@ -52,6 +52,16 @@ class Ways:
             return None if found is None else self._taut(found)
 
         return way
+
+    def distances_m(self, goal: Point) -> Floats:
+        """Return how long the way from each node to a place is; from a node that is not free, of the nearest free."""
+        found = np.full(self.free.shape, np.inf)
+        if len(near := self._nearest(goal)):
+            away_m = csgraph.dijkstra(self._graph, directed=False, indices=near[0])
+            found[self.free] = away_m + math.dist(self._places[near[0]], goal)
+        onto = ndimage.distance_transform_edt(~np.isfinite(found), return_distances=False, return_indices=True)
+        filled: Floats = found[tuple(onto)]
+        return filled
 
     def reachable(self, start: Point) -> Mask:
         """Return the nodes that can be reached from a place."""
