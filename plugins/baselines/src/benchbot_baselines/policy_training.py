@@ -22,11 +22,10 @@ from gymnasium.vector import AutoresetMode
 from torch import Tensor, distributed, multiprocessing, nn
 from torch.nn import functional
 
-import benchbot.gymnasium  # noqa: F401  registers the environments
 from benchbot.cli.kit import console
+from benchbot.gymnasium import Move  # importing it registers the environments, too
 from benchbot.mapping import rotation_matrix
 from benchbot.plugin import BenchbotError, write_atomically
-from benchbot.plugins.gymnasium.commands import Move
 from benchbot_baselines import navigation
 from benchbot_baselines.navigation import BEAMS, CELLS, COLUMNS, FELT_M, FORWARD_M, POINTS, ROWS, TURN_DEG
 from benchbot_baselines.practice import Course, courses
