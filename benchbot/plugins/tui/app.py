@@ -2,7 +2,7 @@
 
 import threading
 from ast import literal_eval
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -15,8 +15,11 @@ from textual.dom import DOMNode
 from textual.screen import Screen
 from textual.theme import Theme
 
+from benchbot.cli.app import EVERYDAY
 from benchbot.cli.kit import console
+from benchbot.core import plugin_manager
 from benchbot.core.errors import BenchbotError, ExitCode
+from benchbot.core.light_records import Command
 from benchbot.plugins.tui import registered_screens
 from benchbot.plugins.tui.base import THREAD_NAME, BaseApp
 from benchbot.plugins.tui.dialogs import HelpScreen
@@ -91,6 +94,7 @@ class BenchbotApp(BaseApp):
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         self._registered: Mapping[str, Registered] = {}
+        self._commands: Sequence[Command] = ()
         self._all_read = False
         self._screen_keys: dict[str, Binding] = {}
         self._opened = WeakKeyDictionary[Screen[Any], Registered]()
@@ -170,7 +174,7 @@ class BenchbotApp(BaseApp):
     def forget_catalog(self) -> None:
         """Read what is installed anew, screens among it."""
         super().forget_catalog()
-        self.in_thread(registered_screens.installed, self._offer)
+        self.in_thread(self._installed, self._offer)
 
     def _open_late(self, name: str, found: Mapping[str, Registered]) -> None:
         self._offer(found)
@@ -215,6 +219,9 @@ class BenchbotApp(BaseApp):
             SystemCommand("Quit", "What runs goes on", self.action_quit),
         ):
             found.setdefault(command.title, command)
+        for record in self._commands:
+            title = f"benchbot {record.name}"
+            found[title] = SystemCommand(title, record.help, partial(self._open_command, record))
         yield from found.values()
 
     def action_command_palette(self) -> None:
@@ -227,7 +234,20 @@ class BenchbotApp(BaseApp):
     def _read_screens(self, then: Callable[[], None] = lambda: None) -> None:
         """Read in a thread which screens there are, those of other distributions among them."""
         self._all_read = True
-        self.in_thread(registered_screens.installed, self._offer, then)
+        self.in_thread(self._installed, self._offer, then)
+
+    def _installed(self) -> Mapping[str, Registered]:
+        """Return the screens of all plug-ins; their commands are known then, too."""
+        found = registered_screens.installed()
+        brought = plugin_manager.load().pool("commands").values()
+        records = [*EVERYDAY, *(provided.value for provided in brought)]
+        self._commands = sorted((each for each in records if each.name != "tui"), key=lambda each: each.name)
+        return found
+
+    def _open_command(self, record: Command) -> None:
+        from benchbot.plugins.tui.any_command import AnyCommandScreen
+
+        self.push_screen(AnyCommandScreen(record))
 
     def action_new_run(self) -> None:
         """Choose a new run."""
