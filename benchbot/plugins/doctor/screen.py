@@ -13,7 +13,7 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.findings import Level
 from benchbot.plugins.screens.child_command import Outcome
-from benchbot.plugins.screens.command_screen import CommandScreen
+from benchbot.plugins.screens.command_screen import CommandLine, CommandScreen
 from benchbot.plugins.screens.widgets import ChoiceField, Facts, Table
 
 MACHINE, WARM = "", "\0warm"
@@ -59,9 +59,10 @@ class DoctorScreen(CommandScreen):
 
     def on_select_changed(self) -> None:
         """Look at what is chosen."""
-        before = self._words
+        line = self.query_one(CommandLine)
+        before = line.words
         self.show_words()
-        if self._words != before and not self.is_busy:
+        if line.words != before and not self.is_busy:
             self.action_look()
 
     def action_look(self) -> None:

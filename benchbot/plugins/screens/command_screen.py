@@ -1,5 +1,6 @@
 """A screen that does with a form what a command does with words: it runs that command, and shows it, to be copied."""
 
+import os
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar
@@ -70,6 +71,38 @@ class Services(App[None]):
         raise NotImplementedError
 
 
+class CommandLine(Static):
+    """The command line that does what a form says, to be copied: the words that it was told last."""
+
+    DEFAULT_CSS = "CommandLine { height: auto; max-height: 3; padding: 0 1; background: $boost; color: $text-muted; }"
+
+    def __init__(self) -> None:
+        super().__init__(id="words", markup=False)
+        self.words: list[str] = []
+
+    def tell(self, make: Callable[[], Sequence[str]]) -> None:
+        """Show the words that are made, or why there are none; files below the working folder are shown from there."""
+        try:
+            self.words = list(make())
+        except BenchbotError as error:
+            self.words = []
+            self.update(Text(error.title, "dim"))
+        else:
+            here = f"{Path.cwd()}{os.sep}"
+            self.update(Text(f"$ {as_typed([word.replace(here, '') for word in self.words])}"))
+
+    def copy(self) -> None:
+        """Copy the command line, as far as the terminal lets programs do that."""
+        if self.words:
+            self.app.copy_to_clipboard(as_typed(self.words))
+            self.notify("Copied.", timeout=2)
+        else:
+            self.notify("There is no command yet.")
+
+
+COPY = Binding("ctrl+y", "copy", "Copy command", tooltip="Copy the command line that does the same")
+
+
 class CommandScreen(Screen[None]):
     """The base of such screens. A subclass composes its `body`, says the command's `words`, and calls `run`.
 
@@ -80,7 +113,6 @@ class CommandScreen(Screen[None]):
     DEFAULT_CSS = """
     CommandScreen > .bar { height: 1; background: $primary; color: $text; padding: 0 1; text-style: bold; }
     CommandScreen > #said { height: auto; max-height: 8; padding: 0 1; }
-    CommandScreen > #words { height: auto; max-height: 3; padding: 0 1; background: $boost; color: $text-muted; }
     CommandScreen > FormField { padding: 0 1; }
     CommandScreen .pane { height: 1fr; }
     CommandScreen .form { height: 1fr; padding: 0 1; scrollbar-size-vertical: 1; }
@@ -89,7 +121,7 @@ class CommandScreen(Screen[None]):
     """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "leave", "Back", tooltip="Back; while something is under way, it asks whether to end that"),
-        Binding("ctrl+y", "copy", "Copy command", tooltip="Copy the command line that does the same"),
+        COPY,
     ]
     HEADING = ""
     """The title of the screen."""
@@ -100,7 +132,6 @@ class CommandScreen(Screen[None]):
         self._child: ChildCommand | None = None
         self._only_looks = False
         self._doing = ""
-        self._words: list[str] = []
         self.log_lines: list[str] = []
         """The lines that the last command said on stderr so far."""
 
@@ -109,7 +140,7 @@ class CommandScreen(Screen[None]):
         yield Static(self.HEADING, classes="bar", id="title", markup=False)
         yield from self.body()
         yield Static(id="said", markup=False)
-        yield Static(id="words", markup=False)
+        yield CommandLine()
         yield Footer()
 
     def body(self) -> ComposeResult:
@@ -132,13 +163,7 @@ class CommandScreen(Screen[None]):
 
     def show_words(self) -> None:
         """Show the command line as it is now."""
-        try:
-            self._words = self.words()
-        except BenchbotError as error:
-            self._words = []
-            self.query_one("#words", Static).update(Text(error.title, "dim"))
-        else:
-            self.query_one("#words", Static).update(Text(f"$ {as_typed(self._words)}"))
+        self.query_one(CommandLine).tell(self.words)
 
     def on_input_changed(self) -> None:
         """Show the command as it is now."""
@@ -229,11 +254,7 @@ class CommandScreen(Screen[None]):
 
     def action_copy(self) -> None:
         """Copy the command line, as far as the terminal lets programs do that."""
-        if self._words:
-            self.app.copy_to_clipboard(as_typed(self._words))
-            self.notify("Copied.", timeout=2)
-        else:
-            self.notify("There is no command yet.")
+        self.query_one(CommandLine).copy()
 
     def action_leave(self) -> None:
         """Leave the screen; ask first when something is under way."""

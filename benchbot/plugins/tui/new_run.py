@@ -1,6 +1,7 @@
 """The screen that starts a run: choose the task, the robot, the environment, then seed, limits and a solution."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -15,6 +16,7 @@ from textual.widgets.option_list import Option
 
 from benchbot.core.declarations.catalog import Declaration
 from benchbot.core.errors import BenchbotError
+from benchbot.plugins.screens.command_screen import COPY, CommandLine
 from benchbot.plugins.tui.base import BaseApp
 from benchbot.plugins.tui.choices import Choice, Possibilities, facts
 from benchbot.plugins.tui.forms import RunForm, SolutionForm, offers_of, run_words, submit_words
@@ -36,6 +38,7 @@ class NewRunScreen(Screen[None]):
             for number, (step, title) in enumerate(STEPS.items(), 1)
         ),
         Binding("ctrl+s", "start", "Start", tooltip="Start what is chosen"),
+        COPY,
     ]
     app: BaseApp
 
@@ -63,6 +66,7 @@ class NewRunScreen(Screen[None]):
             with VerticalScroll(classes="details", can_focus=False):
                 yield Raster(id="picture")
                 yield Static(id="facts", markup=False)
+        yield CommandLine()
         yield Footer()
 
     def on_mount(self) -> None:
@@ -109,17 +113,31 @@ class NewRunScreen(Screen[None]):
             self.action_step("start")
             return
         try:
-            run = self.query_one(RunForm).request(*(self.chosen[step] for step in CHOSEN))
-            form = self.query_one(SolutionForm)
-            solution, more = form.options(run.environment), form.more
+            words, result = self._command()
         except BenchbotError as error:
             self.app.tell(error)
             return
         self.app.pop_screen()
+        self.app.start(words, result, watch=True)
+
+    def action_copy(self) -> None:
+        """Copy the command line."""
+        self.query_one(CommandLine).copy()
+
+    def _command(self) -> tuple[list[str], Path | None]:
+        """Return the command that starts what is chosen, and the file of its result; raises BenchbotError."""
+        run = self.query_one(RunForm).request(*(self.chosen[step] for step in CHOSEN))
+        form = self.query_one(SolutionForm)
+        solution = form.options(run.environment)
         if solution is None:
-            self.app.start([*run_words(run), *more], watch=True)
-        else:
-            self.app.start(submit_words(solution, run), solution.result, watch=True)
+            return [*run_words(run), *form.more], None
+        return submit_words(solution, run), solution.result
+
+    def _show_command(self) -> None:
+        line = self.query_one(CommandLine)
+        line.display = self.step not in CHOSEN
+        if line.display:
+            line.tell(lambda: self._command()[0])
 
     def on_button_pressed(self) -> None:
         """Start."""
@@ -132,6 +150,7 @@ class NewRunScreen(Screen[None]):
             self.action_step(step)
             return
         self.query_one(ContentSwitcher).current = f"pane-{step}"
+        self._show_command()
         if step in CHOSEN:
             self.query_one(f"#list-{step}").focus()
             self._tell(self._marked(step))
@@ -141,9 +160,15 @@ class NewRunScreen(Screen[None]):
             self._tell(self.chosen["environment"], "environment")
 
     def on_input_changed(self, event: Input.Changed) -> None:
-        """Show what fits the letters."""
+        """Show what fits the letters, or the command as it is now."""
         if event.input.has_class("filter"):
             self._show(self.step)
+        else:
+            self._show_command()
+
+    def on_select_changed(self) -> None:
+        """Show the command as it is now."""
+        self._show_command()
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         """Choose the first that fits the letters."""

@@ -1,5 +1,6 @@
 """The screens that submit a solution to a live run, and that follow a submission: its log, result and score."""
 
+from pathlib import Path
 from typing import ClassVar
 
 from textual.app import ComposeResult
@@ -9,6 +10,7 @@ from textual.screen import Screen
 from textual.widgets import Button, Footer, Static
 
 from benchbot.core.errors import BenchbotError
+from benchbot.plugins.screens.command_screen import COPY, CommandLine
 from benchbot.plugins.tui import jobs
 from benchbot.plugins.tui.base import BaseApp
 from benchbot.plugins.tui.forms import SolutionForm, offers_of, submit_words
@@ -25,6 +27,7 @@ class SubmitScreen(Screen[None]):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "app.pop_screen", "Back"),
         Binding("ctrl+s", "submit", "Submit", tooltip="Submit, and watch the run"),
+        COPY,
     ]
     app: BaseApp
 
@@ -39,6 +42,7 @@ class SubmitScreen(Screen[None]):
             yield Static(f"{self.state.task}  {self.state.robot}  seed {self.state.seed}", markup=False)
             yield SolutionForm(none=None)
             yield Button("Submit", variant="primary", id="go", compact=True)
+        yield CommandLine()
         yield Footer()
 
     def on_mount(self) -> None:
@@ -54,15 +58,35 @@ class SubmitScreen(Screen[None]):
     def action_submit(self) -> None:
         """Start the submission, which goes on without the screens, and watch the run."""
         try:
-            solution = self.query_one(SolutionForm).options(self.state.environment)
+            words, result = self._command()
         except BenchbotError as error:
             self.app.tell(error)
             return
-        if solution is None:
-            return
         self.app.pop_screen()
-        self.app.start([*submit_words(solution), f"--run={self.state.name}"], solution.result)
+        self.app.start(words, result)
         self.app.watch_run(self.state)
+
+    def on_input_changed(self) -> None:
+        """Show the command as it is now."""
+        self._show_command()
+
+    def on_select_changed(self) -> None:
+        """Show the command as it is now."""
+        self._show_command()
+
+    def action_copy(self) -> None:
+        """Copy the command line."""
+        self.query_one(CommandLine).copy()
+
+    def _command(self) -> tuple[list[str], Path]:
+        """Return the command of the submission, and the file of its result; raises BenchbotError."""
+        solution = self.query_one(SolutionForm).options(self.state.environment)
+        if solution is None:
+            raise BenchbotError("There is nothing to submit.", "No solution is chosen.", "Choose one.")
+        return [*submit_words(solution), f"--run={self.state.name}"], solution.result
+
+    def _show_command(self) -> None:
+        self.query_one(CommandLine).tell(lambda: self._command()[0])
 
 
 class JobScreen(Screen[None]):

@@ -152,6 +152,12 @@ def test_a_run_is_chosen_step_by_step_and_what_is_impossible_says_why(home: Path
         await sees(pilot, "There is nothing to submit")
         app.clear_notifications()
         await everywhere(app, pilot, "new-start")
+        screen.query_one("#command", Input).value = "python mine.py"
+        screen.query_one("#result", Input).value = "here.json"
+        await sees(pilot, "$ benchbot submit '--native=python mine.py' --results-location=here.json")
+        await pilot.press("ctrl+y")
+        assert f"--results-location={home / 'work' / 'here.json'}" in app.clipboard
+        assert app.clipboard.endswith("--task=sample:goal --robot=sample_robot --env=arena:1 --seed=7")
         assert jobs.jobs() == []
         for step in ("environment", "robot", "task"):
             await pilot.press("escape")
@@ -268,5 +274,7 @@ def test_a_submission_is_told_of_while_it_runs_and_afterwards(home: Path) -> Non
         await sees(pilot, "There is nothing to submit")
         app.clear_notifications()
         await everywhere(app, pilot, "submit")
+        app.screen.query_one("#command", Input).value = "python mine.py"
+        await sees(pilot, "$ benchbot submit '--native=python mine.py'", f"--run={ALIVE.runs[0].name}")
 
     play(app, scenario)
