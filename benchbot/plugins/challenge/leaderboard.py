@@ -61,9 +61,13 @@ class Board:
 
 @dataclass
 class Memory:
-    """The documents of the board of before, by submission and time of its score, and which of them were told apart."""
+    """The documents of the board of before, by submission and time of its score, and what was worked out of them.
+
+    `by_environment` are their scores in each place, `told_apart` says which of them were.
+    """
 
     documents: dict[tuple[str, float], Document] = field(default_factory=dict)
+    by_environment: dict[tuple[str, float], Mapping[str, float]] = field(default_factory=dict)
     told_apart: dict[tuple[tuple[str, float], tuple[str, float]], bool] = field(default_factory=dict)
 
 
@@ -112,6 +116,11 @@ def of(
                 memory.documents[row.submission, row.scored_at] = row.document
     keys = [(row.id, row.scored_at) for row in counted]
     memory.documents = {key: memory.documents[key] for key in keys}
+    memory.by_environment = {
+        key: memory.by_environment.get(key) or by_environment(document, evaluator)
+        for key, document in memory.documents.items()
+        if not phase.hidden
+    }
     groups = _groups(keys, evaluator, memory)
     standings = []
     for place, (row, key, group) in enumerate(zip(counted, keys, groups, strict=True), 1):
@@ -130,7 +139,7 @@ def of(
                 interval=None if interval is None else (interval["low"], interval["high"]),
                 entries=row.entries,
                 received_at=row.received_at,
-                by_environment={} if phase.hidden else by_environment(document, evaluator),
+                by_environment=memory.by_environment.get(key, {}),
                 pictures=pictures.shown(challenge, phase, document),
             )
         )
