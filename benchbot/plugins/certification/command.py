@@ -60,7 +60,7 @@ def certify(
             f"Installed: {', '.join(sorted(catalog.plugins.pool('simulators'))) or 'none'}.",
             "Install it: benchbot install 'benchbot[full]'",
         )
-    chosen = _robot(simulator, robot, catalog)
+    chosen = robot_to_certify(simulator, robot, catalog)
     names = [name for name in (rooms or (QUICK_ROOMS if quick else ROOMS)).split(",") if name]
     measured = measuring.measurement(names, quick=quick)
     _require_installed(measured, catalog)
@@ -117,8 +117,8 @@ def _simulator(plugin: str, catalog: "Catalog") -> str:
     )
 
 
-def _robot(simulator: str, named: str | None, catalog: "Catalog") -> "Declaration":
-    """Return the robot to certify with: the one that is named, or that with the smallest pictures."""
+def robot_to_certify(simulator: str, named: str | None, catalog: "Catalog") -> "Declaration":
+    """Return the robot to certify with: the one that is named, or that with the smallest pictures, without an arm."""
     if named is not None:
         found = catalog.get("robots", named)
         if found.data["type"] != simulator:
@@ -139,7 +139,8 @@ def _robot(simulator: str, named: str | None, catalog: "Catalog") -> "Declaratio
             "They map objects from image_depth, image_segment and poses.",
             f"Declare a robot of type '{simulator}' with these connections.",
         )
-    return min(seeing, key=lambda one: (_pixels(one), one.name))
+    # An arm stands in the picture and before the laser, and no solution moves it.
+    return min(seeing, key=lambda one: ("arm" in one.data, _pixels(one), one.name))
 
 
 def _pixels(robot: "Declaration") -> int:

@@ -11,6 +11,7 @@ from benchbot.core.motion import MotionConfig, Outcome, execute
 from benchbot.core.platform import Manipulator, Scene, Witness
 from benchbot_sim_mujoco.simulator import MujocoSimulator
 from plugins.sim_mujoco.tests.rooms import kitchen, scene, simulator
+from plugins.sim_taichi.tests.glb import Glb
 
 DOWN = [1.0, 0.0, 0.0, 0.0]
 LABELS = ["table", "cup", "tray"]
@@ -203,6 +204,23 @@ def test_objects_that_cannot_begin_there_are_explained(room: Scene, objects: lis
     with pytest.raises(BenchbotError) as caught:
         robot.load(Scene({**room.environment, "loose_objects": objects}, room.folder), 0)
     assert why in caught.value.why
+
+
+@pytest.mark.parametrize("tilt_deg", [0.0, 20.0, 90.0])
+def test_the_arm_touches_a_sheet_as_thin_as_the_screen_of_a_laptop(tilt_deg: float, tmp_path: Path) -> None:
+    glb = Glb()
+    grey = glb.material()
+    glb.box("floor", (-3, -3, -0.1), (3, 3, 0.0), grey)
+    tilt_rad = np.radians(tilt_deg)
+    along, up = np.array([np.sin(tilt_rad), 0, np.cos(tilt_rad)]), np.array([0, 1, 0])
+    corners = [[0.7, 0, 0.9] + a * 0.3 * along + b * 0.3 * up for a, b in [(-1, -1), (-1, 1), (1, 1), (1, -1)]]
+    glb.add("screen", np.array(corners), np.array([[0, 1, 2], [0, 2, 3]]), grey, class_name="tray")
+    room = scene(glb.write(tmp_path / "screen.glb"), object_labels=LABELS)
+    robot = manipulator(room, ())
+
+    ended = act(robot, "move_end_effector", pose=[0.75, 0.0, 0.9, *DOWN])
+
+    assert ended in (Outcome.BLOCKED, Outcome.COLLIDED)
 
 
 def test_a_rolling_ball_does_not_gain_speed(room: Scene) -> None:

@@ -6,6 +6,7 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.findings import Level
 from benchbot.core.plugin_manager import load
 from benchbot.plugins.certification import measuring
+from benchbot.plugins.certification.command import robot_to_certify
 
 ROOMS = ["arena:1"]
 
@@ -24,6 +25,17 @@ def test_the_reference_has_the_same_robot_in_the_same_rooms(catalog: Catalog) ->
     assert {key: value for key, value in twin.items() if key not in changed} == {
         key: value for key, value in robot.data.items() if key not in changed
     }
+
+
+def test_of_several_robots_the_one_with_the_smallest_pictures_is_certified_and_none_with_an_arm(
+    catalog: Catalog,
+) -> None:
+    chosen = robot_to_certify("sim_mujoco", None, catalog)
+    arms = [name for name, robot in catalog.pool("robots").items() if "arm" in robot.data]
+
+    assert chosen.name == "carter_lowres_mujoco"
+    assert chosen.name not in arms
+    assert arms
 
 
 def test_scores_are_kept_under_what_they_depend_on(catalog: Catalog) -> None:

@@ -118,9 +118,16 @@ def _add_parts(spec: mujoco.MjSpec, name: str, geometry: SceneGeometry, instance
         extent_m = np.ptp(vertices, axis=0)
         if np.sort(extent_m)[1] < SMALLEST_PART_M:
             continue
+        # A sheet has no hull: it is given a thickness, downwards where it lies.
         if extent_m.min() < THINNEST_PART_M:
-            # A sheet has no hull: it is given a thickness, downwards where it lies.
             vertices = np.concatenate([vertices, vertices - THINNEST_PART_M * (extent_m == extent_m.min())])
+        else:
+            axes = np.linalg.svd(vertices - vertices.mean(0), full_matrices=False)[2]
+            _, across_m, through_m = np.ptp(vertices @ axes.T, axis=0)
+            if across_m < SMALLEST_PART_M:
+                continue
+            if through_m < THINNEST_PART_M:  # it is tilted, as a laptop's screen is
+                vertices = np.concatenate([vertices, vertices - THINNEST_PART_M * axes[2] * np.sign(axes[2, 2] or 1.0)])
         mesh = spec.add_mesh(name=f"held {name} {part}", inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
         mesh.uservert = vertices.ravel().tolist()
         spec.worldbody.add_geom(
