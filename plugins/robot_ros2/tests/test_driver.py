@@ -12,8 +12,8 @@ from plugins.robot_ros2.tests.unicycle import BY_TRUTH, act, declaration, driver
 
 pytestmark = pytest.mark.usefixtures("domain")
 
-SLOW_MPS = [-0.1, 0.1]
-"""A robot that stands 5 cm short of a wall may hear of it late on a busy machine, and not touch it."""
+UNHURRIED = {"simulated": True, "motion_pace": 0.2}
+"""A robot whose time passes slowly while it moves: what it hears late on a busy machine, it hears in time."""
 
 
 def test_moves_end_where_they_should(tmp_path: Path) -> None:
@@ -50,8 +50,11 @@ def test_odometry_that_comes_late_neither_hunts_nor_overshoots(tmp_path: Path, *
 
 
 def test_a_goal_a_centimetre_away_is_settled_at_without_swinging(tmp_path: Path) -> None:
-    robot = declaration()
-    with unicycle(odometry_delay_s=0.15, twist_noise=0.002) as there, driver(robot, tmp_path) as platform:
+    robot = declaration(use_sim_time=True)
+    with (
+        unicycle(odometry_delay_s=0.15, twist_noise=0.002, **UNHURRIED) as there,
+        driver(robot, tmp_path) as platform,
+    ):
         platform.load(scene(), 0)
         goal = Pose.planar(0.012, 0.004, -0.5)
 
@@ -89,7 +92,8 @@ def test_an_observation_is_of_one_instant_after_the_call(tmp_path: Path) -> None
 @pytest.mark.parametrize("delay_s", [0.0, 0.15])
 def test_poses_are_those_of_the_picture_also_while_the_robot_moves(tmp_path: Path, delay_s: float) -> None:
     """They were those of the moment at which the observation was put together: 2 cm on at half a metre per second."""
-    with unicycle(odometry_delay_s=delay_s), driver(declaration(), tmp_path) as platform:
+    robot = declaration(use_sim_time=True)
+    with unicycle(odometry_delay_s=delay_s, **UNHURRIED), driver(robot, tmp_path) as platform:
         platform.load(scene(), 0)
         platform.observe(["image_rgb", "poses"])
         for _ in range(8):
@@ -105,8 +109,7 @@ def test_poses_are_those_of_the_picture_also_while_the_robot_moves(tmp_path: Pat
 def test_it_stops_before_what_the_laser_sees(tmp_path: Path) -> None:
     robot = declaration(use_sim_time=True)
     robot["limits"]["linear_mps"] = [-0.5, 0.5]
-    slowly = {"simulated": True, "motion_pace": 0.2}
-    with unicycle(wall_x_m=0.9, **slowly) as there, driver(robot, tmp_path) as platform:
+    with unicycle(wall_x_m=0.9, **UNHURRIED) as there, driver(robot, tmp_path) as platform:
         platform.load(scene(), 0)
 
         assert act(platform, robot, "move_distance", distance=3.0) is Outcome.BLOCKED
@@ -118,31 +121,31 @@ def test_it_stops_before_what_the_laser_sees(tmp_path: Path) -> None:
 
 
 def test_it_stops_before_what_only_the_lidar_sees(tmp_path: Path) -> None:
-    robot = declaration(safety={"obstacles": ["laser", "lidar"]})
+    robot = declaration(use_sim_time=True, safety={"obstacles": ["laser", "lidar"]})
     with pytest.raises(BenchbotError, match="cannot see what is ahead") as failure, driver(robot, tmp_path):
         pass
     assert "connections.lidar and lidar.frame" in failure.value.why
 
-    robot["limits"]["linear_mps"] = SLOW_MPS
+    robot["limits"]["linear_mps"] = [-0.5, 0.5]
     robot["lidar"] = {"frame": "lidar"}
     points = {"ros_topic": "/points", "ros_type": "sensor_msgs/msg/PointCloud2"}
     robot["connections"]["lidar"] = {"connection": "ros_to_api", **points}
-    with unicycle(lidar=True, low_wall_x_m=0.7) as there, driver(robot, tmp_path) as platform:
+    with unicycle(lidar=True, low_wall_x_m=0.7, **UNHURRIED) as there, driver(robot, tmp_path) as platform:
         platform.load(scene(), 0)
         assert act(platform, robot, "move_distance", distance=3.0) is Outcome.BLOCKED
         assert 0.3 < there.state["x"] < 0.5
         # Higher than what stands there.
         robot["footprint"] = {"radius_m": 0.2, "z_min_m": 0.6}
-    with unicycle(lidar=True, low_wall_x_m=0.7), driver(robot, tmp_path) as platform:
+    with unicycle(lidar=True, low_wall_x_m=0.7, **UNHURRIED), driver(robot, tmp_path) as platform:
         platform.load(scene(), 0)
         assert act(platform, robot, "move_distance", distance=0.8) is Outcome.REACHED
 
 
 def test_a_robot_with_an_outline_comes_nearer_than_the_disc_that_holds_it(tmp_path: Path) -> None:
-    robot = declaration()
-    robot["limits"]["linear_mps"] = SLOW_MPS
+    robot = declaration(use_sim_time=True)
+    robot["limits"]["linear_mps"] = [-0.5, 0.5]
     robot["footprint"] = {"radius_m": 0.7, "polygon": [[0.2, 0.2], [0.2, -0.2], [-0.6, -0.2], [-0.6, 0.2]]}
-    with unicycle(wall_x_m=0.7) as there, driver(robot, tmp_path) as platform:
+    with unicycle(wall_x_m=0.7, **UNHURRIED) as there, driver(robot, tmp_path) as platform:
         platform.load(scene(), 0)
         assert act(platform, robot, "move_distance", distance=3.0) is Outcome.BLOCKED
         assert 0.3 < there.state["x"] < 0.5

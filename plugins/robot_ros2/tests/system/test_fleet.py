@@ -27,6 +27,7 @@ with open(benchbot.result_filename, "w") as file:
 def cli(domain: int, cli: CommandLine, make_plugin: Callable[..., Any]) -> CommandLine:
     cli.variables["BENCHBOT_PLUGINS"] = "benchbot-robot-ros2"
     fleet = fleet_declaration()
+    fleet["limits"]["linear_mps"] = [-0.2, 0.2]
     fleet |= {"runs_in": ["real"], "fleet": {name: {"namespace": name} for name in ("r1", "r2")}}
     make_plugin("benchbot-hall", PLUGIN, plugin_files() | {"robots/unicycle.yaml": yaml.safe_dump(fleet)})
     return cli
