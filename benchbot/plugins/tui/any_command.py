@@ -29,6 +29,9 @@ class AnyCommandScreen(CommandScreen):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("ctrl+s", "start", "Run it", tooltip="Run the command as the line at the bottom says"),
+        Binding(
+            "ctrl+b", "begin", "As a job", tooltip="Run it as a job: it goes on without the screens, home lists it"
+        ),
     ]
     DEFAULT_CSS = """
     AnyCommandScreen .form { width: 50%; }
@@ -98,13 +101,24 @@ class AnyCommandScreen(CommandScreen):
 
     def action_start(self) -> None:
         """Run the command."""
+        words = self._complete()
+        if words:
+            self.query_one("#printed", Facts).update("")
+            self.run_command(words, self._ended, doing=f"benchbot {words[0]}", allowed=range(256))
+
+    def action_begin(self) -> None:
+        """Run the command as a job."""
+        words = self._complete()
+        if words:
+            self.app.start(words)
+
+    def _complete(self) -> list[str]:
+        """Return the command; empty, and said why, when something is missing of it."""
         try:
-            words = self.words()
+            return self.words()
         except BenchbotError as error:
             self.show_error(error)
-            return
-        self.query_one("#printed", Facts).update("")
-        self.run_command(words, self._ended, doing=f"benchbot {words[0]}", allowed=range(256))
+            return []
 
     def _take(self, forms: Mapping[str, Any]) -> None:
         if not self.is_attached:

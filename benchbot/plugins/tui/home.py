@@ -1,4 +1,4 @@
-"""The first screen: the runs and batches that are alive, and the submissions from here."""
+"""The first screen: the runs and batches that are alive, and the jobs from here."""
 
 import time
 from contextlib import closing
@@ -38,11 +38,11 @@ class HomeScreen(Screen[None]):
     """Lists what is alive. Enter watches it; leaving the screens does not end it."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("enter", "open", "Watch", tooltip="Watch a run or a batch, look at a submission", show=True),
+        Binding("enter", "open", "Watch", tooltip="Watch a run or a batch, look at a job", show=True),
         Binding("n", "new", "New run", tooltip="Choose a task, a robot and an environment, and start"),
         Binding("s", "submit", "Submit", tooltip="Submit a solution to the run that is marked"),
         Binding("R", "results", "Results", tooltip="Look at results, evaluate them, make reports"),
-        Binding("x", "end", "End it", tooltip="End the run or the submission that is marked"),
+        Binding("x", "end", "End it", tooltip="End the run or the job that is marked"),
         Binding("j", "app.simulate_key('down')", "Down", show=False),
         Binding("k", "app.simulate_key('up')", "Up", show=False),
         Binding("q", "app.quit", "Quit", tooltip="Quit; what runs goes on"),
@@ -129,7 +129,7 @@ class HomeScreen(Screen[None]):
             text = f"End the run of {item.environment}? A solution that is at work in it fails."
             self.app.confirm(text, "x", "end it", lambda: self._end_run(item))
         elif isinstance(item, JobStatus) and item.job.alive:
-            self.app.end_job(f"End the submission {item.job.title}?", item.job)
+            self.app.end_job(f"End {item.job.title}?", item.job)
         elif isinstance(item, BatchEntry):
             self.notify("Open the batch: there it can be cancelled.")
 
@@ -212,7 +212,7 @@ def _described(item: Item) -> tuple[str, str, dict[str, str]]:
         said = f"{item.finished} of {item.episodes}" + (f", ✗ {failed} failed" if failed else "") + score
         return f"{_sign(item, failed)} {item.folder.name}  {said}", str(item.folder.parent), facts
     job = item.job
-    facts = {"Submission": job.title, "Now": item.summary, "Result": str(job.result or ""), "Command": job.command}
+    facts = {"Job": job.title, "Now": item.summary, "Result": str(job.result or ""), "Command": job.command}
     return f"{SIGNS.get(item.state, '✗')} {job.title}", item.summary, facts
 
 

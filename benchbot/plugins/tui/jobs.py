@@ -4,7 +4,8 @@ A job has a folder, and needs no terminal:
 
 job.json       the fields of `Job`
 log.txt        its stderr; locked for as long as it lives
-outcome.json   its stdout
+outcome.json   its stdout, which of a submission is a JSON document
+code.txt       its exit code, if the process that has started it saw its end
 """
 
 import fcntl
@@ -20,6 +21,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +38,8 @@ from benchbot.wire import run_state
 from benchbot.wire.run_state import RunState
 
 KEPT_JOBS = 30
+CONFIDENTIAL = ("--token=", "--secret=", "--password=")
+"""Options whose values no screen shows."""
 QUOTED_BYTES = 20_000
 RUNNING, WELL, BADLY = "running", "well", "badly"
 
@@ -70,13 +74,14 @@ class Job:
     def title(self) -> str:
         """The solution or command, the environment and the robot."""
         options = dict(word.removeprefix("--").split("=", 1) for word in self.words if "=" in word)
-        solution = options.get("example") or options.get("native") or self.words[0]
+        command = " ".join(takewhile(lambda word: not word.startswith("-"), self.words))
+        solution = options.get("example") or options.get("native") or command
         return "  ".join(filter(None, [solution, options.get("env"), options.get("robot")]))
 
     @property
     def command(self) -> str:
-        """The command, as it can be typed."""
-        return shlex.join(["benchbot", *self.words])
+        """The command, as it can be typed; what is confidential is left out."""
+        return shlex.join(["benchbot", *map(_shown, self.words)])
 
 
 @dataclass(frozen=True)
@@ -142,13 +147,13 @@ def start(words: Sequence[str], *, result: Path | None = None) -> Job:
             exit_code=ExitCode.INTERNAL,
         ) from error
     # It is a child for as long as this process lives: `jobs` reaps it, so that it does not stay as a zombie.
-    _children.append(process)
+    _children.append((folder, process))
     return job
 
 
 def jobs() -> list[Job]:
     """Return the jobs of this user, newest first; of those that have ended, the newest ones only."""
-    _children[:] = [process for process in _children if process.poll() is None]
+    _reap()
     found = []
     for folder in sorted(_jobs_dir().iterdir(), reverse=True):
         # A folder without job.json is just being made.
@@ -170,7 +175,7 @@ def end(job: Job) -> None:
     except ProcessLookupError:
         return
     except PermissionError as error:
-        raise BenchbotError("The submission cannot be ended.", str(error), f"End its process: {job.pid}") from error
+        raise BenchbotError("The job cannot be ended.", str(error), f"End its process: {job.pid}") from error
 
 
 def run_of(job: Job) -> RunState | None:
@@ -205,7 +210,11 @@ def status_of(job: Job) -> JobStatus:
         return JobStatus(job, WELL, result_rows.headline_of(Path(outcome["scores_path"])) or "scored")
     if outcome.get("result_path"):
         return JobStatus(job, WELL, "not scored")
-    return JobStatus(job, BADLY, last_error(log_of(job)))
+    _reap()
+    log, code = log_of(job), _code_of(job)
+    if code is None and job.words[0] != "submit" and "Error: " not in log:
+        return JobStatus(job, BADLY, "ended; its log tells whether well")
+    return JobStatus(job, WELL, "ended well") if code == 0 else JobStatus(job, BADLY, last_error(log))
 
 
 def log_of(job: Job) -> str:
@@ -217,12 +226,21 @@ def log_of(job: Job) -> str:
 
 
 def outcome_of(job: Job) -> dict[str, Any]:
-    """Return the document that a submission prints at its end (`benchbot submit --json`); empty before that."""
+    """Return the document that a submission prints at its end (`benchbot submit --json`); empty of anything else."""
+    if job.words[0] != "submit":
+        return {}
     with suppress(OSError, ValueError):
         document = json.loads(job.outcome.read_text("utf-8"))
         if isinstance(document, dict):
             return document
     return {}
+
+
+def output_of(job: Job) -> str:
+    """Return the end of what a job has printed for people to read."""
+    with suppress(OSError):
+        return "" if outcome_of(job) else end_of(job.outcome, QUOTED_BYTES).strip()
+    return ""
 
 
 def last_error(log: str) -> str:
@@ -232,15 +250,41 @@ def last_error(log: str) -> str:
     return (errors or lines or ["it was ended"])[-1]
 
 
-_children: list["subprocess.Popen[bytes]"] = []
+_children: list[tuple[Path, "subprocess.Popen[bytes]"]] = []
 
 
 def _is_listed(job: Job) -> bool:
-    """Return whether to list a job: any submission; a run or batch, which has its own list, if it could not begin."""
-    if job.words[0] == "submit":
+    """Return whether to list a job: any; but a run or batch, which has its own list, if it could not begin."""
+    if job.words[0] not in ("run", "batch"):
         return True
     log = log_of(job)
     return not job.alive and ("Error: " in log if job.words[0] == "batch" else "Ready." not in log)
+
+
+def _reap() -> None:
+    """Keep the exit codes of the children that have ended."""
+    for child in list(_children):
+        folder, process = child
+        # A log is unlocked a moment before its process can be reaped.
+        if process.poll() is None and is_locked(folder / "log.txt"):
+            continue
+        # The folder may have been removed, and another thread may be at it.
+        with suppress(OSError):
+            atomic.write(folder / "code.txt", str(process.wait()).encode())
+        with suppress(ValueError):
+            _children.remove(child)
+
+
+def _code_of(job: Job) -> int | None:
+    """Return a job's exit code, None where nobody saw its end."""
+    with suppress(OSError, ValueError):
+        return int((job.folder / "code.txt").read_text())
+    return None
+
+
+def _shown(word: str) -> str:
+    option, _, value = word.partition("=")
+    return f"{option}=…" if value != "random" and f"{option}=" in CONFIDENTIAL else word
 
 
 def _jobs_dir() -> Path:

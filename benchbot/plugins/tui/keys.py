@@ -33,6 +33,7 @@ MEANINGS: Mapping[str, Meaning] = {
     "enter": Meaning("open or choose what is marked", ("Open", "Watch", "Logs", "Choose, open", "Back")),
     "tab": Meaning("the next part of the screen", ("Go to the next part of the screen",)),
     "ctrl+s": Meaning("do what the form says", ("Start", "Submit", "Compare", "Make it", "Save")),
+    "ctrl+b": Meaning("do what the form says as a job, which goes on without the screens", ("As a job",)),
     "ctrl+t": Meaning("check what the form says, starting nothing", ("Check",)),
     "ctrl+y": Meaning("copy the command line that does the same", ("Copy command",)),
     "slash": Meaning("find", ("Find",)),

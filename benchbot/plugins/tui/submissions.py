@@ -90,7 +90,7 @@ class SubmitScreen(Screen[None]):
 
 
 class JobScreen(Screen[None]):
-    """The log of a submission, as it grows."""
+    """The log of a job, as it grows, and what it has printed."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape,q", "app.pop_screen", "Back", key_display="esc"),
@@ -108,7 +108,7 @@ class JobScreen(Screen[None]):
 
     def compose(self) -> ComposeResult:
         """Lay out the title, the files and the log."""
-        yield Static("Submission", classes="bar", id="title", markup=False)
+        yield Static("Job", classes="bar", id="title", markup=False)
         yield Static(id="status", markup=False)
         with VerticalScroll(classes="text"):
             yield Static(id="log", markup=False)
@@ -146,11 +146,11 @@ class JobScreen(Screen[None]):
     def action_end(self) -> None:
         """Ask whether to end it."""
         if self.job.alive:
-            self.app.end_job("End this submission?", self.job)
+            self.app.end_job("End this job?", self.job)
 
     def _show(self) -> None:
         status = jobs.status_of(self.job)
-        text = jobs.log_of(self.job)
+        text = "\n\n".join(filter(None, [jobs.log_of(self.job), jobs.output_of(self.job)]))
         if (status, text) == self._shown:
             return
         self._shown = (status, text)

@@ -102,6 +102,23 @@ def test_the_command_line_is_what_one_would_type(
     play(BenchbotApp(look=Alive), scenario, (120, 40))
 
 
+def test_a_command_goes_on_as_a_job_that_home_lists_and_ends(home: Path) -> None:
+    async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
+        screen = await opened(app, pilot, records()["run"])
+        await pilot.press("ctrl+b")
+        await sees(pilot, "✗ --task is missing.")
+        screen = await opened(app, pilot, records()["list"])
+        await choose(pilot, screen, "robots")
+        await pilot.press("ctrl+b")
+        await sees(pilot, "Ended: list robots", "ended well")
+        await pilot.press("escape", "escape")
+        await sees(pilot, "✓ list robots", "ended well")
+        await pilot.press("enter")
+        await sees(pilot, "list robots: ended well", "sample_robot")
+
+    play(BenchbotApp(), scenario, (120, 40))
+
+
 def test_a_form_looks_as_it_is_kept(home: Path) -> None:
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
         screen = await opened(app, pilot, records()["bundle"])

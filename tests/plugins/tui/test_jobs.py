@@ -49,6 +49,27 @@ def test_what_is_started_goes_on_by_itself_and_says_what_came_of_it(home: Path) 
     assert "The back end has ended." in jobs.log_of(run)
 
 
+def test_any_command_is_a_job_which_tells_what_it_printed_and_how_it_ended(home: Path) -> None:
+    listing = jobs.start(["list", "robots"])
+    failing = jobs.start(["show", "robot", "nobody", "--token=abc"])
+    killed = jobs.start(["tui", "--display=plain", "--batch=nowhere"])
+    jobs.end(killed)
+    for job in (listing, failing, killed):
+        ended(job)
+
+    said = {each.job.folder: (each.state, each.summary) for each in jobs.look().jobs}
+
+    assert said[listing.folder] == (jobs.WELL, "ended well")
+    assert "sample_robot" in jobs.output_of(listing)
+    assert said[failing.folder][0] == said[killed.folder][0] == jobs.BADLY
+    assert (listing.title, failing.title) == ("list robots", "show robot nobody")
+    assert failing.command == "benchbot show robot nobody '--token=…'"
+
+    # As after an app that was closed before the end.
+    (listing.folder / "code.txt").unlink()
+    assert jobs.status_of(listing).summary == "ended; its log tells whether well"
+
+
 def test_a_job_that_was_killed_is_told_as_such_and_old_ones_go(home: Path) -> None:
     killed = jobs.start(["submit", "--native=sleep 1000", *SELECTION])
     os.kill(killed.pid, signal.SIGKILL)
