@@ -19,7 +19,7 @@ OPTIONAL: dict[str, dict[str, str]] = {
         "stable_baselines3": "whoever trains with it has it; without it, an error says how to install it",
         "torch": "who asks for its tensors has the build for their GPU; without it, an error says so",
     },
-    "benchbot-baselines": {"torch": "only who trains comes there; the extra `train` brings it"},
+    "benchbot-baselines": {"torch": "only who trains needs it; without it, an error says how to install it"},
     "benchbot-replay": {
         "benchbot_robot_ros2": "without it, an error says that bags need it",
         "rclpy": "benchbot_robot_ros2 brings it",

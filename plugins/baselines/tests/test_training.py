@@ -1,6 +1,8 @@
 """Training for a few seconds, on pictures drawn by hand of a wall with a red chair before it."""
 
 import csv
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -59,3 +61,19 @@ def test_features_of_a_batch_are_those_that_the_mapper_works_out() -> None:
 
     given = (torch.from_numpy(each) for each in (rgb.astype(np.float32), points, depth_m))
     np.testing.assert_allclose(device_features(*given)[0].numpy(), features(rgb[0], points[0], depth_m[0]), atol=0.51)
+
+
+@pytest.mark.parametrize("lacking", ["torch", "onnx"])
+@pytest.mark.parametrize("module", ["training", "policy_training"])
+def test_what_training_needs_and_does_not_find_is_told_before_it_begins(module: str, lacking: str) -> None:
+    # An import of what is None there fails as that of a package that is not installed.
+    program = (
+        f"import runpy, sys; sys.modules['{lacking}'] = None; "
+        f"runpy.run_module('benchbot_baselines.{module}', run_name='__main__')"
+    )
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+
+    assert (ended.returncode, ended.stdout) == (1, "")
+    assert f"needs the package {lacking}, which is not installed" in ended.stderr
+    assert "pip install 'benchbot-baselines[train]'" in ended.stderr
+    assert "Traceback" not in ended.stderr

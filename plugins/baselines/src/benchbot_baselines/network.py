@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchbot.mapping import CLASS_LIST
+from benchbot.plugin import BenchbotError
 from benchbot_baselines.features import CHANNELS
 
 WIDTHS = (24, 48, 72, 92)
@@ -89,6 +90,15 @@ def random_weights(seed: int) -> Weights:
             kernel = (random.standard_normal(shape) * spread).astype(np.float32)
             found[each.name] = kernel, np.zeros(each.channels_out, np.float32)
     return found
+
+
+def lacks(missing: ModuleNotFoundError) -> BenchbotError:
+    """Return the error for a package that training needs and that is not installed."""
+    return BenchbotError(
+        "Networks cannot be trained here.",
+        f"That needs the package {missing.name}, which is not installed.",
+        "Install what training needs: pip install 'benchbot-baselines[train]'",
+    )
 
 
 def to_onnx(weights: Weights) -> bytes:

@@ -15,20 +15,32 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import gymnasium
 import numpy as np
-import torch
-from gymnasium.vector import AutoresetMode
-from torch import Tensor, distributed, multiprocessing, nn
-from torch.nn import functional
 
 from benchbot.cli.kit import console
-from benchbot.gymnasium import Move  # importing it registers the environments, too
 from benchbot.mapping import rotation_matrix
 from benchbot.plugin import BenchbotError, write_atomically
 from benchbot_baselines import navigation
 from benchbot_baselines.navigation import BEAMS, CELLS, COLUMNS, FELT_M, FORWARD_M, POINTS, ROWS, TURN_DEG
+from benchbot_baselines.network import lacks
 from benchbot_baselines.practice import Course, courses
+
+try:
+    import gymnasium
+    import onnx
+    import onnxruntime
+    import torch
+    from gymnasium.vector import AutoresetMode
+    from onnx import TensorProto, helper, numpy_helper
+    from torch import Tensor, distributed, multiprocessing, nn
+    from torch.nn import functional
+
+    from benchbot.gymnasium import Move  # importing it registers the environments, too
+except ModuleNotFoundError as missing:
+    if __name__ != "__main__":
+        raise
+    console.error(lacks(missing))
+    raise SystemExit(1) from None
 
 CELL_M = 0.1
 CROP = 48
@@ -399,10 +411,6 @@ def _work(rank: int, processes: int, port: int, places: Path, output: Path, opti
 
 def to_onnx(network: Network, path: Path) -> None:
     """Write the policy as an ONNX file, weights in half precision, and hold it to the network."""
-    import onnx
-    import onnxruntime
-    from onnx import TensorProto, helper, numpy_helper
-
     exported = Exported(network).to("cpu").eval()
     random = torch.Generator().manual_seed(0)
     given = {

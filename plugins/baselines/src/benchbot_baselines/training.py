@@ -13,18 +13,27 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
-from torch import Tensor, nn
-from torch.nn import functional
 
 from benchbot.cli.kit import console
 from benchbot.mapping import CLASS_LIST
 from benchbot.plugin import BenchbotError, write_atomically
 from benchbot_baselines.collecting import Shots, place_file, read_shots
 from benchbot_baselines.features import NEAREST_M, STRIDE, TALLEST_M, levelled
-from benchbot_baselines.network import Add, Conv, Weights, program, to_onnx
+from benchbot_baselines.network import Add, Conv, Weights, lacks, program, to_onnx
 from benchbot_baselines.seeds import HELD_OUT_OF, seeds_of
+
+try:
+    import onnx  # noqa: F401 - it is needed at the end: its lack is to be told at the start
+    import onnxruntime
+    import torch
+    from torch import Tensor, nn
+    from torch.nn import functional
+except ModuleNotFoundError as missing:
+    if __name__ != "__main__":
+        raise
+    console.error(lacks(missing))
+    raise SystemExit(1) from None
 
 READERS = 8
 CURVE_ROWS = 12
@@ -279,8 +288,6 @@ def train(folder: Path, output: Path, options: Options, device: str) -> dict[str
 
 def check(network: Network, path: Path, pictures: Pictures) -> None:
     """Raise BenchbotError unless the ONNX file answers as the network does, but for half precision."""
-    import onnxruntime
-
     features, _ = batch_of(pictures, torch.zeros(1, dtype=torch.int64, device=pictures.rgb.device), None)
     pixels = ((features + 1) * 127.5).round().to(torch.uint8)
     network.eval()
