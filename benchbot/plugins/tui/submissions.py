@@ -141,7 +141,7 @@ class JobScreen(Screen[None]):
             self.notify("It has not ended yet.")
         else:
             self.app.pop_screen()
-            self.app.start(list(self.job.words), self.job.result, watch=True)
+            self.app.start(list(self.job.words), self.job.result, watch=self.job.words[0] in ("submit", "run"))
 
     def action_end(self) -> None:
         """Ask whether to end it."""

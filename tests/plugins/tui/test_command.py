@@ -25,6 +25,7 @@ def test_what_is_alive_is_told_in_lines_and_as_json_and_wrong_words_are_explaine
     nothing = tui()
     assert (nothing.returncode, nothing.stdout) == (0, "")
     assert "No run and no batch" in nothing.stderr
+    jobs.start(["show", "robot", "nobody"])
     job = jobs.start(["run", *SELECTION, "--port=0"])
     state = jobs.wait_for_run(job, PATIENCE_S, 0.05)
     assert state is not None
@@ -35,6 +36,8 @@ def test_what_is_alive_is_told_in_lines_and_as_json_and_wrong_words_are_explaine
         lines, document = (tui(*shlex.split(command)[2:]) for command in typed)
         assert "sample:passive, sample_robot, arena:1, seed 0" in lines.stdout
         assert "\x1b" not in lines.stdout + lines.stderr
+        assert "job show robot nobody: 'nobody' is not a known robot." in lines.stdout
+        assert [each["command"] for each in json.loads(document.stdout)["jobs"]] == ["benchbot show robot nobody"]
         found = json.loads(document.stdout)["runs"]
         assert [(run["environment"], run["pid"]) for run in found] == [("arena:1", job.pid)]
         wrong = tui("--run", "no-such-run")
