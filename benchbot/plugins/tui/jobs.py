@@ -41,6 +41,7 @@ KEPT_JOBS = 30
 CONFIDENTIAL = ("--token=", "--secret=", "--password=")
 """Options whose values no screen shows."""
 QUOTED_BYTES = 20_000
+INTERRUPTED = (-signal.SIGINT, 128 + signal.SIGINT)
 RUNNING, WELL, BADLY = "running", "well", "badly"
 
 
@@ -214,6 +215,8 @@ def status_of(job: Job) -> JobStatus:
     log, code = log_of(job), _code_of(job)
     if code is None and job.words[0] != "submit" and "Error: " not in log:
         return JobStatus(job, BADLY, "ended; its log tells whether well")
+    if code in INTERRUPTED and "Error: " not in log:
+        return JobStatus(job, BADLY, "it was ended")
     return JobStatus(job, WELL, "ended well") if code == 0 else JobStatus(job, BADLY, last_error(log))
 
 

@@ -119,6 +119,25 @@ def test_a_command_goes_on_as_a_job_that_home_lists_and_ends(home: Path) -> None
     play(BenchbotApp(), scenario, (120, 40))
 
 
+def test_a_server_tells_its_address_as_a_job_and_is_ended(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("BENCHBOT_PLUGINS")
+
+    async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
+        screen = await opened(app, pilot, records()["view"])
+        fill(screen, "--port", "0")
+        fill(screen, "--browser", "--no-browser")
+        await pilot.press("ctrl+b", "escape")
+        await sees(pilot, "view", "running")
+        await pilot.press("enter")
+        await sees(pilot, "view: running", "http://127.0.0.1:")
+        await pilot.press("x")
+        await sees(pilot, "End this job?")
+        await pilot.press("x")
+        await sees(pilot, "view: it was ended")
+
+    play(BenchbotApp(), scenario, (120, 40))
+
+
 def test_a_form_looks_as_it_is_kept(home: Path) -> None:
     async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
         screen = await opened(app, pilot, records()["bundle"])
