@@ -25,11 +25,12 @@ def test_what_is_alive_is_told_in_lines_and_as_json_and_wrong_words_are_explaine
     nothing = tui()
     assert (nothing.returncode, nothing.stdout) == (0, "")
     assert "No run and no batch" in nothing.stderr
-    jobs.start(["show", "robot", "nobody"])
+    unknown = jobs.start(["show", "robot", "nobody"])
     job = jobs.start(["run", *SELECTION, "--port=0"])
     state = jobs.wait_for_run(job, PATIENCE_S, 0.05)
     assert state is not None
     try:
+        assert jobs.wait_for_run(unknown, PATIENCE_S, 0.05) is None, "it ends"
         # As docs/tui.md says it.
         page = (ROOT / "docs" / "tui.md").read_text("utf-8")
         typed = [command for command in commands(page) if "--display" in command]
