@@ -3,11 +3,14 @@
 An encoder of four levels and a decoder that adds them up; depthwise convolutions keep it below 250,000 weights.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchbot.cli.kit import console
 from benchbot.mapping import CLASS_LIST
 from benchbot.plugin import BenchbotError
 from benchbot_baselines.features import CHANNELS
@@ -92,13 +95,21 @@ def random_weights(seed: int) -> Weights:
     return found
 
 
-def lacks(missing: ModuleNotFoundError) -> BenchbotError:
-    """Return the error for a package that training needs and that is not installed."""
-    return BenchbotError(
-        "Networks cannot be trained here.",
-        f"That needs the package {missing.name}, which is not installed.",
-        "Install what training needs: pip install 'benchbot-baselines[train]'",
-    )
+@contextmanager
+def told_if_missing(module: str) -> Iterator[None]:
+    """Tell of a package that training imports within and that is not installed, and exit; in the main module only."""
+    try:
+        yield
+    except ModuleNotFoundError as missing:
+        if module != "__main__":
+            raise
+        error = BenchbotError(
+            "Networks cannot be trained here.",
+            f"That needs the package {missing.name}, which is not installed.",
+            "Install what training needs: pip install 'benchbot-baselines[train]'",
+        )
+        console.error(error)
+        raise SystemExit(1) from None
 
 
 def to_onnx(weights: Weights) -> bytes:

@@ -22,10 +22,10 @@ from benchbot.mapping import rotation_matrix
 from benchbot.plugin import BenchbotError, write_atomically
 from benchbot_baselines import navigation
 from benchbot_baselines.navigation import BEAMS, CELLS, COLUMNS, FELT_M, FORWARD_M, POINTS, ROWS, TURN_DEG
-from benchbot_baselines.network import lacks
+from benchbot_baselines.network import told_if_missing
 from benchbot_baselines.practice import Course, courses
 
-try:
+with told_if_missing(__name__):
     import gymnasium
     import onnx
     import onnxruntime
@@ -36,11 +36,6 @@ try:
     from torch.nn import functional
 
     from benchbot.gymnasium import Move  # importing it registers the environments, too
-except ModuleNotFoundError as missing:
-    if __name__ != "__main__":
-        raise
-    console.error(lacks(missing))
-    raise SystemExit(1) from None
 
 CELL_M = 0.1
 CROP = 48

@@ -20,20 +20,15 @@ from benchbot.mapping import CLASS_LIST
 from benchbot.plugin import BenchbotError, write_atomically
 from benchbot_baselines.collecting import Shots, place_file, read_shots
 from benchbot_baselines.features import NEAREST_M, STRIDE, TALLEST_M, levelled
-from benchbot_baselines.network import Add, Conv, Weights, lacks, program, to_onnx
+from benchbot_baselines.network import Add, Conv, Weights, program, to_onnx, told_if_missing
 from benchbot_baselines.seeds import HELD_OUT_OF, seeds_of
 
-try:
+with told_if_missing(__name__):
     import onnx  # noqa: F401 - it is needed at the end: its lack is to be told at the start
     import onnxruntime
     import torch
     from torch import Tensor, nn
     from torch.nn import functional
-except ModuleNotFoundError as missing:
-    if __name__ != "__main__":
-        raise
-    console.error(lacks(missing))
-    raise SystemExit(1) from None
 
 READERS = 8
 CURVE_ROWS = 12
