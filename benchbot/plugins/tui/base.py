@@ -235,7 +235,7 @@ class BaseApp(Services):
         """Start a run once more: the submission from here that it was of, or the run alone."""
         for each in self.alive.jobs:
             words = each.job.words
-            if words[0] == "submit" and f"--env={state.environment}" in words and f"--seed={state.seed}" in words:
+            if each.job.is_submission and f"--env={state.environment}" in words and f"--seed={state.seed}" in words:
                 self.start(list(words), each.job.result, watch=True)
                 return
         from benchbot.plugins.tui.forms import run_words

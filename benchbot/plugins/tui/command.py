@@ -156,7 +156,7 @@ def _print(now: "Alive", *, as_json: bool) -> None:
         failed = "".join(f", {count} failed ({name})" for name, count in entry.failures.items())
         console.data(f"batch {entry.folder}: {entry.finished} of {entry.episodes} episodes{failed}, {activity}")
     for each in now.jobs:
-        kind = "submission" if each.job.words[0] == "submit" else "job"
+        kind = "submission" if each.job.is_submission else "job"
         console.data(f"{kind} {each.job.title}: {each.summary}")
     if not (now.runs or now.batches or now.jobs):
         console.note("No run and no batch of yours is alive on this machine.")
@@ -185,11 +185,11 @@ def _as_dict(now: "Alive") -> dict[str, Any]:
                 "command": each.job.command,
             }
             for each in now.jobs
-            if each.job.words[0] == "submit"
+            if each.job.is_submission
         ],
         "jobs": [
             {"state": each.state, "said": each.summary, "command": each.job.command}
             for each in now.jobs
-            if each.job.words[0] != "submit"
+            if not each.job.is_submission
         ],
     }

@@ -12,7 +12,6 @@ import fcntl
 import json
 import os
 import secrets
-import shlex
 import shutil
 import signal
 import subprocess
@@ -30,6 +29,7 @@ import msgspec
 from benchbot.core import atomic, resources
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.emergency_stop import is_locked
+from benchbot.plugins.screens.child_command import as_typed
 from benchbot.plugins.tui import result_rows
 from benchbot.plugins.watching.batch_list import BatchList
 from benchbot.plugins.watching.logs import end_of
@@ -38,10 +38,11 @@ from benchbot.wire import run_state
 from benchbot.wire.run_state import RunState
 
 KEPT_JOBS = 30
-CONFIDENTIAL = ("--token=", "--secret=", "--password=")
+CONFIDENTIAL = ("--token", "--secret", "--password")
 """Options whose values no screen shows."""
 QUOTED_BYTES = 20_000
-INTERRUPTED = (-signal.SIGINT, 128 + signal.SIGINT)
+INTERRUPTED = (-signal.SIGINT, ExitCode.INTERRUPTED)
+REAPING_S = 1.0
 RUNNING, WELL, BADLY = "running", "well", "badly"
 
 
@@ -55,6 +56,11 @@ class Job:
     started_s: float
     result: Path | None
     """The file of its result, of a submission."""
+
+    @property
+    def is_submission(self) -> bool:
+        """Whether it submits a solution."""
+        return self.words[0] == "submit"
 
     @property
     def log(self) -> Path:
@@ -82,7 +88,7 @@ class Job:
     @property
     def command(self) -> str:
         """The command, as it can be typed; what is confidential is left out."""
-        return shlex.join(["benchbot", *map(_shown, self.words)])
+        return as_typed([_shown(word) for word in self.words])
 
 
 @dataclass(frozen=True)
@@ -211,13 +217,15 @@ def status_of(job: Job) -> JobStatus:
         return JobStatus(job, WELL, result_rows.headline_of(Path(outcome["scores_path"])) or "scored")
     if outcome.get("result_path"):
         return JobStatus(job, WELL, "not scored")
-    _reap()
-    log, code = log_of(job), _code_of(job)
-    if code is None and job.words[0] != "submit" and "Error: " not in log:
-        return JobStatus(job, BADLY, "ended; its log tells whether well")
-    if code in INTERRUPTED and "Error: " not in log:
+    code = _code_of(job)
+    if code == 0:
+        return JobStatus(job, WELL, "ended well")
+    log = log_of(job)
+    if "Error: " not in log and code in INTERRUPTED:
         return JobStatus(job, BADLY, "it was ended")
-    return JobStatus(job, WELL, "ended well") if code == 0 else JobStatus(job, BADLY, last_error(log))
+    if "Error: " not in log and code is None and not job.is_submission:
+        return JobStatus(job, BADLY, "ended; its log tells whether well")
+    return JobStatus(job, BADLY, last_error(log))
 
 
 def log_of(job: Job) -> str:
@@ -230,7 +238,7 @@ def log_of(job: Job) -> str:
 
 def outcome_of(job: Job) -> dict[str, Any]:
     """Return the document that a submission prints at its end (`benchbot submit --json`); empty of anything else."""
-    if job.words[0] != "submit":
+    if not job.is_submission:
         return {}
     with suppress(OSError, ValueError):
         document = json.loads(job.outcome.read_text("utf-8"))
@@ -268,18 +276,21 @@ def _reap() -> None:
     """Keep the exit codes of the children that have ended."""
     for child in list(_children):
         folder, process = child
-        # A log is unlocked a moment before its process can be reaped.
-        if process.poll() is None and is_locked(folder / "log.txt"):
+        try:
+            # A log is unlocked a moment before its process can be reaped.
+            code = process.wait(0 if is_locked(folder / "log.txt") else REAPING_S)
+        except subprocess.TimeoutExpired:
             continue
         # The folder may have been removed, and another thread may be at it.
         with suppress(OSError):
-            atomic.write(folder / "code.txt", str(process.wait()).encode())
+            atomic.write(folder / "code.txt", str(code).encode())
         with suppress(ValueError):
             _children.remove(child)
 
 
 def _code_of(job: Job) -> int | None:
-    """Return a job's exit code, None where nobody saw its end."""
+    """Return the exit code of a job that has ended, None where nobody saw its end."""
+    _reap()
     with suppress(OSError, ValueError):
         return int((job.folder / "code.txt").read_text())
     return None
@@ -287,7 +298,7 @@ def _code_of(job: Job) -> int | None:
 
 def _shown(word: str) -> str:
     option, _, value = word.partition("=")
-    return f"{option}=…" if value != "random" and f"{option}=" in CONFIDENTIAL else word
+    return f"{option}=…" if option in CONFIDENTIAL and value not in ("", "random") else word
 
 
 def _jobs_dir() -> Path:

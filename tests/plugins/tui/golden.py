@@ -25,7 +25,7 @@ from textual.app import App
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 REWRITE = "BENCHBOT_REWRITE_SNAPSHOTS"
 TEXT = [{"id": lzma.FILTER_LZMA2, "preset": 9 | lzma.PRESET_EXTREME, "lc": 0, "pb": 0}]
-"""How text is compressed best: no byte's place among four matters."""
+"""What stores these screens in the fewest bytes."""
 
 Cells = list[list[tuple[str, str]]]
 """The lines of a screen: texts, each with its style in the words of Rich."""
