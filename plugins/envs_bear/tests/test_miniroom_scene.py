@@ -64,15 +64,17 @@ def test_it_stays_within_its_budget(nodes: dict[str, Node], scene_path: Path) ->
 def test_nothing_floats(nodes: dict[str, Node]) -> None:
     """Under the lowest points of each object, or under the sink's rim, another surface is within a centimetre."""
     standing = [node for name, node in nodes.items() if name not in SHELL and not node.tag.get("mounted")]
-    owner = np.repeat(np.array(list(nodes)), [len(node.triangles) for node in nodes.values()])
-    everything = _surface(nodes.values()).ray
     floating = []
     for node in standing:
         lowest = node.vertices[node.vertices[:, 2] < node.low[2] + 0.002]
         points = node.vertices if node.tag.get("class") == "sink" else np.vstack([lowest, lowest.mean(axis=0)])
         starts = points + np.array([0, 0, 0.012])
-        hits, rays, triangles = everything.intersects_location(starts, np.tile([0.0, 0, -1], (len(starts), 1)))
-        gaps = np.abs(points[rays, 2] - hits[:, 2])[owner[triangles] != node.name]
+        # Without the object itself: past its own bottom, a ray misses what touches that.
+        others = _without(nodes, node.name).ray
+        hits, rays, _ = others.intersects_location(
+            starts, np.tile([0.0, 0, -1], (len(starts), 1)), multiple_hits=False
+        )
+        gaps = np.abs(points[rays, 2] - hits[:, 2])
         if not np.any(gaps <= 0.010):
             floating.append((node.name, float(gaps.min())))
     assert floating == []
