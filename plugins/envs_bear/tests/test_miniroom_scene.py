@@ -71,9 +71,7 @@ def test_nothing_floats(nodes: dict[str, Node]) -> None:
         starts = points + np.array([0, 0, 0.012])
         # Without the object itself: past its own bottom, a ray misses what touches that.
         others = _without(nodes, node.name).ray
-        hits, rays, _ = others.intersects_location(
-            starts, np.tile([0.0, 0, -1], (len(starts), 1)), multiple_hits=False
-        )
+        hits, rays, _ = others.intersects_location(starts, np.tile([0.0, 0, -1], (len(starts), 1)), multiple_hits=False)
         gaps = np.abs(points[rays, 2] - hits[:, 2])
         if not np.any(gaps <= 0.010):
             floating.append((node.name, float(gaps.min())))

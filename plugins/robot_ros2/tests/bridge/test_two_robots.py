@@ -8,9 +8,12 @@ from functools import partial
 from typing import Any
 
 import pytest
+from rclpy.executors import SingleThreadedExecutor
 from tf2_msgs.msg import TFMessage
 
-from benchbot_robot_ros2 import qos
+from benchbot_robot_ros2 import qos, ros
+from benchbot_robot_ros2.bridge.clock import SharedTime
+from benchbot_robot_ros2.bridge.pace import NANOSECONDS
 from benchbot_robot_ros2.messages import message_type, pose_of
 from plugins.robot_ros2.tests.bridge.bridged import SAMPLE, Listener, bridge, listener, time_of, until
 from plugins.robot_ros2.tests.conftest import _free_domain
@@ -75,7 +78,7 @@ def test_each_obeys_its_own_velocities_only(robots: Listener) -> None:
 
 def test_there_is_one_time(robots: Listener) -> None:
     robots.hear(*CLOCK)
-    assert robots.node.count_publishers("/clock") == 1
+    until(lambda: robots.node.count_publishers("/clock") == 1, "one follows the other")
     stamps = {name: robots.hear(f"/{name}/odom", ODOMETRY) for name in ("tb1", "tb2")}
     for messages in stamps.values():
         messages.clear()
@@ -138,6 +141,42 @@ def test_a_robot_whose_time_is_anothers_says_when_that_is_gone_or_begins_anew(do
 
 def said(lines: list[str], words: str) -> bool:
     return any(words in line for line in lines)
+
+
+def test_of_two_clocks_that_did_not_see_each_other_the_one_ahead_stays(
+    domain: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # On a machine that is busy enough, a second is too short to find each other.
+    monkeypatch.setattr("benchbot_robot_ros2.bridge.clock.DISCOVERY_S", 0.0)
+    with ros.node("tb2") as early_node, ros.node("tb1") as late_node:
+        clocks, told = [(SharedTime(early_node, 0.05), executor_of(early_node))], []
+
+        def pass_until_s(time_s: float) -> bool:
+            for clock, executor in clocks:
+                if clock.left_s() <= 0:
+                    clock.next_tick()
+                clock.publish()
+                executor.spin_once(timeout_sec=0.01)
+            told.append([clock.stamp_ns for clock, _ in clocks])
+            return min(told[-1]) >= time_s * NANOSECONDS
+
+        until(lambda: pass_until_s(0.5), "the first clock goes")
+        clocks.append((SharedTime(late_node, 0.05), executor_of(late_node)))
+        early, late = (clock for clock, _ in clocks)
+        assert not late.follows
+        # What the late one has told itself, and hears only now, is no jump of the one that it follows.
+        until(lambda: pass_until_s(2.0), "both live in one time")
+
+    assert late.follows
+    assert not early.follows
+    for times in (*zip(*told[-10:], strict=True), [both[-1] for both in told if len(both) == 2]):
+        assert list(times) == sorted(times)
+
+
+def executor_of(node: Any) -> SingleThreadedExecutor:
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    return executor
 
 
 def test_two_bridges_of_one_name_are_told_apart(domain: int) -> None:

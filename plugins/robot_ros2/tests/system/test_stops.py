@@ -87,7 +87,7 @@ def test_a_submission_is_stopped_from_another_terminal(declared: Declared, light
 
 
 def test_a_solution_that_hangs_leaves_the_robot_at_rest_until_its_time_is_up(declared: Declared) -> None:
-    options = (*SELECTION, "--timeout", "20")
+    options = (*SELECTION, "--timeout", "40")
     with (
         unicycle(simulated=True) as robot,
         submission(declared(use_sim_time=True), *options, solution=WALK_AND_HANG) as submitted,
@@ -98,5 +98,5 @@ def test_a_solution_that_hangs_leaves_the_robot_at_rest_until_its_time_is_up(dec
 
         code, failure = submitted.ended()
         assert (code, failure["class"]) == (ExitCode.SUBMISSION_FAILED, "timeout")
-        assert "It was still running after 20 seconds" in failure["why"]
+        assert "It was still running after 40 seconds" in failure["why"]
         assert_stays(robot)

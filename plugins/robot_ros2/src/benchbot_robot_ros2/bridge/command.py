@@ -54,7 +54,7 @@ def ros2(
     from benchbot.plugin import Catalog, cache_dir, load_plugins
     from benchbot_robot_ros2 import ros
     from benchbot_robot_ros2.bridge.camera import Camera
-    from benchbot_robot_ros2.bridge.clock import CLOCK, simulated_time
+    from benchbot_robot_ros2.bridge.clock import SharedTime
     from benchbot_robot_ros2.bridge.fitting import drivers
     from benchbot_robot_ros2.bridge.node import Bridge
     from benchbot_robot_ros2.bridge.occupancy_map import MapServer
@@ -98,8 +98,8 @@ def ros2(
             the_bridge = Bridge(catalog, bridged, world, camera, maps, (scene, seed))
             the_bridge.load()
             # Only now, since who claims /clock publishes on it at once: another bridge may be waiting to hear that.
-            robot_time, clock = (WallTime(period_s), None) if wall_time else simulated_time(node, period_s)
-            world.live_in(robot_time)
+            clock = None if wall_time else SharedTime(node, period_s)
+            world.live_in(clock or WallTime(period_s))
             has_transforms = transforms_installed()
             transforms = Transforms(node, bridged, map_transform=map_transform) if has_transforms else None
             state = StatePublisher(node, bridged, clock=clock, transforms=transforms, laser_rate_hz=laser_rate_hz)
@@ -109,10 +109,7 @@ def ros2(
                 )
             fitting = drivers(catalog, bridged, simulated=not wall_time, transforms=has_transforms)
             console.note(*_ready(bridged, environment, fitting))
-            follows = not wall_time and clock is None
-            if follows:
-                console.note(f"Another node publishes {CLOCK}: this robot's time is that.")
-            the_bridge.run(node, state, TypeWatch(node, bridged, console.note, follows_clock=follows))
+            the_bridge.run(node, state, TypeWatch(node, bridged, console.note, clock))
         except KeyboardInterrupt:
             console.note("The bridge has ended.")
 

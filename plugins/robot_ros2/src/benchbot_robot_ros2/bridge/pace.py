@@ -8,9 +8,11 @@ LONGEST_TICK_S = 0.15
 
 
 class RobotTime(Protocol):
-    """The robot's clock, in nanoseconds; it never jumps back."""
+    """The robot's clock; it never jumps back."""
 
-    stamp_ns: int
+    @property
+    def stamp_ns(self) -> int:
+        """The robot's time, in nanoseconds."""
 
     def left_s(self) -> float:
         """Return how long to wait for the next tick, at most, in seconds; nothing when it is due."""

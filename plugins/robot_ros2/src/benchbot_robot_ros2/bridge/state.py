@@ -6,9 +6,10 @@ import numpy as np
 
 from benchbot.plugin import Pose
 from benchbot_robot_ros2 import qos
+from benchbot_robot_ros2.bridge.clock import SharedTime
 from benchbot_robot_ros2.bridge.description import urdf
 from benchbot_robot_ros2.bridge.odometry_errors import EXACT_VARIANCE, Array, exact
-from benchbot_robot_ros2.bridge.pace import NANOSECONDS, Rate
+from benchbot_robot_ros2.bridge.pace import Rate
 from benchbot_robot_ros2.bridge.robot import (
     COLLISION,
     DESCRIPTION,
@@ -30,14 +31,14 @@ if TYPE_CHECKING:
 
 
 class StatePublisher:
-    """Publishes the state of a world after each tick; `clock` is the publisher of its time, if it is this bridge's."""
+    """Publishes the state of a world after each tick; `clock` is the time to publish, None of the system's."""
 
     def __init__(
         self,
         node: "Node",
         robot: BridgedRobot,
         *,
-        clock: "Publisher[Any] | None",
+        clock: SharedTime | None,
         transforms: Transforms | None,
         laser_rate_hz: float,
     ) -> None:
@@ -46,7 +47,6 @@ class StatePublisher:
         self._scan_time_s = 1 / laser_rate_hz
         self._odometry_type = message_type("nav_msgs/msg/Odometry")
         self._bool_type = message_type("std_msgs/msg/Bool")
-        self._clock_type = message_type("rosgraph_msgs/msg/Clock")
         self._text_type = message_type("std_msgs/msg/String")
         profile = qos.sending(depth=10)
         self._odometry = node.create_publisher(self._odometry_type, ODOMETRY, profile)
@@ -71,9 +71,7 @@ class StatePublisher:
         robot, stamp_ns, errors = self._robot, world.stamp_ns, world.odometry_errors
         pose, odometry = world.pose(), world.odometry()
         if self._clock:
-            clock = self._clock_type()
-            clock.clock.sec, clock.clock.nanosec = divmod(stamp_ns, NANOSECONDS)
-            self._clock.publish(clock)
+            self._clock.publish()
         measured = self._moving(stamp_ns, robot.odometry_frame, odometry, errors.velocity)
         measured.pose.covariance, measured.twist.covariance = errors.pose_covariance(), errors.twist_covariance()
         self._odometry.publish(measured)

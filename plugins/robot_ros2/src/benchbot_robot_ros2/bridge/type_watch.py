@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from benchbot_robot_ros2 import qos
-from benchbot_robot_ros2.bridge.clock import CLOCK
+from benchbot_robot_ros2.bridge.clock import CLOCK, SharedTime
 from benchbot_robot_ros2.bridge.robot import (
     COMMAND,
     COMPRESSED_TYPE,
@@ -24,9 +24,9 @@ class TypeWatch:
     """Looks for nodes that use the bridge's topics with other types, its name or its clock."""
 
     def __init__(
-        self, node: "Node", robot: BridgedRobot, tell: Callable[[str], None], *, follows_clock: bool = False
+        self, node: "Node", robot: BridgedRobot, tell: Callable[[str], None], clock: SharedTime | None = None
     ) -> None:
-        self._node, self._robot, self._tell, self._follows_clock = node, robot, tell, follows_clock
+        self._node, self._robot, self._tell, self._clock = node, robot, tell, clock
         self._told: set[str] = set()
         self._published = {publisher.topic_name: _type_name(publisher.msg_type) for publisher in node.publishers}
         for channel in robot.pictures:
@@ -53,9 +53,11 @@ class TypeWatch:
 
     def _clocks(self) -> Iterator[str]:
         found = [qos.node_name(info) for info in self._node.get_publishers_info_by_topic(CLOCK)]
-        if self._follows_clock and not found:
-            yield f"No node publishes {CLOCK} any more: this robot's time stands still. Start its bridge again."
-        elif CLOCK in self._published:
+        if self._clock and self._clock.follows:
+            yield f"Another node publishes {CLOCK}: this robot's time is that."
+            if not found:
+                yield f"No node publishes {CLOCK} any more: this robot's time stands still. Start its bridge again."
+        elif self._clock:
             for name in sorted({*found} - {self._node.get_fully_qualified_name()}):
                 yield (
                     f"The node {name} publishes {CLOCK}, and this bridge does: time jumps for all who use it. End one "
