@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
 from benchbot.core.declarations import schema
 from benchbot.core.motion import MotionConfig, Outcome, execute
@@ -45,7 +46,8 @@ def test_all_files_of_a_variant_are_there_and_agree(name: str) -> None:
     truth = json.loads(package_file("ground_truths", f"{name}.json").read_text(encoding="utf-8"))
     assert truth["environment"] == environment
     assert 25 <= len(truth["ground_truth"]["objects"]) <= 85
-    assert package_file("maps", f"{name}.pgm").read_bytes().startswith(b"P5")
+    with Image.open(package_file("maps", f"{name}.png")) as occupancy:
+        assert (occupancy.mode, {value for _, value in occupancy.getcolors() or ()}) == ("L", {0, 205, 254})
     assert environment["lighting"]["lamps"]["on"] == ("all" if int(variant) in NIGHTS else "none")
 
 

@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import yaml
+from PIL import Image
 
 from benchbot_scenes.free_space import free_space
-from benchbot_scenes.occupancy_map import occupancy, pgm, write_occupancy_map
+from benchbot_scenes.occupancy_map import occupancy, write_occupancy_map
 from plugins.scenes.tests.boxes import box, room, scene
 
 SCENE = scene(*room(), box("table", (2.5, 0.5, 0.0), (3.5, 1.5, 0.7), "table"))
@@ -21,11 +22,9 @@ def read_as_ros(description: Path) -> tuple[npt.NDArray[np.int64], float, list[f
     By its arithmetic: p = (255 - value) / 255 unless negated, occupied above one threshold, free below the other.
     """
     about = yaml.safe_load(description.read_text())
-    data = (description.parent / about["image"]).read_bytes()
-    magic, size, most, pixels = data.split(b"\n", 3)
-    assert (magic, most) == (b"P5", b"255")
-    width, height = map(int, size.split())
-    values = np.frombuffer(pixels, np.uint8).reshape(height, width).astype(float)
+    with Image.open(description.parent / about["image"]) as picture:
+        assert (picture.format, picture.mode) == ("PNG", "L")
+        values = np.asarray(picture, float)
     probability = values / 255 if about["negate"] else (255 - values) / 255
     grid = np.full(values.shape, -1)
     grid[probability > about["occupied_thresh"]] = 100
@@ -65,10 +64,6 @@ def test_a_room_that_is_closed_off_is_unknown() -> None:
     assert picture[picture.shape[0] - 1 - row, column] == 205
 
 
-def test_a_picture_is_netpbm() -> None:
-    assert pgm(np.array([[0, 205, 254]], np.uint8)) == b"P5\n3 1\n255\n\x00\xcd\xfe"
-
-
 def test_nothing_is_left_beside_the_files(tmp_path: Path) -> None:
     write_occupancy_map(tmp_path / "room", SPACE, START)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["room.pgm", "room.yaml"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["room.png", "room.yaml"]

@@ -53,7 +53,7 @@ def test_another_process_writes_the_same_bytes(folder: Path, tmp_path: Path) -> 
         ("scenes", "miniroom_1.glb"),
         ("environments", "miniroom_1.yaml"),
         ("ground_truths", "miniroom_1.json"),
-        ("maps", "miniroom_1.pgm"),
+        ("maps", "miniroom_1.png"),
     ):
         assert (tmp_path / kind / name).read_bytes() == (folder / kind / name).read_bytes()
 

@@ -18,7 +18,7 @@ def map_environment(
         str, typer.Option("--robot", metavar="ROBOT", help="Obstacles are what this robot would bump into.")
     ] = "carter",
 ) -> None:
-    """Write an environment's occupancy map for ROS's map_server (PGM and YAML) and a picture from above (PNG)."""
+    """Write an environment's occupancy map for ROS's map_server (PNG and YAML) and a picture from above (PNG)."""
     from benchbot.plugin import Catalog, Pose, cache_dir
     from benchbot.plugin import load_plugins as load
     from benchbot_scenes.free_space import free_space

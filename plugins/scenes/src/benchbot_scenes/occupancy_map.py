@@ -1,13 +1,15 @@
-"""Occupancy maps as ROS's map_server reads them: a PGM picture and a YAML file that says where it lies.
+"""Occupancy maps as ROS's map_server reads them: a PNG picture, 8-bit grey, and a YAML file that says where it lies.
 
 Format: https://wiki.ros.org/map_server#Map_format and Nav2's map_server (docs.nav2.org, "Map Server / Saver"). Pixel
 values as ROS's map_saver writes them: 254 free, 0 occupied, 205 unknown.
 """
 
+import io
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from PIL import Image
 from scipy import ndimage
 
 from benchbot.plugin import write_atomically
@@ -38,10 +40,11 @@ def occupancy(space: FreeSpace, start: tuple[float, float]) -> npt.NDArray[np.ui
 
 
 def write_occupancy_map(stem: Path, space: FreeSpace, start: tuple[float, float]) -> tuple[Path, Path]:
-    """Write STEM.pgm and STEM.yaml; return both. `origin` is the lower left corner of the map (x, y, yaw)."""
-    picture = occupancy(space, start)
-    image, description = stem.with_name(f"{stem.name}.pgm"), stem.with_name(f"{stem.name}.yaml")
-    write_atomically(image, pgm(picture))
+    """Write STEM.png and STEM.yaml; return both. `origin` is the lower left corner of the map (x, y, yaw)."""
+    image, description = stem.with_name(f"{stem.name}.png"), stem.with_name(f"{stem.name}.yaml")
+    picture = io.BytesIO()
+    Image.fromarray(occupancy(space, start)).save(picture, "PNG", optimize=True)
+    write_atomically(image, picture.getvalue())
     x, y = (round(corner, 6) + 0.0 for corner in space.low_m)
     text = (
         f"image: {image.name}\nmode: trinary\nresolution: {space.cell_m:g}\norigin: [{x:g}, {y:g}, 0.0]\nnegate: 0\n"
@@ -49,9 +52,3 @@ def write_occupancy_map(stem: Path, space: FreeSpace, start: tuple[float, float]
     )
     write_atomically(description, text.encode())
     return image, description
-
-
-def pgm(picture: npt.NDArray[np.uint8]) -> bytes:
-    """A binary grey picture (Netpbm P5)."""
-    height, width = picture.shape
-    return f"P5\n{width} {height}\n255\n".encode() + picture.tobytes()

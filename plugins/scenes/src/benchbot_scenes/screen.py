@@ -150,7 +150,7 @@ class EnvironmentsScreen(CommandScreen):
         made = outcome.document
         folder = Path(made["folder"]) if "folder" in made else Path(made["declaration"]).parent.parent
         stem = str(made["environment"]).replace(":", "_")
-        pictures = [folder / "maps" / f"{stem}{suffix}" for suffix in (".png", ".pgm")]
+        pictures = [folder / "maps" / f"{stem}{suffix}" for suffix in ("_above.png", ".png")]
         shown = next((path for path in pictures if path.is_file()), None)
         self._folder = folder
         self._tell(_facts(made, folder), None if shown is None else Image.open(shown))

@@ -47,9 +47,9 @@ def test_a_seed_becomes_a_folder_that_others_can_use(benchbot: Run, tmp_path: Pa
         "environments/flat_1.yaml",
         "ground_truths/flat_1.json",
         "layouts/flat_1.yaml",
-        "maps/flat_1.pgm",
         "maps/flat_1.png",
         "maps/flat_1.yaml",
+        "maps/flat_1_above.png",
     ]
     declared = yaml.safe_load((folder / "environments" / "flat_1.yaml").read_text())
     schema.check(declared, "environment", folder / "environments" / "flat_1.yaml")
@@ -155,7 +155,7 @@ def test_a_folder_with_something_in_it_is_not_written_to(benchbot: Run, tmp_path
 def test_a_map_of_an_installed_environment(benchbot: Run, tmp_path: Path) -> None:
     code, out, err = benchbot("map", "miniroom:1", "--output-location", "maps")
     assert code == 0, err
-    names = ["miniroom_1.pgm", "miniroom_1.yaml", "miniroom_1.png"]
+    names = ["miniroom_1.png", "miniroom_1.yaml", "miniroom_1_above.png"]
     assert [Path(line).name for line in out.split()] == names
     assert all((tmp_path / "maps" / name).stat().st_size for name in names)
 

@@ -35,7 +35,7 @@ def test_an_environment_is_made(tmp_path: Path, capsys: pytest.CaptureFixture[st
         "environment.json",
         "my_flat_2_1.glb",
         "my_flat_2_1.json",
-        "my_flat_2_1.pgm",
+        "my_flat_2_1.png",
         "my_flat_2_1.yaml",
         "guesses.yaml",
         "report.html",

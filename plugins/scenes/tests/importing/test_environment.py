@@ -62,8 +62,7 @@ def test_what_is_written_is_an_environment(imported: Imported, tmp_path: Path) -
     schema.check(json.loads(truth.read_text()), "ground_truth", truth)
     scene = load_scene(path.parent / document["map_path"])
     assert {found.name for found in scene.instances if found.class_name} == set(places.CLASSES)
-    assert (tmp_path / "maps" / "flat_1.pgm").read_bytes().startswith(b"P5\n")
-    assert yaml.safe_load((tmp_path / "maps" / "flat_1.yaml").read_text())["image"] == "flat_1.pgm"
+    assert yaml.safe_load((tmp_path / "maps" / "flat_1.yaml").read_text())["image"] == "flat_1.png"
 
 
 def test_the_guesses_that_are_written_give_the_same_environment(

@@ -99,9 +99,9 @@ def write_place(
 
 
 def write_maps(stem: Path, geometry: SceneGeometry, space: FreeSpace, start: tuple[float, float]) -> list[Path]:
-    """Write an occupancy map (STEM.pgm, STEM.yaml) and a picture from above (STEM.png)."""
+    """Write an occupancy map (STEM.png, STEM.yaml) and a picture from above (STEM_above.png)."""
     image, description = write_occupancy_map(stem, space, start)
-    picture = stem.with_name(f"{stem.name}.png")
+    picture = stem.with_name(f"{stem.name}_above.png")
     write_atomically(picture, png(top_down(geometry)))
     return [image, description, picture]
 
