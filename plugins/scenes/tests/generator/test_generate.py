@@ -17,7 +17,7 @@ from benchbot_scenes.generator.changes import changed
 from benchbot_scenes.generator.furniture import PROGRAMMES
 from benchbot_scenes.generator.generate import Generated, generate
 from benchbot_scenes.generator.kinds import FUNCTIONS, KINDS
-from benchbot_scenes.generator.plot import FLAT_M, Item
+from benchbot_scenes.generator.plot import FLAT_M, Box, Item
 from benchbot_scenes.generator.proxy import proxy
 from benchbot_scenes.layout import read_layout, write_layout
 from benchbot_scenes.visibility import CARTER, bearings_rad, seen_from, targets, voxels
@@ -52,8 +52,33 @@ def test_without_a_secret_a_place_is_what_it_was() -> None:
     )
     assert (
         hashlib.sha256(layout.encode()).hexdigest()
-        == "6d78e509d14ce896892b38b9d30fd60703240c6dea397f29d165d3ab77769efb"
+        == "9bf5a4f244c64e15995ab435bcecc33b72a633d9c0316c89a5fc3e0c87f27dca"
     )
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_from_the_couch_one_sees_the_tv(seed: int) -> None:
+    items = place("house", 2, seed).items
+    couch = next((item for item in items if item.model.kind == "couch"), None)
+    tv = next(item for item in items if item.model.kind == "tv")
+    (stand,) = (item for item in items if item.placement.id == tv.carrier)
+    if couch is None:
+        return
+    low, high = ([choose(couch.box, stand.box, axis) for axis in (0, 1)] for choose in (lowest, highest))
+    between = [
+        item.model.kind
+        for item in on_floor(items)
+        if item not in (couch, stand) and item.box.overlaps(Box((low[0], low[1]), (high[0], high[1])))
+    ]
+    assert set(between) <= {"coffee table", "picture", "radiator", "curtain", "pendant lamp"}
+
+
+def lowest(one: Box, other: Box, axis: int) -> float:
+    return min(one.low[axis], other.low[axis])
+
+
+def highest(one: Box, other: Box, axis: int) -> float:
+    return max(one.high[axis], other.high[axis])
 
 
 def test_with_a_secret_the_order_of_objects_is_not_that_of_rooms() -> None:

@@ -1,12 +1,13 @@
 """The furniture of rooms by function: one programme each, the most important items first."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from benchbot_scenes.catalogue import AssetModel
 from benchbot_scenes.generator import clutter, fixtures
 from benchbot_scenes.generator.furnish import Furnisher
 from benchbot_scenes.generator.offices import archive, lobby, meeting, office, open_office
-from benchbot_scenes.generator.plot import WALLS, Item
+from benchbot_scenes.generator.plot import WALLS, Box, Item
+from benchbot_scenes.layout import Point
 
 SOFA_DISTANCE_M = (2.3, 3.6)
 PICTURE_ABOVE_BED_M = 1.35
@@ -58,13 +59,22 @@ def _sofa_corner(room: Furnisher) -> Item | None:
         rug = supply.draw("rug", longest_m=2.6)
         front = placed.size_m[0] / 2 + 0.42
         centre = front + (table.size_m[0] / 2 if table else 0.3)
-        room.rug(rug, placed, centre)
+        laid = room.rug(rug, placed, centre)
         low_table = room.relative(table, placed, centre, 0.0)
         if low_table is not None:
             clutter.scatter(room, low_table, ("book", "cup", "bowl", "cell phone", "vase"), 0.55)
             clutter.scatter(room, low_table, ("apple", "banana", "orange"), 0.2)
+        # Nothing else stands on the rug, or between those who sit and what they look at.
+        boxes = [item.box for item in (stand, placed, laid) if item is not None]
+        lows, highs = zip(*((box.low, box.high) for box in boxes), strict=True)
+        room.plot.kept.append(Box(_corner(min, lows), _corner(max, highs)))
         return placed
     return None
+
+
+def _corner(furthest: Callable[[Iterable[float]], float], points: Sequence[Point]) -> Point:
+    """Return the furthest x and y of points."""
+    return furthest(x for x, _ in points), furthest(y for _, y in points)
 
 
 def _dining_place(room: Furnisher, seats: int, away_from: Item | None = None) -> Item | None:
