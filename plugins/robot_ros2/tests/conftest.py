@@ -3,10 +3,23 @@ import socket
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+from zlib import crc32
 
 import pytest
 
 from benchbot_robot_ros2 import ros
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Let two workers at most run robots: each is several processes, all of which have to keep time."""
+    for item in items:
+        if not isinstance(item, pytest.Function) or Path(__file__).parent not in item.path.parents:
+            continue
+        if item.get_closest_marker("xdist_group") is None:
+            # By this sum of their modules' names, both halves take equally long.
+            half = crc32(item.module.__name__.encode()) % 2
+            item.add_marker(pytest.mark.xdist_group(f"robots {half}"))
 
 
 @pytest.fixture(scope="session", autouse=True)

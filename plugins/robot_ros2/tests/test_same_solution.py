@@ -147,6 +147,8 @@ def twin() -> Document:
     data: Document = yaml.safe_load((files("benchbot_robot_ros2") / "robots" / "carter_ros2.yaml").read_text())
     # The sample robot has no inertial measurement unit.
     del data["connections"]["imu"]
+    # On a machine that is busy with other tests, pictures come late.
+    data["driver"]["timing"]["wait_s"] = 60.0
     return {
         **data,
         "name": "sample_twin",

@@ -14,7 +14,7 @@ from benchbot.core.platform import Localisation, PlatformSpec, Scene
 from benchbot_robot_ros2.driver import Ros2Driver
 from benchbot_robot_ros2.names import KEYS
 
-PATIENCE_S = 30.0
+PATIENCE_S = 90.0
 COLLISION = {"ros_topic": "/collision", "ros_type": "std_msgs/msg/Bool"}
 
 
