@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     from benchbot.core.light_records import Command as Command
     from benchbot.core.light_records import DeclarationFolder as DeclarationFolder
     from benchbot.core.light_records import DeclarationSource as DeclarationSource
+    from benchbot.core.light_records import EnvironmentSet as EnvironmentSet
     from benchbot.core.light_records import Executor as Executor
     from benchbot.core.light_records import Recorder as Recorder
     from benchbot.core.light_records import Routes as Routes
@@ -169,8 +170,8 @@ _HOMES = {
     "core.progress": "ActionResult Progress State Step",
     "core.recording": "KnowsRun Recording ShowsResults",
     "core.light_records": (
-        "AssetPack Check Command DeclarationFolder DeclarationSource Executor Recorder Routes SubmissionMode TuiScreen "
-        "target "
+        "AssetPack Check Command DeclarationFolder DeclarationSource EnvironmentSet Executor Recorder Routes "
+        "SubmissionMode TuiScreen target "
     ),
     "core.records": ("API_VERSION Document Evaluator Resources RobotDriver Score Simulator WorkOrder Workers "),
     "core.resources": "cache_dir data_dir",

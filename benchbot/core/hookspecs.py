@@ -91,6 +91,11 @@ def benchbot_asset_packs() -> Iterable[light_records.AssetPack]:  # type: ignore
 
 
 @hookspec
+def benchbot_environment_sets() -> Iterable[light_records.EnvironmentSet]:  # type: ignore[empty-body]
+    """Yield sets of environments that are made when they are first asked for."""
+
+
+@hookspec
 def benchbot_commands() -> Iterable[light_records.Command]:  # type: ignore[empty-body]
     """Yield sub-commands of `benchbot`."""
 
@@ -127,6 +132,7 @@ KINDS: Mapping[str, type] = {
     "executors": light_records.Executor,
     "recorders": light_records.Recorder,
     "asset_packs": light_records.AssetPack,
+    "environment_sets": light_records.EnvironmentSet,
     "commands": light_records.Command,
     "screens": light_records.TuiScreen,
     "submission_modes": light_records.SubmissionMode,

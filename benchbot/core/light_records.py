@@ -82,6 +82,20 @@ class AssetPack(NamedTuple):
     catalogue: "Path"
 
 
+class EnvironmentSet(NamedTuple):
+    """Environments `NAME_1:1` to `NAME_SIZE:1`, each a place of its own, and made when it is first asked for.
+
+    `make` takes the number of one and returns a folder with `environments/`, the one declaration in it, and
+    `ground_truths/`, as folders of add-ons have them. Every process that asks calls it, so it keeps what it has made.
+    It raises BenchbotError, with the fix, when an environment cannot be made.
+    """
+
+    name: str
+    size: int
+    make: Callable[[int], "Path"]
+    description: str = ""
+
+
 class SubmissionMode(NamedTuple):
     """A way to hold a solution while it runs: a sandbox, a container, …
 

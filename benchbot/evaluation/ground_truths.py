@@ -1,7 +1,7 @@
 """Ground truths by environment: those that plug-ins declare, or those in files."""
 
 import json
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, cast
@@ -16,8 +16,13 @@ from benchbot.core.resources import declaration_files
 class GroundTruths:
     """The ground truths to score against, by `name:variant` and format."""
 
-    def __init__(self, paths: Sequence[Path]) -> None:
+    def __init__(self, paths: Sequence[Path], made: Callable[[str], Sequence[Path]] = lambda _: ()) -> None:
+        """Read those in `paths`; `made` returns the files of an environment, `name:variant`, that is not among them."""
         self._documents: dict[tuple[str, str], GroundTruth] = {}
+        self._made = made
+        self._read(paths)
+
+    def _read(self, paths: Sequence[Path]) -> None:
         origins: dict[tuple[str, str], Path] = {}
         for path in paths:
             document = schema.read(path)
@@ -35,10 +40,14 @@ class GroundTruths:
     @classmethod
     def of(cls, catalog: Catalog, paths: Sequence[Path] | None) -> "GroundTruths":
         """Return those in `paths` (JSON files, and folders of them) when given, else those that plug-ins declare."""
-        return cls(catalog.ground_truth_files if paths is None else tuple(declaration_files(paths, (".json",))))
+        if paths is None:
+            return cls(catalog.ground_truth_files, catalog.made_ground_truth_files)
+        return cls(tuple(declaration_files(paths, (".json",))))
 
     def find(self, environment: str, formats: Collection[str]) -> GroundTruth:
         """Return the truth of `name:variant` in one of `formats`; raises BenchbotError that names what there is."""
+        if not any((environment, name) in self._documents for name in formats):
+            self._read(self._made(environment))
         for name in sorted(formats):
             if (environment, name) in self._documents:
                 return self._documents[environment, name]

@@ -47,9 +47,14 @@ class Intent:
 def scenes_of(catalog: "Catalog", environments: Iterable[str]) -> "list[Declaration]":
     """Return the scenes of environments, each once; an environment that is not known is for `select` to tell."""
     found: dict[str, Declaration] = {}
-    for text in environments:
-        with suppress(BenchbotError):
-            found |= {scene.name: scene for scene in catalog.environments(text)}
+    from benchbot.cli.kit.status_line import working
+    from benchbot.core import long_work
+
+    # Those of a set are made here, which takes long.
+    with working("Making environments"):
+        for text in long_work.counted("Making environments", list(environments)):
+            with suppress(BenchbotError):
+                found |= {scene.name: scene for scene in catalog.environments(text)}
     return list(found.values())
 
 

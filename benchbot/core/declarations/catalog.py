@@ -8,7 +8,7 @@ from typing import Any
 
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.core.light_records import DeclarationFolder
+from benchbot.core.light_records import DeclarationFolder, EnvironmentSet
 from benchbot.core.plugin_manager import Plugins, Provided, conflict
 from benchbot.core.resources import YAML_SUFFIXES, declaration_files
 
@@ -66,9 +66,12 @@ class Catalog:
     def find(self, kind: str, name: str) -> Declaration | None:
         """Return a declaration, not yet validated; None for an unknown name.
 
-        The real robot `NAME@NAMESPACE` is the one in that namespace of all that NAME declares.
+        The real robot `NAME@NAMESPACE` is the one in that namespace of all that NAME declares. An environment of a set
+        is made when it has not been; raises BenchbotError when that fails.
         """
         pool = self.pool(kind)
+        if kind == "environments" and name not in pool:
+            return self._made(name)
         base, _, namespace = name.partition(MEMBER_MARK)
         if name in pool or kind != "robots" or not namespace or base not in pool:
             return pool.get(name)
@@ -91,9 +94,11 @@ class Catalog:
         """Return the error for a name that a pool does not hold."""
         noun = KINDS[kind]
         known = self.names(kind)
+        sets = self.environment_sets if kind == "environments" else []
+        made = [f"{found.name}_1:1 to {found.name}_{found.size}:1" for found in sets]
         return BenchbotError(
             f"'{name}' is not a known {noun}.",
-            f"Known: {', '.join(known) or 'none'}.{did_you_mean(name, known)}{self.plugins.broken_hint()}"
+            f"Known: {', '.join([*known, *made]) or 'none'}.{did_you_mean(name, known)}{self.plugins.broken_hint()}"
             + "".join(f" Unreadable: {error.title}" for error in self.broken),
             f"List them with: benchbot list {kind}",
         )
@@ -111,11 +116,37 @@ class Catalog:
             )
         return [self.get("environments", f"{name}:{variant}") for variant in variants]
 
+    @property
+    def environment_sets(self) -> list[EnvironmentSet]:
+        """The sets of environments that are made when they are first asked for."""
+        return [provided.value for provided in self.plugins.pool("environment_sets").values()]
+
+    def made_ground_truth_files(self, name: str) -> tuple[Path, ...]:
+        """Return the ground-truth files of an environment of a set, none of another; see `ground_truth_files`."""
+        provided, number = self._set_of(name)
+        folder = provided.value.make(number) / "ground_truths" if provided else None
+        return tuple(declaration_files([folder], (".json",))) if folder else ()
+
     @cached_property
     def ground_truth_files(self) -> tuple[Path, ...]:
         """The declared ground-truth files. For evaluation and a run's host: nothing else may open them."""
         sources = (provided.value for provided in self.plugins.sources("ground_truths"))
         return tuple(declaration_files(sources, (".json",)))
+
+    def _set_of(self, name: str) -> tuple[Provided | None, int]:
+        """Return the set that an environment is of, and its number there."""
+        base, _, digits = name.removesuffix(":1").rpartition("_")
+        provided = self.plugins.pool("environment_sets").get(base)
+        number = int(digits) if digits.isdecimal() and name == f"{base}_{int(digits)}:1" else 0
+        return (provided, number) if provided and 1 <= number <= provided.value.size else (None, 0)
+
+    def _made(self, name: str) -> Declaration | None:
+        provided, number = self._set_of(name)
+        if provided is None:
+            return None
+        (path,) = declaration_files([provided.value.make(number) / "environments"])
+        found = Declaration("environments", name, path, provided.distribution, schema.read(path))
+        return self._pools["environments"].setdefault(name, found)
 
     def _read_pool(self, kind: str) -> dict[str, Declaration]:
         pool: dict[str, Declaration] = {}
@@ -134,6 +165,9 @@ class Catalog:
                             continue
                         first = pool[found.name]
                         raise conflict(kind, found.name, Provided(first, first.distribution, first.folder), source)
+                    of_a_set = self._set_of(found.name)[0] if kind == "environments" else None
+                    if of_a_set is not None:
+                        raise conflict(kind, found.name, of_a_set, source)
                     pool[found.name] = found
         return pool
 

@@ -51,7 +51,7 @@ def picture(
     truth = GroundTruths.of(catalog, truths).find(environment, evaluator.ground_truth_formats)
     # At each recorded frame: at the start, then at each pose of the trajectory; of a result that says where it started.
     trajectory = driven_paths({"environment_details": [scene]})[0].observed
-    occupancy = occupancy_of(catalog.pool("environments").get(environment))
+    occupancy = occupancy_of(catalog.find("environments", environment))
     image = draw(_frames(frames, len(trajectory)), document, truth, scores, trajectory, occupancy)
     try:
         output.parent.mkdir(parents=True, exist_ok=True)

@@ -52,7 +52,7 @@ def maps_of_result(path: Path, catalog: Catalog, truth_paths: Sequence[Path] | N
             SceneMap(
                 name,
                 # An environment that is not installed here has no floor to show.
-                occupancy_of(catalog.pool("environments").get(name)),
+                occupancy_of(catalog.find("environments", name)),
                 tuple(objects),
                 paths[number] if number < len(paths) else MapPath(),
                 believed[number] if number < len(believed) else None,

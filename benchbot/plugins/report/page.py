@@ -193,7 +193,7 @@ def scene_map(episode: ReportedEpisode, data: ReportData, number: int) -> SceneM
     scene = episode.scenes[number]
     name = f"{scene.get('name')}:{scene.get('variant')}"
     # Other models stand elsewhere.
-    occupancy = None if "assets=" in episode.settings else occupancy_of(data.catalog.pool("environments").get(name))
+    occupancy = None if "assets=" in episode.settings else occupancy_of(data.catalog.find("environments", name))
     on_floor = tuple(item for item in episode.objects if item.scene == number)
     return SceneMap(name, occupancy, on_floor, _path(episode, number), goals=episode.goals)
 

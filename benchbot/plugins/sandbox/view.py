@@ -34,7 +34,7 @@ LINKS = 40
 KINDS = {"ground_truths": (".json",), "environments": YAML_SUFFIXES, "episodes": (".json",)}
 """The kinds of declarations that tell a solution what it is to find out, and how their files end."""
 
-MAKES_PLACES = ("asset_packs", "simulators")
+MAKES_PLACES = ("asset_packs", "environment_sets", "simulators")
 """The kinds of records of a plug-in by which a solution could work out what it is to find out."""
 
 

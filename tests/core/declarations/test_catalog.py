@@ -3,6 +3,7 @@ import pytest
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import Plugins, installed
+from benchbot.evaluation.ground_truths import GroundTruths
 from tests.plugin_factory import DECLARES, PluginFactory
 
 ROOM = "name: room\nvariant: {variant}\ntype: sim_none\nstart_pose: [1, 0, 0, 0, 0, 0, 0]\n"
@@ -36,6 +37,62 @@ def test_an_unknown_name_is_answered_with_the_nearest(rooms: Catalog) -> None:
     with pytest.raises(BenchbotError, match="'rom:1' is not a known environment") as caught:
         rooms.environments("rom:1")
     assert "Did you mean 'room:1'?" in caught.value.why
+
+
+TOWNS = """
+from pathlib import Path
+from benchbot.plugin import BenchbotError, EnvironmentSet, hookimpl
+
+def make(number):
+    if number == 3:
+        raise BenchbotError("town_3:1 came out different.", "It was frozen by another version.", "Install that.")
+    folder = Path(__file__).parent / "made" / str(number)
+    for kind in ("environments", "ground_truths"):
+        (folder / kind).mkdir(parents=True, exist_ok=True)
+    about = f"name: town_{number}\\nvariant: 1\\ntype: sim_none\\nstart_pose: [1, 0, 0, 0, 0, 0, 0]\\n"
+    (folder / "environments" / f"town_{number}_1.yaml").write_text(about)
+    text = '{"environment": {"name": "town_%d", "variant": 1}, "format": {"name": "map"}, "ground_truth": {}}'
+    (folder / "ground_truths" / f"town_{number}_1.json").write_text(text % number)
+    return folder
+
+@hookimpl
+def benchbot_environment_sets():
+    yield EnvironmentSet("town", 3, make)
+"""
+
+
+@pytest.fixture
+def towns(plugin_factory: PluginFactory) -> Catalog:
+    plugin_factory.make("acme-towns", TOWNS)
+    return catalog("acme-towns")
+
+
+def test_an_environment_of_a_set_is_made_when_it_is_asked_for(towns: Catalog) -> None:
+    assert towns.names("environments") == []
+    assert [scene.path.name for scene in towns.environments("town_2:1")] == ["town_2_1.yaml"]
+    assert towns.get("environments", "town_2:1").distribution == "acme-towns"
+    truths = GroundTruths.of(towns, None)
+    assert truths.find("town_1:1", {"map"})["environment"]["name"] == "town_1"
+
+
+def test_a_set_has_the_environments_that_it_says(towns: Catalog) -> None:
+    for end in ("0:1", "4:1", "01:1", "1:2", "x:1", ":1", "1"):
+        assert towns.find("environments", f"town_{end}") is None
+    with pytest.raises(BenchbotError, match="'town_4:1' is not a known environment") as caught:
+        towns.environments("town_4:1")
+    assert "town_1:1 to town_3:1" in caught.value.why
+    with pytest.raises(BenchbotError, match="There is no ground truth of the environment 'town_4:1'"):
+        GroundTruths.of(towns, None).find("town_4:1", {"map"})
+    with pytest.raises(BenchbotError, match="town_3:1 came out different"):
+        towns.environments("town_3:1")
+
+
+def test_what_a_set_has_nobody_else_declares(plugin_factory: PluginFactory) -> None:
+    plugin_factory.make("acme-towns", TOWNS)
+    room = ROOM.format(variant=1).replace("room", "town_2")
+    plugin_factory.make("acme-rooms", DECLARES.format(kind="environments"), {"environments/town.yaml": room})
+    with pytest.raises(BenchbotError, match="Two environments are called 'town_2:1'"):
+        catalog("acme-towns", "acme-rooms").names("environments")
 
 
 def test_a_name_declared_twice_names_both_distributions(plugin_factory: PluginFactory) -> None:
