@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PLUGINS := scenes assets_household sim_taichi task_semslam task_navigation eval_omq eval_trajectory eval_exploration \
 	envs_bear
 MORE_PLUGINS := robot_ros2 record_mcap replay record_video record_rerun executor_slurm executor_ray \
-	sim_mujoco task_manipulation view baselines
+	sim_mujoco task_manipulation view baselines envs_thousand
 EDITABLE := -e . $(foreach plugin,$(PLUGINS),-e plugins/$(plugin))
 EDITABLE_MORE := $(foreach plugin,$(MORE_PLUGINS),-e plugins/$(plugin))
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt

@@ -84,7 +84,7 @@ def load(path: Path, known: Catalog, *, with_truth: bool = True) -> Episode:
     Raises BenchbotError for a file that is no result.
     """
     shown, why = _scored(path, known)
-    declared = [known.pool("environments").get(name) for name in _scenes(shown)]
+    declared = [known.find("environments", name) for name in _scenes(shown)]
     robot = known.find("robots", shown.robot or "")
     camera = None if robot is None else Camera.of(robot.data)
     if not with_truth:

@@ -38,7 +38,7 @@ class LiveRuns:
         name = ":".join(state.environment.split(":")[:2])
         scene: dict[str, Any] = {"name": one_line(name), "low": [-4, -4], "high": [4, 4], "walls": None}
         scene |= {"path": [], "goals": []}
-        occupancy = occupancy_of(known.pool("environments").get(name))
+        occupancy = occupancy_of(known.find("environments", name))
         objects = []
         # An environment that is not installed here has no map to show.
         with suppress(BenchbotError):

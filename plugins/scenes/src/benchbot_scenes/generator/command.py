@@ -58,7 +58,14 @@ def generate_environment(
     from benchbot.plugin import Catalog, randomness
     from benchbot.plugin import load_plugins as load
     from benchbot_scenes.catalogue import pack, packs
-    from benchbot_scenes.generator.files import origin_file, pinned, write_origin, write_place
+    from benchbot_scenes.generator.files import (
+        least_room_m,
+        origin_file,
+        pinned,
+        write_origin,
+        write_picture,
+        write_place,
+    )
     from benchbot_scenes.generator.generate import generate
     from benchbot_scenes.visibility import observer
 
@@ -71,12 +78,14 @@ def generate_environment(
     with working("Furnishing the place, and planning in it"):
         place = generate(seed, kind, rooms, pack(assets), sees, known)
         written = write_place(folder, name, 1, place, sees, hidden=bool(known))
+        write_picture(folder / "maps" / f"{name}_1", written.geometry)
+        room_m = least_room_m(written, place, sees)
     made = {"environment": f"{name}:1", "kind": kind, "rooms": rooms, "seed": seed, "robot": robot, "assets": assets}
     write_origin(origin, {**made, **pinned(packs()[assets], secret)})
     if as_json:
-        console.data_json({**_summary(name, place, written), "origin": str(origin)})
+        console.data_json({**_summary(name, place, written, room_m), "origin": str(origin)})
     else:
-        _tell(name, folder, place, written)
+        _tell(name, folder, place, written, room_m)
         console.note(f"How it was made, for your eyes only: {origin}")
 
 
@@ -109,7 +118,7 @@ def _require_new(folder: Path, origin: Path) -> None:
         )
 
 
-def _summary(name: str, place: "Generated", written: "Written") -> dict[str, Any]:
+def _summary(name: str, place: "Generated", written: "Written", room_m: float) -> dict[str, Any]:
     from benchbot_scenes.generator.proxy import class_counts
 
     building = place.layout.building
@@ -121,12 +130,12 @@ def _summary(name: str, place: "Generated", written: "Written") -> dict[str, Any
         "classes": dict(class_counts(place.items)),
         "triangles": len(written.geometry.triangles),
         "trajectory_poses": len(place.trajectory_poses),
-        "least_clearance_m": round(written.least_room_m, 3),
+        "least_clearance_m": round(room_m, 3),
     }
 
 
-def _tell(name: str, folder: Path, place: "Generated", written: "Written") -> None:
-    summary = _summary(name, place, written)
+def _tell(name: str, folder: Path, place: "Generated", written: "Written", room_m: float) -> None:
+    summary = _summary(name, place, written, room_m)
     counts = ", ".join(f"{count} {kind}" for kind, count in summary["classes"].items())
     console.note(f"{summary['environment']}: {', '.join(summary['rooms'])}")
     console.note(f"{summary['objects']} objects: {counts}")

@@ -31,11 +31,11 @@ LIGHTING: dict[str, Any] = {"time": "14:00", "date": "2023-04-20", "latitude_deg
 
 @dataclass(frozen=True)
 class Written:
-    """The files of a generated place: its declaration and composed scene, with the room that its trajectory leaves."""
+    """The files of a generated place: its declaration, its composed scene, and where a robot may be in that."""
 
     declaration: Path
     geometry: SceneGeometry
-    least_room_m: float
+    space: FreeSpace
     objects: int
 
 
@@ -56,14 +56,21 @@ def declaration(name: str, variant: int, place: Generated, lighting: dict[str, A
 
 
 def write_place(
-    folder: Path, name: str, variant: int, place: Generated, robot: Observer, *, hidden: bool = False
+    folder: Path,
+    name: str,
+    variant: int,
+    place: Generated,
+    robot: Observer,
+    *,
+    hidden: bool = False,
+    lighting: dict[str, Any] = LIGHTING,
 ) -> Written:
     """Write environments/, layouts/, ground_truths/ and maps/ under `folder`, and the schema for editors.
 
     In a `hidden` place nothing runs without a secret. Raises BenchbotError when it cannot.
     """
     stem = f"{name}_{variant}"
-    document = declaration(name, variant, place, LIGHTING, hidden=hidden)
+    document = declaration(name, variant, place, lighting, hidden=hidden)
     try:
         for kind in ("environments", "layouts", "ground_truths", "maps"):
             (folder / kind).mkdir(parents=True, exist_ok=True)
@@ -77,7 +84,7 @@ def write_place(
         space = free_space(geometry, robot.z_min_m, robot.z_max_m)
         truth = ground_truth(geometry, document)
         write_json(folder / "ground_truths" / f"{stem}.json", truth)
-        write_maps(folder / "maps" / stem, geometry, space, (place.start_pose[4], place.start_pose[5]))
+        write_occupancy_map(folder / "maps" / stem, space, (place.start_pose[4], place.start_pose[5]))
         path = folder / "environments" / f"{stem}.yaml"
         text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=110)
         write_editor_schema(folder, "environment")
@@ -88,22 +95,31 @@ def write_place(
             f"{error.filename}: {error.strerror}",
             "Name another folder: --output-location FOLDER",
         ) from error
-    least_m = room_of(geometry, space, place.trajectory_poses, robot)
+    return Written(path, geometry, space, len(truth["ground_truth"]["objects"]))
+
+
+def least_room_m(written: Written, place: Generated, robot: Observer) -> float:
+    """Return the room that a place's trajectory leaves; raises BenchbotError when it is less than the robot needs."""
+    least_m = room_of(written.geometry, written.space, place.trajectory_poses, robot)
     if least_m < robot.radius_m:
         raise BenchbotError(
             "The trajectory of this place comes too close to something.",
             f"The robot has {least_m:.3f} m about its middle and needs {robot.radius_m + MARGIN_M:.2f} m.",
             "Take another seed, and report this one.",
         )
-    return Written(path, geometry, least_m, len(truth["ground_truth"]["objects"]))
+    return least_m
 
 
 def write_maps(stem: Path, geometry: SceneGeometry, space: FreeSpace, start: tuple[float, float]) -> list[Path]:
     """Write an occupancy map (STEM.png, STEM.yaml) and a picture from above (STEM_above.png)."""
-    image, description = write_occupancy_map(stem, space, start)
+    return [*write_occupancy_map(stem, space, start), write_picture(stem, geometry)]
+
+
+def write_picture(stem: Path, geometry: SceneGeometry) -> Path:
+    """Write a picture from above (STEM_above.png)."""
     picture = stem.with_name(f"{stem.name}_above.png")
     write_atomically(picture, png(top_down(geometry)))
-    return [image, description, picture]
+    return picture
 
 
 def origin_file(folder: Path) -> Path:

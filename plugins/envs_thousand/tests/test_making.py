@@ -1,0 +1,131 @@
+"""The thousand places: frozen, split, and each made when it is first used, with no other command than any place."""
+
+import json
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+import yaml
+
+from benchbot.core import plugin_manager
+from benchbot.core.declarations import schema
+from benchbot.core.declarations.catalog import Catalog
+from benchbot.core.errors import BenchbotError
+from benchbot.plugins.sandbox.view import hidden_paths
+from benchbot_envs_thousand import making, plugin
+from benchbot_envs_thousand.making import SPLITS, digest, lighting, make, places
+from tests.command_line import CommandLine
+from tools.thousand.__main__ import freeze
+
+EACH = [3, 18, 905]
+"""A small place of a day, one of five rooms, one to test in."""
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("BENCHBOT_CACHE_DIR", str(tmp_path / "cache"))
+    return tmp_path / "cache" / "places" / "thousand"
+
+
+def test_a_thousand_places_are_frozen() -> None:
+    found = places()
+    assert list(found) == list(range(1, 1001))
+    assert len({place.seed for place in found.values()}) == len({place.sha256 for place in found.values()}) == 1000
+
+
+@pytest.mark.parametrize("split", SPLITS)
+def test_every_split_has_all_kinds_and_sizes_alike(split: str) -> None:
+    among = [places()[number] for number in SPLITS[split]]
+    for counted in (Counter(place.kind for place in among), Counter(place.rooms for place in among)):
+        assert max(counted.values()) - min(counted.values()) <= 4
+    assert len({(place.kind, place.rooms) for place in among}) == 32
+
+
+def test_the_splits_are_batches() -> None:
+    (folder,) = plugin.benchbot_batches()
+    named = {path.stem: schema.read(path) for path in folder.iterdir()}
+    assert {name: batch["name"] for name, batch in named.items()} == {name: f"thousand_{name}" for name in SPLITS}
+    for name, among in SPLITS.items():
+        assert named[name]["environments"] == [f"thousand_{number}:1" for number in among]
+
+
+@pytest.mark.parametrize("number", EACH)
+def test_a_place_is_the_same_everywhere(number: int, cache: Path) -> None:
+    folder = make(number)
+    assert folder == cache / str(number)
+    assert digest(folder, number) == places()[number].sha256
+    declared = folder / "environments" / f"thousand_{number}_1.yaml"
+    schema.check(schema.read(declared), "environment", declared)
+    assert [path.name for path in cache.iterdir()] == [str(number)]
+
+
+def test_a_place_is_made_once_and_again_when_it_is_damaged(cache: Path) -> None:
+    declared = make(3) / "environments" / "thousand_3_1.yaml"
+    made = declared.stat().st_mtime_ns
+    make(3)
+    assert declared.stat().st_mtime_ns == made
+
+    declared.write_text(declared.read_text().replace("thousand", "million"))
+    make(3)
+    assert schema.read(declared)["name"] == "thousand_3"
+
+
+def test_who_makes_the_same_place_at_once_gets_the_same(cache: Path) -> None:
+    with ThreadPoolExecutor(3) as pool:
+        assert {digest(folder, 3) for folder in pool.map(make, [3] * 3)} == {places()[3].sha256}
+    assert [path.name for path in cache.iterdir()] == ["3"]
+
+
+def test_a_place_that_comes_out_different_is_refused(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    frozen = {**places(), 3: places()[3]._replace(seed=4)}
+    monkeypatch.setattr(making, "places", lambda: frozen)
+    with pytest.raises(BenchbotError, match="thousand_3:1 is not the place that it is elsewhere") as caught:
+        make(3)
+    assert "pip install --upgrade benchbot-envs-thousand" in caught.value.fix
+    assert list(cache.iterdir()) == []
+
+
+def test_a_cache_that_cannot_be_written_is_told(cache: Path) -> None:
+    cache.parent.parent.mkdir()
+    cache.parent.write_text("a file, where the folder should be")
+    with pytest.raises(BenchbotError, match="thousand_3:1 cannot be kept in") as caught:
+        make(3)
+    assert "BENCHBOT_CACHE_DIR" in caught.value.fix
+
+
+def test_light_is_of_days_and_evenings() -> None:
+    drawn = [lighting(seed) for seed in range(200)]
+    evenings = sum(light["lamps"]["on"] == "all" for light in drawn)
+    assert 0.2 < evenings / len(drawn) < 0.4
+    assert all((light["time"] >= "19:00") == (light["lamps"]["on"] == "all") for light in drawn)
+    assert lighting(7) == lighting(7) != lighting(8)
+
+
+def test_freezing_gives_what_is_frozen(tmp_path: Path) -> None:
+    freeze(tmp_path, 3)
+    kept = json.loads((tmp_path / "3" / "place.json").read_text())
+    assert kept["place"] == list(places()[3])
+    assert kept["checked"]["violations"] == []
+
+
+def test_solutions_see_neither_places_nor_seeds(cache: Path, tmp_path: Path) -> None:
+    hidden = hidden_paths(Catalog(plugin_manager.load()), tmp_path)
+    package = Path(plugin.__file__).parent.resolve()
+    for path in (package / "places.csv", make(3).resolve()):
+        assert any(path.is_relative_to(other) for other in hidden)
+
+
+def test_any_command_takes_a_place(cli: CommandLine) -> None:
+    cli.variables["BENCHBOT_PLUGINS"] = "benchbot-envs-thousand,benchbot-scenes,benchbot-assets-household"
+    listed = cli("list", "environments")
+    assert "made when they are first used: thousand_1:1 to thousand_1000:1" in listed.stderr
+
+    shown = cli("show", "environment", "thousand_3:1")
+    assert shown.returncode == 0, shown.stderr
+    declared = yaml.safe_load(shown.stdout)
+    assert (declared["name"], declared["variant"]) == ("thousand_3", 1)
+
+    unknown = cli("show", "environment", "thousand_1001:1")
+    assert unknown.returncode == 2
+    assert "thousand_1:1 to thousand_1000:1" in unknown.stderr

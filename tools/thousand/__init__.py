@@ -1,0 +1,1 @@
+"""Freezes the thousand places: which seeds they are, and what these give."""
