@@ -1,7 +1,9 @@
 import fcntl
+import os
 import socket
 from collections.abc import Iterator
 from contextlib import suppress
+from itertools import cycle, islice
 from pathlib import Path
 from zlib import crc32
 
@@ -47,11 +49,14 @@ def domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
 
 
 class _free_domain:  # noqa: N801
-    """Holds the first free number: the kernel frees the socket that stands for it, however the process ends."""
+    """Holds a free number: the kernel frees the socket that stands for it, however the process ends."""
+
+    # Up to 101 a domain's ports lie below those that the kernel gives to clients. Each time another one, and far from
+    # those of other workers: who was in a domain before is still heard of for a moment.
+    _numbers = cycle((37 * os.getpid() + number) % 101 + 1 for number in range(101))
 
     def __enter__(self) -> tuple[int, socket.socket]:
-        # Up to 101 a domain's ports lie below those that the kernel gives to clients.
-        for number in range(1, 102):
+        for number in islice(self._numbers, 101):
             self._lock = socket.socket(socket.AF_UNIX)
             try:
                 self._lock.bind(f"\0benchbot-test-ros-domain-{number}")
