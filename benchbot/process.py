@@ -98,10 +98,19 @@ def last_words(log: IO[bytes], start: int = 0) -> str:
 
 def is_stopped(pid: int) -> bool:
     """Return whether SIGSTOP, or Ctrl-Z in its terminal, has stopped a process; False without /proc."""
+    return _state(pid) == "T"
+
+
+def is_running(pid: int) -> bool:
+    """Return whether a process is there, and not one that has ended and nobody has asked about; False without /proc."""
+    return _state(pid) not in {"", "Z", "X"}
+
+
+def _state(pid: int) -> str:
     with suppress(OSError):
         # The name of the program, in brackets, may hold anything.
-        return Path(f"/proc/{pid}/stat").read_text("utf-8", "replace").rpartition(")")[2].split()[0] == "T"
-    return False
+        return Path(f"/proc/{pid}/stat").read_text("utf-8", "replace").rpartition(")")[2].split()[0]
+    return ""
 
 
 def tree(pid: int) -> Iterator[int]:

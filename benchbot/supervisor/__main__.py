@@ -5,6 +5,7 @@ until it is told to stop or the socket ends, which means that the parent is gone
 `RunRequest` for each further run.
 """
 
+import faulthandler
 import gc
 import os
 import signal
@@ -30,6 +31,8 @@ from benchbot.wire.run_state import RunState
 
 def main() -> int:
     """Serve the runs that the parent asks for; return the exit code."""
+    # Who has to end it by force wants to know where it stood.
+    faulthandler.enable()
     parent = Parent(socket.socket(fileno=0))
     try:
         request = msgspec.msgpack.decode(messages.receive(parent.socket), type=BackendRequest)

@@ -1,8 +1,11 @@
 """A back end as a child process: starting it for one submission, and having it go on with the next run."""
 
+import logging
+import signal
 import socket
 import subprocess
 import tempfile
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -13,7 +16,7 @@ import msgspec
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.request import RunRequest
-from benchbot.process import how_it_ended, last_words, start_module
+from benchbot.process import how_it_ended, is_running, last_words, start_module, tree
 from benchbot.supervisor.platform import messages
 from benchbot.supervisor.platform.host import Timeouts
 from benchbot.supervisor.recording.host import CLOSE_TIMEOUT_S
@@ -25,6 +28,8 @@ START_TIMEOUT_S = 180.0
 STOP_TIMEOUT_S = 15.0
 BEGIN_TIMEOUT_S = 120.0
 PROGRAM = "a program"
+
+logger = logging.getLogger(__name__)
 
 
 class BackendRequest(msgspec.Struct, frozen=True):
@@ -94,7 +99,7 @@ class Backend:
                 try:
                     yield cls(process, ours, log, _ask(process, ours, request, log, start_timeout_s))
                 finally:
-                    _end(process, STOP_TIMEOUT_S + (CLOSE_TIMEOUT_S if run.record else 0.0))
+                    _end(process, log, STOP_TIMEOUT_S + (CLOSE_TIMEOUT_S if run.record else 0.0))
 
 
 def _absolute(request: RunRequest) -> RunRequest:
@@ -119,14 +124,25 @@ def _ask(
         raise _dead(process, log) from error
 
 
-def _end(process: "subprocess.Popen[bytes]", timeout_s: float) -> None:
-    """End the child: politely, then by force; it is always reaped, and what it could not tidy up any more is."""
+def _end(process: "subprocess.Popen[bytes]", log: IO[bytes], timeout_s: float) -> None:
+    """End the child: politely, then by force; it is always reaped, and what it could not tidy up any more is.
+
+    Ended by force, it says where it stood. What writes recordings ends by itself then, and is waited for.
+    """
     process.terminate()
     try:
         process.wait(timeout_s)
     except subprocess.TimeoutExpired:
+        started = [pid for pid in tree(process.pid) if pid != process.pid]
+        process.send_signal(signal.SIGABRT)
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(1.0)
         process.kill()
         process.wait()
+        logger.warning("The supervisor did not end in %g s and was ended by force. %s", timeout_s, last_words(log))
+        given_up_s = time.monotonic() + STOP_TIMEOUT_S
+        while any(map(is_running, started)) and time.monotonic() < given_up_s:
+            time.sleep(0.05)
     if process.returncode < 0:
         with suppress(OSError):
             run_state.clean()

@@ -14,6 +14,7 @@ from benchbot.api.client import Client
 from benchbot.core import resources
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.request import Limits, RunRequest
+from benchbot.process import is_running
 from benchbot.supervisor import backend as backends
 from benchbot.supervisor.backend import Backend
 from benchbot.supervisor.http import server
@@ -260,6 +261,19 @@ def test_a_back_end_that_is_too_slow_to_end_is_tidied_up_after(
     assert run_state.live() == []
     assert not Path(backend.state.folder, "run.json").exists()
     assert list(short_folder.iterdir()) == []
+
+
+def test_a_back_end_that_hangs_says_where_and_its_recordings_are_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(backends, "CLOSE_TIMEOUT_S", -backends.STOP_TIMEOUT_S + 0.01)
+    with sample_backend(record={"steps": tmp_path / "steps"}) as backend:
+        Client(backend.state.connection).reset()
+        children = children_of(backend.pid)
+    assert not any(is_running(child) for child in children)
+    assert "did not end in 0.01 s and was ended by force" in caplog.text
+    assert "Current thread" in caplog.text
+    assert list((tmp_path / "steps").iterdir())
 
 
 def test_a_back_end_ends_with_the_process_that_started_it() -> None:

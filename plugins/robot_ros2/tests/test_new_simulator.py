@@ -14,7 +14,7 @@ from tests.conftest import SAMPLE_PLUGIN
 from tests.plugin_factory import DECLARES, PluginFactory
 
 
-@pytest.mark.xdist_group("bridge")
+@pytest.mark.xdist_group("robots 1")
 def test_its_robot_is_reset_and_driven_in_a_running_simulator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     source = create("simulator-ros2", "acme-gazebo", tmp_path / "made") / "src" / "acme_gazebo"
     robot = yaml.safe_load((source / "robots" / "acme_gazebo_robot.yaml").read_text())

@@ -203,7 +203,7 @@ def off(reached: Pose, goal: Pose) -> tuple[float, float]:
     return math.hypot(*difference.translation_xyz[:2]), math.degrees(abs(difference.yaw_rad))
 
 
-@pytest.mark.xdist_group("bridge")
+@pytest.mark.xdist_group("robots 1")
 def test_two_bridged_robots_of_one_declaration_are_driven_at_once(rooms: Path) -> None:
     names = ("tb1", "tb2")
     nook = ("--robot", "sample_careful_robot", "--env", "nook:1")
@@ -225,7 +225,7 @@ def test_two_bridged_robots_of_one_declaration_are_driven_at_once(rooms: Path) -
             assert turned_deg < 2 * ANGLE_TOLERANCE_DEG
 
 
-@pytest.mark.xdist_group("bridge")
+@pytest.mark.xdist_group("robots 1")
 @pytest.mark.parametrize(
     ("example", "task", "steps"),
     [
@@ -246,7 +246,7 @@ def test_a_first_solution_runs_on_both(in_the_nook: Platforms, example: str, tas
         assert turned_deg < 4.0
 
 
-@pytest.mark.xdist_group("bridge")
+@pytest.mark.xdist_group("robots 1")
 def test_a_first_solution_runs_where_velocities_are_stamped(rooms: Path) -> None:
     with bridge_on_a_domain(
         "--robot", "sample_careful_robot", "--env", "nook:1", "--camera-rate-hz", "20", "--stamped"
@@ -267,7 +267,7 @@ def mapped(in_the_nook: Platforms) -> tuple[Run, Run]:
     return in_the_nook.both(MAPPING, "segmentation_mapper")
 
 
-@pytest.mark.xdist_group("bridge")
+@pytest.mark.xdist_group("robots 1")
 def test_a_mapper_finds_the_same_things_in_the_same_places(mapped: tuple[Run, Run]) -> None:
     simulated, real = mapped
 
@@ -278,7 +278,7 @@ def test_a_mapper_finds_the_same_things_in_the_same_places(mapped: tuple[Run, Ru
         assert math.dist(here["centroid"], there["centroid"]) < 0.1
 
 
-@pytest.mark.xdist_group("bridge")
+@pytest.mark.xdist_group("robots 1")
 def test_what_both_have_seen_is_replayed_to_the_same_maps(in_the_nook: Platforms, mapped: tuple[Run, Run]) -> None:
     for run in mapped:
         replayed = in_the_nook.replay(run, "segmentation_mapper")
@@ -287,7 +287,7 @@ def test_what_both_have_seen_is_replayed_to_the_same_maps(in_the_nook: Platforms
         assert replayed.result["actions"] == run.result["actions"]
 
 
-@pytest.mark.xdist_group("bridge")
+@pytest.mark.xdist_group("robots 1")
 def test_recordings_of_both_have_the_same_topics(mapped: tuple[Run, Run]) -> None:
     simulated, real = (contents(run) for run in mapped)
 

@@ -89,7 +89,7 @@ def hall(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ["PYTHONPATH"]]))
 
 
-@pytest.mark.xdist_group("bridge")
+@pytest.mark.xdist_group("robots 1")
 def test_a_bridged_holonomic_base_obeys_the_driver_and_any_other_twist(hall: None, tmp_path: Path) -> None:
     truth = {**BY_TRUTH, "ros_topic": "/ground_truth/odom"}
     robot = holonomic(

@@ -19,7 +19,7 @@ from benchbot_robot_ros2.messages import pose_of
 from plugins.robot_ros2.tests.bridge.bridged import SAMPLE, Listener, bridge, listener, simulator, time_of, until
 from plugins.robot_ros2.tests.conftest import _free_domain
 
-pytestmark = pytest.mark.xdist_group("bridge")
+pytestmark = pytest.mark.xdist_group("robots 1")
 
 ODOMETRY, TRUTH = ("/odom", "nav_msgs/msg/Odometry"), ("/ground_truth/odom", "nav_msgs/msg/Odometry")
 COLLISION, CLOCK = ("/collision", "std_msgs/msg/Bool"), ("/clock", "rosgraph_msgs/msg/Clock")

@@ -21,7 +21,7 @@ from plugins.robot_ros2.tests.bridge.bridged import DEADLINE_S, SAMPLE, Listener
 from tests.conftest import SAMPLE_PLUGIN
 from tests.plugin_factory import DECLARES, PluginFactory
 
-pytestmark = pytest.mark.xdist_group("bridge")
+pytestmark = pytest.mark.xdist_group("robots 1")
 
 ODOMETRY = ("/odom", "nav_msgs/msg/Odometry")
 TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"

@@ -18,7 +18,7 @@ from benchbot_robot_ros2.messages import message_type, pose_of
 from plugins.robot_ros2.tests.bridge.bridged import SAMPLE, Listener, bridge, listener, time_of, until
 from plugins.robot_ros2.tests.conftest import _free_domain
 
-pytestmark = pytest.mark.xdist_group("bridge")
+pytestmark = pytest.mark.xdist_group("robots 1")
 
 ODOMETRY = "nav_msgs/msg/Odometry"
 CLOCK = ("/clock", "rosgraph_msgs/msg/Clock")
