@@ -107,8 +107,8 @@ def _declarations(kind: str, listing: Listing) -> list[dict[str, Any]]:
 
     catalog = Catalog(_loaded())
     pool = catalog.pool(kind)
-    for found in catalog.environment_sets if kind == "environments" else ():
-        console.note(f"Besides, made when they are first used: {found.name}_1:1 to {found.name}_{found.size}:1")
+    for names in catalog.made_environments if kind == "environments" else ():
+        console.note(f"Besides, made when they are first used: {names}")
     for error in catalog.broken:
         console.note(f"Left out: {error.title} {error.why}")
     return [

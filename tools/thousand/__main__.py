@@ -66,7 +66,7 @@ def freeze(folder: Path, number: int) -> str:
             seed += SEEDS_APART
             continue
         place = place._replace(sha256=str(digest(there.parent, number)))
-        # What is a pixel of the sheet, and half as much.
+        # On the sheet a pixel is still coarser.
         top_down(written.geometry, pixel_m=0.15).save(there.with_name("above.png"))
         there.write_text(json.dumps({"place": place, "refused": refused, "checked": asdict(found)}), "utf-8")
     return f"{NAME}_{number}:1 {json.loads(there.read_text('utf-8'))['refused'] or ''}"

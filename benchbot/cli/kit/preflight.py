@@ -46,10 +46,10 @@ class Intent:
 
 def scenes_of(catalog: "Catalog", environments: Iterable[str]) -> "list[Declaration]":
     """Return the scenes of environments, each once; an environment that is not known is for `select` to tell."""
-    found: dict[str, Declaration] = {}
     from benchbot.cli.kit.status_line import working
     from benchbot.core import long_work
 
+    found: dict[str, Declaration] = {}
     # Those of a set are made here, which takes long.
     with working("Making environments"):
         for text in long_work.counted("Making environments", list(environments)):

@@ -8,7 +8,7 @@ from typing import Any
 
 from benchbot.core.declarations import schema
 from benchbot.core.errors import BenchbotError, did_you_mean
-from benchbot.core.light_records import DeclarationFolder, EnvironmentSet
+from benchbot.core.light_records import DeclarationFolder
 from benchbot.core.plugin_manager import Plugins, Provided, conflict
 from benchbot.core.resources import YAML_SUFFIXES, declaration_files
 
@@ -94,8 +94,7 @@ class Catalog:
         """Return the error for a name that a pool does not hold."""
         noun = KINDS[kind]
         known = self.names(kind)
-        sets = self.environment_sets if kind == "environments" else []
-        made = [f"{found.name}_1:1 to {found.name}_{found.size}:1" for found in sets]
+        made = self.made_environments if kind == "environments" else []
         return BenchbotError(
             f"'{name}' is not a known {noun}.",
             f"Known: {', '.join([*known, *made]) or 'none'}.{did_you_mean(name, known)}{self.plugins.broken_hint()}"
@@ -117,9 +116,10 @@ class Catalog:
         return [self.get("environments", f"{name}:{variant}") for variant in variants]
 
     @property
-    def environment_sets(self) -> list[EnvironmentSet]:
-        """The sets of environments that are made when they are first asked for."""
-        return [provided.value for provided in self.plugins.pool("environment_sets").values()]
+    def made_environments(self) -> list[str]:
+        """The environments that are made when they are first asked for: the first and the last name of each set."""
+        sets = [provided.value for provided in self.plugins.pool("environment_sets").values()]
+        return [f"{found.name}_1:1 to {found.name}_{found.size}:1" for found in sets]
 
     def made_ground_truth_files(self, name: str) -> tuple[Path, ...]:
         """Return the ground-truth files of an environment of a set, none of another; see `ground_truth_files`."""

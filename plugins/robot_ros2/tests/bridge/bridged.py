@@ -62,14 +62,6 @@ def children_of(pid: int) -> list[int]:
     return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
 
 
-def is_running(pid: int) -> bool:
-    """Say whether a process is there, other than as a zombie that nobody has asked about."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except FileNotFoundError:
-        return False
-
-
 def until(condition: Callable[[], Any], what: str) -> Any:
     """Wait for a condition, and return what it says."""
     deadline_s = time.monotonic() + DEADLINE_S

@@ -12,6 +12,7 @@ from benchbot.core import plugin_manager
 from benchbot.core.channels import Observations
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.platform import Simulation
+from benchbot.process import is_running
 from benchbot_robot_ros2 import ros
 from benchbot_robot_ros2.bridge.camera_process import Album
 from benchbot_robot_ros2.bridge.robot import BridgedRobot
@@ -20,7 +21,6 @@ from plugins.robot_ros2.tests.bridge.bridged import (
     SAMPLE,
     bridge,
     children_of,
-    is_running,
     listener,
     simulator,
     time_of,
