@@ -71,9 +71,12 @@ def test_a_place_is_made_once_and_again_when_it_is_damaged(cache: Path) -> None:
     assert schema.read(declared)["name"] == "thousand_3"
 
 
-def test_who_makes_the_same_place_at_once_gets_the_same(cache: Path) -> None:
-    with ThreadPoolExecutor(3) as pool:
-        assert {digest(folder, 3) for folder in pool.map(make, [3] * 3)} == {places()[3].sha256}
+@pytest.mark.parametrize("is_damaged", [False, True])
+def test_who_makes_the_same_place_at_once_gets_the_same(is_damaged: bool, cache: Path) -> None:
+    if is_damaged:
+        (cache / "3" / "environments").mkdir(parents=True)
+    with ThreadPoolExecutor(5) as pool:
+        assert set(pool.map(lambda number: digest(make(number), number), [3] * 5)) == {places()[3].sha256}
     assert [path.name for path in cache.iterdir()] == ["3"]
 
 

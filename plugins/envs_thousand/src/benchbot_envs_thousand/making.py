@@ -1,7 +1,6 @@
 """Which places the thousand are, and making one of them when it is first used."""
 
 import csv
-import shutil
 from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
@@ -65,6 +64,9 @@ def make(number: int) -> Path:
 
 def _make(place: Place, folder: Path) -> None:
     with TemporaryDirectory(dir=folder.parent, prefix=".making-") as temporary:
+        # What is there is moved away now, and never later: another process may be making the place, too, and uses it.
+        with suppress(FileNotFoundError):
+            folder.rename(Path(temporary, "other"))
         made = Path(temporary, "place")
         write(place, made)
         if digest(made, place.number) != place.sha256:
@@ -75,8 +77,6 @@ def _make(place: Place, folder: Path) -> None:
                 "Install the versions that belong together: pip install --upgrade benchbot-envs-thousand "
                 "benchbot-scenes benchbot-assets-household numpy",
             )
-        with suppress(FileNotFoundError):
-            shutil.rmtree(folder)
         try:
             made.rename(folder)
         except OSError:
