@@ -75,6 +75,31 @@ def test_a_camera_that_hangs_holds_up_neither_the_robot_nor_the_end(domain: int)
         assert not is_running(camera)
 
 
+def test_the_second_signal_ends_it_in_a_reset_that_hangs(domain: int) -> None:
+    from std_srvs.srv import Trigger
+
+    with bridge(*SAMPLE) as process, listener() as robot:
+        (camera,) = children_of(process.pid)
+        odometry = robot.hear(*ODOMETRY)
+        client = robot.node.create_client(Trigger, "/benchbot/reset")
+        assert client.wait_for_service(60)
+        os.kill(camera, signal.SIGSTOP)
+        client.call_async(Trigger.Request())
+
+        def stands_still() -> bool:
+            heard = len(odometry)
+            time.sleep(0.5)
+            return len(odometry) == heard
+
+        until(stands_still, "the reset waits for the camera")
+        process.terminate()
+        time.sleep(0.5)
+        assert process.poll() is None
+        process.terminate()
+        assert process.wait(60) == 0
+        assert not is_running(camera)
+
+
 def test_wall_time_is_the_systems_and_has_no_clock_topic(domain: int) -> None:
     before_ns = time.time_ns()
     with bridge(*SAMPLE, "--wall-time", "--namespace", "robot_1") as process, listener() as robot:

@@ -2,8 +2,10 @@
 
 import os
 import signal
+from collections.abc import Callable
 from contextlib import ExitStack, closing
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from threading import Event
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -77,8 +79,22 @@ def ros2(
             f"{', '.join(bridged.unpresented)}. Use them without ROS 2: benchbot run."
         )
 
-    for signal_number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(signal_number, _interrupt)
+    ended = Event()
+
+    def interrupt(*_: Any) -> None:
+        # Once is enough: what is let go of now must not be interrupted.
+        _on_end(signal.SIG_IGN)
+        ended.set()
+        raise KeyboardInterrupt
+
+    def finish(*_: Any) -> None:
+        # An exception in the midst of rclpy may be lost there, or leave a lock behind that its end waits for: only the
+        # second signal interrupts, such as a reset that hangs.
+        if ended.is_set():
+            interrupt()
+        ended.set()
+
+    _on_end(interrupt)
     with ExitStack() as stack:
         try:
             node = stack.enter_context(ros.node(NODE, namespace=namespace))
@@ -108,17 +124,17 @@ def ros2(
                     "tf2_msgs is not installed, so there is no /tf: a ROS 2 installation has it, PyPI does not."
                 )
             fitting = drivers(catalog, bridged, simulated=not wall_time, transforms=has_transforms)
+            _on_end(finish)
             console.note(*_ready(bridged, environment, fitting))
-            the_bridge.run(node, state, TypeWatch(node, bridged, console.note, clock))
+            the_bridge.run(node, state, TypeWatch(node, bridged, console.note, clock), ended)
         except KeyboardInterrupt:
-            console.note("The bridge has ended.")
+            pass
+    console.note("The bridge has ended.")
 
 
-def _interrupt(*_: Any) -> NoReturn:
-    # Once is enough: what is let go of now must not be interrupted.
-    for signal_number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(signal_number, signal.SIG_IGN)
-    raise KeyboardInterrupt
+def _on_end(handler: Callable[..., Any] | signal.Handlers) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, handler)
 
 
 def _ready(robot: "BridgedRobot", environment: str, drivers: dict[str, list[str]]) -> list[str]:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from threading import Event
 from typing import TYPE_CHECKING, Any
 
 from benchbot.cli.kit import console
@@ -67,8 +68,11 @@ class Bridge:
         if self._maps:
             self._maps.publish(grid, self._world.stamp_ns)
 
-    def run(self, node: "Node", state: StatePublisher, watch: TypeWatch) -> None:
-        """Let time pass, at real-time pace at most, for ever; raises BenchbotError when the camera's process ends."""
+    def run(self, node: "Node", state: StatePublisher, watch: TypeWatch, ended: Event) -> None:
+        """Let time pass, at real-time pace at most, until it is ended.
+
+        Raises BenchbotError when the camera's process ends.
+        """
         from rclpy.clock import Clock, ClockType
         from rclpy.executors import SingleThreadedExecutor
 
@@ -77,7 +81,7 @@ class Bridge:
         node.create_timer(WATCH_PERIOD_S, watch.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         executor = SingleThreadedExecutor(context=node.context)
         executor.add_node(node)
-        while True:
+        while not ended.is_set():
             self._world.tick()
             state.publish(self._world)
             if self._camera:
