@@ -158,7 +158,8 @@ def chart(made: Sequence[Step], until: float, *, lower_is_better: bool) -> Chart
         points = " ".join(f"{a:.1f},{b:.1f}" for a, b in corners)
         curves.append(Curve(standing.team, standing.is_baseline, points, corners[-1], labels.get(standing.team)))
     moments = [first + (last - first) * part / 4 for part in range(5)]
-    form = "%Y-%m-%d" if last - first > 4 * DAY_S else "%m-%d %H:%M"
+    span_s = last - first
+    form = "%Y-%m-%d" if span_s > 4 * DAY_S else "%m-%d %H:%M" if span_s > 4 * 60 else "%H:%M:%S"
     across = tuple((x(moment), datetime.fromtimestamp(moment, UTC).strftime(form)) for moment in moments)
     count = round((high - low) / each)
     digits = max(0, -math.floor(math.log10(each)))

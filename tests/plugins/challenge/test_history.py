@@ -190,3 +190,9 @@ def test_a_chart_stays_in_its_frame(drawn: list[tuple[float, str, float]]) -> No
     named = sorted(curve.label_y for curve in found.curves if curve.label_y is not None)
     assert all(b - a >= history.LINE_PX - 1e-6 for a, b in itertools.pairwise(named))
     assert len(found.up) <= 8
+
+
+@pytest.mark.parametrize("span_s", [5, 60, 90, 1000, 86_400, 4e5, 1e8])
+def test_a_chart_names_no_two_moments_alike(span_s: float) -> None:
+    found = history.chart((Step(1e9, "a", False, 1.0, 1),), 1e9 + span_s, lower_is_better=False)
+    assert len({label for _, label in found.across}) == len(found.across)
