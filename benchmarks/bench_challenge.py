@@ -303,7 +303,7 @@ def chaos(kind: str) -> dict[str, Any]:
             expected = undisturbed(cli, 20, 5)
             outcome = storm(cli, url, server, teams=20, each=5, kills=30, spacing_s=10, patience_s=3600)
             require_as_undisturbed(outcome, expected)
-            assert cli.no_process_is_left()
+            assert cli.no_process_is_left(), cli.processes_left()
         finally:
             for process in cli.processes:
                 process.kill()

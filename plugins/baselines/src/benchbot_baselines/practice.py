@@ -1,7 +1,8 @@
 """Places to practise driving in: `python -m benchbot_baselines.practice --seeds 2000-2047 --output PLACES`.
 
-Each is an environment of the generator, with episodes from start to goal, and for training alone how long the way to
-each goal is from anywhere. `benchbot … --addons PLACES` takes the environments as any other.
+Each is an environment of the generator, with episodes from start to goal and the floor plan that they are evaluated
+by, and for training alone how long the way to each goal is from anywhere. `benchbot … --addons PLACES` takes the
+environments as any other.
 """
 
 import argparse
@@ -99,6 +100,8 @@ def make(seed: int, folder: Path, episodes: int) -> str:
     distances_m = np.stack([ways.distances_m(goal) for goal in goals]).astype(np.float16)
     (folder / name / "episodes").mkdir(exist_ok=True)
     write_atomically(folder / name / "episodes" / f"{name}_1.json", json.dumps(listed).encode())
+    truth = make_episodes.ground_truth(catalog, declared, plan)
+    write_atomically(folder / name / "ground_truths" / f"floor_plan_{name}_1.json", json.dumps(truth).encode())
     np.savez(
         folder / name / COURSE,
         distances_m=distances_m,
@@ -133,7 +136,8 @@ def main(words: Sequence[str] | None = None) -> None:
     try:
         seeds = _seeds(given.seeds)
         given.output.mkdir(parents=True, exist_ok=True)
-        with ProcessPoolExecutor(given.processes, get_context("spawn")) as pool:
+        # A process keeps to the add-ons that it found first, so that each place has one of its own.
+        with ProcessPoolExecutor(given.processes, get_context("spawn"), max_tasks_per_child=1) as pool:
             for told in pool.map(partial(make, folder=given.output.absolute(), episodes=given.episodes), seeds):
                 console.note(told)
     except BenchbotError as error:

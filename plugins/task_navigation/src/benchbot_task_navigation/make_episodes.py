@@ -163,7 +163,7 @@ def _make(environment: str, robot_name: str, seed: int, count: int, folder: Path
             "Choose such ones, or make a plan with benchbot_task_navigation.floor_plan and generate.",
         )
     place = Place(declared.name, plan, start_xyz, radius_m)
-    _write(folder / "ground_truths" / f"floor_plan_{file_name}.json", _ground_truth(catalog, declared, plan))
+    _write(folder / "ground_truths" / f"floor_plan_{file_name}.json", ground_truth(catalog, declared, plan))
     _write(folder / "episodes" / "point_goal" / f"{file_name}.json", point_goals(place, seed, count))
     if geometry is None:
         console.note("No episodes of object_goal: a map does not say from where an object is seen.")
@@ -178,7 +178,8 @@ def _make(environment: str, robot_name: str, seed: int, count: int, folder: Path
     _write(folder / "episodes" / "object_goal" / f"{file_name}.json", listed)
 
 
-def _ground_truth(catalog: Catalog, environment: Declaration, plan: FloorPlan) -> dict[str, Any]:
+def ground_truth(catalog: Catalog, environment: Declaration, plan: FloorPlan) -> dict[str, Any]:
+    """Return the plan of an environment as the document that `--ground-truth` and evaluators read."""
     return {
         "environment": {key: environment.data[key] for key in ("name", "variant")},
         "format": catalog.get("formats", "floor_plan").data,
