@@ -199,14 +199,14 @@ def _declared_paths(catalog: Catalog, hidden: Sequence[Path]) -> Iterator[Path]:
 def _packages(plugins: Plugins, shown: Set[str], folder: Path) -> Iterator[Path]:
     """Yield the packages of installed plug-ins, used or not, but BenchBot's own, those `shown` and those for solutions.
 
-    A plug-in is for solutions when it declares tasks and nothing of places: what it has besides is theirs to import.
-    A package in the solution's `folder` is none that is installed, though Python may find it first.
+    A plug-in is for solutions when it declares tasks or examples and nothing of places: what it has besides is theirs
+    to import. A package in the solution's `folder` is none that is installed, though Python may find it first.
     """
-    tasks = {source.distribution for source in plugins.sources("tasks")}
+    offers = {source.distribution for kind in ("tasks", "examples") for source in plugins.sources(kind)}
     places = {source.distribution for kind in KINDS for source in plugins.sources(kind)}
     places.update(record.distribution for kind in MAKES_PLACES for record in plugins.pool(kind).values())
     for point in entry_points.find(GROUP):
-        if point.distribution not in {"benchbot", *shown, *(tasks - places)}:
+        if point.distribution not in {"benchbot", *shown, *(offers - places)}:
             name = point.value.partition(":")[0].partition(".")[0]
             for spec in (find_spec(name), *(PathFinder.find_spec(name, [place]) for place in sys.path)):
                 paths = map(Path, (spec.submodule_search_locations or filter(None, [spec.origin])) if spec else ())

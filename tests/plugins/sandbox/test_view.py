@@ -98,6 +98,11 @@ name: acme
 actions: [move_next]
 observations: [laser]
 """
+EXAMPLE = """
+name: acme
+description: Does nothing.
+native_command: python acme.py
+"""
 ENVIRONMENT = """
 name: {name}
 variant: 1
@@ -113,21 +118,22 @@ def test_of_plugins_only_those_for_solutions_are_seen(
     for_solutions = plugin_factory.make(
         "acme-task", DECLARES.format(kind="tasks"), {"tasks/acme.yaml": TASK, "mapping.py": ""}
     )
+    with_examples = plugin_factory.make("acme-examples", DECLARES.format(kind="examples"), {"examples/a.yaml": EXAMPLE})
     place = {"environments/acme_1.yaml": ENVIRONMENT.format(name="acme")}
     with_places = plugin_factory.make(
         "acme-all", DECLARES.format(kind="tasks") + DECLARES.format(kind="environments"), {**place, "generator.py": ""}
     )
     command_only = plugin_factory.make("acme-generator", "")
     broken = plugin_factory.make("acme-broken", "raise RuntimeError")
-    site = [for_solutions, with_places, command_only, broken]
+    site = [for_solutions, with_examples, with_places, command_only, broken]
 
     def seen(*readable: Path) -> list[Path]:
         load.cache_clear()
         view = seen_by(tmp_path / "work", Catalog(load()), plugin_factory.folder, *readable)
         return [path for path in site if is_seen(path / "__init__.py", view)]
 
-    assert seen() == [for_solutions]
-    assert seen(command_only) == [for_solutions, command_only]
+    assert seen() == [for_solutions, with_examples]
+    assert seen(command_only) == [for_solutions, with_examples, command_only]
     assert not is_seen(with_places / place.popitem()[0], seen_by(tmp_path / "work", Catalog(load()), with_places))
     monkeypatch.setenv("BENCHBOT_PLUGINS", "")
     assert seen() == []
