@@ -1,6 +1,7 @@
 """The screen that starts a run: choose the task, the robot, the environment, then seed, limits and a solution."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
@@ -171,9 +172,12 @@ class NewRunScreen(Screen[None]):
         self._show_command()
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Choose the first that fits the letters."""
+        """Choose the first that fits the letters, or look for an environment of a set of such a name."""
         if event.input.has_class("filter"):
             options = self.query_one(f"#list-{self.step}", OptionList)
+            if self.step == "environment" and self._marked(self.step) is None:
+                self._look_up_by_name(event.value.strip())
+                return
             options.focus()
             options.action_select()
 
@@ -216,6 +220,24 @@ class NewRunScreen(Screen[None]):
         if step == "robot":
             self.app.in_thread(lambda: offers_of(found.catalog, task), self.query_one(SolutionForm).offer)
 
+    def _look_up_by_name(self, name: str) -> None:
+        """List an environment of a set, which is made now; say that there is none of the name."""
+        found, task, robot = self._possibilities, self.chosen["task"], self.chosen["robot"]
+        if found is None:
+            return
+        full_name = name if ":" in name else f"{name}:1"
+
+        def ask() -> Choice:
+            found.catalog.environments(full_name)
+            return Choice(full_name, found.against(task, robot, full_name))
+
+        def offer(choice: Choice) -> None:
+            self._offer("environment", [*self._choices.get("environment", {}).values(), choice])
+
+        options = self.query_one("#list-environment", OptionList)
+        options.loading = True
+        self.app.in_thread(ask, offer, partial(setattr, options, "loading", False))
+
     def _forget_after(self, step: str) -> None:
         for later in CHOSEN[CHOSEN.index(step) + 1 :]:
             self.chosen.pop(later, None)
@@ -239,6 +261,9 @@ class NewRunScreen(Screen[None]):
         fitting = [choice for choice in self._choices.get(step, {}).values() if letters in choice.name.lower()]
         ordered = sorted(fitting, key=lambda choice: bool(choice.reasons))
         options.set_options([Option(_prompt(choice), id=choice.name) for choice in ordered])
+        if step == "environment" and self._possibilities is not None:
+            for names in self._possibilities.catalog.made_environments:
+                options.add_option(Option(f"  {names}: / and its name", disabled=True))
         if ordered:
             options.highlighted = 0
 

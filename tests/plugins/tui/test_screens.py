@@ -6,6 +6,7 @@ import pytest
 from textual.pilot import Pilot
 from textual.widgets import Input, Select
 
+from benchbot.core import plugin_manager
 from benchbot.plugins.tui import jobs
 from benchbot.plugins.tui.app import BenchbotApp
 from benchbot.plugins.tui.dialogs import HelpScreen
@@ -16,10 +17,28 @@ from benchbot.plugins.tui.results import ResultsScreen
 from benchbot.plugins.tui.submissions import JobScreen, SubmitScreen
 from benchbot.plugins.watching.views import BatchEntry
 from benchbot.wire.run_state import Connection, RunState
+from tests.plugin_factory import PluginFactory
 from tests.plugins.tui.playing import everywhere, matches, play, sees, until
 from tests.plugins.tui.written import write_results
 
 FUTURE_S = 1e12
+TOWNS = """
+from pathlib import Path
+from benchbot.plugin import EnvironmentSet, hookimpl
+
+def make(number):
+    folder = Path(__file__).parent / "made" / str(number)
+    (folder / "environments").mkdir(parents=True, exist_ok=True)
+    about = f"name: town_{number}\\nvariant: 1\\ntype: sim_sample\\ndescription: Town number {number}.\\n"
+    about += "map_path: arena_1.yaml\\nstart_pose: [1, 0, 0, 0, -2, 0, 0]\\n"
+    about += "trajectory_poses: [[1, 0, 0, 0, -1, 0, 0]]\\n"
+    (folder / "environments" / f"town_{number}_1.yaml").write_text(about)
+    return folder
+
+@hookimpl
+def benchbot_environment_sets():
+    yield EnvironmentSet("town", 3, make)
+"""
 WORDS = (
     "submit",
     "--example=hello_passive",
@@ -116,6 +135,35 @@ def test_keys_are_explained_and_the_light_can_be_switched_on(home: Path) -> None
         assert isinstance(app.screen, HomeScreen)
 
     play(app, scenario)
+
+
+def test_an_environment_of_a_set_is_chosen_by_its_name_and_made_then(
+    home: Path, plugin_factory: PluginFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package = plugin_factory.make("acme-towns", TOWNS)
+    monkeypatch.setenv("BENCHBOT_PLUGINS", "benchbot-sample,acme-towns")
+    plugin_manager.load.cache_clear()
+    app = BenchbotApp(look=Alive)
+
+    async def scenario(app: BenchbotApp, pilot: Pilot[None]) -> None:
+        await pilot.press("n")
+        await sees(pilot, "sample:passive")
+        await pilot.press("slash", *"passive", "enter")
+        await sees(pilot, "sample_robot")
+        await pilot.press("enter")
+        await sees(pilot, "arena:1", "town_1:1 to town_3:1: / and its name")
+        assert not (package / "made").exists()
+        await pilot.press("slash", *"town_4", "enter")
+        await sees(pilot, "'town_4:1' is not a")
+        app.clear_notifications()
+        await pilot.press("backspace", "2", "enter")
+        await sees(pilot, "Town number 2.")
+        assert [path.name for path in (package / "made").iterdir()] == ["2"]
+        await pilot.press("enter")
+        await sees(pilot, "Environment: town_2:1", "Scored by")
+
+    play(app, scenario)
+    plugin_manager.load.cache_clear()
 
 
 def test_a_run_is_chosen_step_by_step_and_what_is_impossible_says_why(home: Path) -> None:
