@@ -10,7 +10,7 @@ import pytest
 from benchbot.api import ActionResult, Observations
 from benchbot.plugin import BenchbotError
 from benchbot_baselines import navigation
-from benchbot_baselines.examples.point_goal_policy import MOVES, PointGoalPolicy
+from benchbot_baselines.examples.point_goal_policy import MOVES, PATIENCE_MOVES, SHARPER, PointGoalPolicy
 from benchbot_baselines.navigation import BEAMS, COLUMNS, ROWS, Navigator, Rig
 
 ROOM_M = 4.0
@@ -80,6 +80,20 @@ def test_it_drives_to_its_goal_in_an_empty_room(goal: tuple[float, float]) -> No
 
 def test_the_same_seed_draws_the_same_moves() -> None:
     assert drive((2.0, 0.5), seed=3)[0] == drive((2.0, 0.5), seed=3)[0]
+
+
+def test_moves_are_drawn_more_sharply_as_long_as_it_gets_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Navigator, "act", lambda *_: np.array([1.0, 0.0, 0.0], np.float32))
+    ahead, navigator, here = np.zeros(PATIENCE_MOVES + 10), Navigator(), room(0.0, 0.0, 0.0, (3.0, 0.0))
+    for seed in range(300):
+        agent = PointGoalPolicy(navigator, seed)
+        # It stays where it is, whatever it draws.
+        drawn = [agent.pick_action(here, [])[0] for _ in ahead]
+        ahead += [action == "move_distance" for action in drawn]
+
+    likely = np.exp([SHARPER, 1.0]) / (np.exp([SHARPER, 1.0]) + 2)
+    assert ahead[:PATIENCE_MOVES].mean() / 300 == pytest.approx(likely[0], abs=0.02)
+    assert ahead[PATIENCE_MOVES:].mean() / 300 == pytest.approx(likely[1], abs=0.04)
 
 
 def test_ends_of_beams_and_pixels_are_in_the_frame_of_the_robot() -> None:

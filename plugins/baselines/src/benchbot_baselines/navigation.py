@@ -117,6 +117,8 @@ class Navigator:
         self._before: NDArray[np.float64] | None = None
         self.left_m = math.inf
         """The straight distance to the goal when `act` was called last."""
+        self.here_xy = (0.0, 0.0)
+        """Where the robot was then, from its start."""
 
     def act(self, observations: Observations) -> NDArray[np.float32]:
         """Return the logits (3,) of the actions."""
@@ -139,6 +141,7 @@ class Navigator:
         self._notice(here)
         goal = np.asarray(observations["goal"], np.float64)
         self.left_m = math.dist(here[:2], goal)
+        self.here_xy = (float(x), float(y))
         ends, near, low, stops = self._rig.points(chosen.astype(np.float32), seen.astype(np.float32))
         felt = np.full(len(FELT_M), self._last[0, 3] > 0)
         grid, logits = self._session.run(

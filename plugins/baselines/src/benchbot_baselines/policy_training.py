@@ -21,34 +21,27 @@ from benchbot.cli.kit import console
 from benchbot.mapping import rotation_matrix
 from benchbot.plugin import BenchbotError, write_atomically
 from benchbot_baselines import navigation
-from benchbot_baselines.navigation import BEAMS, CELLS, COLUMNS, FELT_M, FORWARD_M, POINTS, ROWS, TURN_DEG
+from benchbot_baselines.navigation import BEAMS, CELLS, COLUMNS, FELT_M, FORWARD_M, ROWS, TURN_DEG
 from benchbot_baselines.network import told_if_missing
 from benchbot_baselines.practice import Course, courses
 
 with told_if_missing(__name__):
     import gymnasium
-    import onnx
-    import onnxruntime
     import torch
     from gymnasium.vector import AutoresetMode
-    from onnx import TensorProto, helper, numpy_helper
     from torch import Tensor, distributed, multiprocessing, nn
     from torch.nn import functional
 
     from benchbot.gymnasium import Move  # importing it registers the environments, too
+    from benchbot_baselines.policy_network import Memory, Network, known, read_onnx, to_onnx
 
-CELL_M = 0.1
-CROP = 48
-COARSER = 4
-SWEPT = 24
-WIDTHS = (16, 24, 32, 24)
-KNOWN = 8
 MOVES = (Move("move_distance", FORWARD_M), Move("move_angle", TURN_DEG), Move("move_angle", -TURN_DEG))
 BATCH_SHARES = 4
 EPOCHS = 3
+CRITIC_ALONE = 25
+"""Updates in which a critic learns that does not know the policy yet."""
 GAMMA, DECAY, CLIP = 0.99, 0.95, 0.2
-ARRIVED, COLLIDED, BLOCKED, SLACK = 2.5, -1.0, -0.05, -0.01
-ALIKE = 0.02
+ARRIVED, COLLIDED, BLOCKED, SLACK = 2.5, -1.0, -0.05, -0.02
 
 
 @dataclass(frozen=True)
@@ -64,106 +57,6 @@ class Options:
     rate: float = 7e-4
     entropy: float = 0.01
     seed: int = 0
-
-
-class Memory(nn.Module):  # type: ignore[misc]  # it is not installed where types are checked
-    """A map around the start, (B, 3, CELLS * CELLS), and what of it is around the robot."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        centres = (torch.arange(CROP) - CROP / 2 + 0.5) * CELL_M
-        around = torch.stack(torch.meshgrid(centres, centres, indexing="ij"), -1).reshape(1, -1, 2)
-        self.register_buffer("around", around, persistent=False)
-        self.register_buffer("along", ((torch.arange(SWEPT) + 0.5) / SWEPT * 0.96)[:, None], persistent=False)
-
-    def forward(self, grid: Tensor, points: Tensor, hits: Tensor, pose: Tensor, goal: Tensor) -> tuple[Tensor, Tensor]:
-        """Return the map with what is seen, and two crops of it (B, 2, 4, CROP, CROP), the second one coarser.
-
-        `points` (B, POINTS, 2) in the robot's frame, beams first, of which `hits` (B, POINTS) are obstacles; `pose`
-        (B, 3) x, y and yaw from the start, `goal` (B, 2).
-        """
-        swept = (points[:, :BEAMS, None] * self.along).reshape(points.shape[0], -1, 2)
-        obstacles = torch.where(hits, _cells(_placed(points, pose)), 0)
-        free = _cells(_placed(swept, pose))
-        way = _cells(pose[:, None, :2])
-        one = torch.ones_like(grid[:, :1, :1])
-        marked = [
-            layer.scatter(1, cells, one[:, 0].expand_as(cells))
-            for layer, cells in zip(grid.unbind(1), (obstacles, free, way), strict=True)
-        ]
-        grid = torch.stack(marked, 1)
-        coarse = functional.max_pool2d(grid.reshape(-1, 3, CELLS, CELLS), COARSER).flatten(2)
-        around = _placed(self.around.expand(pose.shape[0], -1, -1), pose) - pose[:, None, :2]
-        crops = [_crop(grid, around, pose, goal, 1), _crop(coarse, around, pose, goal, COARSER)]
-        return grid, torch.stack(crops, 1)
-
-
-def _crop(layers: Tensor, around: Tensor, pose: Tensor, goal: Tensor, coarser: int) -> Tensor:
-    places = pose[:, None, :2] + coarser * around
-    cells = _cells(places, coarser)
-    seen = layers.gather(2, cells[:, None].expand(-1, 3, -1))
-    away_m = (places - goal[:, None]).norm(dim=-1) - (pose[:, :2] - goal).norm(dim=-1)[:, None]
-    nearer = away_m / (CROP / 2 * CELL_M * coarser)
-    return torch.cat([seen, nearer[:, None]], 1).reshape(-1, 4, CROP, CROP)
-
-
-def _placed(points: Tensor, pose: Tensor) -> Tensor:
-    cosine, sine = pose[:, 2].cos()[:, None], pose[:, 2].sin()[:, None]
-    x, y = points[..., 0], points[..., 1]
-    return torch.stack([pose[:, :1] + cosine * x - sine * y, pose[:, 1:2] + sine * x + cosine * y], -1)
-
-
-def _cells(places: Tensor, coarser: int = 1) -> Tensor:
-    across = CELLS // coarser
-    nodes = (places / (CELL_M * coarser) + across / 2).floor().long().clamp(0, across - 1)
-    return nodes[..., 0] * across + nodes[..., 1]
-
-
-class Network(nn.Module):  # type: ignore[misc]
-    """Crops of the map and what else is known in, the logits of three actions and a value out."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.towers = nn.ModuleList([self._tower() for _ in range(2)])
-        self.joined = nn.Linear(2 * WIDTHS[-1] * 9 + KNOWN, 96)
-        self.actor, self.critic = nn.Linear(96, len(MOVES)), nn.Linear(96, 1)
-        nn.init.orthogonal_(self.actor.weight, 0.01)
-
-    def _tower(self) -> nn.Sequential:
-        layers: list[nn.Module] = []
-        for before, width in zip((4, *WIDTHS), WIDTHS, strict=False):
-            layers += [nn.Conv2d(before, width, 3, 2, 1), nn.ReLU()]
-        return nn.Sequential(*layers, nn.Flatten())
-
-    def forward(self, crops: Tensor, known: Tensor) -> tuple[Tensor, Tensor]:
-        """Return logits (B, 3) and values (B,) of crops (B, 2, 4, CROP, CROP) and of what is known (B, KNOWN)."""
-        seen = [tower(crops[:, number]) for number, tower in enumerate(self.towers)]
-        joined = functional.relu(self.joined(torch.cat([*seen, known], 1)))
-        return self.actor(joined), self.critic(joined)[:, 0]
-
-
-def known(pose: Tensor, goal: Tensor, last: Tensor) -> Tensor:
-    """Return the direction and distance of the goal, and what was done last, (B, KNOWN)."""
-    x, y = (goal - pose[:, :2]).unbind(1)
-    away_m = (x * x + y * y).sqrt().clamp(min=1e-3)
-    cosine, sine = pose[:, 2].cos(), pose[:, 2].sin()
-    ahead, left = (cosine * x + sine * y) / away_m, (cosine * y - sine * x) / away_m
-    return torch.cat([torch.stack([ahead, left, away_m / 10, away_m.clamp(max=1)], 1), last], 1)
-
-
-class Exported(nn.Module):  # type: ignore[misc]
-    """What the ONNX file does: the map and what is seen in, the map and logits out."""
-
-    def __init__(self, network: Network) -> None:
-        super().__init__()
-        self.memory, self.network = Memory(), network
-
-    def forward(
-        self, grid: Tensor, points: Tensor, hits: Tensor, pose: Tensor, goal: Tensor, last: Tensor
-    ) -> tuple[Tensor, Tensor]:
-        """Return the map and logits (1, 3)."""
-        grid, crops = self.memory(grid, points, hits, pose, goal)
-        return grid, self.network(crops, known(pose, goal, last))[0]
 
 
 class Driving:
@@ -299,8 +192,16 @@ def drive(network: Network, driving: Driving, steps: int) -> tuple[Rollout, Tens
     return Rollout(seen, facts, actions, likely, values, rewards, ends, after), counts
 
 
-def learn(network: Network, optimizer: torch.optim.Optimizer, taken: Rollout, entropy: float, share: int) -> None:
-    """Improve the network by a rollout, and by those of the other processes."""
+def learn(
+    network: Network,
+    optimizer: torch.optim.Optimizer,
+    taken: Rollout,
+    entropy: float,
+    share: int,
+    *,
+    is_critic_alone: bool = False,
+) -> None:
+    """Improve the network, or its critic alone, by a rollout, and by those of the other processes."""
     advantage, following = torch.zeros_like(taken.after), taken.after
     advantages = torch.zeros_like(taken.rewards)
     for t in reversed(range(len(taken.rewards))):
@@ -323,6 +224,9 @@ def learn(network: Network, optimizer: torch.optim.Optimizer, taken: Rollout, en
             loss.backward()
             if share > 1:
                 _average([each.grad for each in network.parameters()], share)
+            if is_critic_alone:
+                for name, each in network.named_parameters():
+                    each.grad = each.grad if name.startswith("critic") else None
             nn.utils.clip_grad_norm_(network.parameters(), 0.5)
             optimizer.step()
 
@@ -335,22 +239,34 @@ def _average(tensors: Sequence[Tensor], share: int) -> None:
         each.copy_(part.view_as(each))
 
 
-def train(places: Path, output: Path, options: Options, device: str) -> None:
-    """Train, and write `point_goal.onnx`, `point_goal.pt`, `curve.csv` and `card.md`, once a minute and at the end."""
+def train(places: Path, output: Path, options: Options, device: str, begun_from: Path | None = None) -> None:
+    """Train, and write `point_goal.onnx`, `point_goal.pt`, `curve.csv` and `card.md`, once a minute and at the end.
+
+    `begun_from` is a policy as an ONNX file. That has no critic, which learns alone first.
+    """
     found = courses(places)
     processes = min(options.processes, len(found))
     output.mkdir(parents=True, exist_ok=True)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    given = (processes, port, places, output, options, device)
+    given = (processes, port, places, output, options, device, begun_from)
     if processes == 1:
         _work(0, *given)
     else:
         multiprocessing.spawn(_work, given, processes)
 
 
-def _work(rank: int, processes: int, port: int, places: Path, output: Path, options: Options, device: str) -> None:
+def _work(
+    rank: int,
+    processes: int,
+    port: int,
+    places: Path,
+    output: Path,
+    options: Options,
+    device: str,
+    begun_from: Path | None,
+) -> None:
     if device == "cuda":  # each process sees one of the devices, which is what it calls the first
         os.environ["CUDA_VISIBLE_DEVICES"] = str(rank % torch.cuda.device_count())
     torch.set_num_threads(1)
@@ -360,6 +276,9 @@ def _work(rank: int, processes: int, port: int, places: Path, output: Path, opti
     network = Network().to(device)
     if (output / "point_goal.pt").is_file():
         network.load_state_dict(torch.load(output / "point_goal.pt", map_location=device))
+        begun_from = None
+    elif begun_from is not None:
+        read_onnx(network, begun_from)
     torch.manual_seed(options.seed + 1 + rank)
     optimizer = torch.optim.Adam(network.parameters(), lr=options.rate, eps=1e-5)
     mine = courses(places)[rank::processes]
@@ -382,7 +301,8 @@ def _work(rank: int, processes: int, port: int, places: Path, output: Path, opti
         done = float(shared[3:].max())
         for group in optimizer.param_groups:
             group["lr"] = options.rate * max(1 - done, 0.05)
-        learn(network, optimizer, taken, options.entropy, processes)
+        is_critic_alone = begun_from is not None and update < CRITIC_ALONE
+        learn(network, optimizer, taken, options.entropy, processes, is_critic_alone=is_critic_alone)
         recent = [*recent[-49:], shared[:3]]
         update += 1
         steps = update * options.steps * options.environments * processes
@@ -402,53 +322,6 @@ def _work(rank: int, processes: int, port: int, places: Path, output: Path, opti
         each.envs.close()
     if processes > 1:
         distributed.destroy_process_group()
-
-
-def to_onnx(network: Network, path: Path) -> None:
-    """Write the policy as an ONNX file, weights in half precision, and hold it to the network."""
-    exported = Exported(network).to("cpu").eval()
-    random = torch.Generator().manual_seed(0)
-    given = {
-        "grid": torch.zeros(1, 3, CELLS * CELLS),
-        "points": 6 * torch.rand(1, POINTS, 2, generator=random) - 3,
-        "hits": torch.rand(1, POINTS, generator=random) < 0.5,
-        "pose": torch.tensor([[1.0, 2.0, 0.5]]),
-        "goal": torch.tensor([[3.0, -4.0]]),
-        "last": torch.zeros(1, len(MOVES) + 1),
-    }
-    torch.onnx.export(
-        exported,
-        tuple(given.values()),
-        str(path),
-        input_names=list(given),
-        output_names=["grid_next", "logits"],
-        opset_version=17,
-        do_constant_folding=False,
-        dynamo=False,
-    )
-    model = onnx.load(str(path))
-    for node in model.graph.node:
-        node.ClearField("doc_string")  # where in this file it was made
-    kept = [each for each in model.graph.initializer if each.data_type == TensorProto.FLOAT and len(each.dims) > 1]
-    for weights in kept:
-        if weights.name.startswith("memory"):
-            continue
-        half = numpy_helper.from_array(numpy_helper.to_array(weights).astype(np.float16), f"{weights.name}_half")
-        model.graph.initializer.remove(weights)
-        model.graph.initializer.append(half)
-        model.graph.node.insert(0, helper.make_node("Cast", [half.name], [weights.name], to=TensorProto.FLOAT))
-    write_atomically(path, bytes(model.SerializeToString()))
-    with torch.no_grad():
-        grid, logits = exported(*given.values())
-    session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
-    answered = session.run(None, {name: value.numpy() for name, value in given.items()})
-    apart = float(np.abs(answered[1] - logits.numpy()).max()) / max(float(logits.abs().max()), 1.0)
-    if apart > ALIKE or not np.array_equal(answered[0], grid.numpy()):
-        raise BenchbotError(
-            f"{path} does not answer as the policy that was trained.",
-            f"Its logits differ by {apart:.3f} of the largest, or its map does.",
-            "Report it with the versions of torch and onnx.",
-        )
 
 
 def _write(
@@ -488,14 +361,15 @@ def main() -> None:
     )
     parser.add_argument("places", type=Path, help="what python -m benchbot_baselines.practice wrote")
     parser.add_argument("--output", type=Path, required=True, help="where point_goal.onnx, curve.csv and card.md go")
+    parser.add_argument("--begun-from", type=Path, metavar="FILE", help="a point_goal.onnx to improve")
     for name, default in asdict(Options()).items():
         parser.add_argument(f"--{name}", type=type(default), default=default)
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
     given = vars(parser.parse_args())
-    places, output, device = (given.pop(name) for name in ("places", "output", "device"))
+    places, output, device, begun_from = (given.pop(name) for name in ("places", "output", "device", "begun_from"))
     os.environ["BENCHBOT_ADDONS"] = str(places)
     try:
-        train(places, output, Options(**given), device)
+        train(places, output, Options(**given), device, begun_from)
     except BenchbotError as error:
         console.error(error)
         raise SystemExit(1) from None
