@@ -75,6 +75,15 @@ def test_a_camera_that_hangs_holds_up_neither_the_robot_nor_the_end(domain: int)
         assert not is_running(camera)
 
 
+def test_a_bridge_ends_whose_time_stands_still(domain: int) -> None:
+    with bridge(*SAMPLE) as leader, bridge(*SAMPLE, "--namespace", "tb2") as follower:
+        leader.terminate()
+        assert leader.wait(60) == 0
+        time.sleep(0.5)
+        follower.terminate()
+        assert follower.wait(60) == 0
+
+
 def test_the_second_signal_ends_it_in_a_reset_that_hangs(domain: int) -> None:
     from std_srvs.srv import Trigger
 

@@ -87,7 +87,7 @@ class Bridge:
             if self._camera:
                 self._camera.show(self._world.stamp_ns, self._world.pose())
             executor.spin_once(timeout_sec=0)
-            while (left_s := self._world.left_s()) > 0:
+            while not ended.is_set() and (left_s := self._world.left_s()) > 0:
                 executor.spin_once(timeout_sec=left_s)
 
     def _listen(self, node: "Node") -> None:
