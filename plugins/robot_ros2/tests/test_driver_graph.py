@@ -1,5 +1,7 @@
 """Robots that are not as declared: each is refused in words before anything moves."""
 
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +66,22 @@ def test_a_simulated_clock_that_nobody_publishes(tmp_path: Path) -> None:
 
     assert error.title == "The clock of the robot 'unicycle' does not run."
     assert "/clock" in error.why
+
+
+def test_what_came_before_the_clock_is_of_no_time(tmp_path: Path) -> None:
+    with (
+        unicycle(simulated=True, clock_offset_s=100.0, silent=["/clock"]) as robot,
+        driver(declaration(use_sim_time=True), tmp_path) as platform,
+        ThreadPoolExecutor(1) as pool,
+    ):
+        loading = pool.submit(platform.load, scene(), 0)
+        time.sleep(2.0)
+        # The newest odometry is that of before for a while.
+        robot.set(silent=["/odom"])
+        time.sleep(1.0)
+        assert not loading.done()
+        robot.set(silent=[])
+        loading.result(60)
 
 
 @pytest.mark.parametrize(("offset_s", "where"), [(-5.0, "behind"), (5.0, "ahead")])

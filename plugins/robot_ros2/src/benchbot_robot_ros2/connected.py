@@ -266,6 +266,10 @@ class ConnectedRobot:
         while self.robot.settings.use_sim_time and self.clock.now_ns() == 0:
             if clock_wait.over():
                 raise missing(silent()) if silent() else _clockless(self.robot)
+        for stream in streams:
+            # What came before the clock seems to be of another time.
+            if stream.newest is not None and stream.newest.arrived_ns == 0:
+                stream.forget()
         wait = self.wait(self.robot.settings.timing.wait_s)
         while silent():
             if wait.over():
