@@ -148,12 +148,17 @@ class PluginsScreen(CommandScreen):
         """Have what is installed read anew, wherever it may have changed."""
         if words[0] in ("install", "upgrade", "uninstall") and "--dry-run" not in words:
             self.app.forget_catalog()
-            if self.is_attached:
+            if self._is_open:
                 self.action_look()
 
     def failed(self, error: BenchbotError) -> None:
         """Say what was tried, and that it was undone."""
         self.query_one("#facts", Facts).tell({"What was done": "\n  ".join(self.log_lines)})
+
+    @property
+    def _is_open(self) -> bool:
+        """True while its table is there: when a screen is closed, its widgets go before it does."""
+        return self.is_attached and bool(self.query(Table))
 
     @property
     def _typed(self) -> str:
@@ -182,12 +187,12 @@ class PluginsScreen(CommandScreen):
     def _tell(self, name: str, row: Row) -> None:
         if name in self._installed:
             self._installed[name] = {**self._installed[name], **row}
-        if self.is_attached and self.query_one(Table).marked == name:
+        if self._is_open and self.query_one(Table).marked == name:
             self.query_one("#facts", Facts).tell(_facts(self._rows[name]))
 
     def _show_installed(self, rows: dict[str, Row]) -> None:
         self._installed = rows
-        if self.is_attached:
+        if self._is_open:
             self._show()
 
     def _found(self, outcome: Outcome) -> None:
