@@ -14,7 +14,7 @@ import sys
 import threading
 from dataclasses import dataclass, field
 from pathlib import Path
-from queue import SimpleQueue
+from queue import Queue
 
 import msgspec
 
@@ -60,10 +60,13 @@ def main() -> int:
 
 @dataclass
 class Parent:
-    """The process that has started this one, at the other end of the socket; it waits for each answer."""
+    """The process that has started this one, at the other end of the socket; it waits for each answer.
+
+    `plans` is no SimpleQueue: that of CPython 3.11 waits for ever when a signal comes as its timeout ends.
+    """
 
     socket: socket.socket
-    plans: "SimpleQueue[RunPlan]" = field(default_factory=SimpleQueue)
+    plans: "Queue[RunPlan]" = field(default_factory=Queue)
 
     def answer(self, reply: RunState | BenchbotError) -> None:
         """Answer that a run is ready, or why it is not possible."""

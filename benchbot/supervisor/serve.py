@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from queue import Empty, SimpleQueue
+from queue import Empty, Queue
 from typing import Any
 
 from starlette.applications import Starlette
@@ -135,7 +135,7 @@ def serve(
     options: Mapping[str, Any] | None = None,
     timeouts: Timeouts | None = None,
     record: Mapping[str, Path] | None = None,
-    following: "SimpleQueue[RunPlan] | None" = None,
+    following: "Queue[RunPlan] | None" = None,
     on_ready: Callable[[RunState], None] | None = None,
     on_progress: Callable[[Progress], None] | None = None,
     progress_interval_s: float = 0.5,
@@ -209,7 +209,7 @@ def _wait(
     run: Run,
     running: server.Server,
     received: Sequence[signal.Signals],
-    following: "SimpleQueue[RunPlan] | None",
+    following: "Queue[RunPlan] | None",
     on_progress: Callable[[Progress], None] | None,
     progress_interval_s: float,
 ) -> RunPlan | None:
