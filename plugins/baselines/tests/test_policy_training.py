@@ -2,13 +2,15 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
 
 from benchbot.plugin import BenchbotError
 from benchbot_baselines.navigation import WEIGHTS
 from benchbot_baselines.policy_network import CROP, KNOWN, Network, read_onnx, to_onnx
-from benchbot_baselines.policy_training import Rollout, learn
+from benchbot_baselines.policy_training import Options, Rollout, learn, train
+from benchbot_baselines.practice import COURSE
 
 
 def seen(count: int) -> tuple[torch.Tensor, torch.Tensor]:
@@ -34,9 +36,23 @@ def test_the_policy_that_is_shipped_can_be_gone_on_with() -> None:
     assert logits.abs().max() > 1  # it has learnt: a new one's are near zero
 
 
-def test_a_file_that_is_no_policy_is_refused() -> None:
+def test_a_file_that_is_no_policy_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "broken.onnx").write_bytes(b"no network")
     with pytest.raises(BenchbotError, match="is no policy to begin from"):
         read_onnx(Network(), WEIGHTS.with_name("segmenter.onnx"))
+    with pytest.raises(BenchbotError, match=r"broken\.onnx cannot be read"):
+        read_onnx(Network(), tmp_path / "broken.onnx")
+    with pytest.raises(BenchbotError, match=r"nothing\.onnx cannot be read"):
+        read_onnx(Network(), tmp_path / "nothing.onnx")
+
+
+def test_a_run_that_has_a_policy_does_not_begin_from_another(tmp_path: Path) -> None:
+    (tmp_path / "places" / "practice2001").mkdir(parents=True)
+    course = tmp_path / "places" / "practice2001" / COURSE
+    np.savez(course, distances_m=np.zeros((1, 2, 2)), origin_xy=np.zeros(2), resolution_m=0.05)
+    (tmp_path / "point_goal.pt").touch()
+    with pytest.raises(BenchbotError, match=r"There is a policy in .* already"):
+        train(tmp_path / "places", tmp_path, Options(), "cpu", WEIGHTS)
 
 
 @pytest.mark.parametrize("is_critic_alone", [True, False])

@@ -6,6 +6,7 @@ import numpy as np
 import onnx
 import onnxruntime
 import torch
+from google.protobuf.message import DecodeError  # type: ignore[import-untyped]  # which onnx raises
 from onnx import TensorProto, helper, numpy_helper
 from torch import Tensor, nn
 from torch.nn import functional
@@ -125,8 +126,19 @@ class Exported(nn.Module):  # type: ignore[misc]
 
 
 def read_onnx(network: Network, path: Path) -> None:
-    """Give a network the weights of a policy that `to_onnx` wrote, but for the critic."""
-    kept = {each.name: numpy_helper.to_array(each) for each in onnx.load(str(path)).graph.initializer}
+    """Give a network the weights of a policy that `to_onnx` wrote, but for the critic.
+
+    Raises BenchbotError for a file that is none.
+    """
+    try:
+        model = onnx.load(str(path))
+    except (OSError, DecodeError) as error:
+        raise BenchbotError(
+            f"{path} cannot be read.",
+            str(error),
+            "Name a policy that benchbot_baselines.policy_training has written.",
+        ) from error
+    kept = {each.name: numpy_helper.to_array(each) for each in model.graph.initializer}
     for name, weights in network.named_parameters():
         if not name.startswith("critic"):
             found = kept.get(f"network.{name}_half", kept.get(f"network.{name}"))

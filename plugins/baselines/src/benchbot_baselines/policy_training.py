@@ -242,9 +242,19 @@ def _average(tensors: Sequence[Tensor], share: int) -> None:
 def train(places: Path, output: Path, options: Options, device: str, begun_from: Path | None = None) -> None:
     """Train, and write `point_goal.onnx`, `point_goal.pt`, `curve.csv` and `card.md`, once a minute and at the end.
 
-    `begun_from` is a policy as an ONNX file. That has no critic, which learns alone first.
+    `begun_from` is a policy as an ONNX file. That has no critic, which learns alone first. Raises BenchbotError when it
+    is none, or when there is a policy in `output` to go on with.
     """
     found = courses(places)
+    if begun_from is not None:
+        if (output / "point_goal.pt").is_file():
+            raise BenchbotError(
+                f"There is a policy in {output} already.",
+                f"Training would go on with it, and not begin from {begun_from}.",
+                "Leave --begun-from out, or name another folder: --output RUN",
+            )
+        # What is wrong with it is told here, once, and not by each process.
+        read_onnx(Network(), begun_from)
     processes = min(options.processes, len(found))
     output.mkdir(parents=True, exist_ok=True)
     with socket.socket() as free:
@@ -276,7 +286,6 @@ def _work(
     network = Network().to(device)
     if (output / "point_goal.pt").is_file():
         network.load_state_dict(torch.load(output / "point_goal.pt", map_location=device))
-        begun_from = None
     elif begun_from is not None:
         read_onnx(network, begun_from)
     torch.manual_seed(options.seed + 1 + rank)
