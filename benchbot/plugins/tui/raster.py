@@ -93,6 +93,8 @@ class Raster(Widget):
         self._shown: Renderable | None = None
         self._words = ""
         self._strips: list[Strip] | None = None
+        self._painted = Size()
+        """The size that the strips were made for: Textual may ask for lines before it tells of another size."""
         self._top = 0
         self._style = Style()
 
@@ -107,7 +109,7 @@ class Raster(Widget):
             return
         before, top = self._strips, self._top
         self._shown, self._words, self._strips = shown, words, None
-        if before is None or not self.size:
+        if before is None or not self.size or self._painted != self.size:
             self.refresh()
             return
         # Only lines that look otherwise are painted, and sent.
@@ -120,10 +122,6 @@ class Raster(Widget):
         if changed:
             self.refresh(*(Region(0, top + line, self.size.width, 1) for line in changed))
 
-    def on_resize(self) -> None:
-        """Paint for the new size."""
-        self._strips = None
-
     def notify_style_update(self) -> None:
         """Render again in another theme."""
         self._strips = None
@@ -131,7 +129,7 @@ class Raster(Widget):
 
     def render_line(self, y: int) -> Strip:
         """Return one line."""
-        if self._strips is None:
+        if self._strips is None or self._painted != self.size:
             self._paint()
         strips = self._strips or []
         y -= self._top
@@ -147,7 +145,7 @@ class Raster(Widget):
         return Strip.join([sides[0], strip, sides[1]])
 
     def _paint(self) -> None:
-        self._style = self.rich_style
+        self._style, self._painted = self.rich_style, self.size
         if self._shown is not None:
             colored, dark = not self.app.no_color, self.app.current_theme.dark
             self._strips = self._shown.strips(self.size, colored=colored, dark=dark, grid=self._grid)
@@ -199,7 +197,6 @@ class Graphics(Raster):
 
     def on_resize(self) -> None:
         """Paint for the new size."""
-        super().on_resize()
         self._paint_pixels()
 
     def _paint_pixels(self) -> None:

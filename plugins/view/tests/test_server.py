@@ -68,7 +68,9 @@ def test_names_of_strangers_are_text(client: httpx.Client, results: Path) -> Non
 def test_rows_come_by_pages_and_then_as_they_change(client: httpx.Client) -> None:
     first = client.get("/data/rows").json()
     assert first["total"] == 3
-    assert client.get("/data/rows", params={"start": 2}).json()["rows"] == first["rows"][2:]
+    # A row's score may come at any time; its place is for good.
+    page = client.get("/data/rows", params={"start": 2}).json()
+    assert [row[0] for row in page["rows"]] == [row[0] for row in first["rows"][2:]]
     now = client.get("/data/rows", params={"since": first["revision"]}).json()
     assert all(row[-1] > first["revision"] for row in now["rows"])
     assert client.get("/data/rows", params={"since": "x" * 30}).status_code == 200

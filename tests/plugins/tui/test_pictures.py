@@ -1,5 +1,6 @@
 """Pictures in cells: sizes, colours, legends, and characters where there is no colour."""
 
+import asyncio
 import unicodedata
 
 import numpy as np
@@ -8,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.cells import cell_len
 from rich.color import Color
+from textual.app import App, ComposeResult
 from textual.geometry import Size
 
 from benchbot.core.errors import BenchbotError
@@ -70,6 +72,28 @@ def test_classes_have_colours_of_their_own_that_stay_and_letters_where_there_is_
     assert set(text) == set(".CBSO")
     unknown = camera.classes(np.array([[0, 7, 7, 900]], np.uint16), {})
     assert [name for _, name in unknown.legend] == ["class 7", "class 900"]
+
+
+def test_a_picture_has_its_widget_s_size_before_textual_tells_of_it() -> None:
+    """Lines that were asked for between a layout and its `Resize` showed a picture too large, and cut off, for good."""
+    box = raster.make("halfcell")
+
+    class Shows(App[None]):
+        def compose(self) -> ComposeResult:
+            yield box
+
+    async def scenario() -> None:
+        app = Shows()
+        async with app.run_test(size=(40, 12)) as pilot:
+            box.show(raster.Picture(np.full((90, 160, 3), 128, np.uint8)))
+            await pilot.pause()
+            assert box.render_line(6).text.count(half_cells.UPPER_HALF) == 40
+            box.styles.height = 6
+            app.screen._clear_arrangement_cache()
+            app.screen._refresh_layout()
+            assert box.render_line(3).text.count(half_cells.UPPER_HALF) == 21
+
+    asyncio.run(scenario())
 
 
 def test_only_channels_that_a_run_observes_are_offered() -> None:
