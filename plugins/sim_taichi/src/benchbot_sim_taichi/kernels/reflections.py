@@ -39,6 +39,7 @@ from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace,
 from benchbot_sim_taichi.tables import CAMERA_STRIDE
 
 BRIGHTEST_REFLECTION = 6.0
+LEAST_MIRRORED = 0.07
 STEEPEST = 0.02
 UNSEEN = -1.0
 
@@ -57,13 +58,14 @@ def lobe(mirrors: ti.template(), out, view, toward):
 
 
 @ti.func
-def no_glare(cameras: ti.template(), eye, reflection):
-    """The same colour, no brighter than `BRIGHTEST_REFLECTION` in the picture.
+def no_glare(cameras: ti.template(), eye, reflection, mirrored):
+    """The same colour, no brighter than `BRIGHTEST_REFLECTION` in the picture; than white where little is `mirrored`.
 
-    A rare bright hit would show as a square of the filter; beyond white, brighter looks the same.
+    A rare bright hit would show as a square of the filter. `LEAST_MIRRORED` is what floors mirror of a window.
     """
     exposure = load3(cameras, eye + 16)
-    return bounded(reflection * exposure, BRIGHTEST_REFLECTION) / exposure
+    brightest = ti.max(BRIGHTEST_REFLECTION, 1.0 / ti.max(mirrored.max(), LEAST_MIRRORED))
+    return bounded(reflection * exposure, brightest) / exposure
 
 
 @ti.func
@@ -127,7 +129,12 @@ def reflect(
                     if sample.value.max() > 0.0 and face.dot(sample.direction) > 0.0:
                         mirrored = lobe(mirrors, out, view, sample.direction)
                         mirrored *= power_share(sample.density / near[row + 1], mirrored.w)
-                        given = no_glare(cameras, eye, sample.value * vec3(mirrored.x, mirrored.y, mirrored.z))
+                        given = no_glare(
+                            cameras,
+                            eye,
+                            sample.value * vec3(mirrored.x, mirrored.y, mirrored.z),
+                            load3(mirrors, out + 6),
+                        )
                         if given.max() > 0.0:
                             at_lamp = (
                                 given
@@ -189,7 +196,10 @@ def reflect(
                 reflection += surface.emission * power_share(weight.w, density)
             reflection *= passed
             if kind == GLOSSY:
-                reflection = no_glare(cameras, eye, reflection * vec3(weight.x, weight.y, weight.z)) + at_lamp
+                reflection = (
+                    no_glare(cameras, eye, reflection * vec3(weight.x, weight.y, weight.z), load3(mirrors, out + 6))
+                    + at_lamp
+                )
             for i in ti.static(range(3)):
                 mirrors[out + 11 + i] = reflection[i]
 
