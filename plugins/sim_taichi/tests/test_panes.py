@@ -7,6 +7,7 @@ import numpy.typing as npt
 import pytest
 
 from benchbot_scenes.gltf import load_scene
+from benchbot_sim_taichi import camera_response
 from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
 from benchbot_sim_taichi.path_trace import path_trace
 from benchbot_sim_taichi.quality import FAST, REALTIME
@@ -92,3 +93,35 @@ def test_what_is_not_cut_out_casts_a_shadow(tmp_path: Path, kernel_cache: Path) 
     assert (cells[kept, 22] == 0).all()
     assert (cells[cut, 22] == 1).all()
     assert cells[cut, 6].mean() > 20 * cells[kept, 6].mean()
+
+
+def test_a_window_to_a_narrow_yard_lights_its_room_and_a_screen_before_a_window_does_not(
+    tmp_path: Path, kernel_cache: Path
+) -> None:
+    """A fifth of the ways out of the window lead to the sky: as many as of a house with a courtyard."""
+    glb = Glb()
+    grey, black = glb.material((0.6,) * 3), glb.material((0, 0, 0), ior=1.0)
+    glb.box("ground", (-1, -2, -0.2), (4, 6, 0), grey)
+    glb.box("ceiling", (0, 0, 2.5), (3, 3, 2.6), grey)
+    for name, low, high in (
+        ("left", (-0.1, 0, 0), (0, 6, 2.6)),
+        ("right", (3, 0, 0), (3.1, 6, 2.6)),
+        ("back", (0, -0.1, 0), (3, 0, 2.6)),
+        ("below", (0, 3, 0), (3, 3.1, 1)),
+        ("above", (0, 3, 2), (3, 3.1, 2.6)),
+    ):
+        glb.box(name, low, high, grey)
+    glb.box("opposite", (0, 5.4, 0), (3, 5.5, 4), black)
+    quad = np.array([[0, 1, 2], [0, 2, 3]])
+    for name, y, low, high in (("pane", 3.05, 1, 2), ("screen", 2.2, 0, 2)):
+        corners = np.array([[0, y, low], [3, y, low], [3, y, high], [0, y, high]], float)
+        glb.add(name, corners, quad, glb.material((1, 1, 1), glass=True))
+    sky = Lighting(sun=Sun(irradiance=(0, 0, 0)), sky=Sky((1, 1, 1), (1, 1, 1), (0, 0, 0)), exposure=1.0)
+    renderer = Renderer(load_scene(glb.write(tmp_path / "yard.glb")), sky, cache_dir=kernel_cache)
+    camera, pose = Intrinsics.from_horizontal_fov(24, 24, 20.0), looking((1.5, 1.5, 1.2), 90.0, -35.0)
+
+    assert renderer.device.lights[2] == 2
+    paths = path_trace(renderer, pose, camera, samples_per_pixel=256)
+    seen = renderer.render(pose, camera).rgb.astype(float)
+    wanted = camera_response.srgb_bytes(camera_response.filmic(paths)).astype(float)
+    assert seen.mean((0, 1)) == pytest.approx(wanted.mean((0, 1)), abs=6)

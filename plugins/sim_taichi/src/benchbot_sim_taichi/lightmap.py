@@ -15,7 +15,7 @@ from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.lights import LIGHT_STRIDE
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 6
+VERSION = 7
 NODES_AT_ONCE = 2**17
 ALIKE_STEPS: tuple[int, ...] = ()
 FAR_STEPS: tuple[int, ...] = (2,)
