@@ -31,6 +31,7 @@ def _attribute(name: str) -> Callable[[Any], Any]:
     return lambda record: getattr(record, name) or None
 
 
+_MOST_ITEMS = 12
 _DESCRIPTION = {"description": _attribute("description")}
 
 LISTINGS: Mapping[str, Listing] = {
@@ -155,7 +156,9 @@ def _print(rows: list[dict[str, Any]], columns: list[str], as_json: bool) -> Non
 
 def _cell(value: Any) -> str:
     if isinstance(value, list):
-        return ",".join(map(str, value)) or "-"
+        items = list(map(str, value))
+        # A batch may have hundreds of environments; a column is as wide as its widest cell.
+        return ",".join(items if len(items) <= _MOST_ITEMS else [*items[:2], "…", f"{items[-1]} ({len(items)})"]) or "-"
     return "-" if value is None else " ".join(str(value).split())
 
 

@@ -96,9 +96,10 @@ def run(
     what = (task, robot, environment, seed, episode, changed, limits)
     request = RunRequest(*what, secret=hidden, despite=overridden, device=device)
     catalog, flight = Catalog(load()), Preflight("This run")
+    scenes = scenes_of(catalog, [environment])
     selection = flight.take(select, catalog, request)
     runs_on = None if selection is None else flight.take(device_here, catalog, selection)
-    flight.prove(catalog, Intent(scenes_of(catalog, [environment]), record=recorded))
+    flight.prove(catalog, Intent(scenes, record=recorded))
     console.note(*summary(selection, runs_on))
     if port is None and unix_socket is None:
         port = DEFAULT_PORT

@@ -202,6 +202,7 @@ def submit(
             "--device, --episode, --set, --seed, --secret, --max-…, --record, --despite: for one of submit's own.",
             "Give them to benchbot run, or give --task, --robot and --env as well.",
         )
+    scenes = scenes_of(catalog, [environment] if environment is not None else ())
     target: RunRequest | RunState | Connection
     if names is not None:
         folders = {name: str(folder.absolute()) for name, folder in recorded.items()}
@@ -212,7 +213,7 @@ def submit(
         runs_on = None if selection is None else flight.take(device_here, catalog, selection)
         summary = [] if selection is None else run.summary(selection, runs_on)
     intent = Intent(
-        scenes=scenes_of(catalog, [environment] if environment is not None else ()),
+        scenes=scenes,
         submissions=[] if spec is None else [Submission(spec, mode, resolved)],
         method=evaluate_with,
         record=recorded,

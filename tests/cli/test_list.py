@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.command_line import CommandLine, Here
+from tests.plugin_factory import DECLARES
 
 
 def test_tasks_are_a_line_each_with_what_they_allow(here: Here) -> None:
@@ -48,6 +49,15 @@ def test_every_kind_is_listed_for_people_and_for_programs(kind: str, name: str, 
 def test_an_empty_list_is_an_empty_json_list(here: Here) -> None:
     assert here("list", "batches", "--json").stdout == "[]\n"
     assert here("list", "batches").stdout == ""
+
+
+def test_a_long_list_has_its_ends_and_its_length_for_people(cli: CommandLine, make_plugin: Callable[..., Path]) -> None:
+    named = [f"town_{number}:1" for number in range(1, 801)]
+    batches = {"batches/all.yaml": f"name: all\nenvironments: {named}\n"}
+    make_plugin("towns", DECLARES.format(kind="batches"), batches)
+
+    assert cli("list", "batches").stdout.split() == ["all", "town_1:1,town_2:1,…,town_800:1", "(800)", "towns"]
+    assert json.loads(cli("list", "batches", "--json").stdout)[0]["environments"] == named
 
 
 def test_a_broken_plugin_does_not_hide_the_others(cli: CommandLine, make_plugin: Callable[..., Path]) -> None:

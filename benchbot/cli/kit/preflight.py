@@ -45,7 +45,10 @@ class Intent:
 
 
 def scenes_of(catalog: "Catalog", environments: Iterable[str]) -> "list[Declaration]":
-    """Return the scenes of environments, each once; an environment that is not known is for `select` to tell."""
+    """Return the scenes of environments, each once; an environment that is not known is for `select` to tell.
+
+    It tells how far it is, and whatever asks for these scenes later has them at once.
+    """
     from benchbot.cli.kit.status_line import working
     from benchbot.core import long_work
 

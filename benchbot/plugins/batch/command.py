@@ -94,7 +94,7 @@ def run(
 
     The same command again goes on where it was ended. Ctrl-C ends it in order; what is finished stays.
     """
-    from benchbot.cli.kit.preflight import Preflight
+    from benchbot.cli.kit.preflight import Preflight, scenes_of
     from benchbot.core.declarations.catalog import Catalog
     from benchbot.core.plugin_manager import load
     from benchbot.plugins.batch import matrix, solution_axis
@@ -131,6 +131,7 @@ def run(
             "Name one: --evaluate-with omq",
         )
     flight = Preflight("This batch")
+    scenes = scenes_of(catalog, request.environments)
     device: str | None = None
     made = flight.take(solution_axis.plan, each, catalog, Path.cwd())
     plan, sources = (None, {}) if made is None else made
@@ -142,7 +143,7 @@ def run(
     pool = replace(_worker_pool(wanted, 1 if plan is None else len(plan.episodes)), detached=detach)
     if plan is not None and pool.executor == "local":
         device = flight.take(matrix.device_of, plan, catalog)
-    flight.prove(catalog, solution_options.intent(request, plan, folder, pool, catalog), tell_all=dry_run)
+    flight.prove(catalog, solution_options.intent(request, plan, folder, pool, catalog, scenes), tell_all=dry_run)
     said = [f"Workers simulate on {device}"] if device else []
     said += [f"{name}: {line}" if name else line for name, one in sources.items() for line in one.lines]
     if dry_run:

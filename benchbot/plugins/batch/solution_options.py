@@ -1,6 +1,6 @@
 """How `batch` runs the solution: natively, in a sandbox or in a container, as `submit` does."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +14,12 @@ from benchbot.cli.kit.holding import (
     held,
     process_limits,
 )
-from benchbot.cli.kit.preflight import Intent, Submission, scenes_of
+from benchbot.cli.kit.preflight import Intent, Submission
 from benchbot.core.errors import BenchbotError
 from benchbot.core.records import WorkOrder
 
 if TYPE_CHECKING:
-    from benchbot.core.declarations.catalog import Catalog
+    from benchbot.core.declarations.catalog import Catalog, Declaration
     from benchbot.plugins.batch.folder import Folder
     from benchbot.plugins.batch.plan import Hold, Plan
     from benchbot.plugins.batch.request import BatchRequest
@@ -82,7 +82,12 @@ def check_here(plan: "Plan", catalog: "Catalog", gpus: int) -> None:
 
 
 def intent(
-    request: "BatchRequest", plan: "Plan | None", folder: "Folder", pool: "WorkerPool", catalog: "Catalog"
+    request: "BatchRequest",
+    plan: "Plan | None",
+    folder: "Folder",
+    pool: "WorkerPool",
+    catalog: "Catalog",
+    scenes: "Sequence[Declaration]",
 ) -> Intent:
     """Return what a batch is about to start, for its preflight; without a plan, as far as the request says."""
     from benchbot.plugins.batch import solutions
@@ -92,7 +97,7 @@ def intent(
         mode, options = alone.solution.hold.in_mode(pool.resources.gpus)
         submissions.append(Submission(solutions.unheld(alone, catalog), mode, options))
     return Intent(
-        scenes=scenes_of(catalog, request.environments),
+        scenes=scenes,
         submissions=submissions,
         method=request.method,
         record=dict.fromkeys(request.record, folder.episodes),
