@@ -3,7 +3,7 @@
 import json
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Unpack
@@ -143,6 +143,23 @@ def require_alike(a: ResultSet, b: ResultSet) -> None:
                     f"They were scored against different ground truths of {truth['environment']}.",
                     "Score both anew: give the results instead of their scores.",
                 )
+
+    lists = dict(_episode_lists(a))
+    for name, sha256 in _episode_lists(b):
+        if lists.get(name, sha256) != sha256:
+            raise BenchbotError(
+                f"'{a.name}' and '{b.name}' cannot be compared.",
+                f"They are of different versions of the episodes {name}: the same numbers start and end elsewhere.",
+                "Run the episodes of one of them again, with the version that made the other.",
+            )
+
+
+def _episode_lists(results: ResultSet) -> Iterator[tuple[str, str]]:
+    """Yield the name and the SHA-256 of the list of each row that is of an episode of one."""
+    for row in results.document["rows"]:
+        chosen = ((row["provenance"] or {}).get("selection") or {}).get("episode")
+        if chosen is not None:
+            yield chosen["list"], chosen["sha256"]
 
 
 def _require_sum(results: ResultSet, evaluator: Evaluator) -> None:

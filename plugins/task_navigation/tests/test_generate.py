@@ -19,7 +19,7 @@ from benchbot.core.plugin_manager import load
 from benchbot.evaluation.ground_truths import GroundTruths
 from benchbot_task_navigation import generate
 from benchbot_task_navigation.floor_plan import Floats, FloorPlan, Mask, distance_to_box_m
-from benchbot_task_navigation.generate import Place, object_goals, point_goals
+from benchbot_task_navigation.generate import Place, mended_point_goals, object_goals, point_goals
 from benchbot_task_navigation.make_episodes import geometry_of, sight
 from benchbot_task_navigation.ways import Ways, length_m
 from plugins.task_navigation.tests.floors import arena, floor
@@ -67,6 +67,22 @@ def test_another_seed_gives_others() -> None:
 
     assert first != second
     assert first == point_goals(ARENA, 1, 2)
+
+
+def test_a_list_is_mended_where_its_place_has_changed() -> None:
+    listed = point_goals(ARENA, 7, 6)
+    assert mended_point_goals(ARENA, listed, 0) == listed
+
+    old = json.loads(json.dumps(listed))
+    beside, inside, longer = old["episodes"][1], old["episodes"][3], old["episodes"][4]
+    beside["goal"]["position"][:2] = np.add(beside["start_pose"][4:6], 0.1).tolist()
+    inside["start_pose"][4:6] = [100.0, 100.0]
+    longer["shortest_path_m"] += 1.0
+    mended = mended_point_goals(ARENA, old, 0)
+
+    assert [mended["episodes"][number] for number in (0, 2, 4, 5)] == [listed["episodes"][n] for n in (0, 2, 4, 5)]
+    assert [episode["id"] for episode in mended["episodes"]] == [episode["id"] for episode in listed["episodes"]]
+    assert mended_point_goals(ARENA, mended, 1) == mended
 
 
 def test_no_episode_is_trivial_and_the_robot_fits_at_both_ends() -> None:

@@ -1,6 +1,7 @@
 """The episodes that are shipped, in the scenes as they are loaded: every variant of a place is furnished otherwise."""
 
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -24,7 +25,7 @@ from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.scene_file import scene_file
 from benchbot_scenes.visibility import surface_points
 from benchbot_task_navigation.floor_plan import FloorPlan, distance_to_box_m
-from benchbot_task_navigation.generate import LEAST_DISTANCE_M, MARGIN_M
+from benchbot_task_navigation.generate import LEAST_DETOUR, LEAST_DISTANCE_M, MARGIN_M
 from benchbot_task_navigation.ways import Ways, length_m
 
 SHIPPED = Path(benchbot_task_navigation.__file__).parent
@@ -149,6 +150,9 @@ def test_the_robot_fits_and_gets_from_every_start_to_every_goal(shipped: Shipped
         episode["shortest_path_m"] for task in ("point_goal", "object_goal") for episode in shipped.episodes(task)
     ]
     assert min(ways_m) >= LEAST_DISTANCE_M
+    for episode in shipped.episodes("point_goal"):
+        straight_m = math.dist(episode["start_pose"][4:6], episode["goal"]["position"][:2])
+        assert episode["shortest_path_m"] >= LEAST_DETOUR * straight_m
     for x, y in [*starts, *goals]:
         assert shipped.obstacles.distance_m(x, y) >= shipped.radius_m + MARGIN_M - 1e-6
         i, j = np.rint((np.array([x, y]) - plan.origin_xy) / plan.resolution_m).astype(int)

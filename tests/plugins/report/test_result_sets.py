@@ -123,6 +123,19 @@ def test_what_was_not_scored_alike_is_not_compared(
     assert words in raised.value.why
 
 
+def test_scores_of_episodes_of_two_versions_are_not_compared(folder: Path, catalog: Catalog) -> None:
+    for item in result_sets.read([str(folder / "new"), str(folder / "old")], catalog=catalog):
+        sha256 = ("0" if item.name == "new" else "1") * 64
+        episode = {"list": "point_goal:flat:1", "sha256": sha256, "number": 4, "id": "point_goal/flat_1/004"}
+        for row in item.document["rows"]:
+            row["provenance"] = {"selection": {"episode": episode}}
+        (folder / f"{item.name}.json").write_text(json.dumps(item.document))
+
+    with pytest.raises(BenchbotError, match="'new' and 'old' cannot be compared") as raised:
+        result_sets.read([str(folder / "new.json"), str(folder / "old.json")], catalog=catalog)
+    assert "different versions of the episodes point_goal:flat:1" in raised.value.why
+
+
 @pytest.mark.parametrize("version", ["0.1", "99.0"])
 def test_scores_of_another_version_than_the_installed_one_are_refused(
     version: str, folder: Path, catalog: Catalog

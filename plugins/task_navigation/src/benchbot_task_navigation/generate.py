@@ -43,18 +43,56 @@ def point_goals(place: Place, seed: int, count: int) -> dict[str, Any]:
     random = np.random.default_rng(seed)
     episodes: list[dict[str, Any]] = []
     for _ in range(TRIES_PER_EPISODE * count):
-        start, goal = (_spot(spots, random) for _ in range(2))
-        straight_m = math.dist(start, goal)
-        if straight_m < LEAST_DISTANCE_M or ways.sees(start, goal):
-            continue
-        way = ways.between(start, goal)
-        if way is None or length_m(way) < LEAST_DETOUR * straight_m:
-            continue
-        position = [*goal, place.start_xyz[2]]
-        episodes.append(_episode(place, "point_goal", len(episodes), start, random, {"position": position}, way))
+        episode = _point_goal(place, ways, spots, len(episodes), random)
+        if episode is not None:
+            episodes.append(episode)
         if len(episodes) == count:
             return _listed(place, "point_goal", episodes)
     raise _no_room(place, "point_goal", count, len(episodes))
+
+
+def mended_point_goals(place: Place, listed: Mapping[str, Any], seed: int) -> dict[str, Any]:
+    """Return a list of episodes that end at a point after its place has changed.
+
+    Starts and goals stay where they can, and their shortest ways are measured again. An episode that would not be drawn
+    any more is drawn anew, each from the seed and its own number. Raises BenchbotError when there is no room for one.
+    """
+    ways, spots = _ground(place)
+    roomy = {_rounded_point(spot) for spot in spots}
+    episodes: list[dict[str, Any]] = []
+    for number, episode in enumerate(listed["episodes"]):
+        start, goal = _rounded_point(episode["start_pose"][4:6]), _rounded_point(episode["goal"]["position"])
+        way = _way(ways, start, goal) if {start, goal} <= roomy else None
+        if way is not None:
+            episodes.append({**episode, "shortest_path_m": _rounded(length_m(way))})
+            continue
+        random = np.random.default_rng([seed, number])
+        drawn = (_point_goal(place, ways, spots, number, random) for _ in range(TRIES_PER_EPISODE))
+        found = next((other for other in drawn if other is not None), None)
+        if found is None:
+            raise _no_room(place, "point_goal", len(listed["episodes"]), number)
+        episodes.append(found)
+    return _listed(place, "point_goal", episodes)
+
+
+def _point_goal(
+    place: Place, ways: Ways, spots: Floats, number: int, random: np.random.Generator
+) -> dict[str, Any] | None:
+    """Draw a start and a goal; return the episode, None when it would be trivial."""
+    start, goal = (_spot(spots, random) for _ in range(2))
+    way = _way(ways, start, goal)
+    if way is None:
+        return None
+    return _episode(place, "point_goal", number, start, random, {"position": [*goal, place.start_xyz[2]]}, way)
+
+
+def _way(ways: Ways, start: Point, goal: Point) -> Floats | None:
+    """Return the shortest way to a point; None when there is none, or hardly more than a straight line."""
+    straight_m = math.dist(start, goal)
+    if straight_m < LEAST_DISTANCE_M or ways.sees(start, goal):
+        return None
+    way = ways.between(start, goal)
+    return None if way is None or length_m(way) < LEAST_DETOUR * straight_m else way
 
 
 def object_goals(
@@ -143,8 +181,11 @@ def _ground(place: Place) -> tuple[Ways, Floats]:
 
 
 def _spot(spots: Floats, random: np.random.Generator) -> Point:
-    x, y = spots[random.integers(len(spots))]
-    return _rounded(float(x)), _rounded(float(y))
+    return _rounded_point(spots[random.integers(len(spots))])
+
+
+def _rounded_point(point: Sequence[float] | Floats) -> Point:
+    return _rounded(float(point[0])), _rounded(float(point[1]))
 
 
 def _episode(

@@ -24,10 +24,11 @@ from benchbot.plugin import (
     cache_dir,
     load_plugins,
     occupancy_map,
+    read_declaration,
     write_atomically,
 )
 from benchbot_task_navigation.floor_plan import Floats, FloorPlan, Mask
-from benchbot_task_navigation.generate import Place, Sees, object_goals, point_goals
+from benchbot_task_navigation.generate import Place, Sees, mended_point_goals, object_goals, point_goals
 from benchbot_task_navigation.ways import Ways
 
 if TYPE_CHECKING:
@@ -130,18 +131,25 @@ def main() -> int:
     parser.add_argument("--robot", default="carter", help="whose radius and height count (carter)")
     parser.add_argument("--seed", type=int, default=0, help="what the episodes are drawn from (0)")
     parser.add_argument("--count", type=int, default=20, help="how many episodes of each task (20)")
+    parser.add_argument(
+        "--mend",
+        type=Path,
+        metavar="FOLDER",
+        help="write the lists of point goals in this folder's episodes again, after a place has changed: starts and "
+        "goals stay, but for those of episodes that would not be drawn any more",
+    )
     parser.add_argument("--output", type=Path, default=Path(), metavar="FOLDER", help="where the files go (here)")
     asked = parser.parse_args()
     try:
         for environment in asked.environments:
-            _make(environment, asked.robot, asked.seed, asked.count, asked.output)
+            _make(environment, asked.robot, asked.seed, asked.count, asked.output, asked.mend)
     except BenchbotError as error:
         console.error(error)
         return error.exit_code
     return 0
 
 
-def _make(environment: str, robot_name: str, seed: int, count: int, folder: Path) -> None:
+def _make(environment: str, robot_name: str, seed: int, count: int, folder: Path, mend: Path | None) -> None:
     catalog = Catalog(load_plugins())
     (declared,) = catalog.environments(environment)[:1]
     robot = catalog.get("robots", robot_name).data
@@ -163,6 +171,10 @@ def _make(environment: str, robot_name: str, seed: int, count: int, folder: Path
             "Choose such ones, or make a plan with benchbot_task_navigation.floor_plan and generate.",
         )
     place = Place(declared.name, plan, start_xyz, radius_m)
+    if mend is not None:
+        listed = read_declaration(mend / "episodes" / "point_goal" / f"{file_name}.json")
+        _write(folder / "episodes" / "point_goal" / f"{file_name}.json", mended_point_goals(place, listed, seed))
+        return
     _write(folder / "ground_truths" / f"floor_plan_{file_name}.json", ground_truth(catalog, declared, plan))
     _write(folder / "episodes" / "point_goal" / f"{file_name}.json", point_goals(place, seed, count))
     if geometry is None:
