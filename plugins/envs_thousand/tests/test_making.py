@@ -5,6 +5,7 @@ from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
@@ -14,7 +15,9 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.sandbox.view import hidden_paths
 from benchbot_envs_thousand import making, plugin
-from benchbot_envs_thousand.making import SPLITS, digest, lighting, make, places
+from benchbot_envs_thousand.making import SPLITS, digest, lighting, make, places, write
+from benchbot_scenes.compose import compose
+from benchbot_scenes.gltf import load_scene
 from tests.command_line import CommandLine
 from tools.thousand.__main__ import freeze
 
@@ -58,6 +61,17 @@ def test_a_place_is_the_same_everywhere(number: int, cache: Path) -> None:
     declared = folder / "environments" / f"thousand_{number}_1.yaml"
     schema.check(schema.read(declared), "environment", declared)
     assert [path.name for path in cache.iterdir()] == [str(number)]
+
+
+def test_the_scene_that_a_place_comes_with_is_that_of_its_layout(tmp_path: Path) -> None:
+    made, _ = write(places()[905], tmp_path)  # of which an orange was taken away, since nothing shows it
+    (tmp_path / "scene.glb").write_bytes(compose(made.layout))
+    composed = load_scene(tmp_path / "scene.glb")
+    assert made.scene is not None
+    assert [instance.name for instance in made.scene.instances] == [instance.name for instance in composed.instances]
+    np.testing.assert_array_equal(
+        made.scene.vertices[made.scene.triangles], composed.vertices[composed.triangles], strict=True
+    )
 
 
 def test_a_place_is_made_once_and_again_when_it_is_damaged(cache: Path) -> None:

@@ -14,9 +14,12 @@ from benchbot_scenes.layout import Placement
 from benchbot_scenes.placing import place
 
 Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.intp]
 
 DEPTH_M = 0.01
-_PAIRS_AT_ONCE = 200_000
+_BOXES_AT_ONCE = 200_000
+# Of bodies that cross, a few pairs of triangles mostly tell.
+_PAIRS_AT_ONCE = 1_000
 _DIRECTIONS = np.array(
     sorted((d for d in product((0, 1, -1), repeat=3) if any(d)), key=lambda d: (np.abs(d).sum(), -d[2])), float
 )
@@ -67,9 +70,15 @@ def _near(bodies: Mapping[str, Floats], depth_m: float) -> Iterator[tuple[str, s
 
 def _come_apart(first: Floats, second: Floats, depth_m: float) -> bool:
     first, second = _within(first, second, depth_m), _within(second, first, depth_m)
-    if not _cross(first, second):
-        return True
-    return any(not _cross(first + depth_m * direction, second) for direction in _DIRECTIONS)
+    low, high, other_low, other_high = first.min(axis=1), first.max(axis=1), second.min(axis=1), second.max(axis=1)
+    # No shift brings other triangles near each other than these.
+    i, j = _touching(low - depth_m, high + depth_m, other_low, other_high)
+    low, high, other_low, other_high = low[i], high[i], other_low[j], other_high[j]
+    for shift in (np.zeros(3), *(depth_m * _DIRECTIONS)):
+        near = np.flatnonzero(((high + shift >= other_low) & (low + shift <= other_high)).all(axis=1))
+        if not _cross(first, i[near], shift, second, j[near]):
+            return True
+    return False
 
 
 def _within(corners: Floats, other: Floats, margin_m: float) -> Floats:
@@ -79,20 +88,25 @@ def _within(corners: Floats, other: Floats, margin_m: float) -> Floats:
     return near
 
 
-def _cross(first: Floats, second: Floats) -> bool:
-    """Return whether an edge of either passes through a triangle of the other."""
-    if not len(first) or not len(second):
-        return False
-    low, high = second.min(axis=1), second.max(axis=1)
-    step = max(1, _PAIRS_AT_ONCE // len(second))
-    for start in range(0, len(first), step):
-        part = first[start : start + step]
-        near = np.ones((len(part), len(second)), bool)
+def _touching(low: Floats, high: Floats, other_low: Floats, other_high: Floats) -> tuple[Integers, Integers]:
+    """Number the pairs of boxes (N, 3) and (M, 3) that touch or overlap."""
+    step = max(1, _BOXES_AT_ONCE // max(1, len(other_low)))
+    parts = [(np.zeros(0, np.intp), np.zeros(0, np.intp))]
+    for start in range(0, len(low), step):
+        near = np.ones((len(low[start : start + step]), len(other_low)), bool)
         for axis in range(3):
-            near &= part[:, :, axis].max(axis=1)[:, None] >= low[None, :, axis]
-            near &= part[:, :, axis].min(axis=1)[:, None] <= high[None, :, axis]
+            near &= high[start : start + step, None, axis] >= other_low[None, :, axis]
+            near &= low[start : start + step, None, axis] <= other_high[None, :, axis]
         i, j = np.nonzero(near)
-        if len(i) and (_edges_pass(part[i], second[j]) or _edges_pass(second[j], part[i])):
+        parts.append((i + start, j))
+    return np.concatenate([i for i, _ in parts]), np.concatenate([j for _, j in parts])
+
+
+def _cross(first: Floats, i: Integers, shift: Floats, second: Floats, j: Integers) -> bool:
+    """Return whether an edge of either triangle of a pair passes through the other, the first ones being shifted."""
+    for start in range(0, len(i), _PAIRS_AT_ONCE):
+        one, other = first[i[start : start + _PAIRS_AT_ONCE]] + shift, second[j[start : start + _PAIRS_AT_ONCE]]
+        if _edges_pass(one, other) or _edges_pass(other, one):
             return True
     return False
 

@@ -63,7 +63,7 @@ def rasterise(polygons: Floats, low_m: tuple[float, float], shape: tuple[int, in
     for small in _batches(cells[width_cells <= 1.0]):
         _mark(touched, small.reshape(-1, 2))
     large = cells[width_cells > 1.0]
-    for some in _batches(large, 20_000):
+    for some in _batches(large, 2_000):
         _mark(touched, _outlines(some))
     # Outlines are drawn; what is thin has nothing else to fill.
     for polygon in large[_inradius_bound(large) > 1.0] if len(large) else large:
@@ -77,18 +77,23 @@ def _fill(touched: Bools, polygon: Floats) -> None:
     last = np.minimum(np.ceil(polygon.max(0)).astype(int), touched.shape)
     if (last <= first).any():
         return
+    part = touched[first[0] : last[0], first[1] : last[1]]
+    if part.all():
+        return
     x = np.arange(first[0], last[0])[:, None] + 0.5
     y = np.arange(first[1], last[1])[None, :] + 0.5
-    left = np.ones((last[0] - first[0], last[1] - first[1]), bool)
-    right = left.copy()
-    for (x0, y0), (x1, y1) in zip(polygon, np.roll(polygon, -1, 0), strict=True):
-        side = (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0)
-        left &= side >= 0
-        right &= side <= 0
-    touched[first[0] : last[0], first[1] : last[1]] |= left | right
+    left, right = np.ones(part.shape, bool), np.ones(part.shape, bool)
+    corners = polygon.tolist()
+    for (x0, y0), (x1, y1) in zip(corners, [*corners[1:], corners[0]], strict=True):
+        # A corner that is repeated has no side.
+        if (x0, y0) != (x1, y1):
+            side = (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0)
+            left &= side >= 0
+            right &= side <= 0
+    part |= left | right
 
 
-def _batches(cells: Floats, size: int = 200_000) -> list[Floats]:
+def _batches(cells: Floats, size: int = 20_000) -> list[Floats]:
     return [cells[first : first + size] for first in range(0, len(cells), size)]
 
 
@@ -103,9 +108,10 @@ def _outlines(polygons: Floats) -> Floats:
     starts, ends = polygons.reshape(-1, 2), np.roll(polygons, -1, 1).reshape(-1, 2)
     ways = ends - starts
     counts = np.ceil(2 * np.abs(ways).max(1)).astype(np.int64) + 1
-    edge = np.repeat(np.arange(len(starts)), counts)
-    step = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
-    points: Floats = starts[edge] + (step / np.maximum(counts - 1, 1)[edge])[:, None] * ways[edge]
+    step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    points: Floats = np.repeat(ways, counts, axis=0)
+    points *= (step / np.repeat(np.maximum(counts - 1, 1), counts))[:, None]
+    points += np.repeat(starts, counts, axis=0)
     return points
 
 

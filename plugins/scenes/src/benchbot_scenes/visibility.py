@@ -21,6 +21,8 @@ END_GAP_M = 0.10
 # How far apart a line of sight is looked at.
 STEP_VOXELS = 0.7
 _PLACES_AT_ONCE = 8
+_THINGS_AT_ONCE = 8
+_TRIANGLES_AT_ONCE = 10_000
 
 
 @dataclass(frozen=True)
@@ -56,12 +58,16 @@ def voxels(geometry: SceneGeometry, size_m: float = VOXEL_M) -> Voxels:
     kept = opaque[geometry.triangle_material]
     corners = geometry.vertices[geometry.triangles[kept]].astype(np.float64)
     finite = np.isfinite(corners).all((1, 2))
-    points, triangle = surface_points(corners[finite], 0.7 * size_m)
-    low = points.min(0, initial=0.0) - 1.5 * size_m
-    shape = np.ceil((points.max(0, initial=0.0) - low) / size_m).astype(np.int64) + 2
+    corners, instance = corners[finite], geometry.triangle_instance[kept][finite]
+    batches = [slice(first, first + _TRIANGLES_AT_ONCE) for first in range(0, len(corners), _TRIANGLES_AT_ONCE)]
+    parts = [surface_points(corners[batch], 0.7 * size_m) for batch in batches]
+    ends = np.array([(points.min(0), points.max(0)) for points, _ in parts]).reshape(-1, 3)
+    low = ends.min(0, initial=0.0) - 1.5 * size_m
+    shape = np.ceil((ends.max(0, initial=0.0) - low) / size_m).astype(np.int64) + 2
     owner = np.zeros(shape, np.int32)
-    i, j, k = np.floor((points - low) / size_m).astype(np.int64).T
-    owner[i, j, k] = geometry.triangle_instance[kept][finite][triangle]
+    for batch, (points, triangle) in zip(batches, parts, strict=True):
+        i, j, k = ((points - low) / size_m).astype(np.int64).T
+        owner.reshape(-1)[(i * shape[1] + j) * shape[2] + k] = instance[batch][triangle]
     return Voxels(low, size_m, owner)
 
 
@@ -76,13 +82,16 @@ def surface_points(corners: Floats, spacing_m: float) -> tuple[Floats, Integers]
     area2 = np.linalg.norm(np.cross(end - start, apex - start), axis=1)
     row_count = np.ceil(area2 / np.maximum(base_m, 1e-12) / spacing_m).astype(np.int64) + 1
     triangle, row = _runs(row_count)
-    up = row / np.maximum(row_count[triangle] - 1, 1)
-    first = start[triangle] + up[:, None] * (apex - start)[triangle]
-    along = (1 - up)[:, None] * (end - start)[triangle]
-    column_count = np.ceil((1 - up) * base_m[triangle] / spacing_m).astype(np.int64) + 1
-    line, column = _runs(column_count)
-    share = column / np.maximum(column_count[line] - 1, 1)
-    return first[line] + share[:, None] * along[line], triangle[line]
+    up = row / np.repeat(np.maximum(row_count - 1, 1), row_count)
+    first = np.repeat(start, row_count, axis=0) + up[:, None] * np.repeat(apex - start, row_count, axis=0)
+    along = (1 - up)[:, None] * np.repeat(end - start, row_count, axis=0)
+    column_count = np.ceil((1 - up) * np.repeat(base_m, row_count) / spacing_m).astype(np.int64) + 1
+    _, column = _runs(column_count)
+    share = column / np.repeat(np.maximum(column_count - 1, 1), column_count)
+    points = np.repeat(along, column_count, axis=0)
+    points *= share[:, None]
+    points += np.repeat(first, column_count, axis=0)
+    return points, np.repeat(triangle, column_count)
 
 
 def _runs(counts: Integers) -> tuple[Integers, Integers]:
@@ -121,15 +130,24 @@ def seen_from(
     """
     seen = np.zeros((len(eyes), len(things)), bool)
     limit = math.tan(math.radians(half_height_deg))
-    for number, thing in enumerate(things):
-        near = np.flatnonzero(np.linalg.norm(eyes - thing.middle, axis=1) <= range_m)
-        if not len(near):
-            continue
-        ways = thing.points[None] - eyes[near, None]
-        planar_m = np.linalg.norm(ways[..., :2], axis=2)
-        visible = np.abs(ways[..., 2]) <= limit * planar_m
-        visible &= _is_free(eyes[near], ways, thing.index, scene)
-        seen[near, number] = visible.mean(1) >= SEEN_SHARE
+    # Many short lines of sight are followed at once: step by step, a call for all costs little more than one for few.
+    for first in range(0, len(things), _THINGS_AT_ONCE):
+        looks = []
+        for number, thing in enumerate(things[first : first + _THINGS_AT_ONCE], first):
+            near = np.flatnonzero(np.linalg.norm(eyes - thing.middle, axis=1) <= range_m)
+            ways = thing.points[None] - eyes[near, None]
+            visible = np.abs(ways[..., 2]) <= limit * np.linalg.norm(ways[..., :2], axis=2)
+            looks.append((number, thing.index, near, ways, visible))
+        free = _is_free(
+            np.concatenate([np.repeat(eyes[near], visible.sum(1), axis=0) for _, _, near, _, visible in looks]),
+            np.concatenate([ways[visible] for _, _, _, ways, visible in looks]),
+            np.concatenate([np.full(visible.sum(), index) for _, index, _, _, visible in looks]),
+            scene,
+        )
+        ends = np.cumsum([visible.sum() for *_, visible in looks])
+        for (number, _, near, _, visible), some in zip(looks, np.split(free, ends[:-1]), strict=True):
+            visible[visible] = some
+            seen[near, number] = visible.mean(1) >= SEEN_SHARE
     return seen
 
 
@@ -154,21 +172,21 @@ def unseen(geometry: SceneGeometry, poses: Sequence[Sequence[float]], robot: "Ob
     return found
 
 
-def _is_free(eyes: Floats, ways: Floats, index: int, scene: Voxels) -> npt.NDArray[np.bool_]:
-    length_m = np.linalg.norm(ways, axis=2)
-    reach_m = np.maximum(length_m - END_GAP_M, 0.0).ravel()
-    unit = (ways / np.maximum(length_m, 1e-9)[..., None]).reshape(-1, 3)
-    start = np.repeat(eyes, ways.shape[1], axis=0)
+def _is_free(start: Floats, ways: Floats, index: Integers, scene: Voxels) -> npt.NDArray[np.bool_]:
+    """Say of lines of sight (N, 3) whether each meets nothing but the instance that it leads to: (N,)."""
+    length_m = np.linalg.norm(ways, axis=1)
+    reach_m = np.maximum(length_m - END_GAP_M, 0.0)
+    unit = ways / np.maximum(length_m, 1e-9)[:, None]
     free = np.ones(len(unit), bool)
     going = np.arange(len(unit))
     way_m = STEP_VOXELS * scene.size_m
     while len(going := going[reach_m[going] > way_m]):
         owner = scene.owners(start[going] + way_m * unit[going])
-        is_clear = (owner == 0) | (owner == index)
+        is_clear = (owner == 0) | (owner == index[going])
         free[going[~is_clear]] = False
         going = going[is_clear]
         way_m += STEP_VOXELS * scene.size_m
-    return free.reshape(length_m.shape)
+    return free
 
 
 def bearings_rad(eyes: Floats, things: Sequence[Target]) -> Floats:

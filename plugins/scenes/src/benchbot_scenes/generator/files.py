@@ -16,7 +16,8 @@ from benchbot_scenes.compose import compose
 from benchbot_scenes.coverage import MARGIN_M, room_of
 from benchbot_scenes.free_space import FreeSpace, free_space
 from benchbot_scenes.generator.generate import Generated
-from benchbot_scenes.gltf import load_scene
+from benchbot_scenes.gltf import geometry_of
+from benchbot_scenes.gltf_file import GltfFile, split_glb
 from benchbot_scenes.ground_truth import ground_truth
 from benchbot_scenes.importing.vocabulary import CLASSES
 from benchbot_scenes.layout import write_layout
@@ -75,12 +76,7 @@ def write_place(
         for kind in ("environments", "layouts", "ground_truths", "maps"):
             (folder / kind).mkdir(parents=True, exist_ok=True)
         write_layout(folder / "layouts" / f"{stem}.yaml", place.layout)
-        scene = folder / f".{stem}.glb"
-        scene.write_bytes(compose(place.layout))
-        try:
-            geometry = load_scene(scene)
-        finally:
-            scene.unlink()
+        geometry = place.scene or geometry_of(GltfFile(*split_glb(compose(place.layout))))[0]
         space = free_space(geometry, robot.z_min_m, robot.z_max_m)
         truth = ground_truth(geometry, document)
         write_json(folder / "ground_truths" / f"{stem}.json", truth)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from benchbot_scenes.generator.proxy import proxy
 from benchbot_scenes.gltf import geometry_of
 from benchbot_scenes.gltf_file import GltfFile, split_glb
 from benchbot_scenes.layout import Building, Layout, Opening, Room
+from benchbot_scenes.scene import SceneGeometry, only
 from benchbot_scenes.visibility import CARTER, Observer, unseen
 
 CEILING = "#f4f2ee"
@@ -32,13 +33,17 @@ START_ROOM_M = 0.45
 
 @dataclass(frozen=True)
 class Generated:
-    """A place: its plan and layout, and poses [qw, qx, qy, qz, x, y, z] on the floor."""
+    """A place: its plan and layout, and poses [qw, qx, qy, qz, x, y, z] on the floor.
+
+    `scene` is the layout's, where it had to be composed for this; None where it still has to be.
+    """
 
     plan: Plan
     layout: Layout
     start_pose: Pose7
     trajectory_poses: tuple[Pose7, ...]
     items: tuple[Item, ...]
+    scene: SceneGeometry | None = field(default=None, repr=False, compare=False)
 
 
 def generate(
@@ -73,12 +78,17 @@ def generate(
         kept, coverage = found
         listed = [kept[i] for i in rng.permutation(len(kept))] if secret else kept
         layout = _layout(catalogue.name, plan, finishes, listed, place.height_m)
-        hidden = _hidden(layout, catalogue, kept, coverage.poses, robot)
+        scene = _composed(layout, catalogue, kept)
+        # The trajectory was planned among boxes; of a pack whose files are not there these are all that is known.
+        hidden = set() if scene is None else set(unseen(scene, coverage.poses, robot))
+        gone = {item.placement.id for item in kept}
         kept, listed = _without(kept, hidden), _without(listed, hidden)
+        gone -= {item.placement.id for item in kept}
         wanted = rooms < 3 or sum(item.model.class_name is not None for item in kept) >= FEWEST_OBJECTS
         if wanted or last:
             layout = replace(layout, objects=tuple(item.placement for item in listed))
-            return Generated(plan, layout, coverage.poses[0], coverage.poses, tuple(kept))
+            poses = coverage.poses
+            return Generated(plan, layout, poses[0], poses, tuple(kept), scene and _cleared(scene, gone))
     raise BenchbotError(
         f"No {kind} of {rooms} rooms can be made from seed {seed}.",
         f"{ATTEMPTS} plans were drawn, and in none of them the robot finds its way.",
@@ -148,17 +158,18 @@ def _with_trajectory(
     return (_without(items, set(coverage.unseen)), coverage) if coverage.poses else None
 
 
-def _hidden(
-    layout: Layout, catalogue: Catalogue, items: Sequence[Item], poses: Sequence[Pose7], robot: Observer
-) -> set[str]:
-    """The objects that are seen on no pose in the composed scene: the trajectory was planned among boxes.
-
-    Of a pack whose files are not there the boxes are all that is known.
-    """
+def _composed(layout: Layout, catalogue: Catalogue, items: Sequence[Item]) -> SceneGeometry | None:
+    """The scene of a layout; None when a pack's files are not there."""
     if not all(item.model.file.is_file() for item in items):
-        return set()
-    scene, _ = geometry_of(GltfFile(*split_glb(compose(layout, {catalogue.name: catalogue}))))
-    return set(unseen(scene, poses, robot))
+        return None
+    return geometry_of(GltfFile(*split_glb(compose(layout, {catalogue.name: catalogue}))))[0]
+
+
+def _cleared(scene: SceneGeometry, gone: set[str]) -> SceneGeometry:
+    """A scene less some of its instances."""
+    indices = [instance.index for instance in scene.instances if instance.name in gone]
+    left = only(scene, ~np.isin(scene.triangle_instance, indices)) if gone else scene
+    return replace(left, instances=tuple(instance for instance in left.instances if instance.name not in gone))
 
 
 def _without(items: Sequence[Item], names: set[str]) -> list[Item]:
